@@ -6,7 +6,7 @@ import struct
 import threading
 from collections.abc import Iterator
 
-from hefting.sources.rtde_protocol import HEAD, Packages
+from hefting.sources.rtde import HEAD, Packages
 
 RATIO = 5
 INTEGERS = ("robot_mode", "safety_mode", "joint_mode", "output_int_register")

@@ -15,7 +15,7 @@ from hefting.core.recording import Recording
 from hefting.online import LiveIdentifier
 from hefting.online.samples import Samples
 from hefting.simulation import UR5, hammer, simulate, sinusoids
-from hefting.sources.pump import Pump
+from hefting.sources.live import Pump
 from hefting.sources.registry import source_of
 
 STREAMS = ("wrench", "position", "orientation")

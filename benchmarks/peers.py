@@ -213,7 +213,7 @@ def dds(port: int, seconds: float, bad: int) -> None:
     from cyclonedds.topic import Topic
     from cyclonedds.util import duration
 
-    from hefting.sources.dds_types import struct_for
+    from hefting.sources.dds import struct_for
 
     participant = DomainParticipant(port)
     qos = Qos(Policy.Reliability.Reliable(duration(seconds=1)), Policy.History.KeepAll)

@@ -14,7 +14,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.planning import Plan, plan
-from hefting.planning.half_spaces import HalfSpace
+from hefting.planning.space import HalfSpace
 from hefting.shapes import Shape
 from hefting.simulation.arm import Arm
 from hefting.simulation.arm_links import TORQUE_ARMS

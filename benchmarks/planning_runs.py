@@ -19,15 +19,12 @@ from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.planning import Plan, plan
-from hefting.planning.candidates import filled, fitted, largest_share, random_ways
-from hefting.planning.constraints import Constraints
 from hefting.planning.held import Held
 from hefting.planning.information import Information, noise_covariance
-from hefting.planning.kinematics import Chain
-from hefting.planning.limits import Limits
-from hefting.planning.objective import Objective
-from hefting.planning.problem import GRID, Basis, Problem, pieces_of
-from hefting.planning.trajectory import Trajectory
+from hefting.planning.kinematics import Chain, Trajectory
+from hefting.planning.limits import Constraints, Limits
+from hefting.planning.optimise import filled, fitted, largest_share, random_ways
+from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 from hefting.simulation.arm_links import TORQUE_ARMS, MassiveArm

@@ -5,8 +5,7 @@ from time import perf_counter
 import numpy as np
 
 from benchmarks.torques_simulated import dynamics_of
-from hefting.torques.equations import OWN
-from hefting.torques.live import LiveTorques
+from hefting.torques.equations import OWN, LiveTorques
 
 SAMPLES = 4000
 

@@ -14,7 +14,7 @@ from hefting.core.spatial import Array
 from hefting.estimators import Bayes
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torques import TorqueFaults, TorqueRobot
+from hefting.simulation.torque_scenario import TorqueFaults, TorqueRobot
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import TorqueSamples

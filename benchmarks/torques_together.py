@@ -18,10 +18,10 @@ from hefting.identification.by_torques import wrench_equations
 from hefting.robots import with_poses
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torques import TorqueFaults, TorqueRobot
+from hefting.simulation.torque_scenario import TorqueFaults, TorqueRobot
 from hefting.simulation.wield import wield
-from hefting.torques.recorded import samples_of
 from hefting.torques.runs import LoadedRuns
+from hefting.torques.samples import samples_of
 
 NAME = "ur5e"
 POOR = np.repeat((2.0, 0.1), 3)

@@ -14,7 +14,7 @@ import numpy as np
 from benchmarks import fast_dds
 from benchmarks.peers import count
 from hefting.online.samples import Samples
-from hefting.sources.pump import Pump
+from hefting.sources.live import Pump
 from hefting.sources.registry import source_of
 
 ADDRESSES = {

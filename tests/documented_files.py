@@ -17,7 +17,7 @@ from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.faults import WRENCH_NOISE
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.physics import wield_analytically
-from hefting.simulation.torques import TorqueRobot
+from hefting.simulation.torque_scenario import TorqueRobot
 from reference.recorded import changed
 
 OBJECT = body(0.512)

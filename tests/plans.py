@@ -7,11 +7,11 @@ import numpy as np
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.messages import note, warning
+from hefting.planning.kinematics import Trajectory, knots_of
 from hefting.planning.limits import Limits
-from hefting.planning.poses import best_tour
 from hefting.planning.result import Forecast, Plan
 from hefting.planning.search import EFFORTS, Effort
-from hefting.planning.trajectory import Trajectory, knots_of
+from hefting.planning.tours import best_tour
 
 BRIEF = Effort(candidates=4, starts=1, rounds=2, steps=8, polish=0)
 """A tenth of a quick search: the motion keeps its limits, but is not a good one."""

@@ -21,7 +21,7 @@ from hefting.logs import write_log
 from hefting.online import identifier
 from hefting.online.inline import Inline
 from hefting.simulation import UR5, hammer, simulate, sinusoids
-from hefting.sources import pump as pumps
+from hefting.sources import live as pumps
 
 SECONDS = 4.0
 POSE = np.array([[1.0, 0, 0, 0], [0, 0, 1, -0.08], [0, -1, 0, 0.06], [0, 0, 0, 1]])

@@ -14,7 +14,7 @@ from hefting.identification.by_torques import ByTorques
 from hefting.logs import write_log
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.torques import TorqueRobot
+from hefting.simulation.torque_scenario import TorqueRobot
 
 BODY = InertialParameters.from_com(
     1.1, [0.02, -0.01, 0.08], np.diag([4e-3, 5e-3, 2.5e-3])

@@ -19,10 +19,8 @@ from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
 from hefting.ingest.ingest import ingest
 from hefting.inspection import Inspection, inspect
-from hefting.inspection.advice import advice
-from hefting.inspection.movement import movement, time_above
-from hefting.inspection.streams import stream_facts
-from hefting.inspection.wrench import wrench_facts
+from hefting.inspection.facts import movement, stream_facts, time_above, wrench_facts
+from hefting.inspection.inspect import advice
 from hefting.logs import read_log, write_log
 from hefting.motion import measure
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield

@@ -5,12 +5,10 @@ import numpy as np
 from hefting.core.accuracy import Accuracy
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import MotionNoise, Noise
-from hefting.planning.constraints import Constraints
 from hefting.planning.information import Information, noise_covariance
 from hefting.planning.kinematics import Chain
-from hefting.planning.limits import Limits
-from hefting.planning.objective import Objective
-from hefting.planning.problem import GRID, Basis, Problem, pieces_of
+from hefting.planning.limits import Constraints, Limits
+from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
 from hefting.simulation.arm_links import PANDA
 
 BODY = InertialParameters.from_com(

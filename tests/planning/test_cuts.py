@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from hefting.planning.cuts import NEAR, Cuts
+from hefting.planning.problem import NEAR, Cuts
 
 
 class Ball:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
-from hefting.planning.half_spaces import HalfSpace
+from hefting.planning.space import HalfSpace
 
 
 @pytest.mark.parametrize(

@@ -8,7 +8,7 @@ from benchmarks.torques_simulated import dynamics_of
 from problems import problem
 
 from hefting.core.spatial import STANDARD_GRAVITY
-from hefting.planning.joint_information import JointInformation
+from hefting.planning.information import JointInformation
 from hefting.planning.kinematics import Chain
 from hefting.planning.optimise import lagrangian
 from hefting.simulation.arm_links import TORQUE_ARMS

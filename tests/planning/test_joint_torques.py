@@ -13,9 +13,9 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.identification.by_torques import ByTorques
 from hefting.planning.held import Held
-from hefting.planning.joint_torques import JointTorques
 from hefting.planning.kinematics import Chain
-from hefting.simulation.torques import TorqueRobot
+from hefting.planning.sensors import JointTorques
+from hefting.simulation.torque_scenario import TorqueRobot
 
 pytest.importorskip("mujoco")
 pytest.importorskip("pinocchio")
@@ -75,11 +75,10 @@ def test_it_beats_random_motions_of_the_same_time(bench, planned):
     gravity = np.array(STANDARD_GRAVITY)
     sensor = JointTorques.of(True, None, 100.0, bench.urdf, "flange", gravity)
     robot = bench.massive.arm.robot
-    forecaster = sensor.forecaster(
-        robot, Chain.of(robot, gravity), Held.of(None, BOX), 0
-    )
+    known = robot, Chain.of(robot, gravity), Held.of(None, BOX), 0
     found = [
-        forecaster.forecast(own, 2).accuracy[-1] for own in bench.random(10.0, 6, BOX)
+        sensor.forecast(own, 2, *known).accuracy[-1]
+        for own in bench.random(10.0, 6, BOX)
     ]
     last = planned.forecast.accuracy[-1]
     # 0.58, 0.21 and 0.50 as measured once

@@ -9,7 +9,7 @@ import hefting
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.planning import plan, tours
-from hefting.planning.poses import best_tour
+from hefting.planning.tours import best_tour
 from hefting.robots.joint_motion import sensor_motion
 from hefting.simulation import simulate
 from hefting.simulation.arm_links import TORQUE_ARMS, UR5E

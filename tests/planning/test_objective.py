@@ -6,7 +6,7 @@ from problems import BODY
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.inertia import InertialParameters
-from hefting.planning.objective import Objective, quantities
+from hefting.planning.problem import Objective, quantities
 
 ASKED = "mass=1%,com=2mm,inertia=20%"
 

@@ -8,8 +8,8 @@ import pytest
 import hefting
 from hefting.core.errors import InputError
 from hefting.planning import tours
-from hefting.planning.constraints import CLEARANCE
-from hefting.planning.poses import STEPS, best_tour
+from hefting.planning.limits import CLEARANCE
+from hefting.planning.tours import STEPS, best_tour
 from hefting.simulation.arm_links import TORQUE_ARMS
 
 pytest.importorskip("mujoco")

@@ -5,7 +5,7 @@ import pytest
 from problems import problem
 
 from hefting.core.spatial import rotation_matrices
-from hefting.planning.poses import Tour, best_tour, minimum_jerk, timed
+from hefting.planning.tours import Tour, best_tour, minimum_jerk, timed
 from hefting.robots.joint_motion import sensor_motion
 from hefting.simulation.arm_links import PANDA
 

@@ -5,9 +5,9 @@ import pytest
 from problems import BODY, MOTION_NOISE, NOISE, problem
 
 from hefting.core.regressor import full_regressor
-from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.information import noise_covariance
 from hefting.planning.optimise import lagrangian
+from hefting.planning.space import HalfSpace
 from hefting.robots.joint_motion import JointMotion
 from hefting.simulation.arm_links import PANDA, UR5E
 from hefting.simulation.wield import wield

@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from hefting.core.accuracy import Accuracy
-from hefting.planning.reach import out_of_reach, time_needed
-from hefting.planning.result import Forecast
+from hefting.planning.result import Forecast, out_of_reach, time_needed
 
 ASKED = Accuracy.parse("com=2mm,inertia=10%")
 

@@ -5,8 +5,14 @@ import pytest
 import trimesh
 
 from folding_arm import folding_arm
-from hefting.planning.convex_parts import MOST_TRIANGLES, convex_parts
-from hefting.planning.solids import MOST_SOLIDS, read_links, solid_of, solids_of_links
+from hefting.planning.solids import (
+    MOST_SOLIDS,
+    MOST_TRIANGLES,
+    convex_parts,
+    read_links,
+    solid_of,
+    solids_of_links,
+)
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import read_urdf
 from hefting.shapes.hull import Hull

@@ -9,7 +9,7 @@ from folding_arm import folding_arm
 from hasty_pictures import draw_hastily
 from hefting.core.accuracy import Accuracy
 from hefting.core.spatial import rotation_matrices
-from hefting.planning.corner_speed import corner_speeds
+from hefting.planning.result import corner_speeds
 from hefting.plots import picture_of, plot_plan
 from hefting.robots import Robot
 from plans import random_plan

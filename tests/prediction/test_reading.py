@@ -7,7 +7,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.prediction import predict
-from hefting.prediction.reading import reading_std
+from hefting.prediction.spread import reading_std
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 

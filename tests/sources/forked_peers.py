@@ -15,7 +15,7 @@ from benchmarks import fake_controller, fast_dds, peers
 ros = peers.Ros()
 ros.wrench(0, 0), ros.pose(0, 0)
 with contextlib.suppress(ImportError):  # without cyclonedds
-    from hefting.sources.dds_types import struct_for
+    from hefting.sources.dds import struct_for
 
     struct_for(peers.WRENCH), struct_for(peers.POSE)
 if fast_dds.is_installed():

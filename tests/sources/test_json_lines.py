@@ -7,8 +7,8 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from hefting.sources.json_lines import NO_JSON, NO_STREAM, NO_TIME, JsonLines
-from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE
+from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE
+from hefting.sources.tcp import NO_JSON, NO_STREAM, NO_TIME, JsonLines
 
 RNG = np.random.default_rng(19)
 FORCE = RNG.normal(size=(40, 6))

@@ -11,8 +11,8 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.core.messages import note
 from hefting.online.samples import EndOfSource, Samples, Source, SourceLostError
-from hefting.sources import pump as module
-from hefting.sources.pump import Pump
+from hefting.sources import live as module
+from hefting.sources.live import Pump
 
 
 def some(k: int, stream="wrench", width=6) -> Samples:

@@ -11,9 +11,8 @@ from benchmarks.transports import start_peer
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
-from hefting.sources.request import Request
-from hefting.sources.rtde import RtdeSource
-from hefting.sources.rtde_protocol import HEAD, Packages, Recipe, RtdeError
+from hefting.sources.registry import Request
+from hefting.sources.rtde import HEAD, Packages, Recipe, RtdeError, RtdeSource
 
 
 class Robot:
@@ -200,7 +199,7 @@ def test_data_that_come_with_the_answer_to_start_are_kept():
     """Whole or in part, in one piece with the answer."""
     import socket
 
-    from hefting.sources.rtde_protocol import DATA, HEAD, START, Dialogue
+    from hefting.sources.rtde import DATA, HEAD, START, Dialogue
 
     def package(kind, content):
         return HEAD.pack(HEAD.size + len(content), kind) + content

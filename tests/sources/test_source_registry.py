@@ -8,8 +8,7 @@ import pytest
 
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.online.samples import Source
-from hefting.sources.address import address_of
-from hefting.sources.registry import SCHEMES, source_of
+from hefting.sources.registry import SCHEMES, address_of, source_of
 
 NAMES = {
     "tcp": "tcp://localhost:9000",

@@ -20,7 +20,7 @@ from benchmarks.peers import (
 from benchmarks.transports import ADDRESSES, run
 from forked_peers import forked_peers
 
-from hefting.sources.limits import UNREADABLE
+from hefting.sources.registry import UNREADABLE
 
 SECONDS = 0.4
 MALFORMED = 40
@@ -92,7 +92,7 @@ def test_a_source_that_dies_is_found_again(name):
 def test_dds_types_have_the_names_that_ros_gives_them(kind):
     # publishers of ROS tell nothing else of a type, so that no other name is matched
     pytest.importorskip("cyclonedds")
-    from hefting.sources.dds_types import type_for
+    from hefting.sources.dds import type_for
 
     package, name = kind.split("/msg/")
     named = f"{package}::msg::dds_::{name}_"

@@ -19,11 +19,9 @@ from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.physics import inverse_dynamics
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import OWN, Rows
-from hefting.torques.live import LiveTorques
+from hefting.torques.equations import OWN, LiveTorques, Rows, TorqueScales
 from hefting.torques.noise import fit
 from hefting.torques.runs import drifting
-from hefting.torques.scales import TorqueScales
 
 BODY = InertialParameters.from_com(
     0.8, [0.01, 0.02, 0.08], np.diag([2e-3, 2.2e-3, 1e-3])

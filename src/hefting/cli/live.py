@@ -40,8 +40,8 @@ if TYPE_CHECKING:
     from hefting.online import LiveEstimate, LiveIdentifier
     from hefting.online.samples import Samples
     from hefting.shapes import Shape
-    from hefting.sources.pump import Pump
-    from hefting.sources.request import Request
+    from hefting.sources.live import Pump
+    from hefting.sources.registry import Request
 
 EXAMPLES = (
     "hefting live ws://robot:8765 --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
@@ -172,7 +172,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(a: argparse.Namespace) -> int:
     from hefting.online import LiveIdentifier
-    from hefting.sources.pump import Pump
+    from hefting.sources.live import Pump
     from hefting.sources.record import Recorder
     from hefting.sources.registry import source_of
 
@@ -332,7 +332,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 def _request(a: argparse.Namespace) -> "Request":
     """What is asked of the source."""
     from hefting.request.recording import recording_of
-    from hefting.sources.request import Request
+    from hefting.sources.registry import Request
 
     if not 0 < a.speed <= FASTEST:
         what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"

@@ -16,7 +16,7 @@ from hefting.request.numbers import numbers
 
 if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates
-    from hefting.simulation.held import HeldObject
+    from hefting.simulation.objects import HeldObject
     from hefting.simulation.scenario import Scenario, Simulated
 
 EXAMPLES = (

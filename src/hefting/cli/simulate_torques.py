@@ -12,7 +12,7 @@ from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
-    from hefting.simulation.held import HeldObject
+    from hefting.simulation.objects import HeldObject
     from hefting.simulation.torque_scenario import TorquesSimulated
 
 LASTS = 30.0

@@ -92,7 +92,7 @@ def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
 def calibrate(a: argparse.Namespace) -> list[str]:
     """Write the arm's calibration; lines to print."""
     from hefting.identification.by_torques import calibrate_arm
-    from hefting.torques.arm_file import save_arm
+    from hefting.torques.runs import save_arm
 
     _refuse_wrench_options(a)
     dynamics, runs = calibrate_arm(

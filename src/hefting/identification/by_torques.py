@@ -24,11 +24,10 @@ from hefting.identification.identify import estimator_for, estimator_knowing
 from hefting.identification.known import known_of
 from hefting.identification.run import understand
 from hefting.shapes import Shape
-from hefting.torques.arm_file import load_arm
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
-from hefting.torques.recorded import samples_of, still_joints
-from hefting.torques.runs import EmptyRuns, LoadedRuns
+from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
+from hefting.torques.samples import samples_of, still_joints
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
 """(10,) standard deviations of what a published arm is taken for in the payload [kg,

@@ -1,7 +1,9 @@
-"""Inspection of a recording before anything is identified: how ingest reads it, and
-what is missing. A poor recording does not raise."""
+"""Inspection of a recording before anything is identified. A poor recording does not
+raise."""
 
+from collections.abc import Iterator
 from dataclasses import replace
+from math import degrees
 
 import numpy as np
 
@@ -9,17 +11,20 @@ from hefting.core.errors import InputError
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, check_gravity
+from hefting.core.spatial import SPEED_LIMIT, Array, check_gravity
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE, FreeFit
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import check_wrench
-from hefting.inspection.advice import advice
-from hefting.inspection.movement import Movement, movement
+from hefting.inspection.facts import (
+    Movement,
+    StreamFacts,
+    movement,
+    stream_facts,
+    wrench_facts,
+)
 from hefting.inspection.result import GravityHint, Inspection
-from hefting.inspection.streams import stream_facts
-from hefting.inspection.wrench import wrench_facts
 from hefting.motion import measure
 
 EMPTY = "the wrench is zero throughout"
@@ -65,7 +70,7 @@ def inspect(recording: Recording, gravity: GravityLike = ON_EARTH) -> Inspection
 
 
 def _obstacle(recording: Recording) -> str:
-    """Why the recording cannot be conditioned; empty if it has all that is needed."""
+    """Why it cannot be conditioned; empty if it has all that is needed."""
     if not recording.has("wrench"):
         return "there is no wrench"
     if not recording.has("orientation"):
@@ -85,7 +90,6 @@ def _inspection(
     gravity: Array,
     missing: dict[str, str],
 ) -> Inspection:
-    """The findings, without advice."""
     facts = identifiable = hint = None
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
     if found is None:
@@ -137,7 +141,6 @@ def _inspection(
 
 
 def _without_bias(found: Ingested) -> FreeFit:
-    """The free fit without a bias, in the project's sign."""
     return found.fit if found.bias == "none" else found.alone
 
 
@@ -170,3 +173,153 @@ def _quick_mass(recording: Recording, gravity: Array) -> float | None:
 def _reason(error: InputError) -> str:
     """What is wrong, and what to do about it, without the file's name."""
     return f"{error.what}; {error.fix}" if error.fix else error.what
+
+
+OFFSET = 0.005
+"""[s]"""
+FEW_HERTZ = 50.0
+"""Slower poses lose the accelerations of a hand's motion."""
+SHORT = 5.0
+"""[s]"""
+SHARE = 0.02
+"""of samples missing, or left out"""
+BRISK = 0.2
+"""[rad/s] on average that slow streams do not follow"""
+LITTLE = 0.5
+"""[rad] that gravity should turn by in sensor axes"""
+WEAK = 1.0
+"""SNR of a channel that shows noise more than the object."""
+
+
+def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
+    """Sentences for a person, the most pressing first."""
+    if "object" in found.missing:
+        return _what_is_missing(found, recording)
+    ready = f"ready: hefting identify {found.log} --shape MESH"
+    return (*(list(_obstacles(found)) or [ready]), *_improvements(found))
+
+
+def _what_is_missing(found: Inspection, recording: Recording) -> tuple[str, ...]:
+    reason = found.missing["object"]
+    if not recording.has("orientation"):
+        if recording.has("joint_positions"):
+            return ("joint angles: give `urdf` robot.urdf `sensor_frame` NAME",)
+        return ("record the orientation of the sensor (qx qy qz qw), or joint angles",)
+    if not recording.has("wrench"):
+        return ("record the wrench (fx fy fz tx ty tz)",)
+    if not recording["wrench"].values.any():
+        return (f"{reason}: check which columns hold it",)
+    return (f"nothing can be identified: {reason}",)
+
+
+def _obstacles(found: Inspection) -> Iterator[str]:
+    m, sign = found.movement, found.sign
+    assert m is not None
+    assert found.facts is not None
+    assert found.identifiability is not None
+    open_ = found.identifiability.open
+    if found.facts.bias is None:
+        if m.turn > LITTLE:
+            yield "no mass is found beside a bias: is anything held, or does the controller subtract its payload?"
+        else:
+            yield "record other orientations: a bias cannot be told from the object's weight in this one"
+    if sign is not None and not sign.certain:
+        yield "the wrench's sign is not certain: give `sign` on-object or on-sensor"
+    yield from found.identifiability.summary
+    if m.turn < LITTLE and {"m", "mcx", "mcy", "mcz"} & set(open_):
+        yield (
+            f"gravity turned by {_degrees(m.turn)} at most in sensor axes: tilt the sensor by 60° or more, then about "
+            "another axis"
+        )
+    if any(name.startswith("J") for name in open_):
+        how = f"hefting identify {found.log} --shape MESH"
+        yield f"give `shape`: it says of the inertia what the motion does not ({how})"
+
+
+def _improvements(found: Inspection) -> Iterator[str]:
+    yield from _of_wrench(found)
+    hint, m = found.gravity_hint, found.movement
+    assert m is not None
+    known = (
+        m.turn > LITTLE
+        and (found.static or found.duration > SHORT)
+        and "m" not in found.undetermined
+    )
+    # what puts the recording in doubt is said with the verdict
+    no_doubt = found.verdict.level == "good"
+    if hint is not None and hint.serious and known and no_doubt:
+        yield (
+            f"the data would have gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
+            "give `gravity` estimate"
+        )
+    if m.above_limit and m.linear_speed is not None:
+        yield f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218"
+    if m.dynamism is None:
+        yield "record positions (px py pz) or an accelerometer: without, mass and COM are all there is"
+    if found.undetermined:
+        if (
+            found.static
+            and found.streams["wrench"].samples < 10
+            and {"m", "mcx", "mcy", "mcz"} & {*found.undetermined}
+        ):
+            yield "record ten static poses or more"
+        elif not found.static and found.duration < SHORT:
+            yield f"record ten seconds or more: {found.duration:.2g} s is short"
+    yield from _of_streams(found)
+
+
+def _of_wrench(found: Inspection) -> Iterator[str]:
+    c = found.conditioned
+    if c is not None:
+        if abs(c.offset) > OFFSET:
+            late = "late" if c.offset > 0.0 else "early"
+            yield f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify shifts it by itself"
+        if c.bias.kind != "constant":
+            yield "the bias drifts: identify removes it; better, let the sensor warm up before recording"
+        if c.reasons.get("saturation"):
+            yield "the sensor reached its limit: move slower, zero it first, or use one of a larger range"
+        n = max(len(c.rejected), 1)
+        if c.reasons.get("contact", 0) > SHARE * n:
+            share = _percent(c.reasons["contact"] / n)
+            yield f"{share} of the samples do not fit one free body: does the object touch something, or swing?"
+        if c.reasons.get("spike", 0) > SHARE * n:
+            share = _percent(c.reasons["spike"] / n)
+            yield f"{share} of the samples are spikes, left out: check the sensor's cable, filter and clock"
+    assert found.facts is not None
+    for name in ("force", "torque"):
+        channels = found.facts.channels[name]
+        ratio = float(
+            (channels.signal**2).sum() / max((channels.noise**2).sum(), 1e-300)
+        )
+        if ratio < WEAK:
+            yield f"the {name} shows more noise than object (SNR {ratio:.2g}): record longer"
+
+
+def _of_streams(found: Inspection) -> Iterator[str]:
+    if found.static:
+        return
+    m = found.movement
+    for name in ("orientation", "wrench"):
+        facts = found.streams[name]
+        what = "poses" if name == "orientation" else "wrenches"
+        if (
+            0.0 < facts.rate < FEW_HERTZ
+            and m is not None
+            and m.angular_speed[0] > BRISK
+        ):
+            yield f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower"
+        if facts.missing > SHARE:
+            yield _lost(what, facts)
+
+
+def _lost(what: str, facts: StreamFacts) -> str:
+    longest = f", for {facts.longest_gap:.2g} s at the longest" if facts.gaps else ""
+    return f"{_percent(facts.missing)} of the {what} are missing{longest}: check the network and the recorder's load"
+
+
+def _percent(share: float) -> str:
+    return f"{100.0 * share:.0f} %" if share > 0.1 else f"{100.0 * share:.1f} %"
+
+
+def _degrees(angle: float) -> str:
+    return f"{degrees(angle):.{0 if degrees(angle) >= 10.0 else 1}f}°"

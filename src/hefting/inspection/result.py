@@ -13,9 +13,7 @@ from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.ingested import Ingested
-from hefting.inspection.movement import Movement
-from hefting.inspection.streams import StreamFacts
-from hefting.inspection.wrench import WrenchFacts
+from hefting.inspection.facts import Movement, StreamFacts, WrenchFacts
 
 
 @dataclass(frozen=True)
@@ -141,30 +139,15 @@ class Inspection:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; see the class for the keys."""
-        names = (
-            "log",
-            "duration",
-            "static",
-            "notes",
-            "gravity",
-            "quick_mass",
-            "missing",
-            "advice",
-            "warnings",
-        )
-        out = {name: getattr(self, name) for name in names}
+        names = "log duration static notes gravity quick_mass missing advice warnings"
+        out = {name: getattr(self, name) for name in names.split()}
         out["verdict"] = self.verdict.level
         out["reasons"] = list(self.verdict.reasons)
         out["streams"] = {name: asdict(facts) for name, facts in self.streams.items()}
-        out["undetermined"] = (
-            None if self.identifiability is None else self.undetermined
-        )
-        out["identifiability"] = (
-            None if self.identifiability is None else self.identifiability.to_dict()
-        )
-        out["wrench"] = self.sign and (
-            "on-object" if self.sign.on_object else "on-sensor"
-        )
+        told = self.identifiability
+        out["undetermined"] = told and self.undetermined
+        out["identifiability"] = told and told.to_dict()
+        out["wrench"] = self.sign and self.sign.name
         out["stretches"] = [] if self.changes is None else self.changes.to_dicts()
         out["wrench_t"] = self.sign and self.sign.t
         said = (*self.notes, *self.findings, *self.warnings)
@@ -201,36 +184,17 @@ class Inspection:
             "clock_offset": None
             if c.offset_std is None
             else {"offset": c.offset, "std": c.offset_std},
-            "drift": {
-                "kind": c.bias.kind,
-                "knots": c.bias.knots,
-                "range": c.bias.range,
-            },
+            "drift": {key: getattr(c.bias, key) for key in ("kind", "knots", "range")},
             "outliers": {**c.reasons, "share": float(np.mean(c.rejected))},
             "autocorrelation": c.autocorrelation,
         }
 
     def _facts(self) -> dict[str, Any]:
         f = self.facts
-        names = (
-            "mass",
-            "mass_std",
-            "quick_mass_less_bias",
-            "bias",
-            "bias_t",
-            "noise",
-            "gravity_dominance",
-        )
-        out = {name: f and getattr(f, name) for name in names}
-        channels = None
-        if f is not None:
-            channels = {
-                name: {
-                    "unit": c.unit,
-                    "signal": c.signal,
-                    "noise": c.noise,
-                    "snr": c.snr,
-                }
-                for name, c in f.channels.items()
-            }
+        names = "mass mass_std quick_mass_less_bias bias bias_t noise gravity_dominance"
+        out = {name: f and getattr(f, name) for name in names.split()}
+        channels = f and {
+            name: {key: getattr(c, key) for key in ("unit", "signal", "noise", "snr")}
+            for name, c in f.channels.items()
+        }
         return out | {"signal_to_noise": channels}

@@ -9,34 +9,30 @@ import numpy as np
 
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
-from hefting.planning.constraints import (
+from hefting.planning.information import features
+from hefting.planning.kinematics import Chain, Trajectory
+from hefting.planning.limits import (
     CLEARANCE,
     CLEARANCE_SCALE,
     Constraints,
     JointStates,
 )
-from hefting.planning.information import features
-from hefting.planning.kinematics import Chain
 from hefting.planning.space import Space
-from hefting.planning.trajectory import Trajectory
 
 FINE = 1000.0
-"""[Hz] of the grid on which limits are kept."""
+"""[Hz] on which limits are kept."""
 CLEARANCE_RATE = 100.0
-"""[Hz] of the grid on which clearances are looked at: in half of its interval nothing
-moves farther than a quarter of the clearance that is kept."""
+"""[Hz] on which clearances are looked at: in half of its interval nothing moves farther
+than a quarter of the clearance that is kept."""
 BINDING = 0.97
-"""Share of a limit from which on it is said to bind."""
+"""Share of a limit from which on it binds."""
 NAMES = {
+    **{name: f"the {name} of {{}}" for name in JointStates._fields},
     "position": "the range of {}",
-    "speed": "the speed of {}",
-    "acceleration": "the acceleration of {}",
-    "jerk": "the jerk of {}",
     "corner_speed": "the speed of {}",
     "force": "the sensor's range of force",
     "torque": "the sensor's range of torque",
 }
-"""How limits are called in a sentence."""
 
 EXCESSES = {
     **{name: (f"{name}+", f"{name}-") for name in JointStates._fields},
@@ -44,7 +40,6 @@ EXCESSES = {
     "force": ("wrench+", "wrench-"),
     "torque": ("wrench+", "wrench-"),
 }
-"""How each limit is called on the optimisation's grid."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +47,9 @@ class Usage:
     """What a motion uses of its limits."""
 
     shares: dict[str, float]
-    """largest share of each limit"""
+    """largest of each limit"""
     places: dict[str, tuple[str, float]]
-    """joint or corner at which that is, and when [s]"""
+    """joint or corner, and when [s]"""
     clearance: float | None
     """[m] least; None where nothing is around"""
     nearest: str
@@ -68,10 +63,9 @@ class Usage:
         constraints: Constraints,
         joints: tuple[str, ...],
         space: Space | None,
-        rate: float = FINE,
     ) -> Self:
-        """Of a motion of named joints, among the solids of `space`."""
-        count = max(round(trajectory.duration * rate), 1)
+        """Of a motion of named joints."""
+        count = max(round(trajectory.duration * FINE), 1)
         time = np.linspace(0.0, trajectory.duration, count + 1)
         motion = trajectory.at(time)
         states = JointStates(
@@ -101,37 +95,40 @@ class Usage:
                     add(name, wrench[:, part], ("x", "y", "z"))
         clearance, nearest = None, ""
         if space is not None:
-            q = trajectory.sampled(min(CLEARANCE_RATE, rate)).position
+            q = trajectory.sampled(CLEARANCE_RATE).position
             clearance, nearest = space.nearest(q)
         return cls(shares, places, clearance, nearest)
 
     @property
     def largest(self) -> float:
-        """Share of the limit that is used most; above one where a limit is broken."""
-        clear = 0.0
-        if self.clearance is not None:
-            clear = 1.0 + (0.5 * CLEARANCE - self.clearance) / CLEARANCE
+        """Share of the limit that is used most."""
+        clear = 1.0 + self._lacking / CLEARANCE
         return max(*self.shares.values(), clear)
 
     @property
+    def _lacking(self) -> float:
+        """Of half the clearance that is kept [m]."""
+        clear = np.inf if self.clearance is None else self.clearance
+        return 0.5 * CLEARANCE - clear
+
+    @property
     def beyond(self) -> dict[str, float]:
-        """How far each limit is broken that is, by its names in `Look.excesses`."""
+        """How far limits are broken, by their names in `Look.excesses`."""
         found = {
             name: share - 1.0
             for kind, share in self.shares.items()
             if share > 1.0
             for name in EXCESSES[kind]
         }
-        lacking = 0.0 if self.clearance is None else 0.5 * CLEARANCE - self.clearance
-        if lacking > 0.0:
-            share = lacking / CLEARANCE_SCALE
+        if self._lacking > 0.0:
+            share = self._lacking / CLEARANCE_SCALE
             found |= dict.fromkeys(("contact", "clearance"), share)
         return found
 
     @property
     def worst(self) -> str:
         """The limit that is used most, in words."""
-        if self.clearance is not None and self.clearance < 0.5 * CLEARANCE:
+        if self._lacking > 0.0:
             return f"the clearance between {self.nearest}"
         return self._named(max(self.shares, key=lambda name: self.shares[name]))
 

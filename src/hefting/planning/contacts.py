@@ -1,21 +1,21 @@
-"""Distances between pairs of convex solids, by coal (extra ``robot``)."""
+"""Distances between pairs of convex solids, by coal (extra ``robot``), and the pairs
+that an SRDF says not to check."""
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from importlib import import_module
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import MissingDependencyError
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.files import parse_xml, read_xml
 from hefting.core.spatial import Array, Indices
 from hefting.planning.solids import Solid
 
 
 class Contacts:
-    """Pairs of solids, and how far they are from each other.
-
-    Raises `MissingDependencyError` without coal.
-    """
+    """Pairs of solids, and their distances. `MissingDependencyError` without coal."""
 
     def __init__(self, solids: Sequence[Solid], pairs: Indices):
         try:
@@ -33,12 +33,10 @@ class Contacts:
     def nearest(
         self, position: Array, rotation: Array, below: Array
     ) -> tuple[Array, Indices]:
-        """Smallest distance (K,) [m] of any pair, negative where two overlap, and which
-        pair it is (K,).
+        """Smallest distance (K,) [m] of any pair, and which pair it is; not beyond
+        `below` (K,) [m], of which the pair is -1.
 
-        `position` (K, S, 3) and `rotation` (K, S, 3, 3) are those of the solids' links.
-        Where no pair is nearer than `below` (K,) [m], that is the distance, and -1 the
-        pair.
+        Solids' links have `position` (K, S, 3) and `rotation` (K, S, 3, 3).
         """
         bounds = self._bounds(position, rotation)
         distance, which = below.copy(), np.full(len(position), -1)
@@ -62,8 +60,7 @@ class Contacts:
         return touch
 
     def _bounds(self, position: Array, rotation: Array) -> Array:
-        """Distances (K, P) [m] that no pair is nearer than, from spheres around the
-        solids."""
+        """(K, P) [m] that no pair is nearer than, by spheres around the solids."""
         center = np.einsum("ksij,sj->ksi", rotation, self._centers) + position
         first, second = self.pairs.T
         apart = np.linalg.norm(center[:, first] - center[:, second], axis=2)
@@ -72,7 +69,6 @@ class Contacts:
     def _distance(
         self, pair: Indices, position: Array, rotation: Array, poses: dict[int, Any]
     ) -> float:
-        """Distance of one pair at one configuration; `poses` keeps what is made."""
         for s in pair:
             if s not in poses:
                 poses[s] = self._coal.Transform3s(rotation[s], position[s])
@@ -87,8 +83,38 @@ class Contacts:
 
 
 def _convex(coal: Any, solid: Solid) -> Any:
-    """A solid for coal."""
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     points.extend(list(np.asarray(solid.vertices)))
     faces.extend([coal.Triangle(*map(int, face)) for face in solid.faces])
     return coal.Convex(points, faces)
+
+
+MOST = 200_000
+"""Elements that are read: pairs of a humanoid with hands are some 5,000."""
+
+
+def read_disabled_pairs(
+    path: str | Path, links: Collection[str]
+) -> frozenset[frozenset[str]]:
+    """Pairs of `links` whose collisions an SRDF disables (https://wiki.ros.org/srdf);
+    `InputError` where it does so for none, and for another file."""
+    pairs: set[frozenset[str]] = set()
+    roots: list[str] = []
+
+    def start(tag: str, attributes: dict[str, str], _: int):
+        roots.append(tag)
+        if roots[0] != "robot":
+            what = f"is not SRDF: its root is <{tag[:40]}>, not <robot>"
+            raise InputError(what, where=path)
+        if tag == "disable_collisions":
+            pair = {attributes.get("link1", ""), attributes.get("link2", "")}
+            if pair <= set(links):
+                pairs.add(frozenset(pair))
+        if len(roots) > MOST:
+            raise InputError(f"has more than {MOST:,} elements", where=path)
+
+    parse_xml(read_xml(path), path, start, lambda *_: None)
+    if not pairs:
+        what = "has no <disable_collisions> between links of the robot"
+        raise InputError(what, where=path, fix="is it of this robot?")
+    return frozenset(pairs)

@@ -1,5 +1,4 @@
-"""What is known of the held object before the motion: a body to plan for, the box it is
-in, and how much is known of its parameters."""
+"""What is known of the held object before the motion."""
 
 from __future__ import annotations
 
@@ -20,20 +19,18 @@ from hefting.shapes import Shape
 UNKNOWN_MASS = 1.0
 """[kg] of an object of which nothing is known."""
 UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
-"""[m] Opposite corners of the box in the sensor frame that it is taken to be in: a hand
-tool in a gripper."""
+"""[m] Opposite corners in the sensor frame: a hand tool in a gripper."""
 
 
 @dataclass(frozen=True, eq=False)
 class Held:
-    """The object, as far as it is known."""
+    """A body to plan for, the box it is in, and how much is known of it."""
 
     body: InertialParameters
-    """a likely one, in the sensor frame"""
     corners: Array
     """(8, 3) [m] of its box, in the sensor frame"""
     information: Array
-    """(10, 10) inverse of the covariance of its parameters"""
+    """(10, 10) of its parameters"""
     shape: Shape | None
     estimate: Estimate | None
     notes: tuple[Message, ...]
@@ -41,21 +38,16 @@ class Held:
 
     @classmethod
     def of(cls, estimate: Estimate | None, shape: Shape | None) -> Self:
-        """From an earlier estimate, a shape, both or neither.
-
-        An estimate is taken to know the shape already. Raises `InputError` for one
-        without mass, and for a covariance that is none.
-        """
+        """From an earlier estimate, which knows the shape already, a shape, both or
+        neither. Raises `InputError` for an estimate without mass, and for a covariance
+        that is none."""
         notes: list[Message] = []
         if estimate is None:
             body = _body(shape)
             known = Bayes(shape or Shape.unknown()).prior_covariance(body.mass)
             information = np.linalg.inv(known)
             where = "box" if shape is None else "shape"
-            what = (
-                f"planned for a body of {body.mass:g} kg that is evenly spread in the "
-                f"{where}"
-            )
+            what = f"planned for a body of {body.mass:g} kg that is evenly spread in the {where}"
             notes.append(note("plan-body-assumed", what, "estimate"))
         else:
             body, information = _known(estimate)
@@ -76,8 +68,8 @@ class Held:
 
 
 def box_corners(shape: Shape) -> Array:
-    """Corners (8, 3) [m] of the bounding box of a shape along its own axes, in the
-    sensor frame."""
+    """(8, 3) [m] of the bounding box of a shape along its own axes, in the sensor
+    frame."""
     axes = shape.pose[:3, :3]
     own = np.vstack((shape.hull, shape.positions)) @ axes
     return _corners(own.min(axis=0), own.max(axis=0)) @ axes.T
@@ -90,8 +82,8 @@ def _corners(low: Array, high: Array) -> Array:
 
 
 def _unknown_corners(estimate: Estimate | None) -> Array:
-    """Of the box where no shape is known, wide enough to hold the COM in the middle."""
-    low, high = (np.array(corner) for corner in UNKNOWN_BOX)
+    """Wide enough to hold the COM in the middle."""
+    low, high = np.array(UNKNOWN_BOX)
     if estimate is not None:
         half, c = 0.5 * (high - low), estimate.center_of_mass
         low, high = np.minimum(low, c - half), np.maximum(high, c + half)
@@ -99,25 +91,22 @@ def _unknown_corners(estimate: Estimate | None) -> Array:
 
 
 def _body(shape: Shape | None) -> InertialParameters:
-    """1 kg, evenly spread."""
     if shape is not None:
         own = shape.homogeneous
         return InertialParameters(UNKNOWN_MASS / own.mass * own.vector)
-    low, high = (np.array(corner) for corner in UNKNOWN_BOX)
+    low, high = np.array(UNKNOWN_BOX)
     squares = (high - low) ** 2
     J = UNKNOWN_MASS / 12.0 * np.diag(squares.sum() - squares)
     return InertialParameters.from_com(UNKNOWN_MASS, 0.5 * (low + high), J)
 
 
 def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
-    """Body and information of an estimate; where a variance is infinite, that it is near
-    the sensor."""
+    """Body and information of an estimate; where a variance is infinite, that it is
+    near the sensor."""
     body, C = estimate.parameters, estimate.covariance
     if not body.mass > 0.0:
-        raise InputError(
-            "the estimate has no mass to plan for",
-            fix="identify again, or leave it out",
-        )
+        what = "the estimate has no mass to plan for"
+        raise InputError(what, fix="identify again, or leave it out")
     if C is None:
         what = f"the estimate by {estimate.method} has no covariance to plan from"
         raise InputError(what, fix="identify with Bayes")

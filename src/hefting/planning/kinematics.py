@@ -1,5 +1,6 @@
-"""Motion of the sensor frame in its own axes, for all samples at once, and the gradient
-of any function of it by the joints' motion.
+"""Joint trajectories that start and end at rest, B-splines of degree five; the motion of
+the sensor frame in its own axes, for all samples at once, and the gradient of any
+function of it by the joints' motion.
 
 With links i = 1..n, screw axes s_i (unit vectors, in axes of link i), the twist
 V = (w, v) and its derivative A = (w', a) of a frame fixed to link i at a point of axis
@@ -23,46 +24,105 @@ from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
+from scipy.interpolate import BSpline
 
 from hefting.core.spatial import Array, cross, frozen, rotation_matrices, skew
+from hefting.robots.joint_motion import JointMotion
 from hefting.robots.robot import Robot
+
+DEGREE = 5
+AT_REST = 3
+"""Equal control points at each end."""
+
+
+def knots_of(duration: float, pieces: int) -> Array:
+    """Of so many equal polynomial pieces over `duration` [s]."""
+    inner = np.linspace(0.0, duration, pieces + 1)
+    return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
+
+
+@dataclass(frozen=True, eq=False)
+class Trajectory:
+    """q(t) = sum_i B_i(t) c_i, three times continuously differentiable and more."""
+
+    knots: Array
+    """(m + 6,) [s]"""
+    points: Array
+    """(m, n) control points [rad]; the first three are equal, and the last three"""
+
+    def __post_init__(self):
+        object.__setattr__(self, "knots", frozen(self.knots))
+        object.__setattr__(self, "points", frozen(self.points))
+
+    @property
+    def duration(self) -> float:
+        """[s]"""
+        return float(self.knots[-1])
+
+    @property
+    def start(self) -> Array:
+        """(n,) [rad]"""
+        return self.points[0]
+
+    @cached_property
+    def _derivatives(self) -> tuple[BSpline, ...]:
+        own = BSpline(self.knots, self.points, DEGREE)
+        return tuple(own.derivative(k) if k else own for k in range(4))
+
+    def at(self, time: ArrayLike) -> JointMotion:
+        """At instants (K,) [s]; at rest before the start and after the end."""
+        t = np.asarray(time, dtype=float)
+        inside = np.clip(t, 0.0, self.duration)
+        q, v, a = (each(inside) for each in self._derivatives[:3])
+        return JointMotion(t, q, v, a)
+
+    def jerk(self, time: ArrayLike) -> Array:
+        """(K, n) [rad/s³]"""
+        return self._derivatives[3](np.asarray(time, dtype=float))
+
+    def sampled(self, rate: float) -> JointMotion:
+        """At `rate` [Hz], start and end among the samples."""
+        count = max(round(self.duration * rate), 1)
+        return self.at(np.linspace(0.0, self.duration, count + 1))
+
 
 W, V, DW, A, P = range(5)
 """Vectors that are carried along the arm: angular and linear velocity, their
-derivatives, and the way from the root's origin to the frame's."""
+derivatives, and the way from the root's origin."""
 VECTORS = 5
 
 
 class TipMotion(NamedTuple):
-    """Motion of the sensor frame at K instants, in sensor axes unless said."""
+    """Of the sensor frame at K instants, in its axes."""
 
     angular_velocity: Array
     """(3, K) [rad/s]"""
     velocity: Array
-    """(3, K) of the origin [m/s]"""
+    """(3, K) [m/s]"""
     angular_acceleration: Array
     """(3, K) [rad/s²]"""
     acceleration: Array
-    """(3, K) of the origin, classical, less gravity [m/s²]"""
+    """(3, K) classical, less gravity [m/s²]"""
     position: Array
-    """(3, K) of the origin, from the root's [m]"""
+    """(3, K) from the root's origin [m]"""
     rotation: Array
-    """(3, 3, K) rows are the root's axes, in sensor axes"""
+    """(3, 3, K) rows are the root's axes"""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The joints of a robot that move its sensor frame, as `motion` needs them."""
+    """The joints of a robot that move its sensor frame."""
 
     axes: Array
     """(n, 3) in root axes, the robot's joints at zero"""
     steps: Array
-    """(n + 1, 3) [m] from each joint's point to the next, the first from the root's
-    origin, the last to the sensor's"""
+    """(n + 1, 3) [m] from the root's origin to each joint's point, and to the sensor's
+    origin"""
     columns: tuple[int, ...]
     multipliers: Array
     offsets: Array
-    """of each joint's position: multiplier * q[column] + offset"""
+    """joint position: multiplier * q[column] + offset"""
     home: Array
     """(3, 3) sensor axes in root axes at zero"""
     gravity: Array
@@ -90,7 +150,7 @@ class Chain:
         return [(skew(axis), skew(axis) @ skew(axis)) for axis in self.axes]
 
     def forward(self, q: Array, dq: Array, ddq: Array) -> Passed:
-        """Motion of the tip for joint motions (K, n), and what the way back needs."""
+        """For joint motions (K, n)."""
         K = len(q)
         x = np.zeros((3, VECTORS, K))
         x[:, A] = -self.gravity[:, None]
@@ -132,21 +192,20 @@ class Chain:
 
 
 class TipGradient(NamedTuple):
-    """Derivatives of a function by a `TipMotion`, in sensor axes; each (3, K)."""
+    """Derivatives (3, K) by a `TipMotion`, and by a shift (force) and a turn (torque)
+    of the frame along and about its axes, at its origin."""
 
     angular_velocity: Array
     velocity: Array
     angular_acceleration: Array
     acceleration: Array
     force: Array
-    """by a shift of the frame along its axes"""
     torque: Array
-    """by a turn of the frame about its axes, at its origin"""
 
 
 @dataclass(frozen=True, eq=False)
 class Passed:
-    """A forward pass."""
+    """Motion of the tip, and what the way back needs."""
 
     chain: Chain
     motion: TipMotion
@@ -156,13 +215,13 @@ class Passed:
 
     @cached_property
     def rates(self) -> Array:
-        """(n, K) [rad/s] of screws that move alone, as `screws` has them"""
+        """(n, K) [rad/s] of screws that move alone"""
         return np.array([rate for _, _, rate, _ in self.links])
 
     @cached_property
     def screws(self) -> Array:
-        """(3, 2, n, K) screw axis of each joint, linear and angular: the twist of the
-        sensor frame, in its axes, by a unit speed of that joint."""
+        """(3, 2, n, K) linear and angular: the twist of the sensor frame, in its axes,
+        by a unit speed of each joint."""
         chain, K = self.chain, self.motion.velocity.shape[1]
         found = np.zeros((3, 2, len(chain.columns), K))
         for i, (sin, cos, _, _) in enumerate(self.links):
@@ -182,8 +241,8 @@ class Passed:
         """Derivatives (K, n) by joint positions of what has those `by` (3, 2, n, K) by
         the screws.
 
-        A joint turns the frame against the screws before it: dS_j/dq_i = S_j x S_i,
-        the Lie bracket, for i > j, else zero.
+        A joint turns the frame against the screws before it: dS_j/dq_i = S_j x S_i, the
+        Lie bracket, for i > j, else zero.
         """
         v, w = self.screws[:, 0], self.screws[:, 1]
         turn = cross(w, by[:, 1]) + cross(v, by[:, 0])
@@ -240,13 +299,11 @@ class Passed:
 
 
 def _step(x: Array, step: Array) -> None:
-    """Move the vectors (3, 5, K) of a frame by a step (3,) [m]."""
     x[:, V] += cross(x[:, W], step[:, None])
     x[:, A] += cross(x[:, DW], step[:, None])
     x[:, P] += step[:, None]
 
 
 def _step_back(y: Array, step: Array) -> None:
-    """Move wrenches (3, 6, K) against a step (3,) [m]."""
     for pair in (0, 2, 4):
         y[:, pair] += cross(step[:, None], y[:, pair + 1])

@@ -1,14 +1,20 @@
-"""Limits that a planned motion keeps at every instant."""
+"""Limits that a planned motion keeps, and how far it is from them, as shares."""
 
+from __future__ import annotations
+
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Self
+from typing import NamedTuple, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import SPEED_LIMIT, Array, frozen
+from hefting.core.spatial import SPEED_LIMIT, Array, cross, frozen
+from hefting.planning.information import expected_wrench
+from hefting.planning.kinematics import TipMotion
+from hefting.planning.space import HalfSpace
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import read_urdf
 
@@ -49,9 +55,8 @@ class Limits:
         if self.position.shape != (n, 2) or np.isnan(self.position).any():
             raise InputError("position is not a low and a high end (n, 2)", "Limits")
         if (self.position[:, 0] >= self.position[:, 1]).any():
-            raise InputError(
-                "a joint's lowest position is not below its highest", "Limits"
-            )
+            what = "a joint's lowest position is not below its highest"
+            raise InputError(what, "Limits")
         for field in fields(self)[1:]:
             value = getattr(self, field.name)
             shape = () if field.name in NUMBERS else (n,)
@@ -59,10 +64,9 @@ class Limits:
                 continue
             own = np.asarray(value, dtype=float)
             if own.shape != shape or not (own > 0.0).all():
-                what = "a positive number" + (
-                    f" of each of {n} joints" if shape else ""
-                )
-                raise InputError(f"{field.name} is not {what}", "Limits")
+                of = f" of each of {n} joints" if shape else ""
+                what = f"{field.name} is not a positive number{of}"
+                raise InputError(what, "Limits")
 
     @classmethod
     def from_urdf(
@@ -78,25 +82,19 @@ class Limits:
         """Positions and speeds of a URDF's `<limit>` elements, for the joints of
         `robot`.
 
-        Parameters
-        ----------
-        path : the URDF that `robot` was made from.
-        acceleration, jerk : of all joints, or (n,) of each [rad/s²], [rad/s³]; by
-            default `ACCELERATION` and `JERK`, as no URDF has them.
-        corner_speed, force, torque : as in `Limits`.
-
-        Raises `InputError` for a joint without limits, naming it, for a joint that
-        slides, and for one that others mimic.
+        `acceleration` and `jerk` are of all joints, or (n,) of each [rad/s²], [rad/s³];
+        by default `ACCELERATION` and `JERK`, as no URDF has them. Raises `InputError`
+        for a joint without limits, naming it, for a joint that slides, and for one that
+        others mimic.
         """
         tree = read_urdf(path)
         positions, speeds = [], []
         for name in robot.joints:
             joint, where = tree.joints[name], f"{path}, joint '{name}'"
             if joint.kind == "prismatic":
+                what = "it slides, and plans are of joints that turn"
                 fix = "choose a tip that only turning joints move"
-                raise InputError(
-                    "it slides, and plans are of joints that turn", where, fix
-                )
+                raise InputError(what, where, fix)
             if joint.kind == "revolute" and joint.limits is None:
                 fix = (
                     'give <limit lower="..." upper="..." velocity="..."/> [rad, rad/s]'
@@ -124,3 +122,114 @@ class Limits:
 def _of_each(values: ArrayLike, n: int) -> Array:
     array = np.asarray(values, dtype=float)
     return np.full(n, float(array)) if array.ndim == 0 else array
+
+
+CLEARANCE = 0.005
+"""[m] that is kept: what a corner moves at 0.25 m/s in a fiftieth of a second."""
+CLEARANCE_SCALE = 0.1
+"""[m] into a wall that counts as much as a whole limit beyond it."""
+
+
+class JointStates(NamedTuple):
+    """Joint motion on a grid; each (K, n)."""
+
+    position: Array
+    speed: Array
+    acceleration: Array
+    jerk: Array
+
+
+@dataclass(frozen=True, eq=False)
+class Constraints:
+    """Limits as numbers that are at most zero where they are kept."""
+
+    limits: Limits
+    corners: Array
+    """(c, 3) [m] in the sensor frame"""
+    body: Array
+    """(10,) whose wrench is expected"""
+    normals: Array
+    """(p, 3) of half-spaces, in root axes"""
+    offsets: Array
+    """(p,) [m] with the margin"""
+
+    @classmethod
+    def of(
+        cls,
+        limits: Limits,
+        corners: Array,
+        body: Array,
+        half_spaces: Sequence[HalfSpace] = (),
+    ) -> Self:
+        """With the half-spaces that the corners keep to."""
+        normals = np.array([each.normal for each in half_spaces]).reshape(-1, 3)
+        offsets = CLEARANCE + np.array([each.offset for each in half_spaces])
+        return cls(
+            limits, frozen(corners), frozen(body), frozen(normals), frozen(offsets)
+        )
+
+    @property
+    def joint_scales(self) -> tuple[tuple[Array, Array], ...]:
+        """Middle and half-width (n,) of what each of `JointStates` may be; infinite
+        where nothing binds."""
+        own = self.limits
+        ends = own.position
+        bounded = np.isfinite(ends).all(axis=1)
+        middle = np.where(bounded, ends.sum(axis=1) / 2.0, 0.0)
+        half = np.where(bounded, (ends[:, 1] - ends[:, 0]) / 2.0, np.inf)
+        zero = np.zeros(len(ends))
+        others = ((zero, each) for each in (own.speed, own.acceleration, own.jerk))
+        return (np.nan_to_num(middle), half), *others
+
+    @property
+    def _ways(self) -> Array:
+        return self.corners.T[:, :, None]
+
+    def joint_shares(self, states: JointStates) -> list[Array]:
+        """Signed shares (K, n) of the limits of each of `JointStates`."""
+        pairs = zip(states, self.joint_scales, strict=True)
+        return [(x - middle) / half for x, (middle, half) in pairs]
+
+    def corner_velocities(self, tip: TipMotion) -> Array:
+        """(c, 3, K) in sensor axes [m/s]"""
+        turning = cross(tip.angular_velocity[:, None], self._ways)
+        return tip.velocity + turning.swapaxes(0, 1)
+
+    def corner_slopes(self, by: Array) -> tuple[Array, Array]:
+        """Derivatives (3, K) by velocity and angular velocity of what has those `by`
+        (c, 3, K) by the corners' velocities."""
+        return by.sum(axis=0), cross(self._ways, by.swapaxes(0, 1)).sum(axis=1)
+
+    def corner_shares(self, velocities: Array) -> Array:
+        """(c, K) speeds over the limit."""
+        return np.sqrt((velocities**2).sum(axis=1)) / self.limits.corner_speed
+
+    def wrench_shares(self, x: Array) -> Array:
+        """(6, K) signed, of the sensor's range, for features (12, K)."""
+        return expected_wrench(x, self.body) / self.wrench_range[:, None]
+
+    @property
+    def wrench_range(self) -> Array:
+        """(6,) infinite where there is none"""
+        own = self.limits
+        return np.repeat([own.force or np.inf, own.torque or np.inf], 3)
+
+    @property
+    def has_wrench_range(self) -> bool:
+        """Whether the sensor has a range."""
+        return bool(np.isfinite(self.wrench_range).any())
+
+    def clearances(self, tip: TipMotion) -> Array:
+        """(p, c, K) [m] of the corners from the half-spaces, beyond the margin."""
+        normals = np.einsum("pj,jik->pik", self.normals, tip.rotation)
+        along = np.einsum("pik,ci->pck", normals, self.corners)
+        return (
+            along + (self.normals @ tip.position)[:, None] - self.offsets[:, None, None]
+        )
+
+    def clearance_slopes(self, tip: TipMotion, by: Array) -> tuple[Array, Array]:
+        """Derivatives (3, K) by shifts and turns of the tip of what has those `by` (p,
+        c, K) by the clearances."""
+        normals = np.einsum("pj,jik->pik", self.normals, tip.rotation)
+        push = np.einsum("pck,pik->cik", by, normals)
+        return self.corner_slopes(push)

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -20,23 +20,103 @@ from hefting.core.spatial import (
     Array,
     check_gravity,
 )
-from hefting.planning.half_spaces import HalfSpace
 from hefting.planning.held import Held
-from hefting.planning.joint_torques import JointTorques, refuse_of_torques
-from hefting.planning.limits import ACCELERATION, JERK, Limits
-from hefting.planning.planner import Planner
-from hefting.planning.reach import LONGER, out_of_reach, time_needed
-from hefting.planning.result import Plan
-from hefting.planning.search import Found
-from hefting.planning.sensors import Sensor, WristSensor
-from hefting.planning.space import Space
+from hefting.planning.kinematics import Chain
+from hefting.planning.limits import ACCELERATION, JERK, Constraints, Limits
+from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
+from hefting.planning.result import (
+    INSTANTS,
+    LONGER,
+    Forecast,
+    Plan,
+    out_of_reach,
+    time_needed,
+)
+from hefting.planning.search import Found, Searcher, effort_named
+from hefting.planning.sensors import (
+    JointTorques,
+    Sensor,
+    WristSensor,
+    refuse_of_torques,
+)
+from hefting.planning.space import HalfSpace, Space
+from hefting.planning.tours import asked_of_tour, planned_tour
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
+
+RANDOM_STARTS = 12
+
+
+@dataclass(frozen=True, eq=False)
+class Planner:
+    """All that a motion is planned with, but its duration."""
+
+    robot: Robot
+    limits: Limits
+    held: Held
+    space: Space
+    sensor: Sensor
+    gravity: Array
+    start: ArrayLike | None
+    asked: Accuracy | None
+    stop_and_go: bool
+    seed: int
+
+    def planned(self, duration: float, effort: str) -> tuple[Found, Forecast]:
+        """The motion of `duration` [s] and its forecast; errors as of `plan`."""
+        rng = np.random.default_rng([self.seed, 7])
+        searcher = Searcher(self.robot.joints, self.space, effort_named(effort), rng)
+        problem = self.problem(duration)
+        starts = self._starts(problem, searcher)
+        best = (
+            planned_tour(searcher, problem, starts[0])
+            if self.stop_and_go
+            else searcher.best(problem, starts)
+        )
+        forecast = self.sensor.forecast(
+            best.trajectory,
+            INSTANTS[effort],
+            self.robot,
+            problem.chain,
+            self.held,
+            self.seed,
+        )
+        return best, forecast
+
+    def problem(self, duration: float) -> Problem:
+        """With all joints at zero at the start."""
+        vector = self.held.body.vector
+        asked = asked_of_tour(self.asked) if self.stop_and_go else self.asked
+        corners = np.vstack((np.zeros(3), self.held.corners))
+        return Problem(
+            Chain.of(self.robot, self.gravity),
+            Basis.of(duration, pieces_of(duration), GRID),
+            np.zeros(len(self.limits.speed)),
+            self.held.information,
+            self.sensor.information(vector),
+            Objective.of(self.held.body, asked, self.sensor.gain),
+            Constraints.of(self.limits, corners, vector, self.space.half_spaces),
+        )
+
+    def _starts(self, problem: Problem, searcher: Searcher) -> Array:
+        """(s, n) places to start from."""
+        if self.start is None:
+            return searcher.free_starts(problem, RANDOM_STARTS)
+        try:
+            own = np.asarray(self.start, dtype=float)
+        except (TypeError, ValueError):
+            raise InputError("the start is not made of numbers") from None
+        n = len(problem.start)
+        if own.shape != (n,) or not np.isfinite(own).all():
+            what = f"the start is not {n} finite joint positions [rad]"
+            raise InputError(what, fix=f"give `start` as {', '.join(searcher.joints)}")
+        searcher.require_free(problem, own)
+        return own[None]
+
 
 DURATION = 10.0
 """[s] of a plan, where nothing is said."""
 SHORTEST, LONGEST = 1.0, 120.0
-"""[s] of a plan."""
 
 
 def plan(
@@ -93,7 +173,7 @@ def plan(
     effort : ``"full"``; from an estimate ``"next"`` stands for it, which takes half as
         long; or ``"quick"`` for a plan within some two seconds.
     stop_and_go : rests in a few poses with moves between, for mass and COM alone
-        (`hefting.planning.poses`).
+        (`hefting.planning.tours`).
     seed : the same seed gives the same plan.
 
     Raises `InputError` for an unknown tip, missing limits, a start that is out of range
@@ -149,10 +229,18 @@ def plan(
             *held.notes,
             *sensor.notes,
             *_assumed(acceleration, jerk),
-            *_of(space, "note"),
+            *(own for own in space.messages if own.severity == "note"),
         ),
-        warnings=_of(space, "warning"),
-        settings=_settings(held, sensor, g, rate, effort, seed, best),
+        warnings=tuple(own for own in space.messages if own.severity == "warning"),
+        settings={
+            "noise": sensor.levels,
+            "gravity": g.tolist(),
+            "body": held.body.vector.tolist(),
+            "rate": rate,
+            "effort": effort,
+            "seed": seed,
+            "objective": best.value,
+        },
     )
 
 
@@ -169,38 +257,11 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
 
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
-    """What no URDF has."""
-    parts = []
-    if acceleration is None:
-        parts.append(f"{ACCELERATION:g} rad/s²")
-    if jerk is None:
-        parts.append(f"{JERK:g} rad/s³")
-    if not parts:
+    given = {"acceleration": acceleration, "jerk": jerk}
+    usual = {"acceleration": f"{ACCELERATION:g} rad/s²", "jerk": f"{JERK:g} rad/s³"}
+    open_ = [name for name, value in given.items() if value is None]
+    if not open_:
         return ()
-    what = f"no URDF limits it: every joint keeps {' and '.join(parts)}"
-    argument = "acceleration" if acceleration is None else "jerk"
-    return (note("plan-acceleration-assumed", what, argument),)
-
-
-def _of(space: Space, severity: str) -> tuple[Message, ...]:
-    return tuple(own for own in space.messages if own.severity == severity)
-
-
-def _settings(
-    held: Held,
-    sensor: Sensor,
-    gravity: Array,
-    rate: float,
-    effort: str,
-    seed: int,
-    best: Found,
-) -> dict[str, Any]:
-    return {
-        "noise": sensor.levels,
-        "gravity": gravity.tolist(),
-        "body": held.body.vector.tolist(),
-        "rate": rate,
-        "effort": effort,
-        "seed": seed,
-        "objective": best.value,
-    }
+    kept = " and ".join(usual[name] for name in open_)
+    what = f"no URDF limits it: every joint keeps {kept}"
+    return (note("plan-acceleration-assumed", what, open_[0]),)

@@ -10,32 +10,154 @@ from typing import Self
 import numpy as np
 from scipy.interpolate import BSpline
 
-from hefting.core.spatial import Array
-from hefting.planning.constraints import (
+from hefting.core.accuracy import Accuracy
+from hefting.core.estimate import com_jacobian
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, frozen
+from hefting.planning.information import (
+    Information,
+    JointInformation,
+    feature_gradient,
+    features,
+)
+from hefting.planning.kinematics import (
+    AT_REST,
+    DEGREE,
+    Chain,
+    Passed,
+    TipGradient,
+    TipMotion,
+    Trajectory,
+    knots_of,
+)
+from hefting.planning.limits import (
     CLEARANCE,
     CLEARANCE_SCALE,
     Constraints,
     JointStates,
 )
-from hefting.planning.cuts import Cuts
-from hefting.planning.information import Tells, feature_gradient, features
-from hefting.planning.kinematics import Chain, Passed, TipGradient, TipMotion
-from hefting.planning.objective import Objective
-from hefting.planning.trajectory import AT_REST, DEGREE, Trajectory, knots_of
+from hefting.planning.space import Space
+
+NORM_QUANTILE = 1.75
+"""95 % quantile of the length of a random vector over the root of its mean square:
+1.96 where one axis alone is uncertain, 1.61 where three are alike."""
+SHARPNESS = 12.0
+"""Of the mean that stands for the largest of the shares."""
+DOUBLE = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0)) ** 0.5
+"""Of a tensor's entries in its Frobenius norm."""
+
+
+@dataclass(frozen=True, eq=False)
+class Objective:
+    """The largest of deviation over tolerance after the motion, or the volume of the
+    deviations' ellipsoid."""
+
+    rows: tuple[Array, ...]
+    """(k, 10) each: deviations of a quantity, over its tolerance, by those of the
+    parameters"""
+    floors: Array
+    """of each quantity, squares that no motion lessens"""
+    volume: bool
+
+    @classmethod
+    def of(
+        cls, body: InertialParameters, asked: Accuracy | None, gain: float = 0.0
+    ) -> Self:
+        """For a body of about these parameters; `gain` is the standard deviation of the
+        sensor's gain, an error that the mass keeps."""
+        rows, floors = [], []
+        for name, own in quantities(body).items():
+            limit = getattr(asked, name) if asked else None
+            if limit is not None and np.isfinite(limit):
+                factor = 1.96 if name == "mass" else NORM_QUANTILE
+                rows.append(frozen(factor / limit * own))
+                floors.append((factor * gain / limit) ** 2 if name == "mass" else 0.0)
+        return cls(tuple(rows), frozen(floors), not rows)
+
+    def value(self, information: Array) -> tuple[float, Array]:
+        """Logarithm of the deviation to make least, and its derivative (10, 10) by the
+        information (10, 10)."""
+        scale = 1.0 / np.sqrt(information.diagonal())
+        L = np.linalg.cholesky(scale[:, None] * information * scale)
+        half = np.linalg.solve(L, np.diag(scale))
+        C = half.T @ half
+        if self.volume:
+            log = np.log(L.diagonal()).sum() - np.log(scale).sum()
+            return -float(log) / 10.0, -C / 20.0
+        images = [rows @ C for rows in self.rows]
+        squares = np.array(
+            [np.sum(i * rows) for i, rows in zip(images, self.rows, strict=True)]
+        )
+        squares = squares + self.floors
+        powers = (squares / squares.max()) ** (0.5 * SHARPNESS)
+        shares = powers / powers.sum()
+        value = 0.5 * np.log(squares.max()) + np.log(powers.sum()) / SHARPNESS
+        slope = sum(
+            -0.5 * s / q * (i.T @ i)
+            for s, q, i in zip(shares, squares, images, strict=True)
+        )
+        return float(value), np.asarray(slope)
+
+
+def quantities(body: InertialParameters) -> dict[str, Array]:
+    """Deviations of mass (1, 10), as a share, COM (3, 10) [m] and inertia about it (6,
+    10), as a share of its norm, by those of the parameters."""
+    J = com_jacobian(body)
+    size = float(np.linalg.norm(body.inertia_at_com)) or 1e-12
+    return {
+        "mass": J[:1] / body.mass,
+        "center_of_mass": J[1:4],
+        "inertia": DOUBLE[:, None] * J[4:] / size,
+    }
+
+
+NEAR = 0.03
+"""[m] What is farther does not get near in one round."""
+STEP = 1e-4
+"""[rad] of differences."""
+
+
+@dataclass(frozen=True, eq=False)
+class Cuts:
+    """Clearances of solids and walls at K instants, linear in the joint positions."""
+
+    position: Array
+    """(K, n) about which [rad]"""
+    clearance: Array
+    """(K,) [m]"""
+    slope: Array
+    """(K, n) [m/rad]; zero where all is far"""
+
+    @classmethod
+    def of(cls, space: Space, position: Array) -> Self:
+        """About joint positions (K, n)."""
+        clearance = space.clearance(position)
+        slope = np.zeros_like(position)
+        near = np.flatnonzero(clearance < NEAR)
+        if len(near):
+            n = position.shape[1]
+            moved = (position[near, None] + STEP * np.eye(n)).reshape(-1, n)
+            own = space.clearance(moved).reshape(len(near), n)
+            slope[near] = (own - clearance[near, None]) / STEP
+        return cls(position, clearance, slope)
+
+    def at(self, position: Array) -> Array:
+        """(K,) clearances at joint positions (K, n)."""
+        return self.clearance + ((position - self.position) * self.slope).sum(axis=1)
+
 
 GRID = 30.0
-"""[Hz] of the samples that the optimisation looks at: ten times what moves."""
+"""[Hz] that the optimisation looks at: ten times what moves."""
 FINEST_PIECE = 0.3
-"""[s] of a polynomial piece at least: motion up to some 1.5 Hz, which cobots follow."""
+"""[s] of a polynomial piece: motion up to some 1.5 Hz, which cobots follow."""
 MOST_PIECES = 100
-"""Polynomial pieces of a motion at most: longer ones move slower, as more of them would
-take the optimisation too long."""
+"""Longer motions are slower, as more would take the optimisation too long."""
 
 
 @dataclass(frozen=True, eq=False)
 class Basis:
-    """Splines through rest at both ends, on a grid of K instants: q = start +
-    values[0] @ x, and so its derivatives."""
+    """Splines through rest at both ends, on a grid of K instants: q = start + values[0]
+    @ x, and so its derivatives."""
 
     knots: Array
     values: Array
@@ -62,7 +184,7 @@ class Basis:
         return self.values.shape[2]
 
     def trajectory(self, start: Array, x: Array) -> Trajectory:
-        """Of free control points (P, n), as ways from the start (n,)."""
+        """Of control points (P, n), as ways from the start (n,)."""
         n = len(start)
         last = np.repeat(x[-1:], AT_REST - 1, axis=0)
         return Trajectory(
@@ -87,15 +209,13 @@ class Problem:
     chain: Chain
     basis: Basis
     start: Array
-    """(n,) [rad]"""
     known: Array
-    """(10, 10) information there is already"""
-    information: Tells
-    """of the motion"""
+    """(10, 10) there is already"""
+    information: Information | JointInformation
     objective: Objective
     constraints: Constraints
     cuts: Cuts | None = None
-    """clearances, linear about the motion of the last round"""
+    """about the motion of the last round"""
 
     @property
     def duration(self) -> float:
@@ -134,7 +254,7 @@ class Look:
         return self.passed.motion
 
     def excesses(self) -> dict[str, Array]:
-        """Share of each limit that is used, less one; positive where it is broken."""
+        """Share of each limit that is used, less one."""
         own = self.problem.constraints
         shares = own.joint_shares(self.states)
         found = {}

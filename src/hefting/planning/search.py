@@ -1,5 +1,5 @@
-"""Search for the best motion: random ones first, the best of them optimised, the best of
-those that keep every limit chosen."""
+"""Search for the best motion: random ones first, the best of them optimised, and of
+those that keep every limit the best."""
 
 from __future__ import annotations
 
@@ -11,31 +11,25 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.progress import report
 from hefting.core.spatial import Array
-from hefting.planning.candidates import fill_share, random_motion
 from hefting.planning.check import Usage
-from hefting.planning.constraints import CLEARANCE
-from hefting.planning.optimise import Search
+from hefting.planning.kinematics import Trajectory
+from hefting.planning.limits import CLEARANCE
+from hefting.planning.optimise import Search, fill_share, random_motion
 from hefting.planning.problem import Problem
 from hefting.planning.space import Space
-from hefting.planning.trajectory import Trajectory
 
-COARSE = 50.0
-"""[Hz] of the grid on which random motions are looked at."""
 MOST_REPAIRS = 5
-"""Rounds that a motion beyond its limits on the fine grid gets."""
+"""Rounds for a motion beyond its limits on the fine grid."""
 MOST_REPAIRED = 2
-"""Best of the optimised motions that are repaired, and of the random ones where none of
-these can be."""
+"""Best of the optimised motions, and of the random ones where these cannot be."""
 MORE = 0.003
-"""Share of a limit that is left free in a repair besides what it was beyond."""
+"""Share of a limit that is left free besides what a motion was beyond."""
 LEAST_SHARE = 1e-3
-"""Share of a motion that must be left where it has to be made smaller."""
+"""Of a motion that has to be made smaller."""
 STARTS_A_START = 4
-"""Random motions from each random place to start from."""
 DRAWS = 400
-"""Random places that are tried for one that is free."""
 ELBOW_ROOM = 0.03
-"""[m] that a random place to start from is free of everything, where there is one."""
+"""[m] around a random place to start from, where there is one."""
 
 
 class Found(NamedTuple):
@@ -52,17 +46,16 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True)
 class Effort:
-    """How long is searched: numbers of steps, so that the same seed gives the same
-    plan on any machine."""
+    """Numbers of steps, so that the same seed gives the same plan on any machine."""
 
     candidates: int
     """random motions that are looked at first"""
     starts: int
     """best of these that are optimised"""
     rounds: int
-    """of the multipliers, each of the starts"""
+    """of the multipliers"""
     steps: int
-    """of L-BFGS in each round"""
+    """of L-BFGS in each"""
     polish: int
     """rounds more for the best"""
 
@@ -72,8 +65,8 @@ EFFORTS = {
     "next": Effort(30, 2, 6, 50, 2),
     "quick": Effort(20, 1, 6, 40, 0),
 }
-"""Full: some 2,000 evaluations; next: of a plan from an estimate, a third; quick: a
-tenth, for use while a robot waits."""
+"""Some 2,000 evaluations; of a plan from an estimate a third; a tenth, for use while a
+robot waits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,10 +86,8 @@ class Searcher:
         return None if empty else space
 
     def best(self, problem: Problem, starts: Array) -> Found:
-        """The best motion from one of the places `starts` (s, n).
-
-        Raises `InputError` where none keeps the limits.
-        """
+        """From one of the places `starts` (s, n); `InputError` where none keeps the
+        limits."""
         drafts = self._drafts(problem, starts)
         if not drafts:
             raise self._infeasible(problem, starts)
@@ -107,12 +98,14 @@ class Searcher:
             report("planning", 0.1 + 0.6 * (i + 1) / self.effort.starts)
         searches.sort(key=lambda own: own.value)
         searches[0] = searches[0].rounds(self.effort.polish, 2 * self.effort.steps)
-        kept = [own for own in map(self._repaired, searches[:MOST_REPAIRED]) if own]
-        if not kept:
-            kept = [own for own in map(self._shrunk, drafts[:MOST_REPAIRED]) if own]
-        if not kept:
-            raise self._infeasible(problem, starts)
-        return min(kept, key=lambda own: own.value)
+        for mended in (
+            map(self._repaired, searches[:MOST_REPAIRED]),
+            map(self._shrunk, drafts[:MOST_REPAIRED]),
+        ):
+            kept = [own for own in mended if own]
+            if kept:
+                return min(kept, key=lambda own: own.value)
+        raise self._infeasible(problem, starts)
 
     def _drafts(self, problem: Problem, starts: Array) -> list[Search]:
         """Random motions that may be optimised, the best first."""
@@ -124,15 +117,15 @@ class Searcher:
             if np.abs(x).max() > 0.0:
                 found.append(Search(own, x, self.solid))
         found.sort(key=lambda own: own.value)
-        if self.solid is None or len(found) < 2:
+        solid = self.solid
+        if solid is None or len(found) < 2:
             return found
-        # those that touch nothing first
-        return sorted(found, key=lambda own: self._touches(own))
 
-    def _touches(self, search: Search) -> bool:
-        assert self.solid is not None
-        q = search.problem.basis.states(search.problem.start, search.x).position
-        return bool(self.solid.clearance(q).min() < 0.0)
+        def touches(own: Search) -> bool:
+            q = own.problem.basis.states(own.problem.start, own.x).position
+            return bool(solid.clearance(q).min() < 0.0)
+
+        return sorted(found, key=touches)  # those that touch nothing first
 
     def _repaired(self, search: Search) -> Found | None:
         """The motion, optimised on until it keeps all limits on the fine grid; smaller
@@ -147,35 +140,31 @@ class Searcher:
         return found if found.usage.largest <= 1.0 else self._shrunk(search)
 
     def _shrunk(self, search: Search) -> Found | None:
-        """The motion with its ways made smaller until it keeps all limits; None where
-        nothing is left of it."""
+        """The motion with its ways made smaller until it keeps all limits."""
 
-        def used(share: float) -> float:
-            found = self.found(search.problem, share * search.x)
-            return found.usage.largest
+        def scaled(share: float) -> Found:
+            return self.found(search.problem, share * search.x)
 
-        share = fill_share(used, 1.0)
-        if share < LEAST_SHARE:
-            return None
-        return self.found(search.problem, share * search.x)
+        share = fill_share(lambda share: scaled(share).usage.largest, 1.0)
+        return None if share < LEAST_SHARE else scaled(share)
 
     def found(self, problem: Problem, x: Array) -> Found:
         """The motion of free control points (P, n), with what it uses."""
         trajectory = problem.basis.trajectory(problem.start, x)
+        return self.measured(problem, trajectory, problem.look(x).after)
+
+    def measured(self, problem: Problem, trajectory: Trajectory, after: Array) -> Found:
+        """A motion with what it uses; it leaves information (10, 10)."""
         usage = Usage.of(
             trajectory, problem.chain, problem.constraints, self.joints, self.solid
         )
-        after = problem.look(x).after
         return Found(
             problem, trajectory, usage, problem.objective.value(after)[0], after
         )
 
     def free_starts(self, problem: Problem, number: int) -> Array:
-        """Places (s, n) to start from, at random, that are within all limits and clear
-        of everything.
-
-        Raises `InputError` where none is found.
-        """
+        """Random places (s, n) to start from, within all limits and clear of
+        everything; `InputError` where none is found."""
         ends = np.clip(problem.constraints.limits.position, -np.pi, np.pi)
         middle, half = ends.mean(axis=1), 0.35 * (ends[:, 1] - ends[:, 0])
         draws = middle + half * self.rng.uniform(-1.0, 1.0, (DRAWS, len(ends)))
@@ -196,8 +185,7 @@ class Searcher:
         return np.array(found)
 
     def require_free(self, problem: Problem, start: Array) -> None:
-        """`InputError` for a place to start from (n,) that is out of range or touches
-        something."""
+        """`InputError` for a start (n,) that is out of range or touches something."""
         limits = problem.constraints.limits
         for name, q, (low, high) in zip(
             self.joints, start, limits.position, strict=True
@@ -216,13 +204,11 @@ class Searcher:
             raise InputError(what, fix="give another `start`, or relax that limit")
 
     def _is_within(self, problem: Problem, start: Array) -> bool:
-        """Whether a place to start from (n,) is within all limits."""
         own = replace(problem, start=start)
         excesses = own.look(np.zeros(own.size)).excesses()
         return max(float(g.max()) for g in excesses.values()) < 0.0
 
     def _infeasible(self, problem: Problem, starts: Array) -> InputError:
-        """Which limit leaves no room to move."""
         own = replace(problem, start=starts[0])
         still = self.found(own, np.zeros(own.size))
         what = f"no motion keeps all limits; the tightest is {still.usage.worst}"
@@ -230,7 +216,7 @@ class Searcher:
 
 
 def effort_named(name: str) -> Effort:
-    """One of `EFFORTS`; `InputError` for another name."""
+    """`InputError` for another name."""
     if name not in EFFORTS:
         raise InputError(f"effort is '{name}'", fix=f"use {' or '.join(EFFORTS)}")
     return EFFORTS[name]

@@ -8,8 +8,7 @@ from itertools import product
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
-from hefting.core.spatial import Array, frozen, rotation_matrices
-from hefting.planning.convex_parts import convex_parts
+from hefting.core.spatial import Array, Indices, frozen, rotation_matrices
 from hefting.robots.arm import MOST_LINKS, links_in_order, robot_of
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import Tree
@@ -17,11 +16,10 @@ from hefting.robots.visuals import Geometry, read_geometries
 from hefting.scene.link_surfaces import LinkSurfaces
 
 MOST_SOLIDS = 12
-"""Solids of one link at most: where its URDF has more, one hull holds them all."""
+"""Of one link: where its URDF has more, one hull holds them all."""
 THIN = 1e-3
 """[m] Least thickness of a solid."""
 OBJECT = "the object"
-"""Name of the solid that is held."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -31,15 +29,14 @@ class Solid:
     name: str
     """``link 'x'`` or `OBJECT`"""
     link: int
-    """Index of the link that it moves with"""
+    """index"""
     vertices: Array
     """(V, 3) [m] in the link's frame"""
     faces: np.ndarray
-    """Triangles (F, 3), indices of `vertices`; none of a single point"""
+    """(F, 3) triangles; none of a single point"""
     center: Array
     """(3,) [m] of a sphere that holds it"""
     radius: float
-    """[m] of that sphere"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,17 +46,17 @@ class MovingLink:
     name: str
     robot: Robot
     columns: tuple[int, ...]
-    """Place of each of its robot's joints in the joint positions of the tip; -1 of one
-    that does not move the tip"""
+    """place of its robot's joints in the positions of the tip's; -1 of one that does
+    not move the tip"""
     group: int
-    """Links of one group do not move against each other while the tip moves"""
+    """of links that do not move against each other while the tip moves"""
     neighbour: int | None
-    """Group that bears this one; None of the root's"""
+    """group that bears this one; None of the root's"""
 
     def pose(self, q: Array) -> tuple[Array, Array]:
         """Position (K, 3) [m] and rotation (K, 3, 3) in the root frame, at positions
-        (K, n) of the tip's joints. Joints that do not move the tip are at zero, or at
-        the limit next to it."""
+        (K, n) of the tip's joints; the others are at zero, or at the limit next to
+        it."""
         own = np.empty((len(q), len(self.columns)))
         for i, column in enumerate(self.columns):
             own[:, i] = self._resting(i) if column < 0 else q[:, column]
@@ -72,8 +69,8 @@ class MovingLink:
 
 
 def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
-    """The links of a robot that have a pose at given positions of the tip's joints,
-    those that bear others first; at most `MOST_LINKS`."""
+    """Links that have a pose at given positions of the tip's joints, those that bear
+    others first."""
     group = {tree.root: 0}
     bearer: dict[int, int | None] = {0: None}
     moved = {tree.root: 0}
@@ -96,8 +93,7 @@ def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
 
 
 def solids_of_links(path: str, links: Sequence[MovingLink]) -> list[Solid]:
-    """What the links are for collisions: their collision geometry, else what they look
-    like. Links without either, or whose meshes cannot be read, have none."""
+    """Their collision geometry, else what they look like, where it can be read."""
     surfaces, every = LinkSurfaces(), read_geometries(path)
     found = []
     for i, link in enumerate(links):
@@ -113,8 +109,8 @@ def solids_of_links(path: str, links: Sequence[MovingLink]) -> list[Solid]:
 
 
 def solid_of(name: str, link: int, points: Array) -> Solid:
-    """The convex hull of points (N, 3) [m] in a link's frame; of a single point that,
-    of points in a plane the box around them, `THIN` at least."""
+    """Of points (N, 3) [m] in a link's frame; of points in a plane the box around
+    them."""
     points, faces = _hull(points)
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = float(np.linalg.norm(points - center, axis=1).max())
@@ -122,7 +118,7 @@ def solid_of(name: str, link: int, points: Array) -> Solid:
 
 
 def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Array]:
-    """Points (N, 3) whose convex hulls hold the geometries that can be read."""
+    """Points (N, 3) whose convex hulls hold the geometries."""
     clouds = []
     for geometry in geometries:
         surface = surfaces.read(geometry)
@@ -134,8 +130,7 @@ def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Arra
 
 
 def _around(geometry: Geometry, vertices: Array) -> Array:
-    """The vertices of a geometry; of a round one moved outwards, so that their hull
-    holds it."""
+    """Vertices whose hull holds a geometry: of a round one they are moved outwards."""
     if geometry.kind not in ("cylinder", "sphere"):
         return vertices
     turn = rotation_matrices(geometry.orientation)
@@ -150,7 +145,7 @@ def _around(geometry: Geometry, vertices: Array) -> Array:
 
 
 def _hull(points: Array) -> tuple[Array, np.ndarray]:
-    """Vertices and triangles of the convex hull of points, none of a single one."""
+    """Vertices and triangles of the convex hull of points."""
     if len(points) == 1:
         return points, np.empty((0, 3), dtype=np.intp)
     try:
@@ -172,7 +167,94 @@ def _hull(points: Array) -> tuple[Array, np.ndarray]:
 
 
 def _box_around(points: Array) -> Array:
-    """Corners (8, 3) of the box around points, along the axes of the link."""
+    """Corners (8, 3)."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, THIN)
     return middle + half * np.array(list(product((-1.0, 1.0), repeat=3)))
+
+
+SMALLER = 0.9
+"""Share of the hull's volume that the hulls of two parts may have together for a
+surface to be cut in two."""
+DEEPEST = 2
+"""Cuts, so that there are four parts at most. Base and upper arm of a UR5 then touch in
+7 % of random configurations, uncut in 33 %, and their meshes in 5 %."""
+MOST_TRIANGLES = 50_000
+"""Of a surface that is cut; collision meshes have some thousands."""
+PLACES = (0.2, 0.4, 0.6, 0.8)
+"""Where it is cut, as shares of its extent."""
+
+
+def _directions(count: int) -> Array:
+    i = np.arange(count)
+    z = (2.0 * i + 1.0) / count - 1.0
+    turn = i * np.pi * (3.0 - np.sqrt(5.0))
+    ring = np.sqrt(1.0 - z**2)
+    return np.column_stack((ring * np.cos(turn), ring * np.sin(turn), z))
+
+
+DIRECTIONS = _directions(100)
+"""In which the farthest points of a large surface stand for all: volumes are a few
+hundredths too small, and take a fifth of the time."""
+
+
+def convex_parts(
+    vertices: Array, faces: Indices, deepest: int = DEEPEST
+) -> list[Array]:
+    """Points (N, 3) of parts of a surface of vertices (V, 3) and triangles (F, 3), cut
+    where the hulls of both parts are smallest together, while that pays."""
+    if not deepest or len(faces) > MOST_TRIANGLES:
+        return [vertices]
+    edges = np.unique(
+        np.sort(faces[:, [[0, 1], [1, 2], [2, 0]]].reshape(-1, 2)), axis=0
+    )
+    planes = [_plane(vertices, *where) for where in product(range(3), PLACES)]
+    volumes = [_volume_cut(vertices, edges, *plane) for plane in planes]
+    best = int(np.argmin(volumes))
+    if volumes[best] > SMALLER * _volume(vertices):
+        return [vertices]
+    halves = _cut(vertices, faces, *planes[best])
+    return [part for half in halves for part in convex_parts(*half, deepest - 1)]
+
+
+def _plane(vertices: Array, axis: int, place: float) -> tuple[int, float]:
+    """An axis, and where on it a share of the vertices' extent is [m]."""
+    low, high = vertices[:, axis].min(), vertices[:, axis].max()
+    return axis, float(low + place * (high - low))
+
+
+def _volume_cut(vertices: Array, edges: Indices, axis: int, at: float) -> float:
+    """[m³] of the hulls of both parts together."""
+    height = vertices[:, axis] - at
+    first, second = edges.T
+    crossed = height[first] * height[second] < 0.0
+    a, b = first[crossed], second[crossed]
+    share = (height[a] / (height[a] - height[b]))[:, None]
+    between = vertices[a] + share * (vertices[b] - vertices[a])
+    sides = vertices[height <= 0.0], vertices[height >= 0.0]
+    return sum(_volume(np.concatenate((side, between))) for side in sides)
+
+
+def _cut(
+    vertices: Array, faces: Indices, axis: int, at: float
+) -> list[tuple[Array, Indices]]:
+    from trimesh.intersections import slice_faces_plane
+
+    normal = np.eye(3)[axis]
+    halves = (
+        slice_faces_plane(vertices, faces, sign * normal, at * normal)
+        for sign in (1.0, -1.0)
+    )
+    return [
+        (np.asarray(half[0]), np.asarray(half[1])) for half in halves if len(half[1])
+    ]
+
+
+def _volume(points: Array) -> float:
+    """[m³] of the hull of points; zero where they are in a plane."""
+    if len(points) > len(DIRECTIONS):
+        points = points[np.unique((DIRECTIONS @ points.T).argmax(axis=1))]
+    try:
+        return float(ConvexHull(points).volume)
+    except (QhullError, ValueError):
+        return 0.0

@@ -1,6 +1,7 @@
 """The space that a motion keeps to: half-spaces, and no contact of the links and the
 object with each other."""
 
+import re
 from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -12,8 +13,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.messages import Message, note, warning
 from hefting.core.spatial import Array, Indices, frozen
-from hefting.planning.contacts import Contacts
-from hefting.planning.half_spaces import HalfSpace
+from hefting.planning.contacts import Contacts, read_disabled_pairs
 from hefting.planning.solids import (
     OBJECT,
     MovingLink,
@@ -22,43 +22,86 @@ from hefting.planning.solids import (
     solid_of,
     solids_of_links,
 )
-from hefting.planning.srdf import read_disabled_pairs
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import Tree, listed, read_urdf
+
+AXES = {"x": "1,0,0", "y": "0,1,0", "z": "0,0,1"}
+LARGEST = 1e3
+"""[m] No wall of a robot cell is farther away."""
+EXAMPLE = "as in z>=0.05, x<=0.6 or 0.7,0.7,0>=-0.3, in metres"
+
+
+@dataclass(frozen=True, eq=False)
+class HalfSpace:
+    """Points p with ``normal . p >= offset`` in the axes of the robot's root frame.
+
+    Examples
+    --------
+    >>> HalfSpace.parse("z >= 0.05").clearance([0.0, 0.0, 0.15])
+    0.1
+    """
+
+    text: str
+    """as it was written"""
+    normal: Array
+    """(3,) unit vector into it"""
+    offset: float
+    """[m]"""
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """From an inequality: ``z>=0.05``, ``x<=0.6``, or with the factors of x, y and
+        z, ``0.7,0.7,0>=-0.3``. `InputError` for another text, and for a plane more than
+        `LARGEST` from the origin."""
+        match = re.fullmatch(r"\s*([^<>=]+?)\s*(>=|<=)\s*([^<>=]+?)\s*", text)
+        words = [*AXES.get(match[1], match[1]).split(","), match[3]] if match else []
+        try:
+            numbers = np.array([float(word.replace("_", "?")) for word in words])
+        except ValueError:
+            numbers = np.empty(0)
+        factors = numbers[:3]
+        is_one = len(numbers) == 4 and np.isfinite(numbers).all()
+        if match is None or not is_one or np.abs(factors).max() > LARGEST:
+            raise InputError(f"'{text[:60]}' is no half-space", fix=EXAMPLE)
+        bound = float(numbers[3])
+        size = float(np.linalg.norm(factors))
+        if not size > 0.0 or not abs(bound) <= LARGEST * size:
+            what = f"'{text[:60]}' is no half-space within {LARGEST:g} m"
+            raise InputError(what, fix=EXAMPLE)
+        sign = 1.0 if match[2] == ">=" else -1.0
+        plain = "".join(text.split())
+        return cls(plain, frozen(sign * factors / size), sign * bound / size)
+
+    def clearance(self, points: Array) -> Array:
+        """(...) [m] of points (..., 3) from its boundary, negative outside."""
+        return np.asarray(points) @ self.normal - self.offset
+
 
 SAMPLES = 200
 """Random configurations in which it is seen what touches always."""
 MOSTLY = 0.95
-"""Share of random configurations; two solids that touch in more are taken to be drawn
-too large, and are not checked, as by MoveIt's setup assistant."""
+"""Share of these; solids that touch in more are drawn too large, and are not checked,
+as by MoveIt's setup assistant."""
 SAME = 1e-9
 """[m] Distances that differ by less are the same."""
 FAR = 0.1
-"""[m] No clearance is told beyond: what is farther away need not be looked at, which
-takes most of the time."""
+"""[m] beyond which no clearance is told, as looking takes most of the time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Half-spaces and solids of one robot and what it holds.
-
-    Examples
-    --------
-    >>> space = Space.of("robot.urdf", "tool0", keep=["z>=0.02"])  # doctest: +SKIP
-    >>> space.clearance(q).min()  # doctest: +SKIP
-    0.083
-    """
+    """Half-spaces and solids of one robot and what it holds."""
 
     half_spaces: tuple[HalfSpace, ...]
     links: tuple[MovingLink, ...]
     solids: tuple[Solid, ...]
-    """Of the links, and the object's box as the last one where it is known"""
+    """of the links, and the object's box as the last one where it is known"""
     outside: tuple[tuple[int, int], ...]
-    """Solid and half-space of each pair that is checked"""
+    """solid and half-space of each pair that is checked"""
     contacts: Contacts | None
-    """Pairs of solids that are checked; None without coal, or where there are none"""
+    """None without coal, or where no pair is checked"""
     messages: tuple[Message, ...] = field(default=())
-    """What is not checked"""
+    """what is not checked"""
 
     @classmethod
     def of(
@@ -69,20 +112,12 @@ class Space:
         corners: ArrayLike | None = None,
         srdf: str | Path | None = None,
     ) -> Self:
-        """The space of a robot.
-
-        Parameters
-        ----------
-        urdf, tip : the robot, and the link whose frame holds the object.
-        keep : half-spaces in the axes of its root link, see `HalfSpace.parse`. Links
-            that no joint moves are not held to them.
-        corners : (8, 3) [m] of the object's box in the tip's frame.
-        srdf : file that says which links not to check against each other.
+        """Of a robot whose link `tip` holds an object with a box of `corners` (8, 3)
+        [m]; arguments and errors as of `plan`.
 
         Solids are the convex hulls of the collision geometry. Links that one joint
         connects are not checked against each other, nor is the object against the link
-        that holds it. Raises `InputError` as `read_urdf`, `Robot.from_tree`,
-        `read_geometries`, `HalfSpace.parse` and `read_disabled_pairs` do.
+        that holds it.
         """
         tree = read_urdf(urdf)
         robot = Robot.from_tree(tree, tip)
@@ -111,13 +146,13 @@ class Space:
         )
 
     def clearance(self, q: Array) -> Array:
-        """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints:
-        negative where something is hit, `FAR` at most."""
+        """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints,
+        `FAR` at most."""
         return self._nearest(q)[0]
 
     def nearest(self, q: Array) -> tuple[float, str]:
-        """Smallest signed distance [m] at joint positions (n,), or the smallest of
-        (K, n), and what it is between, as in ``"link 'elbow' and z>=0.02"``."""
+        """The smallest of these, and what it is between, as in ``"link 'elbow' and
+        z>=0.02"``."""
         distance, outside, pair = self._nearest(np.atleast_2d(q))
         k = int(np.argmin(distance))
         if pair[k] >= 0 and self.contacts is not None:
@@ -131,8 +166,8 @@ class Space:
         return float(distance[k]), names
 
     def _nearest(self, q: Array) -> tuple[Array, Indices, Indices]:
-        """Smallest distance (K,), and the index of what it is between: in `outside`, or
-        -1, and among the pairs of `contacts`, or -1."""
+        """Smallest distance (K,), and the index of what it is between: in `outside` and
+        among the pairs of `contacts`, or -1."""
         position, rotation = _poses(self.links, self.solids, np.asarray(q, float))
         distance, which = np.full(len(position), FAR), np.full(len(position), -1)
         for i, (s, half) in enumerate(self.outside):
@@ -147,7 +182,7 @@ class Space:
 
 
 def _finite(limits: Any) -> Array:
-    """Ranges (n, 2) of joints: half a turn to each side where there is no limit."""
+    """(n, 2); half a turn to each side where there is no limit."""
     ends = [(0.0, 0.0) if own is None else own for own in limits]
     return np.nan_to_num(np.array(ends, dtype=float), posinf=np.pi, neginf=-np.pi)
 
@@ -155,7 +190,7 @@ def _finite(limits: Any) -> Array:
 def _poses(
     links: Sequence[MovingLink], solids: Sequence[Solid], q: Array
 ) -> tuple[Array, Array]:
-    """Positions (K, S, 3) and rotations (K, S, 3, 3) of the solids' links."""
+    """(K, S, 3) and rotations (K, S, 3, 3) of the solids' links."""
     known = {i: links[i].pose(q) for i in {solid.link for solid in solids}}
     if not solids:
         return np.empty((len(q), 0, 3)), np.empty((len(q), 0, 3, 3))
@@ -174,8 +209,8 @@ def _inside(solid: Solid, half: HalfSpace, pose: tuple[Array, Array]) -> Array:
 def _solids(
     tree: Tree, tip: str, links: list[MovingLink], corners: Array | None
 ) -> tuple[list[Solid], list[Message]]:
-    """Solids of the links and the object; of links that move and have none, as nothing
-    that moves with them has, the origins of their frames."""
+    """Of links that move and have none, as nothing that moves with them has, the
+    origins of their frames."""
     solids = solids_of_links(tree.source, links)
     drawn = {links[solid.link].group for solid in solids}
     bare = {
@@ -183,13 +218,13 @@ def _solids(
         for i, link in reversed(list(enumerate(links)))
         if link.columns and link.group not in drawn
     }
-    names = [links[i].name for i in sorted(bare.values())]
-    origin = np.zeros((1, 3))
-    solids += [
-        solid_of(f"link '{links[i].name}'", i, origin) for i in sorted(bare.values())
-    ]
     messages = []
-    if names:
+    if bare:
+        names = [links[i].name for i in sorted(bare.values())]
+        solids += [
+            solid_of(f"link '{name}'", i, np.zeros((1, 3)))
+            for name, i in zip(names, sorted(bare.values()), strict=True)
+        ]
         what = (
             f"no geometry could be read of {listed(names, 6)}: collisions with them are "
             "not checked, and of half-spaces they keep the origins of their frames"
@@ -207,8 +242,8 @@ def _outside(
     solids: Sequence[Solid],
     poses: tuple[Array, Array],
 ) -> tuple[tuple[tuple[int, int], ...], list[Message]]:
-    """Solids and half-spaces to check: not those that reach out wherever the arm is, nor
-    those that are inside and do not come nearer."""
+    """Solids and half-spaces to check: not those that reach out wherever the arm is,
+    nor those that are inside and do not come nearer."""
     kept, never = [], []
     for s, solid in enumerate(solids):
         if not links[solid.link].columns:
@@ -267,8 +302,8 @@ def _may_meet(
     other: Solid,
     disabled: frozenset[frozenset[str]],
 ) -> bool:
-    """Whether two solids are checked against each other: both solid, on links that move
-    against each other and are no neighbours."""
+    """Whether both are solid, on links that move against each other and are no
+    neighbours."""
     if not (len(one.faces) and len(other.faces)):
         return False
     first, second = links[one.link], links[other.link]

@@ -8,8 +8,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.planning.corner_speed import corner_speeds
-from hefting.planning.result import Plan
+from hefting.planning.result import Plan, corner_speeds
 from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     BLACK,

@@ -1,8 +1,7 @@
 """Prediction: the wrench that an identified object needs along a motion, and how far it
 may be off."""
 
-from hefting.prediction.agreement import Agreement
 from hefting.prediction.predict import predict
-from hefting.prediction.result import Peak, Prediction
+from hefting.prediction.result import Agreement, Peak, Prediction
 
 __all__ = ["Agreement", "Peak", "Prediction", "predict"]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -30,17 +31,13 @@ from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs.given import as_recording
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
-from hefting.prediction.agreement import Agreement, agreement
-from hefting.prediction.reading import reading_std
-from hefting.prediction.result import Peak, Prediction
-from hefting.prediction.spread import Spread, motion_spread, regressor
+from hefting.prediction.result import Agreement, Peak, Prediction, agreement
+from hefting.prediction.spread import Spread, motion_spread, reading_std, regressor
 
 MOST = 500_000
-"""Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text
-are held in memory."""
+"""Eight minutes at 1 kHz. Numbers and their text are held in memory."""
 ANOTHER_GRAVITY = 0.01
-"""Difference between two gravities over their size that is worth a word: half a
-degree."""
+"""Difference over its size that is worth a word: half a degree."""
 
 
 def predict(
@@ -174,8 +171,7 @@ def _compared(
     accuracy: SensorAccuracy | None,
     motion: Source,
 ) -> tuple[Ingested | None, Agreement | None, tuple[Message, ...]]:
-    """What is found of the recording's wrench, if it has one, and a warning where that
-    fails."""
+    """What is found of the recording's wrench, and a warning where that fails."""
     if not recording.has("wrench") or not recording["wrench"].values.any():
         return None, None, ()
     try:
@@ -193,27 +189,9 @@ def _peak(
     reading: Array,
     part: slice,
 ) -> Peak:
-    """The largest force or torque of a predicted wrench, and its standard deviation.
-
-    Parameters
-    ----------
-    z : Measurements
-        K samples of the motion.
-    wrench : Array
-        (K, 6) predicted [N, N m].
-    spread : Spread, optional
-        Uncertainty of the parameters; None where it is not known.
-    reading : Array
-        (K, 6) standard deviations of a sensor's reading [N, N m].
-    part : slice
-        Columns of the force or of the torque.
-
-    Returns
-    -------
-    Peak
-        Magnitude, time [s] and, to first order, the standard deviation: that of the
-        component along the predicted direction.
-    """
+    """The largest force or torque of a predicted wrench (K, 6); to first order its
+    standard deviation is that of the component along it. `reading` (K, 6) are those of
+    a sensor's reading."""
     magnitude = np.linalg.norm(wrench[:, part], axis=1)
     k = int(np.argmax(magnitude))
     std = None
@@ -226,70 +204,57 @@ def _peak(
     return Peak(float(magnitude[k]), float(z.time[k]), std)
 
 
-def _doubts(estimate: Estimate, gravity: Array) -> list[Message]:
-    """What the user should know of the estimate."""
-    doubts = []
+def _doubts(estimate: Estimate, gravity: Array) -> Iterator[Message]:
     if estimate.verdict.reasons:
         first = estimate.verdict.reasons[0]
         say = warning if estimate.verdict.usable else error
-        doubts.append(say("estimate-doubtful", f"of the estimate: {first}"))
+        yield say("estimate-doubtful", f"of the estimate: {first}")
     if estimate.covariance is None:
         others = " and ".join(
             name for name, kind in reversed(METHODS.items()) if kind.gives_covariance
         )
         what = f"the estimate ({estimate.method}) has no covariance, so there is no band: {others} give one"
-        doubts.append(warning("no-band", what))
+        yield warning("no-band", what)
     if not estimate.physically_consistent:
-        doubts.append(
-            warning(
-                "not-physical",
-                f"no body has the estimate's parameters: {estimate.consistency}",
-            )
-        )
+        what = f"no body has the estimate's parameters: {estimate.consistency}"
+        yield warning("not-physical", what)
     tool = _numbers(estimate.provenance.get("tool"), 10, LARGEST_PARAMETER)
     if tool is not None:
         what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
-        doubts.append(warning("tool-subtracted", what))
+        yield warning("tool-subtracted", what)
     found = _numbers(estimate.provenance.get("gravity"), 3, LARGEST_GRAVITY)
-    if found is not None and np.linalg.norm(
-        found - gravity
-    ) > ANOTHER_GRAVITY * np.linalg.norm(gravity):
+    far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
+    if found is not None and np.linalg.norm(found - gravity) > far:
         x, y, z = found
         what = f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see `gravity`"
-        doubts.append(warning("another-gravity", what, "gravity"))
-    return doubts
+        yield warning("another-gravity", what, "gravity")
 
 
-def _of_reading(std: Array | None, accuracy: SensorAccuracy | None) -> list[Message]:
-    """A message on whose band it is."""
-    if std is None or accuracy is None:
-        return []
-    what = f"the band is that of the reading of a sensor of {accuracy}"
-    return [note("band-of-reading", what, "sensor_accuracy")]
+def _of_reading(
+    std: Array | None, accuracy: SensorAccuracy | None
+) -> Iterator[Message]:
+    if std is not None and accuracy is not None:
+        what = f"the band is that of the reading of a sensor of {accuracy}"
+        yield note("band-of-reading", what, "sensor_accuracy")
 
 
-def _open(spread: Spread | None, std: Array | None) -> list[Message]:
-    """A message on where the band has no end."""
+def _open(spread: Spread | None, std: Array | None) -> Iterator[Message]:
     if spread is None or std is None or not spread.open.any():
-        return []
+        return
     infinite: Mask = np.isinf(std)
-    names = ", ".join(
-        name for name, open_ in zip(PARAMETERS, spread.open, strict=True) if open_
-    )
+    names = ", ".join(np.array(PARAMETERS)[spread.open])
     if not infinite.any():
         what = f"the estimate leaves {names} open, which this motion does not need"
-        return [warning("open-not-needed", what)]
-    touched = ", ".join(
-        name for name, column in zip(WRENCH, infinite.T, strict=True) if column.any()
-    )
+        yield warning("open-not-needed", what)
+        return
+    touched = ", ".join(np.array(WRENCH)[infinite.any(axis=0)])
     share = f"{100.0 * infinite.any(axis=1).mean():.3g} %"
     what = f"the estimate leaves {names} open: no band for {touched}, at {share} of the instants"
-    return [warning("band-open", what)]
+    yield warning("band-open", what)
 
 
 def _numbers(value: Any, count: int, largest: float) -> Array | None:
-    """So many numbers of an estimate's file, none larger than `largest`; None for
-    anything else."""
+    """Of an estimate's file, none larger than `largest`; None for anything else."""
     try:
         values = np.asarray(value, dtype=float)
     except (TypeError, ValueError, OverflowError):

@@ -1,9 +1,6 @@
-"""Spread: what an estimate's covariance, and the motion's errors, make of the wrench it
-predicts.
-
-The wrench is A phi, A (6, 10) known from the motion, so to the covariance C of phi
-belongs A C A'.
-"""
+"""How far a predicted wrench A phi, A (6, 10) known from the motion, may be off: by an
+estimate's covariance C, which makes A C A', by the motion's errors, and by the sensor
+that reads it."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -13,6 +10,7 @@ import numpy as np
 from hefting.core.covariance import Covariance
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import CHUNK, Array, Mask
 from hefting.motion import Motion
 from hefting.motion.weighting import (
@@ -20,15 +18,28 @@ from hefting.motion.weighting import (
     effect_of_acceleration_errors,
 )
 
+
+def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
+    """(K, 6) [N, N m] of the reading of a sensor that bears wrenches (K, 6): by gain,
+    cross-talk and offset, without noise and bias. Zeros where nothing is said of the
+    sensor."""
+    if accuracy is None:
+        return np.zeros_like(wrench)
+    variance = np.square(wrench) @ np.square(accuracy.channel_stds).T
+    variance += np.square(accuracy.gain_std * wrench)
+    variance += np.square(accuracy.slow_std * wrench) + np.square(accuracy.offset_std)
+    return np.sqrt(variance)
+
+
 TOUCHES = 1e-6
-"""Entry of A [m/s², rad/s²] below which a parameter does not matter: what smoothing
+"""[m/s², rad/s²] Entry of A below which a parameter does not matter: what smoothing
 makes of a sensor that does not turn; a micronewton metre for 1 kg m²."""
 
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariance of the ten parameters as a root, and which of them are not determined
-    at all."""
+    """Covariance of the ten parameters as a root, and which are not determined at
+    all."""
 
     root: Array
     """(10, 10): root @ root.T is the covariance of the others"""
@@ -37,23 +48,21 @@ class Spread:
 
     @classmethod
     def of(cls, covariance: Array) -> Self:
-        """From a covariance (10, 10), infinite on its diagonal where open.
-
-        Raises `InputError` for what is no covariance.
-        """
+        """From a covariance (10, 10), infinite on its diagonal where open; `InputError`
+        for what is none."""
         own = Covariance.of(covariance)
         return cls(own.root, own.open)
 
     def std(self, rows: Array) -> Array:
-        """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where
-        an open parameter matters."""
+        """(...) of ``rows @ phi``, rows (..., 10); infinite where an open parameter
+        matters."""
         std = np.sqrt(np.square(rows @ self.root).sum(axis=-1))
         return np.where(
             (np.abs(rows) > TOUCHES)[..., self.open].any(axis=-1), np.inf, std
         )
 
     def of_wrench(self, measurements: Measurements) -> Array:
-        """Standard deviations (K, 6) [N, N m] of the wrench that the motion needs."""
+        """(K, 6) [N, N m] of the wrench that the motion needs."""
         std = np.empty((len(measurements), 6))
         for first in range(0, len(std), CHUNK):
             part = slice(first, first + CHUNK)
@@ -62,17 +71,13 @@ class Spread:
 
 
 def regressor(measurements: Measurements) -> Array:
-    """A (K, 6, 10) of each instant; of the motion alone, with no regard to weights."""
+    """(K, 6, 10) A of the motion alone, with no regard to weights."""
     return (motion_features(measurements) @ FULL_MAP).reshape(-1, 6, 10)
 
 
 def motion_spread(vector: Array, motion: Motion | None) -> Array | None:
-    """What the errors of a smoothed motion add to the wrench (2,): root mean square an
-    axis of force and torque.
-
-    By the motion's own deviations; None where the log gave the motion, or does not tell
-    them.
-    """
+    """(2,) What the errors of a smoothed motion add, by its own account: root mean
+    square an axis of force and torque."""
     if motion is None:
         return None
     spread = np.sqrt(

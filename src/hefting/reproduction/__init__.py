@@ -7,10 +7,7 @@ from pathlib import Path
 
 from hefting.core.errors import InputError, nearest
 from hefting.reproduction.experiment import Experiment, Report, Table
-from hefting.reproduction.experiments import EXPERIMENTS
-from hefting.reproduction.page import write_page
-from hefting.reproduction.progress import Bars
-from hefting.reproduction.runner import run_experiments
+from hefting.reproduction.runner import EXPERIMENTS, Bars, run_experiments, write_page
 
 __all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
 

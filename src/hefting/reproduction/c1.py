@@ -1,8 +1,6 @@
 """The hyperparameter c1: PMD's error over time by speed; with `density`, the paper's
 328 runs."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
@@ -20,7 +18,6 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import over_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     C1,
@@ -28,26 +25,23 @@ from hefting.reproduction.setting import (
     QUANTITIES,
     RATE,
     SPEEDS,
+    over_limit,
     thing,
     wielded,
 )
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
 
 VALUES = (10.0, 30.0, 100.0, 300.0, 1000.0, 5000.0, 25000.0)
 """Of c1, among them the paper's 300 (simulation), 5e3 and 25e3 (robot)."""
 COLOURS = (SKY, BLUE, GREEN, BLACK, ORANGE, VERMILION, PURPLE)
 TIMES = (0.25, 0.5, 1.0, 1.5, 2.5, 4.0, 6.5, 10.0, 15.0, 23.0, 35.0)
-"""When an estimate is made [s]."""
+"""Of estimates [s]."""
 SHOWN = (1.5, 10.0)
 """In the table [s]."""
 SEEDS = 8
-"""Of the noise, for each object and speed."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object and speed, with all values of c1 and seeds."""
+    """For each object and speed."""
     objects, speeds, seeds = (
         (("hammer",), (1.0, 2.0, 4.0), 1) if quick else (OBJECTS, tuple(SPEEDS), SEEDS)
     )
@@ -59,11 +53,8 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Errors (values of c1, times) by quantity, averaged over the seeds; every c1 sees
-    the same noise.
-
-    Beside them the mean share of the full model (values of c1,).
-    """
+    """Errors (values of c1, times) by quantity, averaged over the seeds, and the mean
+    share of the full model (values of c1,); every c1 sees the same noise."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"]).measurements
     errors = {name: np.zeros((len(VALUES), len(TIMES))) for name in QUANTITIES}
@@ -87,8 +78,7 @@ def run(job: Job) -> Result:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """Errors after 1.5 and 10 s, the best c1 of each speed, and the errors over
-    time."""
+    """Errors after 1.5 and 10 s, the best c1 of each speed, and errors over time."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     found = {  # (values, times) by quantity and speed, averaged over objects
         name: {
@@ -145,7 +135,6 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
-    """How far the paper's choice is from the best."""
     own, parts = VALUES.index(C1), []
     for t, k in zip(SHOWN, places, strict=True):
         for name, label in (
@@ -172,7 +161,7 @@ def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
     )
 
 
-def _figure(found: dict[float, np.ndarray], label: str) -> "Figure":
+def _figure(found: dict[float, np.ndarray], label: str):
     """A panel a speed, a line a c1; the legend has the sixth place."""
     with style():
         rows = len(found) // 2 + 1

@@ -1,7 +1,4 @@
-"""Condition number of the scaled regressor: by speed in simulation, and of the robot's
-motion."""
-
-from typing import TYPE_CHECKING
+"""Condition number of the scaled regressor, by speed and of the robot's motion."""
 
 import numpy as np
 
@@ -9,12 +6,15 @@ from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
 from hefting.identification.identifiability import condition_number
 from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above, mark_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import DURATION, SPEEDS, wielded
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from hefting.reproduction.setting import (
+    DURATION,
+    SPEEDS,
+    legend_above,
+    mark_limit,
+    marked,
+    wielded,
+)
 
 PUBLISHED = {
     ("ur5", 1.0): 147.0,
@@ -24,20 +24,18 @@ PUBLISHED = {
 }
 """By arm and average angular speed [rad/s]."""
 ROBOT = ("xarm7", 1.1, 1.5)
-"""Arm, average angular speed [rad/s] and duration [s] of the paper's robot
-experiments."""
+"""Arm, average angular speed [rad/s] and duration [s] in the paper."""
 SIZES = (0.1, 0.15, 0.2, 0.3)
-"""Of the body whose units scale the columns [m]: its sides are 0.05, 0.2 and 0.3 m."""
+"""[m] of the body whose units scale the columns: its sides are 0.05, 0.2 and 0.3 m."""
 EXACT, AVERAGED = 0.2, 0.15
-"""Sizes [m] of the two readings beside the published figures."""
+"""[m] of the two readings beside the published figures."""
 TICKS = (10, 20, 50, 100, 200, 400)
 SEEDS = 5
 WINDOW = 150
-"""Observations."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each motion: the regressor does not depend on what is held."""
+    """For each motion: the regressor does not depend on what is held."""
     speeds = (1.0, 2.0) if quick else tuple(SPEEDS)
     seeds = 2 if quick else SEEDS
     arm, speed, duration = ROBOT
@@ -52,7 +50,7 @@ def jobs(quick: bool) -> list[Job]:
 
 def run(job: Job) -> Result:
     """Condition numbers by noise level and size, averaged over the seeds; and over
-    windows of 150 observations."""
+    windows."""
     exact = wielded("hammer", job["speed"], job["arm"], job["duration"]).measurements
     levels = {}
     for level, noise in NOISE_LEVELS.items():
@@ -73,8 +71,7 @@ def run(job: Job) -> Result:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """Both readings beside the published figures, all sizes and noise levels, and why
-    they differ."""
+    """Both readings beside the published figures, and why they differ."""
     summary, every = [], []
     for job, result in results:
         exact, known = _exact(result), PUBLISHED.get((job["arm"], job["speed"]))
@@ -175,7 +172,7 @@ def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
     )
 
 
-def _figure(results: list[tuple[Job, Result]]) -> "Figure":
+def _figure(results: list[tuple[Job, Result]]):
     simulated = [
         (job["speed"], result) for job, result in results if job["arm"] == "ur5"
     ]
@@ -199,12 +196,7 @@ def _figure(results: list[tuple[Job, Result]]) -> "Figure":
             (BLUE, "o", _exact, f"exact motion, {EXACT} m"),
             (VERMILION, "s", _averaged, f"mean of noise levels, {AVERAGED} m"),
         ):
-            line = {
-                "color": colour,
-                "marker": marker,
-                "markersize": 3.0,
-                "linewidth": 1.0,
-            }
+            line = marked(colour, marker)
             axes.plot(
                 speeds, [what(result) for _, result in simulated], label=label, **line
             )

@@ -1,10 +1,8 @@
-"""Point density: accuracy and compute time of PMD against the number of points; with
-`c1`, the paper's 328 runs."""
+"""Point density: accuracy and compute time of PMD; with `c1`, the paper's 328 runs."""
 
 import time
 from collections.abc import Callable
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,6 +10,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.estimators import PMD
 from hefting.reproduction.c1 import VALUES
+from hefting.reproduction.density_figures import accuracy_figure, times_figure
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     C1,
@@ -25,20 +24,15 @@ from hefting.reproduction.setting import (
 from hefting.shapes import Shape
 from hefting.simulation import paper_points
 
-if TYPE_CHECKING:
-    pass
-from hefting.reproduction.density_figures import accuracy_figure, times_figure
-
 DENSITIES = (0.01, 0.02, 0.04, 0.09, 0.2, 0.5)
 """points/cm³"""
 COMPARED = (0.04, 0.09)
 """Of which the paper says that the second is no better for the COM."""
 SPEED = 1.5
-"""Average angular speed [rad/s]: the fastest of the paper's within ISO 10218-1."""
+"""[rad/s] The fastest of the paper's within ISO 10218-1."""
 TIMES = (1.5, 35.0)
-"""When an estimate is made [s]."""
+"""Of estimates [s]."""
 SEEDS = 10
-"""Of the noise, for each object."""
 LAMBDA, USUAL = 0.1, 56
 """Of PMD in the paper, for so many points."""
 SERIES = {
@@ -64,14 +58,12 @@ ACCURACY = ("noise", "points/cm³", "points", "layers", "observations")
 CLAIM = (
     "noise", "error", "observations", "at 0.04 %", "at 0.09 %", "difference", "standard error", "objects", "verdict",
 )  # fmt: skip
-"""Columns."""
 CONFIDENCE = 0.975
 """Quantile of Student's t beyond which a difference is not chance."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object, with all its densities and seeds, and one for each density's
-    compute time."""
+    """For each object, and for each density's compute time."""
     objects, seeds = (
         (("hammer", "half-n-half", "rod"), 2) if quick else (OBJECTS, SEEDS)
     )
@@ -101,8 +93,8 @@ def run(job: Job) -> Result:
 
 @cache
 def points(density: float) -> Shape:
-    """The grid of a density [points/cm³], in the sensor frame: the shape of all eight
-    objects is the same."""
+    """The grid of a density [points/cm³], in the sensor frame: all eight objects have
+    the same shape."""
     return paper_points(thing("uniform").held, density)
 
 

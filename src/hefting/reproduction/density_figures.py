@@ -1,7 +1,5 @@
 """Figures of the experiment on the density of points."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from hefting.plots.style import (
@@ -15,17 +13,12 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Job, Result
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from hefting.reproduction.setting import legend_above, marked
 
 
-def accuracy_figure(
-    densities: list[float], found: dict[str, dict[str, np.ndarray]]
-) -> "Figure":
-    """Mean over the objects, with its standard error, of each series."""
+def accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarray]]):
+    """Mean over the objects, with its standard error."""
     panels = {
         "mass": "mass error [%]",
         "center_of_mass": "COM error [%]",
@@ -45,13 +38,7 @@ def accuracy_figure(
             for k, (series, time_index, colour, marker, what) in enumerate(lines):
                 values = found[series][name][:, time_index]
                 error = values.std(axis=0, ddof=1) / np.sqrt(len(values))
-                shown = {
-                    "color": colour,
-                    "marker": marker,
-                    "markersize": 3.0,
-                    "linewidth": 1.0,
-                    "elinewidth": 0.6,
-                }
+                shown = marked(colour, marker) | {"elinewidth": 0.6}
                 place = np.array(densities) * 1.03 ** (k - 1.5)
                 axes.errorbar(
                     place,
@@ -69,19 +56,14 @@ def accuracy_figure(
         return settled(figure)
 
 
-def times_figure(timed: list[tuple[Job, Result]], counts: tuple[int, ...]) -> "Figure":
-    """Time to a solution over the number of samples (`counts`), one line a density."""
+def times_figure(timed: list[tuple[Job, Result]], counts: tuple[int, ...]):
+    """One line a density."""
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
     with style():
         figure = figure_of(2.6)
         left, right = figure.subplots(1, 2, sharey=True)
         for k, (_, result) in enumerate(timed):
-            line = {
-                "color": colours[k],
-                "marker": "os^Dv*"[k],
-                "markersize": 3.0,
-                "linewidth": 1.0,
-            }
+            line = marked(colours[k], "os^Dv*"[k])
             left.plot(
                 counts,
                 1e3 * np.array(result["solve"]),

@@ -12,10 +12,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Job = dict[str, Any]
-"""Parameters of one job, JSON-ready, its seed among them: the result depends on nothing
-else."""
+"""JSON-ready, its seed among them: the result depends on nothing else."""
 Result = dict[str, Any]
-"""Numbers a job found, JSON-ready."""
+"""JSON-ready."""
 Cell = str | float | int | None
 PLAIN = 1e6
 """Numbers below it are shown without an exponent."""
@@ -38,7 +37,7 @@ class Table:
         return text.getvalue()
 
     def json(self) -> str:
-        """A list of objects, one a row."""
+        """An object a row."""
         return (
             json.dumps(
                 [dict(zip(self.columns, row, strict=True)) for row in self.rows],
@@ -48,7 +47,7 @@ class Table:
         )
 
     def markdown(self) -> str:
-        """A Markdown table, numbers with three digits."""
+        """A table with numbers of three digits."""
         lines = [
             " | ".join(map(str, self.columns)),
             " | ".join("---" for _ in self.columns),
@@ -58,8 +57,7 @@ class Table:
 
 
 def shown(cell: Cell) -> str:
-    """A cell as a person reads it: three significant digits, nothing for what is not
-    known."""
+    """A cell with three significant digits, nothing for what is not known."""
     if cell is None:
         return ""
     if not isinstance(cell, float):
@@ -76,8 +74,7 @@ class Report:
     figures: dict[str, "Figure"] = field(default_factory=dict)
     """By the name of its files."""
     notes: tuple[str, ...] = ()
-    """What to know when reading them: where a figure differs from the published one,
-    and why; one sentence each."""
+    """Where a figure differs from the published one, and why; one sentence each."""
 
 
 @dataclass(frozen=True)

@@ -2,8 +2,8 @@
 Kalman filter or a smoother.
 
 The filter is that of Farsoni et al. 2017: causal, of constant acceleration, the
-orientation by its quaternion. *Warm*, it has run and settled before the first
-observation; *cold*, it starts there, at rest and with its settled gains.
+orientation by its quaternion. *Warm*, it has settled before the first observation;
+*cold*, it starts there, at rest and with its settled gains.
 """
 
 from collections.abc import Iterator
@@ -32,7 +32,7 @@ from hefting.simulation.wield import POSE_NOISE
 OBSERVATIONS = 150
 """Of each window: 1.5 s at 100 Hz."""
 EARLIEST, STEP = 2.0, 1.6
-"""When the first window begins, and after how long the next [s]."""
+"""[s] to the first window, and from each to the next."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Observed:
     time: Array
     """(K,) [s]"""
     position: Array
-    """(K, 3) of the sensor's origin in world axes [m]"""
+    """(K, 3) in world axes [m]"""
     orientation: Array
     """(K, 4) xyzw, sensor in world"""
     wrench: Array
@@ -56,8 +56,8 @@ class Observed:
         seed: tuple[int, ...],
         pose_noise: tuple[float, float] = POSE_NOISE,
     ) -> Self:
-        """With seeded Gaussian noise: `wrench_noise` (6,) [N, N m], and `pose_noise`
-        [m], [rad] per axis."""
+        """With seeded `wrench_noise` (6,) [N, N m] and `pose_noise` [m], [rad] per
+        axis."""
         from scipy.spatial.transform import Rotation
 
         motion, rng = wielding.motion, np.random.default_rng(seed)
@@ -72,12 +72,11 @@ class Observed:
         )
 
     def __getitem__(self, window: slice) -> Self:
-        """The instants of a window."""
         arrays = (self.time, self.position, self.orientation, self.wrench)
         return type(self)(*(values[window] for values in arrays))
 
     def with_motion(self, motion: Motion) -> Measurements:
-        """Measurements at those instants at which the motion is known."""
+        """At those instants at which it is known."""
         kept = np.isin(self.time, motion.time)
         g = in_sensor_axes(motion.orientation, STANDARD_GRAVITY)
         a, wrench = motion.linear_acceleration, self.wrench[kept]
@@ -87,7 +86,7 @@ class Observed:
 
 
 def windows(duration: float) -> list[slice]:
-    """All windows of a motion of so many seconds."""
+    """Of a motion of so many seconds."""
     most = int((duration - EARLIEST) / STEP) + 1
     starts = [round(RATE * (EARLIEST + STEP * i)) for i in range(most)]
     return [
@@ -110,7 +109,7 @@ def causal_filter(observed: Observed) -> PoseFilter:
 
 
 def warm(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
-    """Each window of a motion which the filter has followed from the start."""
+    """Each window of a motion which the filter has followed."""
     _, motion = live.update(
         live.start(), observed.time, observed.position, observed.orientation
     )
@@ -127,7 +126,7 @@ def cold(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
 
 
 def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
-    """All of what is observed, by a filter that begins with it."""
+    """Measurements by a filter that begins with them."""
     begun = replace(live, cold_start=True)
     _, motion = begun.update(
         begun.start(), observed.time, observed.position, observed.orientation
@@ -136,8 +135,7 @@ def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
 
 
 def smoothed(observed: Observed) -> Iterator[Measurements]:
-    """Each window by this project's smoother and sample weights, from its own poses
-    alone."""
+    """Each window by this project's smoother and sample weights, from its own poses."""
     for window in _windows_of(observed):
         part = observed[window]
         motion = fit_poses(part.time, part.position, part.orientation).at(part.time)
@@ -156,18 +154,16 @@ WEAK = 1e-3
 
 
 def weak_geo(shape: Shape, z: Measurements) -> Estimator:
-    """GEO at a weight that leaves the answer to the data, as long as it is a body."""
+    """At a weight that leaves the answer to the data, as long as it is a body."""
     gamma = WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A)
     return GEO(shape, gamma=gamma, intervals=False)
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")
-"""What `score` lists."""
 
 
 def score(subject: Thing, method: Estimator, z: Measurements) -> list[float]:
-    """Errors [%] of mass, COM, inertia about sensor and COM, four digits; and 1 if a
-    body with them can exist."""
+    """Errors [%], four digits; and 1 if a body with them can exist."""
     estimate = method.fit(z)
     errors = subject.errors(estimate)
     return [

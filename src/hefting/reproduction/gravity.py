@@ -1,18 +1,20 @@
-"""Gravity's share in force and torque: of human motion by the paper's statistics, and
-of the simulated motions."""
-
-from typing import TYPE_CHECKING
+"""Gravity's share in force and torque: of human motion, and of the simulated
+motions."""
 
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
 from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above, mark_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import OBJECTS, SPEEDS, thing, wielded
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from hefting.reproduction.setting import (
+    OBJECTS,
+    SPEEDS,
+    legend_above,
+    mark_limit,
+    marked,
+    thing,
+    wielded,
+)
 
 ALPHA = "angular acceleration rad/s²"
 HUMAN = {
@@ -23,20 +25,19 @@ HUMAN = {
     "object mass kg": (0.257, 0.110),
     "object radius m": (0.081, 0.068),
 }
-"""Means and medians of human manipulation in daily living (Nadeau et al. 2022, table
-I)."""
+"""Means and medians in daily living (Nadeau et al. 2022, table I)."""
 YCB_OBJECTS = 63
 """Of the 77 of the Yale-CMU-Berkeley set that the paper averages over."""
 DOMINANCE = 5.0
-"""Factor by which gravity dominates, "about", by the paper."""
+"""Of gravity, "about", by the paper."""
 MOTION = ("sensor_speed", "com_speed", "linear_acceleration", "angular_acceleration")
 BALL = 0.4
-"""Moment of inertia of a homogeneous ball over mass and squared radius."""
+"""Moment of inertia over mass and squared radius."""
 G = float(np.linalg.norm(STANDARD_GRAVITY))
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object and speed."""
+    """For each object and speed."""
     objects, speeds = (
         (("hammer", "empty"), (1.0, 4.0)) if quick else (OBJECTS, tuple(SPEEDS))
     )
@@ -44,8 +45,7 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Mean magnitudes of gravity's and motion's part of force [N] and torque [N m], and
-    of the motion."""
+    """Mean magnitudes of gravity's and motion's part [N], [N m], and of the motion."""
     exact = wielded(job["object"], job["speed"])
     body = thing(job["object"]).held.parameters
     z = exact.measurements
@@ -83,8 +83,8 @@ def human(k: int) -> dict[str, float]:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """The paper's ratios recomputed, its object statistics, and gravity's share on the
-    simulated motions."""
+    """The paper's ratios recomputed, its object statistics, and the simulated
+    motions."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     shares = {  # (objects,) by quantity and speed
         part: {
@@ -220,9 +220,7 @@ def _mean(results: list[tuple[Job, Result]], speed: float, name: str) -> float:
     )
 
 
-def _figure(
-    speeds: list[float], shares: dict[str, dict[float, np.ndarray]]
-) -> "Figure":
+def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
     with style():
         figure = figure_of(2.5)
         axes = figure.subplots()
@@ -230,12 +228,7 @@ def _figure(
             shares.items(), (BLUE, VERMILION), "os", strict=True
         ):
             values = 100.0 * np.array([found[s] for s in speeds])
-            line = {
-                "color": colour,
-                "marker": marker,
-                "markersize": 3.0,
-                "linewidth": 1.0,
-            }
+            line = marked(colour, marker)
             axes.plot(
                 speeds, values.mean(axis=1), label=f"{part}: mean and range", **line
             )

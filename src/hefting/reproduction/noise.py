@@ -1,13 +1,12 @@
 """Noise by speed: 8 objects x 5 speeds x 4 noise levels x 4 methods, error after 10 s
 and over time."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.plots.style import INK, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above, mark_limit, over_limit
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     COLOURS,
@@ -16,27 +15,27 @@ from hefting.reproduction.setting import (
     OBJECTS,
     SPEEDS,
     grouped,
+    legend_above,
+    mark_limit,
     mean,
+    over_limit,
     signal_to_noise,
     thing,
     wielded,
 )
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 35.0)
-"""When an estimate is made [s]."""
+"""Of estimates [s]."""
 SHOWN = 10.0
-"""s, after which the paper compares the methods."""
+"""[s] after which the paper compares the methods."""
 LINES = {"OLS": "-", "RTLS": (0, (2, 2)), "GEO": "-", "PMD": "-"}
 """RTLS often lies on OLS."""
 RANGE, SNR_RANGE = (0.1, 1e3), (1.0, 1e4)
-"""Of errors [%] and signal-to-noise ratios drawn."""
+"""Of errors [%] and ratios drawn."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object and speed."""
+    """For each object and speed."""
     objects = ("hammer", "half-n-half") if quick else OBJECTS
     speeds = (1.0, 2.0) if quick else SPEEDS
     return [
@@ -47,8 +46,7 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Errors of every method at every noise level and time; the methods see the same
-    noise."""
+    """Errors of every method at every noise level and time; they see the same noise."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"]).measurements
     seed = (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"]))
@@ -89,7 +87,7 @@ def _over_time(estimator, z, subject) -> dict[str, list]:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """The table after 10 s, the tables over time, and the paper's two figures."""
+    """Errors after 10 s, over time, and the paper's two figures."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     by_speed = grouped(results, "speed")
     at = TIMES.index(SHOWN)
@@ -160,7 +158,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     return Report(tables, figures, notes)
 
 
-def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
+def _by_speed_figure(speeds, average, by_speed, at):
     levels = [level for level in NOISE_LEVELS if level != "none"]
     with style():
         figure = figure_of(2.6, width=7.2)
@@ -202,7 +200,7 @@ def _by_speed_figure(speeds, average, by_speed, at) -> "Figure":
         return settled(figure)
 
 
-def _over_time_figure(speeds, average) -> "Figure":
+def _over_time_figure(speeds, average):
     with style():
         figure = figure_of(2.3, width=7.2)
         axes = np.atleast_1d(figure.subplots(1, len(speeds), sharey=True))

@@ -1,5 +1,4 @@
-"""The eight configurations of the modular object: where the weights are, and the true
-parameters."""
+"""The eight configurations of the modular object, and their true parameters."""
 
 from typing import TYPE_CHECKING
 
@@ -24,15 +23,14 @@ from hefting.simulation.modular import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
-    from matplotlib.figure import Figure
 
 PRINT, STEEL, AIR = "#CFCFCF", "#303030", "#FFFFFF"
-"""Colours of the print, steel weights and what is hollow; ABS weights are blue."""
+"""ABS weights are blue."""
 TITLES = {"half-n-half": "Half-N-Half"}
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object: they take no time."""
+    """For each object."""
     return [{"object": name} for name in OBJECTS]
 
 
@@ -49,7 +47,7 @@ def run(job: Job) -> Result:
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
-    """The paper's picture, and the truth of all its simulations in a table."""
+    """The paper's picture, and the truth of all its simulations."""
     rows = []
     for job, result in results:
         filling = MODULAR[job["object"]]
@@ -81,8 +79,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     )
 
 
-def _figure(objects: list[tuple[str, Result]]) -> "Figure":
-    """Top views, to scale."""
+def _figure(objects: list[tuple[str, Result]]):
     from matplotlib.lines import Line2D
 
     with style():
@@ -156,7 +153,6 @@ def _depth(part: Part) -> int:
 
 
 def _draw(axes: "Axes", part: Part) -> None:
-    """Seen along z, in millimetres."""
     from matplotlib.patches import Circle, Rectangle
 
     x, y = 1e3 * part.center[0], 1e3 * part.center[1]

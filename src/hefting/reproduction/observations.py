@@ -1,5 +1,5 @@
-"""150 observations: four methods after 1.5 s at three speeds, their motion by a Kalman
-filter, warm and cold."""
+"""After 150 observations: four methods at three speeds, their motion by a Kalman
+filter."""
 
 from collections.abc import Callable, Iterator
 
@@ -31,9 +31,9 @@ from hefting.simulation import WRENCH_NOISE, Wielding
 from hefting.simulation.wield import POSE_NOISE
 
 ANGULAR = (1.0, 1.5, 2.0)
-"""Average angular speeds [rad/s]."""
+"""[rad/s]"""
 STARTS = 10
-"""How often the motion is started, each time with other noise."""
+"""Of the motion, each time with other noise."""
 SHARPER = 0.1
 """Of the pose noise: in a simulator poses are exact."""
 QUICK = ("tee", "half-n-half")
@@ -82,7 +82,7 @@ METHODS: dict[str, Method] = {
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object and speed, with all windows, motions and methods."""
+    """For each object and speed."""
     objects, duration, starts = (
         (QUICK, 6.0, 2) if quick else (OBJECTS, DURATION, STARTS)
     )
@@ -100,8 +100,8 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """By kind of motion: each method's scores (windows, 5); rms accelerations and, of
-    these, errors."""
+    """By kind of motion: each method's scores (windows, 5); rms accelerations and
+    errors."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"], duration=job["duration"])
     kinds = {}
@@ -138,7 +138,6 @@ def run(job: Job) -> Result:
 def _motions(
     job: Job, exact: Wielding
 ) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
-    """Each kind of motion: windows and their measurements."""
     seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
     observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
     live, places = causal_filter(observed), windows(job["duration"])
@@ -155,8 +154,8 @@ def _motions(
 def _first(
     exact: Wielding, seed: tuple[int, ...], count: int, share: float
 ) -> Iterator[tuple[slice, Measurements]]:
-    """The motion's first observations, with a filter that begins with them, `count`
-    times with other noise."""
+    """The first observations with a filter that begins with them, `count` times with
+    other noise."""
     window, live = slice(0, OBSERVATIONS), None
     for k in range(count):
         noise = share * POSE_NOISE[0], share * POSE_NOISE[1]

@@ -1,5 +1,4 @@
-"""What the experiment on 150 observations concludes: sentences worked out from its
-scores, whatever they are."""
+"""What the experiment on 150 observations concludes, worked out from its scores."""
 
 import numpy as np
 
@@ -24,8 +23,7 @@ from hefting.simulation.wield import POSE_NOISE
 def notes(
     results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]
 ) -> tuple[str, ...]:
-    """What the tables say, worked out from them; what it may mean is in
-    ``docs/reproduction.md``."""
+    """What the tables say; what it may mean is in ``docs/reproduction.md``."""
     return (
         _against_the_published(scores, speeds),
         _consistency(scores, speeds),
@@ -54,7 +52,7 @@ def _means(scores: Scores, kind: str, method: str, speeds: list[float]) -> Array
 
 
 def _against_the_published(scores: Scores, speeds: list[float]) -> str:
-    """In how many cells PMD is worse than the published row, by kind of motion."""
+    """In how many cells PMD is worse than the published row."""
     cells = [
         (q, s, PUBLISHED["PMD"][q][list(SPEEDS).index(s)])
         for q in range(len(LABELS))
@@ -87,7 +85,7 @@ def _consistency(scores: Scores, speeds: list[float]) -> str:
 
 
 def _motion_errors(results: list[tuple[Job, Result]]) -> str:
-    """How much larger errors of the accelerations are than with the warm filter."""
+    """Over those with the warm filter."""
     rms = {
         kind: np.mean([r["kinds"][kind]["accelerations"] for _, r in results], axis=0)[
             2:
@@ -103,8 +101,8 @@ def _motion_errors(results: list[tuple[Job, Result]]) -> str:
 
 
 def _alike(scores: Scores, speeds: list[float]) -> str:
-    """How many published figures each kind of motion comes near, and which error none
-    of them does."""
+    """How many published figures each kind of motion comes near, and which none of them
+    does."""
     rows = differences(scores, speeds).rows
     near = {
         kind: sum(kind in str(row[-1]).split("; ") for row in rows) for kind in COMPARED
@@ -122,8 +120,7 @@ def _alike(scores: Scores, speeds: list[float]) -> str:
 
 
 def _single_windows(scores: Scores, speeds: list[float]) -> str:
-    """Of which method single windows rule the mean of the inertia's error most, at the
-    lowest speed."""
+    """Which method's mean is ruled most by single windows, at the lowest speed."""
     errors = {
         key: values[:, 2] for key, values in scores.items() if key[2] == speeds[0]
     }
@@ -159,7 +156,7 @@ def _ordering(scores: Scores, speeds: list[float]) -> str:
 
 
 def _evenness(results: list[tuple[Job, Result]]) -> str:
-    """How near the objects are to homogeneous ones, which GEO's prior is."""
+    """How near the objects are to GEO's prior."""
     even = {job["object"]: result["homogeneous"] for job, result in results}
     worst = max(even, key=lambda name: even[name])
     return (
@@ -169,8 +166,7 @@ def _evenness(results: list[tuple[Job, Result]]) -> str:
 
 
 def _least(scores: Scores, speeds: list[float]) -> str:
-    """The method of least inertia error, in the mean over the speeds, by kind of
-    motion."""
+    """The method of least inertia error by kind of motion."""
     methods = list(dict.fromkeys(method for _, method, _ in scores))
     means = {
         (kind, m): _means(scores, kind, m, speeds) for kind in KINDS for m in methods

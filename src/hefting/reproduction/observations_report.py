@@ -1,9 +1,7 @@
-"""What the experiment on 150 observations shows: our rows beside the published ones, as
-tables and a figure."""
+"""What the experiment on 150 observations shows: our rows beside the published ones."""
 
 from collections.abc import Iterable
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -19,13 +17,17 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import group, legend_above, over_limit
 from hefting.reproduction.experiment import Cell, Job, Result, Table
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
-from hefting.reproduction.setting import MOSTLY_WRONG, QUANTITIES, SPEEDS, printed
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+from hefting.reproduction.setting import (
+    MOSTLY_WRONG,
+    QUANTITIES,
+    SPEEDS,
+    group,
+    legend_above,
+    over_limit,
+    printed,
+)
 
 PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "OLS": ((1.36, 2.88, 3.22), (34.4, 44.0, 36.1), (MOSTLY_WRONG,) * 3),
@@ -33,21 +35,21 @@ PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "GEO": ((1.45, 2.65, 4.09), (33.0, 33.1, 32.6), (MOSTLY_WRONG, 252.0, 109.0)),
     "PMD": ((1.34, 2.15, 1.91), (9.83, 15.5, 16.4), (44.1, 43.5, 43.6)),
 }
-"""Errors [%] of mass, COM and inertia at 1.0, 1.5 and 2.0 rad/s; 500 where the paper
-says "> 500"."""
+"""[%] of mass, COM and inertia at 1.0, 1.5 and 2.0 rad/s; 500 where the paper says ">
+500"."""
 LABELS = tuple(QUANTITIES.values())
 FIRST, SHARP = "cold, first 1.5 s", "cold, first 1.5 s, sharper poses"
 KINDS = ("warm", "cold", "smoother", FIRST, SHARP)
-"""Of motion: windows anywhere in it by the paper's filter and this project's smoother,
-and its first 1.5 s."""
+"""Windows anywhere in a motion by the paper's filter and this project's smoother, and
+its first 1.5 s."""
 COMPARED = ("warm", "cold", FIRST, SHARP)
-"""With the published figures: those by the paper's filter."""
+"""Those by the paper's filter."""
 ALIKE = 2.0
 """Factor up to which our figure counts as the published one."""
 GEOS = ("GEO, weak", "GEO, literature", "GEO, noise found")
 MAIN = ("OLS", "RTLS", *GEOS, "PMD")
 TOPS = (20.0, 500.0, 5e3)
-"""Of the figure's panels [%]: what is above is drawn there."""
+"""Of the panels [%]: what is above is drawn there."""
 DRAWN = {"published": (BLACK, "x"), "warm": (BLUE, "o"), "cold": (ORANGE, "^")}
 DRAWN |= {FIRST: (VERMILION, "s"), SHARP: (PURPLE, "v"), "smoother": (GREEN, "d")}
 
@@ -94,7 +96,7 @@ def tables(
 
 
 def pooled(results: list[tuple[Job, Result]]) -> Scores:
-    """All windows of all objects together."""
+    """Of all objects together."""
     found: dict[tuple[str, str, float], list] = {}
     for job, result in results:
         for kind, part in result["kinds"].items():
@@ -139,7 +141,7 @@ def consistent(scores: Scores, kind: str, method: str, speeds: list[float]) -> f
 
 
 def error(scores: Scores, kind: str, method: str, speed: float, quantity: int) -> float:
-    """Mean error [%] over windows; `quantity` counts in `LABELS`."""
+    """Mean [%] over windows; `quantity` counts in `LABELS`."""
     return float(scores[kind, method, speed][:, quantity].mean())
 
 
@@ -191,7 +193,6 @@ def _is_alike(ratio: float, theirs: float) -> bool:
 
 
 def _motion(results: list[tuple[Job, Result]], speeds: list[float]) -> Table:
-    """Errors of the accelerations, the cause of all."""
     rows = []
     for kind, s in product(KINDS, speeds):
         parts = [result["kinds"][kind] for job, result in results if job["speed"] == s]
@@ -244,9 +245,8 @@ def _everything(scores: Scores) -> Table:
     )
 
 
-def figure(scores: Scores, speeds: list[float]) -> "Figure":
-    """A panel an error, a group a method, in it a line a kind of motion over the
-    speeds."""
+def figure(scores: Scores, speeds: list[float]):
+    """A panel an error, a group a method, in it a line a kind of motion."""
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
     places = [list(SPEEDS).index(s) for s in speeds]
     with style():

@@ -1,7 +1,4 @@
-"""Torques along another motion, predicted from what PMD-5K found in 1.5 s, beside those
-of the true object."""
-
-from typing import TYPE_CHECKING
+"""Torques along another motion, predicted from what PMD-5K found in 1.5 s."""
 
 import numpy as np
 
@@ -14,29 +11,25 @@ from hefting.reproduction.robot import SPEED
 from hefting.reproduction.setting import OBJECTS, RATE, thing, wielded
 from hefting.simulation import WRENCH_NOISE, XARM7, random_smooth, wield_in_mujoco
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 SHOWN = "tee"
-"""The object of the figure."""
 C1 = 5e3
 ENOUGH = 5.0
-"""Of the motion identified on, for the filter to settle in [s]."""
+"""[s] identified on, for the filter to settle."""
 DURATION = 10.0
-"""Of the motion predicted [s]."""
+"""[s] predicted."""
 DRAWN = 4
-"""Every how manieth sample is kept for the figure."""
+"""Every how manieth sample."""
 KINDS = ("warm", "cold")
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object."""
+    """For each object."""
     return [{"object": name, "seed": 3} for name in ((SHOWN,) if quick else OBJECTS)]
 
 
 def run(job: Job) -> Result:
-    """Torques, true and predicted, along the other motion; root mean squares of wrench
-    and differences [N], [N m]."""
+    """Torques, true and predicted; root mean squares of wrench and differences [N], [N
+    m]."""
     subject = thing(job["object"])
     seed = (job["seed"], OBJECTS.index(job["object"]))
     observed = Observed.of(
@@ -132,8 +125,8 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     return Report(tables, {"prediction": _figure(shown)}, notes)
 
 
-def _figure(result: Result) -> "Figure":
-    """True (solid) and predicted (dashed) torques, and predicted minus true."""
+def _figure(result: Result):
+    """True (solid) and predicted (dashed), and predicted minus true."""
     from matplotlib.lines import Line2D
 
     time = np.array(result["time"])

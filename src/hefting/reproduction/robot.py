@@ -4,7 +4,6 @@ what a real arm adds."""
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
-from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -21,7 +20,6 @@ from hefting.plots.style import (
     settled,
     style,
 )
-from hefting.reproduction.drawing import group, legend_above
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import (
     Observed,
@@ -37,6 +35,8 @@ from hefting.reproduction.setting import (
     OBJECTS,
     QUANTITIES,
     Thing,
+    group,
+    legend_above,
     printed,
     thing,
     wielded,
@@ -44,13 +44,10 @@ from hefting.reproduction.setting import (
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 SPEED = 1.1
-"""Average angular speed [rad/s]."""
+"""[rad/s]"""
 LONG = 27.0
-"""Of the motion that the windows are cut from [s]: 15 of them."""
+"""[s] from which 15 windows are cut."""
 PUBLISHED = {
     "OLS": (3.18, 24.9, MOSTLY_WRONG),
     "RTLS": (11.7, MOSTLY_WRONG, MOSTLY_WRONG),
@@ -58,7 +55,7 @@ PUBLISHED = {
     "PMD-5K": (4.51, 8.12, 36.75),
     "PMD-25K": (4.45, 4.50, 29.11),
 }
-"""Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
+"""[%] of mass, COM and inertia; 500 where the paper says "> 500"."""
 METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
     "OLS": lambda shape, z: OLS(intervals=False),
     "RTLS": lambda shape, z: RTLS(intervals=False),
@@ -70,14 +67,13 @@ METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
 """GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
 it."""
 TURNED, SHIFTED = np.radians(1.0), 2e-3
-"""How far the shape is assumed to be from where it is [rad], [m]."""
+"""[rad], [m] that the shape is from where it is assumed to be."""
 BIAS = (0.3, 0.015)
-"""What taring leaves of the wrench's bias [N], [N m]: three times the FT-300's
-noise."""
+"""What taring leaves [N], [N m]: three times the FT-300's noise."""
 LATE = 2
-"""Samples the wrench comes later than the poses: 20 ms."""
+"""Samples of the wrench: 20 ms."""
 GAIN = 1.04
-"""Of the sensor, where its calibration is 4 % off."""
+"""Of a sensor whose calibration is 4 % off."""
 CAUSES = {
     "none": "ideal arm and sensor",
     "pose": "shape 1° and 2 mm off",
@@ -86,9 +82,7 @@ CAUSES = {
     "gain": "sensor's gain 4 % off",
     "all": "all four",
 }
-"""What a real arm adds."""
 TOPS = (20.0, 1e3, 1e4)
-"""Of the figure's panels [%]: what is above is drawn there."""
 DRAWN = {
     "published, real arm": (None, BLACK, "x"),
     "warm": (("warm", "none"), BLUE, "o"),
@@ -100,7 +94,7 @@ DRAWN = {
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object, with all windows, motions, causes and methods."""
+    """For each object."""
     objects, duration = (("tee",), 6.0) if quick else (OBJECTS, LONG)
     return [{"object": name, "duration": duration, "seed": 2} for name in objects]
 
@@ -137,7 +131,7 @@ def run(job: Job) -> Result:
 def _troubled(
     subject: Thing, z: Measurements, rng: np.random.Generator
 ) -> dict[str, tuple[Shape, Measurements]]:
-    """The shape and the measurements that each cause leaves one with."""
+    """What each cause leaves one with."""
     from scipy.spatial.transform import Rotation
 
     pose = np.eye(4)
@@ -171,7 +165,7 @@ def _direction(rng: np.random.Generator) -> Array:
 
 
 def _moved(shape: Shape, pose: Array) -> Shape:
-    """The shape in another place; only what the methods here use of it is moved."""
+    """Only what the methods here use of a shape is moved."""
     return replace(
         shape,
         positions=shape.positions @ pose[:3, :3].T + pose[:3, 3],
@@ -273,7 +267,7 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
     )
 
 
-def _figure(mean: dict[tuple[str, str, str], Array]) -> "Figure":
+def _figure(mean: dict[tuple[str, str, str], Array]):
     """A panel an error, a group a method, in it a mark a kind of motion."""
     with style():
         figure = figure_of(2.5, 7.2)

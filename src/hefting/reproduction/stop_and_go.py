@@ -1,40 +1,41 @@
-"""Stop-and-go: PMD's mass and COM from samples at rest in many poses, without noise and
-with it."""
+"""Stop-and-go: PMD's mass and COM from samples at rest in many poses."""
 
 from functools import cache
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import PMD
 from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
-from hefting.reproduction.drawing import legend_above
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import C1, OBJECTS, QUANTITIES, RATE, Thing, thing
+from hefting.reproduction.setting import (
+    C1,
+    OBJECTS,
+    QUANTITIES,
+    RATE,
+    Thing,
+    legend_above,
+    thing,
+)
 from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
 
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
 DURATION, DWELL, MOVE = 40.0, 0.75, 1.25
-"""Of the motion, of a rest and of a move [s]: 20 poses."""
+"""[s] of the motion, a rest and a move: 20 poses."""
 SEEDS = 10
-"""Of the noise, for each object."""
 BOUND = 0.1
-"""Percent: the paper's errors of mass and COM are below it."""
+"""[%] The paper's errors of mass and COM are below it."""
 MODERATE = NOISE_LEVELS["moderate"]
 SETTINGS = {
     "noise-free": Noise(),
     "moderate": Noise(MODERATE.force, MODERATE.torque),
     "moderate, motion too": MODERATE,
 }
-"""Noise of the wrench alone, as a robot knows that it rests; and of the accelerations
-as well."""
+"""Of the wrench alone, as a robot knows that it rests; and of the accelerations as
+well."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """One for each object."""
+    """For each object."""
     objects, seeds = (("hammer", "corners"), 2) if quick else (OBJECTS, SEEDS)
     return [{"object": name, "motion_seed": 0, "seeds": seeds} for name in objects]
 
@@ -55,8 +56,7 @@ def run(job: Job) -> Result:
 
 @cache
 def rests(name: str, seed: int) -> Measurements:
-    """All samples of a stop-and-go motion in which the arm stands still, from
-    MuJoCo."""
+    """Samples in which the arm stands still, from MuJoCo."""
     joints = stop_and_go(DURATION, RATE, DWELL, MOVE, seed)
     still = ~np.any((joints.velocity != 0.0) | (joints.acceleration != 0.0), axis=1)
     joints = JointMotion(
@@ -119,7 +119,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     return Report((table,), {"errors": _figure(names, exact, noisy)}, notes)
 
 
-def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray) -> "Figure":
+def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray):
     with style():
         figure = figure_of(2.3)
         axes = figure.subplots()

@@ -3,13 +3,11 @@ truth beside it."""
 
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion, SensorMotion
 from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates, tilted_gravity
-from hefting.simulation.held import HeldObject
-from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go
+from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go, trapezoids
 from hefting.simulation.modular import MODULAR, held_modular, modular, paper_points
-from hefting.simulation.objects import Assembly, Part, hammer
+from hefting.simulation.objects import Assembly, HeldObject, Part, hammer
 from hefting.simulation.physics import Wielding, wield_analytically, wield_in_mujoco
 from hefting.simulation.record import record
-from hefting.simulation.trapezoids import trapezoids
 from hefting.simulation.wield import simulate, truth, wield
 
 __all__ = [

@@ -1,4 +1,4 @@
-"""A serial arm: from the joints' motion to the exact motion of the sensor frame at its
+"""A serial arm: from its joints' motion to the exact motion of the sensor frame at its
 end."""
 
 from dataclasses import dataclass
@@ -12,36 +12,28 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen
 from hefting.robots import Robot
 from hefting.robots.joint_motion import (
-    JointMotion as JointMotion,
-)
-from hefting.robots.joint_motion import (
-    SensorMotion as SensorMotion,
-)
-from hefting.robots.joint_motion import (
+    JointMotion,
+    SensorMotion,
     angular_velocity,
     sensor_motion,
 )
 from hefting.robots.robot import Screw
 
 SLACK = 1e-6
-"""Excess over a joint's limit that is rounding [rad] or [rad/s]."""
+"""[rad] or [rad/s] that is rounding."""
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """A robot with a force-torque sensor at its end: any chain of joints that turn or
-    slide.
-
-    The base is the world frame. Joint i turns (or slides) about its screw axis at rest,
-    moved by those before it.
-    """
+    """Any chain of joints that turn or slide, with a force-torque sensor at its end.
+    The base is the world frame."""
 
     robot: Robot
-    """Joints, their screws at rest, their limits, and the pose of the sensor frame."""
+    """joints, their screws at rest, their limits, and the pose of the sensor frame"""
     start: Array
-    """(n,) joint positions that motions start from [rad] or [m]"""
+    """(n,) that motions start from [rad] or [m]"""
     joint_speeds: Array | None = None
-    """(n,) highest joint speeds [rad/s]; None where not known"""
+    """(n,) [rad/s]; None where not known"""
 
     def __post_init__(self):
         object.__setattr__(self, "start", frozen(self.start))
@@ -83,43 +75,26 @@ class Arm:
             rotation = rotation @ Rotation.from_rotvec((twist, 0.0, 0.0)).as_matrix()
         joints = tuple(f"joint{i + 1}" for i in range(len(screws)))
         pairs = tuple((float(low), float(high)) for low, high in np.asarray(limits))
-        home = frozen(Rotation.from_matrix(rotation).as_quat())
-        robot = Robot(
-            name,
-            "base",
-            "flange",
-            joints,
-            joints,
-            pairs,
-            tuple(screws),
-            frozen(position),
-            home,
-        )
-        return cls(
-            robot, frozen(start), None if joint_speeds is None else frozen(joint_speeds)
-        )
+        home = frozen(position), frozen(Rotation.from_matrix(rotation).as_quat())
+        frames = name, "base", "flange"
+        robot = Robot(*frames, joints, joints, pairs, tuple(screws), *home)
+        speeds = None if joint_speeds is None else frozen(joint_speeds)
+        return cls(robot, frozen(start), speeds)
 
     @classmethod
     def from_urdf(
         cls, path: str | Path, sensor_frame: str, start: ArrayLike | None = None
     ) -> Self:
-        """The arm of a URDF whose link `sensor_frame` carries the sensor; see
-        `Robot.from_urdf` for errors.
-
-        It starts from `start` (n,), by default from the middle of each joint's range,
-        from zero where there is none.
-        """
+        """Of a URDF whose link `sensor_frame` carries the sensor; errors as of
+        `Robot.from_urdf`. It starts from `start` (n,), by default from the middle of
+        each joint's range."""
         robot = Robot.from_urdf(path, sensor_frame)
         if not robot.joints:
             raise InputError(
                 f"no joint moves '{sensor_frame}'", path, "choose a link further out"
             )
-        return cls(
-            robot,
-            frozen(
-                [_middle(pair) for pair in robot.limits] if start is None else start
-            ),
-        )
+        middle = [_middle(pair) for pair in robot.limits]
+        return cls(robot, frozen(middle if start is None else start))
 
     @property
     def n(self) -> int:
@@ -128,8 +103,7 @@ class Arm:
 
     @property
     def room(self) -> Array:
-        """(n,) angle each joint can turn from `start` before a limit [rad]; zero for
-        joints that slide."""
+        """(n,) [rad] from `start` to the nearer limit; zero for joints that slide."""
         return np.array(
             [
                 0.0 if pair is None else max(min(at - pair[0], pair[1] - at), 0.0)
@@ -138,7 +112,7 @@ class Arm:
         )
 
     def exceeded(self, joints: JointMotion) -> tuple[str, ...]:
-        """What the joints of the real arm could not do, one line each."""
+        """What the real joints could not do, one line each."""
         lines = []
         for i, (name, pair) in enumerate(
             zip(self.robot.joints, self.robot.limits, strict=True)
@@ -155,21 +129,17 @@ class Arm:
         return tuple(lines)
 
     def motion(self, joints: JointMotion) -> SensorMotion:
-        """Exact motion of the sensor frame; see `sensor_motion`."""
+        """Exact motion of the sensor frame."""
         return sensor_motion(self.robot, joints)
 
     def angular_velocity(self, joints: JointMotion) -> Array:
-        """(K, 3) that of `motion` alone [rad/s]; see
-        `hefting.robots.joint_motion.angular_velocity`."""
+        """(K, 3) [rad/s] alone."""
         return angular_velocity(self.robot, joints)
 
 
 def _middle(pair: tuple[float, float] | None) -> float:
-    return (
-        0.5 * (pair[0] + pair[1])
-        if pair is not None and np.isfinite(pair).all()
-        else 0.0
-    )
+    ends = (0.0, 0.0) if pair is None else pair
+    return 0.5 * sum(ends) if np.isfinite(ends).all() else 0.0
 
 
 UR5 = Arm.from_dh(
@@ -181,9 +151,9 @@ UR5 = Arm.from_dh(
     limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
     joint_speeds=[np.pi] * 6,
 )
-"""Universal Robots UR5 with the sensor frame at its flange; the maker's nominal values
-("DH parameters for calculations of kinematics and dynamics", Universal Robots support;
-limits from the user manual). It starts as in the paper's simulations."""
+"""The sensor frame is the flange. The maker's nominal values ("DH parameters for
+calculations of kinematics and dynamics", Universal Robots support; limits from the user
+manual). It starts as in the paper's simulations."""
 
 XARM7 = Arm.from_dh(
     "xArm 7",
@@ -202,5 +172,5 @@ XARM7 = Arm.from_dh(
     ),
     joint_speeds=[np.pi] * 7,
 )
-"""uFactory xArm 7 with the sensor frame at its flange; offsets, limits and speeds as in
-the maker's URDF (xArm-Developer/xarm_ros, xarm_description)."""
+"""The sensor frame is the flange; offsets, limits and speeds as in the maker's URDF
+(xArm-Developer/xarm_ros, xarm_description)."""

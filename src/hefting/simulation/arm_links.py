@@ -1,5 +1,4 @@
-"""Arms with masses, for simulated joint torques: links of about the size of the maker's,
-the true ones and what a URDF says of them.
+"""Arms with masses, for simulated joint torques.
 
 The inertias that robots are published with predict their torques poorly. So the true
 links differ from those in the URDF that is written beside a simulated log.
@@ -20,14 +19,13 @@ from hefting.core.spatial import Array, tensor_to_vector
 from hefting.simulation.arm import UR5, XARM7, Arm
 
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-"""A URDF's names of the moments and products of inertia."""
 RADIUS = 0.06
 """[m] of a link, a rod from one joint to the next."""
 LEAST_LENGTH = 0.05
 """[m] of a link whose joints meet in a point."""
 WRONG_MASS, WRONG_COM, WRONG_INERTIA = 0.1, 0.008, 0.2
 """Standard deviations of the true links from the published ones: of mass and moments of
-inertia relative to them, of the COM in metres."""
+inertia as shares, of the COM [m]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,7 +36,7 @@ class MassiveArm:
     masses: tuple[float, ...]
     """[kg] of the links, published"""
     torque_noise: tuple[float, float]
-    """standard deviations [N m] of the first and the last joint's torque"""
+    """standard deviations [N m] of the first and the last joint's"""
 
     def __post_init__(self):
         if len(self.masses) != len(self.arm.robot.screws):
@@ -68,13 +66,12 @@ class MassiveArm:
         return urdf(self.arm, self.links)
 
     def per_joint(self, first: float, last: float) -> Array:
-        """(n,) values that fall evenly, by their logarithm, from the base to the
-        end."""
+        """(n,) values from the base to the end, evenly by their logarithm."""
         return np.geomspace(first, last, self.arm.n)
 
 
 def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
-    """The URDF of an arm, its links in base axes at rest about a point of each joint's
+    """The URDF of an arm with links in base axes at rest, about a point of each joint's
     axis."""
     robot = arm.robot
     lines = ['<robot name="arm">', '<link name="base"/>']
@@ -145,8 +142,8 @@ UR5E = Arm.from_dh(
     limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
     joint_speeds=[np.pi] * 6,
 )
-"""Universal Robots UR5e; the maker's nominal values ("DH parameters for calculations of
-kinematics and dynamics", Universal Robots support)."""
+"""The maker's nominal values ("DH parameters for calculations of kinematics and
+dynamics", Universal Robots support)."""
 
 PANDA = Arm.from_dh(
     "Panda",
@@ -165,12 +162,12 @@ PANDA = Arm.from_dh(
     ),
     joint_speeds=(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
 )
-"""Franka Emika Panda; Denavit-Hartenberg parameters and limits as in the maker's
-control interface documentation, in standard form."""
+"""Parameters and limits as in the maker's control interface documentation, in standard
+form."""
 
 TORQUE_ARMS = {
     "ur5e": MassiveArm(UR5E, (3.7, 8.4, 2.3, 1.2, 1.2, 0.2), (0.1, 0.05)),
     "panda": MassiveArm(PANDA, (3.1, 2.4, 3.2, 2.5, 3.4, 1.5, 0.7), (0.1, 0.05)),
     "xarm7": MassiveArm(XARM7, (2.4, 1.9, 1.7, 1.8, 1.5, 1.1, 0.3), (0.1, 0.05)),
 }
-"""Arms with masses, by name: rounded, of the size of the makers'."""
+"""By name; masses are rounded, of the size of the makers'."""

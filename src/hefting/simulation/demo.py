@@ -13,28 +13,19 @@ from hefting.core.files import write_atomically
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.metrics import Errors, errors_between
-from hefting.core.spatial import frozen
 from hefting.export import export
 from hefting.identification import identify
 from hefting.logs import write_log
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids, truth
+from hefting.simulation.objects import HAMMER_POSE
 from hefting.simulation.wield import POSE_NOISE
 
 DURATION, RATE, ANGULAR_SPEED = 10.0, 100.0, 1.0
 """Length [s], samples per second and mean angular speed [rad/s] of the recording."""
 NOISE = "moderate"
 SEED = 2022
-POSE = frozen(
-    (
-        (1.0, 0.0, 0.0, 0.0),
-        (0.0, 0.0, 1.0, -0.08),
-        (0.0, -1.0, 0.0, 0.06),
-        (0.0, 0.0, 0.0, 1.0),
-    )
-)
-"""Pose of the hammer in the sensor frame: held by its handle 80 mm from the end, 60 mm
-off the sensor."""
+POSE = HAMMER_POSE
 
 
 @dataclass(frozen=True)
@@ -42,11 +33,9 @@ class Demo:
     """What was simulated, what was found, and the files that show it."""
 
     log: Path
-    """What the robot recorded."""
     mesh: Path
     """Shape of the hammer [mm], which says nothing of its materials."""
     truth_file: Path
-    """What is to be found."""
     exports: tuple[Path, ...]
     """The estimate as JSON and URDF."""
     pictures: tuple[Path, ...]
@@ -54,15 +43,9 @@ class Demo:
     speeds: tuple[float, float]
     """Mean angular [rad/s] and linear [m/s] speed of the sensor."""
     truth: InertialParameters
-    """True parameters in the sensor frame."""
-    homogeneous: InertialParameters
-    """The true mass spread evenly over the shape: what scale and drawing alone would
-    say."""
+    """In the sensor frame."""
     estimate: Estimate
     errors: Errors
-    """Of the estimate [%]."""
-    homogeneous_errors: Errors
-    """Of the evenly spread mass [%]."""
 
     @property
     def files(self) -> tuple[Path, ...]:
@@ -72,12 +55,11 @@ class Demo:
 
 def run(folder: str | Path, pictures: bool = True) -> Demo:
     """Simulate, write the log, identify from the files as a user would, and write
-    results to `folder`.
+    results to `folder`; the same every time.
 
-    A UR5 moves as in the paper (`hefting.simulation.sinusoids`); the wrench has the
-    paper's moderate noise, the poses 0.1 mm and 0.02°. The same every time. Raises
-    `InputError` when the folder cannot be written and `MissingDependencyError` when
-    pictures are wanted without matplotlib.
+    A UR5 moves as in the paper (`hefting.simulation.sinusoids`), with its moderate
+    noise of the wrench. Raises `InputError` when the folder cannot be written and
+    `MissingDependencyError` when pictures are wanted without matplotlib.
     """
     folder = Path(folder)
     try:
@@ -120,7 +102,6 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
             plot_wrench(found.measurements, estimate), folder / "wrench"
         )
         drawn += save_figure(plot_object(estimate, shape, body), folder / "object")
-    even = InertialParameters(body.mass * shape.homogeneous.vector)
     axes = np.asarray(POSE)[:3, :3]
     return Demo(
         log=log,
@@ -130,8 +111,6 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
         pictures=drawn,
         speeds=motion.mean_speeds,
         truth=body,
-        homogeneous=even,
         estimate=estimate,
         errors=errors_between(estimate.parameters, body, extents, axes),
-        homogeneous_errors=errors_between(even, body, extents, axes),
     )

@@ -16,8 +16,7 @@ Six = tuple[float, float, float, float, float, float]
 ZERO: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 FT300: Six = (0.1, 0.1, 0.1, 0.005, 0.005, 0.003)
-"""Standard deviations of the signal of a Robotiq FT 300 [N (3), N m (3)]; the paper's
-moderate level, but about z."""
+"""Of the signal of a Robotiq FT 300; the paper's moderate level, but about z."""
 
 WRENCH_NOISE: dict[str, Six] = {
     **{
@@ -26,8 +25,7 @@ WRENCH_NOISE: dict[str, Six] = {
     },
     "ft300": FT300,
 }
-"""Standard deviations of wrench noise by name [N (3), N m (3)]: the paper's levels, and
-a sensor's."""
+"""Standard deviations [N (3), N m (3)] by name: the paper's levels, and a sensor's."""
 
 SHARES = ("spikes", "dropped", "contacts", "pose_glitches", "pose_stalls")
 
@@ -35,62 +33,61 @@ SHARES = ("spikes", "dropped", "contacts", "pose_glitches", "pose_stalls")
 @dataclass(frozen=True)
 class Faults:
     """Imperfections of sensor, clock and surroundings; by default those of a well-kept
-    cobot, and no wrench noise.
+    cobot, and no wrench noise. Pairs are of position [m] and orientation [rad], or of
+    force [N] and torque [N m], along each axis; levels of noise are standard
+    deviations.
 
     All but the sign, bias and drift are random, each from a generator of its own: to
     add one leaves the others as they were. Raises `InputError` for values out of range.
     """
 
     wrench_noise: Six = ZERO
-    """standard deviations [N (3), N m (3)]"""
+    """[N (3), N m (3)]"""
     noise_correlation: float = 0.0
-    """of the wrench noise from sample to sample: 0 white, near 1 slow (first-order
-    autoregressive)"""
+    """from sample to sample: 0 white, near 1 slow (first-order autoregressive)"""
     pose_noise: tuple[float, float] = POSE_NOISE
-    """standard deviations per axis of position [m] and orientation [rad]"""
     pose_glitches: float = 0.0
     """share of poses that are wrong"""
     pose_glitch_size: tuple[float, float] = (0.3, 1.0)
-    """their standard deviation per axis of position [m] and orientation [rad]"""
+    """standard deviations"""
     pose_glitch_duration: float = 0.0
-    """how long each of them lasts [s]; a single pose by default"""
+    """[s] of each; 0: a single pose"""
     pose_stalls: float = 0.0
     """share of the time that the last pose is repeated, in three stalls"""
     pose_startup: float = 0.0
-    """time at the start during which the pose is the identity [s]"""
+    """[s] at the start during which the pose is the identity"""
     pose_shutdown: float = 0.0
-    """the same at the end [s]"""
+    """[s] at the end"""
     joint_noise: float = 0.0
-    """standard deviation of joint angles [rad]"""
+    """[rad]"""
     bias: Six = ZERO
-    """of the wrench, as the sensor shows it [N (3), N m (3)]"""
+    """[N (3), N m (3)] as the sensor shows it"""
     drift: Six = ZERO
-    """of the bias, from the start to the end of the motion [N (3), N m (3)]"""
+    """of the bias, from the start to the end [N (3), N m (3)]"""
     drift_kind: Literal["linear", "exponential"] = "linear"
     """exponential: it settles, with a time constant of a third of the motion"""
     wrench_delay: float = 0.0
-    """the wrench is stamped so much later than the poses [s]"""
+    """[s] that the wrench is stamped later than the poses"""
     spikes: float = 0.0
     """share of wrench samples that are wrong"""
     spike_size: tuple[float, float] = (20.0, 1.0)
-    """their standard deviation per axis [N], [N m]"""
+    """standard deviations"""
     dropped: float = 0.0
-    """share of messages of every kind that are lost"""
+    """share of messages of every kind"""
     contacts: float = 0.0
     """share of the time that the object touches something, in ten bouts"""
     contact_force: tuple[float, float] = (3.0, 8.0)
-    """lowest and highest force of a contact [N]"""
+    """lowest and highest [N]"""
     saturation: tuple[float, float] | None = None
-    """largest force and torque the sensor shows, per axis [N], [N m]"""
+    """largest that the sensor shows"""
     on_sensor: bool = False
-    """the sensor shows the wrench exerted on itself, the opposite of the project's
-    sign"""
+    """the sensor shows the wrench exerted on itself"""
     gyroscope_noise: float = 0.005
-    """standard deviation per axis [rad/s]"""
+    """[rad/s]"""
     gyroscope_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """[rad/s]"""
     accelerometer_noise: float = 0.05
-    """standard deviation per axis [m/s²]"""
+    """[m/s²]"""
     accelerometer_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """[m/s²]"""
 
@@ -100,50 +97,33 @@ class Faults:
             if isinstance(value, str | bool) or value is None:
                 continue
             numbers = np.asarray(value, dtype=float)
-            default = np.asarray(
-                field.default if field.default is not None else (0.0, 0.0)
-            )
+            default = np.asarray((0.0, 0.0) if field.default is None else field.default)
             if numbers.shape != default.shape or not np.isfinite(numbers).all():
                 raise InputError(
                     f"{field.name} is {value}, not {max(default.size, 1)} finite number(s)",
                     "Faults",
                 )
-            if (
-                field.name not in ("bias", "drift", "wrench_delay")
-                and "bias" not in field.name
-                and (numbers < 0).any()
-            ):
-                raise InputError(
-                    f"{field.name} is {value}, which is negative", where="Faults"
-                )
+            signed = "bias" in field.name or field.name in ("drift", "wrench_delay")
+            if not signed and (numbers < 0).any():
+                what = f"{field.name} is {value}, which is negative"
+                raise InputError(what, "Faults")
         if self.drift_kind not in ("linear", "exponential"):
             raise InputError(
                 f"drift_kind is '{self.drift_kind}'",
                 "Faults",
                 "use linear or exponential",
             )
-        if not self.noise_correlation < 1.0:
-            raise InputError(
-                f"noise_correlation is {self.noise_correlation}",
-                "Faults",
-                "give a number from 0 to below 1",
-            )
-        for name in SHARES:
+        for name in ("noise_correlation", *SHARES):
             if not getattr(self, name) < 1.0:
-                raise InputError(
-                    f"{name} is {getattr(self, name)}",
-                    "Faults",
-                    "give a share from 0 to below 1",
-                )
+                kind = "share" if name in SHARES else "number"
+                what = f"{name} is {getattr(self, name)}"
+                raise InputError(what, "Faults", f"give a {kind} from 0 to below 1")
 
 
 @dataclass(frozen=True)
 class Rates:
-    """How often each sensor is read [Hz]: None as often as the motion was computed, 0
-    never.
-
-    Each must divide the rate of the motion: nothing is interpolated.
-    """
+    """Of each sensor [Hz], which divide that of the motion: None as often as that, 0
+    never."""
 
     wrench: float | None = None
     pose: float | None = None
@@ -151,8 +131,7 @@ class Rates:
     imu: float | None = 0.0
 
     def stride(self, name: str, own: float) -> int:
-        """Every how manieth sample of a motion of rate `own` [Hz] is read; 0 for
-        none."""
+        """Every how manieth sample of a motion of rate `own` [Hz] is read."""
         rate = getattr(self, name)
         if rate is None:
             return 1
@@ -175,8 +154,8 @@ class Rates:
 def tilted_gravity(
     angle: float, heading: float = 0.0, gravity: tuple[float, ...] = STANDARD_GRAVITY
 ) -> Array:
-    """Gravity (3,) [m/s²] in the axes of a base tilted by `angle` [rad] about its axis
-    at `heading` [rad] from x."""
+    """(3,) [m/s²] in the axes of a base tilted by `angle` [rad] about its axis at
+    `heading` [rad] from x."""
     from scipy.spatial.transform import Rotation
 
     turn = angle * np.array((np.cos(heading), np.sin(heading), 0.0))

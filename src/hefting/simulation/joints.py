@@ -1,5 +1,4 @@
-"""Joint motions to wield an object with: the paper's sinusoids, random smooth motion,
-stop-and-go.
+"""Joint motions to wield an object with, the same for the same `seed`.
 
 Every joint stays within its arm's limits: amplitudes are made smaller where a limit is
 nearer than they reach, and joints that slide stay where they start. `Arm.exceeded`
@@ -7,6 +6,7 @@ tells of joint speeds that the real arm does not have.
 """
 
 from collections.abc import Callable
+from typing import Any
 
 import numpy as np
 
@@ -15,18 +15,18 @@ from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.simulation.arm import UR5, Arm, JointMotion
 
 START = tuple(UR5.start.tolist())
-"""Initial joint angles in the paper's simulations [rad]."""
+"""In the paper's simulations [rad]."""
 
 FREQUENCIES = (0.10, 0.13, 0.16)
-"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are
-scaled to the wanted speed."""
+"""Of the paper's sinusoids [Hz], of the arm's last joints, before they are scaled to
+the wanted speed."""
 
 LARGEST_SCALE = 1e4
-"""Over the wanted angular speed [1 / (rad/s)], of the clock: beyond, a motion that
+"""Of the clock, over the wanted angular speed [1 / (rad/s)]: beyond, a motion that
 starts from rest has no time to."""
 
 FASTEST_TURN = 1.5
-"""[rad/s] Mean angular speed of the sensor, where its origin's speed allows it."""
+"""[rad/s] in the mean, where the speed of the sensor's origin allows it."""
 
 BETWEEN = 0.999
 """Share of a speed limit that samples may reach, so that it is kept between them
@@ -53,16 +53,10 @@ def sinusoids(
     frequency = np.zeros((1, arm.n))
     frequency[0, arm.n - moving :] = FREQUENCIES[len(FREQUENCIES) - moving :]
     amplitude = np.where(frequency > 0.0, np.minimum(np.radians(45.0), arm.room), 0.0)
-    plain = time, np.ones_like(time), np.zeros_like(time)
+    clock = time, np.ones_like(time), np.zeros_like(time)
+    phase = np.zeros_like(frequency)
     return _at_speed(
-        arm,
-        angular_speed,
-        speed_limit,
-        time,
-        plain,
-        amplitude,
-        frequency,
-        np.zeros_like(frequency),
+        arm, angular_speed, speed_limit, time, clock, amplitude, frequency, phase
     )
 
 
@@ -75,27 +69,9 @@ def random_smooth(
     speed_limit: float | None = None,
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids of 5° to 15°, starting from rest
-    within a second.
-
-    Speed, its limit and sampling as in `sinusoids`; the same for the same `seed`.
-    """
+    within a second. Speed, its limit and sampling as in `sinusoids`."""
     time = _instants(duration, rate, angular_speed)
-    rng = np.random.default_rng(seed)
-    shape = (3, arm.n)
-    amplitude = np.radians(rng.uniform(5.0, 15.0, shape))
-    frequency = rng.uniform(0.05, 0.3, shape)
-    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
-    phase = rng.uniform(0.0, 2.0 * np.pi, shape)
-    return _at_speed(
-        arm,
-        angular_speed,
-        speed_limit,
-        time,
-        _from_rest(time),
-        amplitude,
-        frequency,
-        phase,
-    )
+    return _random_sums(time, seed, arm, (5.0, 15.0), angular_speed, speed_limit)
 
 
 def wide_smooth(
@@ -105,25 +81,33 @@ def wide_smooth(
     arm: Arm = UR5,
     speed_limit: float = SPEED_LIMIT,
 ) -> JointMotion:
-    """All joints follow sums of three random sinusoids, the last three of 15° to 30°
-    each and the others of 5° to 12°, starting from rest within a second: for joint
-    torques, which tell the centre of mass from how the wrist turns it.
-
-    It is as fast as the `speed_limit` [m/s] of the sensor's origin allows, and the same
-    for the same `seed`.
-    """
+    """The same of 15° to 30° of the last three joints and of 5° to 12° of the others,
+    as fast as `speed_limit` allows: for joint torques, which tell the centre of mass
+    from how the wrist turns it."""
     time = _instants(duration, rate, speed_limit)
+    wrist = np.arange(arm.n) >= arm.n - 3
+    sizes = np.where(wrist, 15.0, 5.0), np.where(wrist, 30.0, 12.0)
+    return _random_sums(time, seed, arm, sizes, FASTEST_TURN, speed_limit)
+
+
+def _random_sums(
+    time: Array,
+    seed: int,
+    arm: Arm,
+    sizes: tuple[Any, Any],
+    angular_speed: float,
+    speed_limit: float | None,
+) -> JointMotion:
+    """Of three random sinusoids a joint, of `sizes` [°] at least and at most."""
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
-    wrist = np.arange(arm.n) >= arm.n - 3
-    low, high = np.where(wrist, 15.0, 5.0), np.where(wrist, 30.0, 12.0)
-    amplitude = np.radians(rng.uniform(low, high, shape))
-    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
+    amplitude = np.radians(rng.uniform(*sizes, shape))
     frequency = rng.uniform(0.05, 0.3, shape)
+    amplitude = amplitude * np.minimum(1.0, arm.room / (2.0 * amplitude.sum(axis=0)))
     phase = rng.uniform(0.0, 2.0 * np.pi, shape)
     clock = _from_rest(time)
     return _at_speed(
-        arm, FASTEST_TURN, speed_limit, time, clock, amplitude, frequency, phase
+        arm, angular_speed, speed_limit, time, clock, amplitude, frequency, phase
     )
 
 
@@ -137,18 +121,12 @@ def stop_and_go(
     speed_limit: float | None = None,
 ) -> JointMotion:
     """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose
-    near the start, and so on.
-
-    Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk
-    jumps where a move begins and ends. With a `speed_limit` [m/s] of the sensor's
-    origin all moves take longer, as much as the fastest needs. The same for the same
-    `seed`.
-    """
+    near the start (`_reach`), and so on. With a `speed_limit` [m/s] of the sensor's
+    origin all moves take longer, as much as the fastest needs."""
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
     if not dwell >= 0.0:
         raise InputError(f"the dwell must not be negative, but is {dwell} s")
-    reach = np.where(np.arange(arm.n) < arm.n - 3, np.radians(10.0), np.radians(60.0))
-    reach = np.minimum(reach, arm.room)
+    reach = _reach(arm)
     most = int(time[-1] // (dwell + move)) + 2
     poses = arm.start + reach * np.random.default_rng(seed).uniform(
         -1.0, 1.0, (most, arm.n)
@@ -162,8 +140,13 @@ def stop_and_go(
     return joints
 
 
+def _reach(arm: Arm) -> Array:
+    """(n,) of random poses from the arm's start [rad]."""
+    own = np.where(np.arange(arm.n) < arm.n - 3, np.radians(10.0), np.radians(60.0))
+    return np.minimum(own, arm.room)
+
+
 def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
-    """Through all `poses` (m, n) in turn."""
     number, within = np.divmod(time, dwell + move)
     number = number.astype(int)
     u = np.clip((within - dwell) / move, 0.0, 1.0)[:, None]
@@ -199,7 +182,6 @@ def _from_rest(time: Array) -> tuple[Array, Array, Array]:
 
 
 def _fastest(arm: Arm, joints: JointMotion) -> float:
-    """Highest speed of the sensor's origin [m/s]."""
     return float(arm.motion(joints).linear_speed().max())
 
 
@@ -265,3 +247,73 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
     from scipy.optimize import brentq
 
     return float(brentq(function, low, high, xtol=1e-12))  # pyright: ignore[reportArgumentType]
+
+
+def trapezoids(
+    duration: float = 12.0,
+    rate: float = 100.0,
+    speed: float = 1.05,
+    acceleration: float = 1.4,
+    dwell: tuple[float, float] = (0.2, 0.6),
+    seed: int = 0,
+    arm: Arm = UR5,
+) -> JointMotion:
+    """Moves of a teach pendant between random poses near the start, with a rest of
+    `dwell` [s] before each.
+
+    Joints of a move start and stop together, the one with the longest way at
+    `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are those of a UR's
+    programs. The acceleration jumps up to four times a move.
+    """
+    for name, value in (
+        ("duration", duration),
+        ("rate", rate),
+        ("speed", speed),
+        ("acceleration", acceleration),
+    ):
+        if not (value > 0.0 and np.isfinite(value)):
+            raise InputError(f"the {name} must be positive, but is {value:g}")
+    rng = np.random.default_rng(seed)
+    time = np.arange(max(int(np.floor(duration * rate + 1e-9)), 1)) / rate
+    reach = _reach(arm)
+    if not reach.any():
+        raise InputError("no joint of the arm can turn", arm.robot.source)
+    position = np.tile(arm.start, (len(time), 1))
+    velocity, change = np.zeros_like(position), np.zeros_like(position)
+    here, begin = np.array(arm.start), rng.uniform(*dwell)
+    while begin < time[-1]:
+        way = arm.start + reach * rng.uniform(-1.0, 1.0, arm.n) - here
+        longest = float(np.abs(way).max())
+        started = time >= begin
+        share, lasts = _trapezoid(
+            time[started] - begin, speed / longest, acceleration / longest
+        )
+        position[started] = here + share[0][:, None] * way
+        velocity[started] = share[1][:, None] * way
+        change[started] = share[2][:, None] * way
+        here, begin = here + way, begin + lasts + rng.uniform(*dwell)
+    return JointMotion(time, position, velocity, change)
+
+
+def _trapezoid(
+    since: Array, speed: float, acceleration: float
+) -> tuple[tuple[Array, Array, Array], float]:
+    """Share of the way, its first and second derivative (K,) at times (K,) [s] after
+    the start, and the duration [s], for limits in shares of the way."""
+    ramp = min(speed / acceleration, acceleration**-0.5)
+    top = acceleration * ramp
+    lasts = 1.0 / top + ramp
+    left = lasts - since
+    phases = [since < ramp, since < lasts - ramp, since < lasts]
+    share = np.select(
+        phases,
+        [
+            0.5 * acceleration * since**2,
+            top * (since - 0.5 * ramp),
+            1.0 - 0.5 * acceleration * left**2,
+        ],
+        1.0,
+    )
+    rate = np.select(phases, [acceleration * since, top, acceleration * left], 0.0)
+    change = np.select(phases, [acceleration, 0.0, -acceleration], 0.0)
+    return (share, rate, change), lasts

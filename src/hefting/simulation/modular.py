@@ -1,10 +1,9 @@
-"""The modular test object of the paper in its eight configurations, to its published
-dimensions.
+"""The modular test object of the paper in its eight configurations.
 
 A printed H with ten closed cylindrical pockets, each empty or holding a weight of steel
-or of ABS (Nadeau et al. 2022, sec. V-A; dimensions from its authors' generator). The
-bolts with which it can be fastened are not part of it. The sum over its parts, holes
-counted negative, is exact.
+or of ABS (Nadeau et al. 2022, sec. V-A; dimensions from its authors' generator),
+without the bolts with which it can be fastened. The sum over its parts, holes counted
+negative, is exact.
 """
 
 from collections.abc import Iterator
@@ -18,8 +17,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.spatial import Array, tensor_to_vector
 from hefting.shapes import Shape
-from hefting.simulation.held import HeldObject
-from hefting.simulation.objects import Assembly, Part
+from hefting.simulation.objects import Assembly, HeldObject, Part
 
 PLA, STEEL_WEIGHT, ABS_WEIGHT = 491.0, 7847.0, 1321.0
 """Densities [kg/m³] of the print (20 % infill) and of the weights."""
@@ -28,13 +26,12 @@ SLOTS = (
     (-65.0, 125.0), (0.0, 125.0), (65.0, 125.0), (0.0, 75.0), (0.0, 25.0),
     (0.0, -25.0), (0.0, -75.0), (-65.0, -125.0), (0.0, -125.0), (65.0, -125.0),
 )  # fmt: skip
-"""Where pockets W0 to W9 are in the H [mm]."""
+"""Pockets W0 to W9 in the H [mm]."""
 
 BOLT_HOLES = (
     *((0.0, y) for y in (-150.0, -100.0, -50.0, 0.0, 50.0, 100.0, 150.0)),
     *((x, y) for x in (-90.0, -40.0, 40.0, 90.0) for y in (-125.0, 125.0)),
 )
-"""Where the fifteen holes for bolts are [mm]."""
 
 THICKNESS = 0.050
 """Of the H [m]: its faces are at z = 0 and there."""
@@ -46,10 +43,10 @@ BOSS = (0.0075, THICKNESS)
 """Radius and height [m]."""
 
 PAPER_VOLUME = 1400.0
-"""cm³ of which the paper's 56 points are 0.04 points/cm³."""
+"""[cm³] of which the paper's 56 points are 0.04 points/cm³."""
 
 PAPER_DENSITIES = (0.04, 0.09)
-"""points/cm³ the paper compares, the first of which it settles on."""
+"""[points/cm³] that the paper compares; it settles on the first."""
 
 GRASPED = 5
 """Slot the object is held at by its authors."""
@@ -58,7 +55,6 @@ UNEVEN = 1.8
 """Longest over shortest side of a grid's cells, at most."""
 
 SECTIONS = 32
-"""Sides of the prisms that stand for bolt holes in the mesh."""
 
 
 @dataclass(frozen=True)
@@ -79,15 +75,10 @@ MODULAR = {
     "half-n-half": Filling((0, 1, 2, 3, 4), (5, 6, 7, 8, 9)),
     "empty": Filling(()),
 }
-"""The eight configurations."""
 
 
 def modular(name: str) -> Assembly:
-    """One of the eight configurations (`MODULAR`), in the frame of its mesh: origin in
-    the middle of one face.
-
-    Raises `InputError` for another name.
-    """
+    """One of `MODULAR`, in the frame of its mesh: origin in the middle of one face."""
     if name.lower() not in MODULAR:
         fix = f"choose one of {', '.join(MODULAR)}"
         raise InputError(
@@ -118,29 +109,27 @@ def modular(name: str) -> Assembly:
 
 
 def grasp(slot: int = GRASPED) -> Array:
-    """Pose (4, 4) of the object in the sensor frame: the face at z = 0 on the flange,
-    the slot above its middle."""
+    """Pose (4, 4) in the sensor frame: the face at z = 0 on the flange, the slot above
+    its middle."""
     pose = np.eye(4)
     pose[:2, 3] = -1e-3 * np.array(SLOTS[slot])
     return pose
 
 
 def held_modular(name: str, slot: int = GRASPED) -> HeldObject:
-    """A configuration held at a slot, with the mesh one would scan: bolt holes show,
-    pockets do not."""
+    """A configuration, held, with the mesh one would scan: bolt holes show, pockets do
+    not."""
     return HeldObject.of(modular(name), grasp(slot), sections=SECTIONS)
 
 
 def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -> Shape:
-    """A regular grid in a modular object, in the sensor frame: 56 points at 0.04
-    points/cm³, 126 at 0.09.
+    """A regular grid in the object, in the sensor frame: 56 points at 0.04 points/cm³,
+    126 at 0.09.
 
     The paper counts points as if the object had `PAPER_VOLUME`; 56 cells of 40 x 25 x
     25 mm are 0.04 points/cm³ to the digit. Of all centred grids of nearly cubic cells
     with the wanted number of centres in the H, the one whose equal point masses have
-    the second moments nearest to the H's; where none has that number, the grid of
-    `Shape.from_mesh` of about as many. Raises `InputError` unless there is to be one
-    point at least.
+    the second moments nearest to the H's; else that of `Shape.from_mesh`.
     """
     wanted = round(PAPER_VOLUME * points_per_cm3)
     base = held.points(points=wanted)
@@ -165,8 +154,7 @@ def _bars() -> tuple[Part, ...]:
 
 
 def _grids(count: int) -> Iterator[tuple[Array, Array]]:
-    """Centres (count, 3) and cells (3,) [m] of the grids with so many centres in the
-    H."""
+    """Centres (count, 3) and cells (3,) [m] of those with so many centres in the H."""
     corners = [
         (
             np.array(bar.center) - np.divide(bar.size, 2),
@@ -193,7 +181,7 @@ def _grids(count: int) -> Iterator[tuple[Array, Array]]:
 
 
 def _mismatch(points: Array) -> float:
-    """Relative difference of the second moments of equal point masses and of the H."""
+    """Of the second moments of equal point masses and of the H."""
     bars = reduce(add, (bar.parameters for bar in _bars()))
     second = bars.pseudo_inertia[:3, :3] / bars.mass
     return float(

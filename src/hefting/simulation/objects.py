@@ -1,21 +1,29 @@
-"""Objects to wield: boxes and cylinders of different materials joined or cut out, with
-exact inertia and a mesh."""
+"""Objects to wield, with exact inertia: boxes and cylinders joined or cut out, or
+meshes; and how they are held."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import reduce
+from functools import cached_property, reduce
 from operator import add
-from typing import TYPE_CHECKING, Literal
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import ArrayLike
 
+from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, frozen
+from hefting.shapes import Shape
+from hefting.shapes.checks import unit_scale
+from hefting.shapes.reading import read_mesh
+from hefting.shapes.solid import Solid, solid_from_mesh
+from hefting.simulation.wield import truth
 
 if TYPE_CHECKING:
     import trimesh
 
 STEEL, ASH_WOOD = 7850.0, 680.0
-"""Densities [kg/m³]."""
 
 SECTIONS = 96
 """Sides of the prism that stands for a cylinder in a mesh: its volume is 0.07 % too
@@ -24,13 +32,13 @@ small."""
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A homogeneous solid, its centre and axes given in the assembly's frame."""
+    """A homogeneous solid in the assembly's frame."""
 
     solid: Literal["box", "cylinder", "half cylinder"]
     size: tuple[float, ...]
-    """Box: its three sides; cylinders: radius and height [m]."""
+    """box: its three sides; cylinders: radius and height [m]"""
     density: float
-    """[kg/m³]; negative for a hole in a solid of that density"""
+    """[kg/m³]; negative for a hole"""
     center: tuple[float, float, float]
     """[m]; of a half cylinder, the middle of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
@@ -42,7 +50,7 @@ class Part:
 
     @property
     def parameters(self) -> InertialParameters:
-        """Closed-form parameters in the assembly's frame."""
+        """In the assembly's frame."""
         if self.solid == "box":
             square = np.square(self.size)
             mass = self.density * float(np.prod(self.size))
@@ -60,22 +68,23 @@ class Part:
         ).vector.copy()
         if self.solid == "half cylinder":
             middle[2] = mass * 4.0 * self.size[0] / (3.0 * np.pi)
+        return InertialParameters(middle).moved(self._pose)
+
+    @property
+    def _pose(self) -> Array:
         pose = np.eye(4)
         pose[:3, :3], pose[:3, 3] = self.axes, self.center
-        return InertialParameters(middle).moved(pose)
+        return pose
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """Closed surface [m] in the assembly's frame; a cylinder is a prism of that
-        many sides."""
+        """[m] in the assembly's frame; a cylinder is a prism of `sections` sides."""
         import trimesh
 
-        pose = np.eye(4)
-        pose[:3, :3], pose[:3, 3] = self.axes, self.center
         if self.solid == "box":
-            return trimesh.creation.box(self.size, transform=pose)
+            return trimesh.creation.box(self.size, transform=self._pose)
         if self.solid == "cylinder":
             return trimesh.creation.cylinder(
-                *self.size, sections=sections, transform=pose
+                *self.size, sections=sections, transform=self._pose
             )
         angle = np.linspace(0.0, np.pi, sections // 2 + 1)
         rim = self.size[0] * np.column_stack((np.cos(angle), np.sin(angle)))
@@ -83,27 +92,25 @@ class Part:
             np.column_stack((rim, np.full(len(rim), z)))
             for z in (-0.5 * self.size[1], 0.5 * self.size[1])
         ]
-        return trimesh.convex.convex_hull(np.vstack(ends)).apply_transform(pose)
+        return trimesh.convex.convex_hull(np.vstack(ends)).apply_transform(self._pose)
 
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Parts rigidly joined; they do not overlap, but for holes, which are inside other
-    parts."""
+    """Parts rigidly joined; they do not overlap, but for holes."""
 
     name: str
     parts: tuple[Part, ...]
     outline: tuple[Part, ...] | None = None
-    """What of it shows, holes among it; by default all parts"""
+    """what of it shows; by default all parts"""
 
     @property
     def parameters(self) -> InertialParameters:
-        """Exact parameters in the assembly's frame."""
+        """Exact, in the assembly's frame."""
         return reduce(add, (part.parameters for part in self.parts))
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """One watertight surface [m] around what shows, which says nothing of materials
-        and of what is inside."""
+        """A watertight surface [m] around what shows."""
         import trimesh
 
         shown = self.parts if self.outline is None else self.outline
@@ -117,12 +124,23 @@ class Assembly:
         )
 
 
+HAMMER_POSE = frozen(
+    (
+        (1.0, 0.0, 0.0, 0.0),
+        (0.0, 0.0, 1.0, -0.08),
+        (0.0, -1.0, 0.0, 0.06),
+        (0.0, 0.0, 0.0, 1.0),
+    )
+)
+"""In the sensor frame: held by its handle 80 mm from the end, 60 mm off."""
+
+
 def hammer() -> Assembly:
     """A joiner's hammer: handle of ash wood along z from its lower end at the origin,
     steel head along x.
 
-    It has 0.67 kg, five sixths of it in the head, and its centre of mass 0.25 m up; a
-    homogeneous body of the same shape would have it at 0.175 m.
+    Its centre of mass is 0.25 m up; a homogeneous body of the same shape would have it
+    at 0.175 m.
     """
     along_x = np.array(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
     return Assembly(
@@ -134,3 +152,101 @@ def hammer() -> Assembly:
             Part("box", (0.045, 0.024, 0.010), STEEL, (-0.0475, 0.0, 0.276)),
         ),
     )
+
+
+@dataclass(frozen=True, eq=False)
+class HeldObject:
+    """Its true inertial parameters and its surface, held in a known pose."""
+
+    name: str
+    in_object: InertialParameters
+    """true, in the frame of its surface"""
+    surface: "trimesh.Trimesh"
+    """As one would scan it [m]."""
+    pose: Array
+    """(4, 4) of the object in the sensor frame"""
+
+    def __post_init__(self):
+        object.__setattr__(self, "pose", frozen(check_pose(self.pose)))
+
+    @classmethod
+    def of(cls, assembly: Assembly, pose: ArrayLike, sections: int = SECTIONS) -> Self:
+        """Its cylinders are prisms of `sections` sides."""
+        return cls(
+            assembly.name, assembly.parameters, assembly.mesh(sections), frozen(pose)
+        )
+
+    @classmethod
+    def from_meshes(
+        cls,
+        parts: Sequence[tuple[str | Path, float]],
+        unit: str | None = "m",
+        pose: ArrayLike | None = None,
+    ) -> Self:
+        """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and
+        `pose` as for `Shape`. `InputError` for a mesh that cannot be read or is not
+        watertight, and for a density that is not positive."""
+        import trimesh
+
+        if not parts:
+            raise InputError("an object needs at least one mesh")
+        bodies, surfaces = [], []
+        for path, density in parts:
+            vertices, faces = read_mesh(path)
+            solid = solid_from_mesh(vertices * unit_scale(unit), faces, path)
+            if solid.cap_fraction > 0.0:
+                fix = "repair it: what is inside decides the truth"
+                raise InputError("the mesh is not watertight", path, fix)
+            bodies.append(_filled(solid, density, path))
+            surfaces.append(trimesh.Trimesh(solid.vertices, solid.faces, process=False))
+        surface = (
+            surfaces[0] if len(surfaces) == 1 else trimesh.util.concatenate(surfaces)
+        )
+        name = "+".join(Path(path).stem for path, _ in parts)
+        place = np.eye(4) if pose is None else frozen(pose)
+        return cls(name, reduce(add, bodies), surface, place)  # type: ignore[arg-type]
+
+    @cached_property
+    def parameters(self) -> InertialParameters:
+        """True, in the sensor frame."""
+        return self.in_object.moved(self.pose)
+
+    @property
+    def extents(self) -> Array:
+        """Sides (3,) [m] of the bounding box along the object's axes."""
+        return frozen(self.surface.extents)
+
+    def points(
+        self, points: int | None = None, points_per_cm3: float | None = None
+    ) -> Shape:
+        """Point masses in the sensor frame, as of `Shape.from_mesh`."""
+        return Shape.from_mesh(
+            self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3
+        )
+
+    def truth(
+        self,
+        gravity: ArrayLike = STANDARD_GRAVITY,
+        on_sensor: bool = False,
+        mesh_unit: str = "m",
+    ) -> dict[str, Any]:
+        """As of `hefting.simulation.truth`."""
+        return truth(
+            self.parameters,
+            self.extents,
+            self.pose,
+            gravity,
+            mesh_unit,
+            on_sensor,
+            self.name,
+        )
+
+
+def _filled(solid: Solid, density: float, where: str | Path) -> InertialParameters:
+    if not 0.0 < density < np.inf:
+        raise InputError(
+            f"the density is {density} kg/m³, which is not positive", where=where
+        )
+    mass, second = density * solid.volume, solid.second_moment
+    inertia = mass * (np.trace(second) * np.eye(3) - second)
+    return InertialParameters.from_com(mass, solid.centroid, inertia)

@@ -1,5 +1,4 @@
-"""Wielding in MuJoCo: the wrench and the motion of the sensor from a simulator that
-shares no formula with us."""
+"""Wielding in MuJoCo, which shares no formula with us."""
 
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
@@ -26,7 +25,6 @@ MOTION = (
     "framelinacc",
     "frameangacc",
 )
-"""MuJoCo's sensors of the motion of a frame."""
 
 LINK = '<inertial mass="1" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>'
 """MuJoCo wants every moving body to have a mass; those before the sensor do not show in
@@ -35,17 +33,16 @@ its wrench."""
 
 @dataclass(frozen=True, eq=False)
 class Wielding:
-    """An arm that wields a body: exact motion and exact wrench at K instants."""
+    """Exact motion and wrench of an arm that wields a body, at K instants."""
 
     arm: Arm
     joints: JointMotion
     body: InertialParameters
-    """In the sensor frame."""
+    """in the sensor frame"""
     motion: SensorMotion
-    """Of the sensor frame, in world axes."""
+    """in world axes"""
     measurements: Measurements
-    """The same in sensor axes, with gravity and the wrench exerted by the sensor on the
-    body."""
+    """in sensor axes"""
     gravity: Array
     """(3,) in world axes [m/s²]"""
 
@@ -56,12 +53,11 @@ def wield_in_mujoco(
     body: InertialParameters,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Wielding:
-    """MuJoCo's inverse dynamics of an `arm` that holds `body` (given in the sensor
-    frame) and moves as prescribed.
+    """Inverse dynamics of an `arm` that holds `body` (in the sensor frame), read from
+    MuJoCo's sensors; `gravity` (3,) is in world axes [m/s²].
 
-    All of motion and wrench is read from MuJoCo's sensors at the sensor frame.
-    `gravity` (3,) is in world axes [m/s²]. Raises `MissingDependencyError` without
-    MuJoCo, `InputError` for a body that cannot exist.
+    Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that cannot
+    exist.
     """
     mujoco = _mujoco()
     if joints.position.shape[1] != arm.n:
@@ -73,18 +69,23 @@ def wield_in_mujoco(
     if not consistency.is_consistent:
         raise InputError(f"MuJoCo cannot hold the body: {consistency}")
     g = np.asarray(gravity, dtype=float)
-    with _warnings_as_errors(mujoco):
-        return _wield(mujoco, arm, joints, body, g)
+    with _model(mujoco, mjcf(arm, body, g)) as model:
+        return _wield(mujoco, model, arm, joints, body, g)
 
 
 @contextmanager
-def _warnings_as_errors(mujoco: Any) -> Iterator[None]:
-    """Raise `InputError` for what MuJoCo warns of, which it would print and write to a
-    file in the working folder."""
+def _model(mujoco: Any, text: str) -> Iterator[Any]:
+    """Raises `InputError` for what MuJoCo refuses, and warns of, which it would print and
+    write to a file in the working folder."""
     warned: list[str] = []
     mujoco.set_mju_user_warning(warned.append)
     try:
-        yield
+        try:
+            model = mujoco.MjModel.from_xml_string(text)
+        except ValueError as error:
+            what = f"MuJoCo cannot hold the body ({str(error)[:120]})"
+            raise InputError(what) from error
+        yield model
     finally:
         mujoco.set_mju_user_warning(None)
     if warned:
@@ -92,13 +93,13 @@ def _warnings_as_errors(mujoco: Any) -> Iterator[None]:
 
 
 def _wield(
-    mujoco: Any, arm: Arm, joints: JointMotion, body: InertialParameters, g: Array
+    mujoco: Any,
+    model: Any,
+    arm: Arm,
+    joints: JointMotion,
+    body: InertialParameters,
+    g: Array,
 ) -> Wielding:
-    """See `wield_in_mujoco`; gravity `g` (3,) is in world axes [m/s²]."""
-    try:
-        model = mujoco.MjModel.from_xml_string(mjcf(arm, body, g))
-    except ValueError as error:
-        raise InputError(f"MuJoCo cannot hold the body ({str(error)[:120]})") from error
     data = mujoco.MjData(model)
     columns = [screw.column for screw in arm.robot.screws]
     multiplier = np.array([screw.multiplier for screw in arm.robot.screws])
@@ -129,8 +130,7 @@ def _wield(
 
 
 def mujoco_version() -> str:
-    """Version of the MuJoCo that is installed; `MissingDependencyError` when none
-    is."""
+    """`MissingDependencyError` when none is installed."""
     return _mujoco().__version__
 
 
@@ -157,8 +157,7 @@ def mjcf(
     reads.
 
     Bodies stand in base axes where the arm's screws are at rest, about a point of the
-    screw's axis: so do the `links`, one a screw, where they are known. The last is the
-    held body, in the sensor frame.
+    screw's axis: so do the `links`, one a screw. The held body is in the sensor frame.
     """
     robot = arm.robot
     inertial = "" if body is None else _inertial(body)
@@ -197,8 +196,8 @@ def inverse_dynamics(
     body: InertialParameters | None,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Array:
-    """(K, n) torques [N m] by which the motors move an arm of these `links`, as of
-    `mjcf`, that holds `body` (given in the sensor frame), or nothing.
+    """(K, n) torques [N m] of an arm of these `links`, as of `mjcf`, that holds `body`
+    (in the sensor frame), or nothing.
 
     Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that MuJoCo
     cannot hold, and for joints that mimic others.
@@ -209,14 +208,7 @@ def inverse_dynamics(
         s.multiplier != 1.0 or s.offset or s.column != i for i, s in enumerate(screws)
     ):
         raise InputError("a joint that mimics another has no torque of its own")
-    with _warnings_as_errors(mujoco):
-        try:
-            text = mjcf(arm, body, gravity, links)
-            model = mujoco.MjModel.from_xml_string(text)
-        except ValueError as error:
-            raise InputError(
-                f"MuJoCo cannot hold the body ({str(error)[:120]})"
-            ) from error
+    with _model(mujoco, mjcf(arm, body, gravity, links)) as model:
         data = mujoco.MjData(model)
         torques = np.empty_like(joints.position)
         for k in range(len(torques)):

@@ -1,22 +1,66 @@
-"""Recording a wielding: what a robot's log would hold of it, with everything that is
-wrong with sensors."""
+"""What a robot's log would hold of a wielding, with everything that is wrong with
+sensors."""
 
 import numpy as np
+from scipy.spatial.transform import Rotation
 
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.simulation.faults import Faults, Rates
 from hefting.simulation.physics import Wielding
-from hefting.simulation.pose_faults import with_pose_faults
+
+STALLS = 3
+"""Stalls in a recording that has any."""
+
+
+def with_pose_faults(
+    time: Array,
+    position: Array,
+    orientation: Array,
+    faults: Faults,
+    rng: np.random.Generator,
+) -> tuple[Array, Array]:
+    """Position (K, 3) [m] and orientation (K, 4) at `time` (K,) [s] with the faults of
+    their stream."""
+    since = time - time[0]
+    position, orientation = position.copy(), orientation.copy()
+    for mask in _bouts(since, faults, rng):
+        place, turn = rng.normal(size=(2, 3))
+        position[mask] += faults.pose_glitch_size[0] * place
+        turned = Rotation.from_quat(orientation[mask]) * Rotation.from_rotvec(
+            faults.pose_glitch_size[1] * turn
+        )
+        orientation[mask] = turned.as_quat()
+    slot = since[-1] / STALLS
+    for stall in range(STALLS if faults.pose_stalls else 0):
+        lasts = faults.pose_stalls * slot
+        begin = stall * slot + rng.uniform(0.1 * (slot - lasts), slot - lasts)
+        held = np.flatnonzero((since >= begin) & (since < begin + lasts))
+        if len(held):
+            position[held], orientation[held] = position[held[0]], orientation[held[0]]
+    silent = (since < faults.pose_startup) | (since > since[-1] - faults.pose_shutdown)
+    position[silent], orientation[silent] = 0.0, (0.0, 0.0, 0.0, 1.0)
+    return position, orientation
+
+
+def _bouts(since: Array, faults: Faults, rng: np.random.Generator) -> list[Mask]:
+    """Masks (K,) of the glitches, each of at least one sample."""
+    if not faults.pose_glitches or len(since) < 2:
+        return []
+    samples = max(round(faults.pose_glitch_duration * (len(since) - 1) / since[-1]), 1)
+    begins = np.flatnonzero(rng.random(len(since)) < faults.pose_glitches / samples)
+    rows = np.arange(len(since))
+    return [(rows >= begin) & (rows < begin + samples) for begin in begins]
+
 
 RAMP = 0.05
-"""s a contact takes to come and to go, where it lasts that long."""
+"""[s] that a contact takes to come and to go, where it lasts that long."""
 
 BOUTS = 10
 """Contacts in a recording that has any."""
 
 LEVER = 0.10
-"""m: contacts are within so much of the centre of mass along each axis."""
+"""[m] of contacts from the centre of mass along each axis."""
 
 
 def record(
@@ -40,18 +84,11 @@ def record(
     draws = {name: np.random.default_rng([seed, i]) for i, name in enumerate(PURPOSES)}
     streams: dict[str, Stream] = {}
 
-    def add(
-        name: str,
-        values: Array,
-        kind: str,
-        kept: Mask | None = None,
-        delay: float = 0.0,
-    ) -> None:
+    def add(name: str, values: Array, kind: str, delay: float = 0.0) -> None:
         stride = rates.stride(kind, own)
         if stride:
-            stamps, chosen = time[::stride] + delay, values[::stride]
-            mask = np.ones(len(stamps), dtype=bool) if kept is None else kept[::stride]
-            streams[name] = Stream(stamps[mask], chosen[mask])
+            mask = kept[kind][::stride]
+            streams[name] = Stream(time[::stride][mask] + delay, values[::stride][mask])
 
     kept = {
         kind: draws[f"lost {kind}"].random(len(time)) >= faults.dropped
@@ -71,30 +108,29 @@ def record(
             faults,
             draws,
         )
-        add("wrench", wrench, "wrench", kept["wrench"], faults.wrench_delay)
+        add("wrench", wrench, "wrench", faults.wrench_delay)
     position, orientation = with_pose_faults(
         time, *_pose(wielding, faults, draws["pose"]), faults, draws["pose faults"]
     )
-    add("position", position, "pose", kept["pose"])
-    add("orientation", orientation, "pose", kept["pose"])
+    add("position", position, "pose")
+    add("orientation", orientation, "pose")
     angles = wielding.joints.position
     add(
         "joint_positions",
         angles + faults.joint_noise * draws["joints"].normal(size=angles.shape),
         "joints",
-        kept["joints"],
     )
     gyroscope = z.angular_velocity + faults.gyroscope_noise * draws["gyroscope"].normal(
         size=(len(time), 3)
     )
-    add("gyroscope", gyroscope + faults.gyroscope_bias, "imu", kept["imu"])
+    add("gyroscope", gyroscope + faults.gyroscope_bias, "imu")
     force = (
         z.linear_acceleration
         - z.gravity
         + faults.accelerometer_noise
         * draws["accelerometer"].normal(size=(len(time), 3))
     )
-    add("accelerometer", force + faults.accelerometer_bias, "imu", kept["imu"])
+    add("accelerometer", force + faults.accelerometer_bias, "imu")
     names = wielding.arm.robot.joints if "joint_positions" in streams else ()
     return Recording(streams, source="simulation", joint_names=names)
 
@@ -113,7 +149,7 @@ def _wrench(
     faults: Faults,
     draws: dict[str, np.random.Generator],
 ) -> Array:
-    """(K, 6) what the sensor shows at each instant."""
+    """(K, 6)"""
     from scipy.signal import lfilter
 
     shown = (exact - push) * (-1.0 if faults.on_sensor else 1.0)
@@ -139,8 +175,8 @@ def _wrench(
 
 
 def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array:
-    """(K, 6) force [N] and torque [N m] that contacts exert on the object, in sensor
-    axes about the sensor origin."""
+    """(K, 6) [N, N m] that contacts exert on the object, in sensor axes about the
+    sensor origin."""
     time = wielding.motion.time - wielding.motion.time[0]
     push = np.zeros((len(time), 6))
     if not faults.contacts:
@@ -164,7 +200,7 @@ def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array
 def _pose(
     wielding: Wielding, faults: Faults, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """Position (K, 3) and orientation (K, 4) with noise."""
+    """(K, 3) and orientation (K, 4)"""
     from scipy.spatial.transform import Rotation
 
     motion = wielding.motion

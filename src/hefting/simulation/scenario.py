@@ -1,8 +1,7 @@
-"""A simulated recording from beginning to end: which object, arm, motion and faults;
-the log and the truth of it."""
+"""A simulated recording from beginning to end: the log and the truth of it."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from fractions import Fraction
 from math import lcm
 from pathlib import Path
@@ -13,39 +12,24 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.recording import Recording
-from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, frozen
+from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array
 from hefting.shapes.reading import MESH_SUFFIXES
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion
 from hefting.simulation.faults import Faults, Rates
-from hefting.simulation.held import HeldObject
 from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go
 from hefting.simulation.modular import MODULAR, held_modular
-from hefting.simulation.objects import hammer
+from hefting.simulation.objects import HAMMER_POSE, HeldObject, hammer
 from hefting.simulation.physics import Wielding, mujoco_version, wield_in_mujoco
 from hefting.simulation.record import record
 
 ARMS = {"ur5": UR5, "xarm7": XARM7}
-"""Arms by name."""
 
 MOTIONS = ("sinusoids", "random", "stop-and-go")
 
 JOINER_HAMMER = "joiners-hammer"
-JOINER_HAMMER_POSE = frozen(
-    (
-        (1.0, 0.0, 0.0, 0.0),
-        (0.0, 0.0, 1.0, -0.08),
-        (0.0, -1.0, 0.0, 0.06),
-        (0.0, 0.0, 0.0, 1.0),
-    )
-)
-"""By its handle, 80 mm from the end, 60 mm off the sensor."""
-
 OBJECTS = (*MODULAR, JOINER_HAMMER)
-"""Objects by name: the modular object's eight configurations, and a hammer of wood and
-steel."""
 
 MOST_SAMPLES = 5_000_000
-"""Of a simulated motion."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,24 +41,23 @@ class Simulated:
     recording: Recording
     """the log, faults and all"""
     facts: dict[str, Any]
-    """the truth, ready for JSON, with the keys that
-    `hefting.identification.truth.load_truth` reads"""
+    """the truth, as `hefting.identification.truth.load_truth` reads it"""
     warnings: tuple[str, ...]
     """what the real arm would not do"""
 
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What is simulated; `run` does it. The same for the same `seed`."""
+    """What is simulated, the same for the same `seed`."""
 
     held: HeldObject
     arm: Arm = UR5
     motion: str = "sinusoids"
     """one of `MOTIONS`"""
     angular_speed: float | None = None
-    """mean over the motion [rad/s]; by default 1, and of no meaning for stop-and-go"""
+    """mean [rad/s]; by default 1, and of no meaning for stop-and-go"""
     speed_limit: float | None = None
-    """of the sensor's origin, not to be exceeded [m/s]"""
+    """of the sensor's origin [m/s]"""
     duration: float = 10.0
     """[s]"""
     rates: Rates = field(default_factory=lambda: Rates(wrench=100.0, pose=100.0))
@@ -85,7 +68,7 @@ class Scenario:
     seed: int = 0
 
     def joints(self) -> JointMotion:
-        """The motion of the joints, at the lowest rate of which all `rates` are parts.
+        """At the lowest rate of which all `rates` are parts.
 
         Raises `InputError` for a motion that is not known, numbers out of range, less
         than two samples, and more than `MOST_SAMPLES`.
@@ -93,44 +76,27 @@ class Scenario:
         rate = _common_rate(self.rates)
         if not self.duration * rate <= MOST_SAMPLES:
             what = f"{self.duration:g} s at {rate:g} Hz are more than {MOST_SAMPLES:,} samples"
-            raise InputError(
-                what,
-                fix="simulate less, or choose rates of which one is a multiple of the others",
-            )
+            fix = "simulate less, or choose rates of which one is a multiple of the others"
+            raise InputError(what, fix=fix)
         if 0.0 < self.duration * rate < 2.0:
-            raise InputError(
-                f"{self.duration:g} s at {rate:g} Hz are less than two samples",
-                fix="simulate longer",
-            )
+            what = f"{self.duration:g} s at {rate:g} Hz are less than two samples"
+            raise InputError(what, fix="simulate longer")
+        own = {"arm": self.arm, "speed_limit": self.speed_limit}
         if self.motion == "stop-and-go":
             if self.angular_speed is not None:
-                raise InputError(
-                    "stop-and-go has no speed to choose",
-                    fix="leave it out, or give a speed limit",
-                )
-            return stop_and_go(
-                self.duration,
-                rate,
-                seed=self.seed,
-                arm=self.arm,
-                speed_limit=self.speed_limit,
-            )
+                what = "stop-and-go has no speed to choose"
+                raise InputError(what, fix="leave it out, or give a speed limit")
+            return stop_and_go(self.duration, rate, seed=self.seed, **own)
         speed = 1.0 if self.angular_speed is None else self.angular_speed
         if self.motion == "sinusoids":
-            return sinusoids(self.duration, rate, speed, self.arm, self.speed_limit)
+            return sinusoids(self.duration, rate, speed, **own)
         if self.motion == "random":
-            return random_smooth(
-                self.duration, rate, speed, self.seed, self.arm, self.speed_limit
-            )
+            return random_smooth(self.duration, rate, speed, self.seed, **own)
         what = f"there is no motion '{self.motion}'{nearest(self.motion, MOTIONS)}"
         raise InputError(what, fix=f"choose one of {', '.join(MOTIONS)}")
 
     def run(self) -> Simulated:
-        """Wield the object in MuJoCo and record it.
-
-        Raises `MissingDependencyError` without MuJoCo, and `InputError` as `joints`
-        does.
-        """
+        """Wield in MuJoCo, else `MissingDependencyError`; `InputError` as `joints`."""
         joints = self.joints()
         wielding = wield_in_mujoco(self.arm, joints, self.held.parameters, self.gravity)
         recording = record(wielding, self.faults, self.rates, self.seed)
@@ -159,25 +125,16 @@ class Scenario:
 
 
 def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
-    """One of `ARMS`, or the arm of a URDF file whose link `sensor_frame` carries the
-    sensor.
-
-    Raises `InputError` for another name, for a URDF without `sensor_frame`, and as
-    `Arm.from_urdf` does.
-    """
+    """One of `ARMS`, or that of a URDF file whose link `sensor_frame` carries the
+    sensor; `InputError` for another name, and as `Arm.from_urdf`."""
     if name.lower() in ARMS:
         if sensor_frame is not None:
-            raise InputError(
-                f"the {name} has its sensor at its flange",
-                fix="give a frame for a URDF only",
-            )
+            what = f"the {name} has its sensor at its flange"
+            raise InputError(what, fix="give a frame for a URDF only")
         return ARMS[name.lower()]
     if Path(name).suffix.lower() not in (".urdf", ".xml"):
-        known = ", ".join(ARMS)
-        raise InputError(
-            f"there is no arm '{name}'{nearest(name, ARMS)}",
-            fix=f"choose {known} or a .urdf file",
-        )
+        what = f"there is no arm '{name}'{nearest(name, ARMS)}"
+        raise InputError(what, fix=f"choose {', '.join(ARMS)} or a .urdf file")
     if sensor_frame is None:
         raise InputError(
             "which link holds the sensor?", name, "give `sensor_frame`=NAME"
@@ -194,10 +151,9 @@ def named_object(
     """One of `OBJECTS`, or mesh files separated by commas, each with its density
     [kg/m³].
 
-    `pose` (4, 4) is that of the object in the sensor frame: by default how the named
-    ones are held, and the identity for meshes. Raises `InputError` for another name,
-    for a number of densities that is not that of the meshes, and as
-    `HeldObject.from_meshes` does.
+    `pose` (4, 4) is that in the sensor frame: by default how the named ones are held,
+    and the identity for meshes. Raises `InputError` for another name, for a number of
+    densities that is not that of the meshes, and as `HeldObject.from_meshes`.
     """
     lower = name.lower()
     if lower in OBJECTS:
@@ -207,15 +163,9 @@ def named_object(
                 fix="give density and unit for meshes only",
             )
         if lower == JOINER_HAMMER:
-            return HeldObject.of(hammer(), JOINER_HAMMER_POSE if pose is None else pose)
+            return HeldObject.of(hammer(), HAMMER_POSE if pose is None else pose)
         held = held_modular(lower)
-        return (
-            held
-            if pose is None
-            else HeldObject(
-                held.name, held.in_object, held.surface, np.asarray(pose, float)
-            )
-        )
+        return held if pose is None else replace(held, pose=np.asarray(pose, float))
     paths = [part.strip() for part in name.split(",")]
     if any(Path(path).suffix.lower() not in MESH_SUFFIXES for path in paths):
         fix = f"choose one of {', '.join(OBJECTS)}, or give mesh files ({', '.join(MESH_SUFFIXES)})"
@@ -229,14 +179,14 @@ def named_object(
 
 
 def random_six(force: float, torque: float, seed: int | Sequence[int]) -> Array:
-    """A force [N] and a torque [N m] of these magnitudes in random directions, (6,)."""
+    """(6,) a force [N] and a torque [N m] of these sizes in random directions."""
     directions = np.random.default_rng(seed).normal(size=(2, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     return np.concatenate((force * directions[0], torque * directions[1]))
 
 
 def _common_rate(rates: Rates) -> float:
-    """The lowest rate [Hz] that all rates divide."""
+    """The lowest [Hz] that all rates divide."""
     wanted = []
     for name, rate in asdict(rates).items():
         if rate is None or not (np.isfinite(rate) and rate >= 0.0):

@@ -1,24 +1,129 @@
 """A simulated recording of joint torques: the arm with an object, and the same arm
-without one; with the URDF that says of the arm what its maker does."""
+without one; with the URDF that says of the arm what its maker does.
+
+    tau = M(q) ddq + ... (MuJoCo's inverse dynamics, with the payload)
+        + rotor ddq
+        + (coulomb (1 - softening h) + load |tau of the rigid bodies|) sign(dq)
+        + viscous dq + offset + drift h + noise
+
+h in 0..1 is how warm the gears are, 1 - exp(-t / tau).
+"""
+
+from __future__ import annotations
 
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+from scipy.signal import lfilter
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY
-from hefting.simulation.arm_links import TORQUE_ARMS
-from hefting.simulation.held import HeldObject
+from hefting.core.inertia import InertialParameters
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import STANDARD_GRAVITY, Array
+from hefting.simulation.arm import JointMotion
+from hefting.simulation.arm_links import TORQUE_ARMS, MassiveArm
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.physics import mujoco_version
-from hefting.simulation.torques import TorqueFaults, TorqueRobot
+from hefting.simulation.objects import HeldObject
+from hefting.simulation.physics import inverse_dynamics, mujoco_version
+
+SMOOTH = 0.002
+"""[rad/s] over which friction changes its sign."""
+
+
+@dataclass(frozen=True)
+class TorqueFaults:
+    """What a joint's torque has besides that of rigid bodies; pairs are of the first
+    and the last joint."""
+
+    noise: float = 1.0
+    """times that of the arm"""
+    noise_correlation: float = 0.0
+    """over a hundredth of a second"""
+    coulomb: tuple[float, float] = (1.5, 0.3)
+    """[N m]"""
+    load_friction: float = 0.03
+    """over the torque of the rigid bodies"""
+    viscous: tuple[float, float] = (1.5, 0.2)
+    """[N m s/rad]"""
+    rotor: tuple[float, float] = (0.5, 0.1)
+    """reflected inertia [kg m²]"""
+    offset: tuple[float, float] = (0.5, 0.1)
+    """standard deviations [N m]"""
+    drift: tuple[float, float] = (0.05, 0.02)
+    """standard deviations from cold to warm [N m]"""
+    softening: float = 0.1
+    """share of the Coulomb friction that goes from cold to warm"""
+    warm_up: float = 300.0
+    """tau [s]"""
+    joint_noise: float = 2e-5
+    """of angles [rad]"""
+
+
+@dataclass(frozen=True, eq=False)
+class TorqueRobot:
+    """Its true links, frictions and offsets follow from `seed`."""
+
+    massive: MassiveArm
+    faults: TorqueFaults = TorqueFaults()
+    seed: int = 0
+
+    def record(
+        self,
+        joints: JointMotion,
+        body: InertialParameters | None,
+        start: float = 0.0,
+        gravity: ArrayLike = STANDARD_GRAVITY,
+        seed: int = 0,
+    ) -> Recording:
+        """Positions and torques along a motion that begins at `start` [s] after the
+        robot was switched on, with `body` (in the sensor frame) or nothing at its end;
+        the noise follows from both seeds. Errors as of `inverse_dynamics`."""
+        rng = np.random.default_rng([self.seed, seed, 43])
+        links = self.massive.true_links(self.seed)
+        rigid = inverse_dynamics(self.massive.arm, joints, links, body, gravity)
+        time = start + joints.time
+        torque = rigid + self._more(joints, rigid, time)
+        torque = torque + self._noise(time, rng)
+        noise = self.faults.joint_noise * rng.standard_normal(rigid.shape)
+        names = self.massive.arm.robot.joints
+        return Recording(
+            {
+                "joint_positions": Stream(time, joints.position + noise),
+                "joint_torques": Stream(time, torque),
+            },
+            source="simulation",
+            joint_names=names,
+        )
+
+    def _more(self, joints: JointMotion, rigid: Array, time: Array) -> Array:
+        f, each = self.faults, self.massive.per_joint
+        rng = np.random.default_rng([self.seed, 42])
+        own = np.exp(0.3 * rng.standard_normal((3, self.massive.arm.n)))
+        wander = rng.standard_normal((2, self.massive.arm.n))
+        warm = -np.expm1(-time / f.warm_up)[:, None]
+        sign = np.tanh(joints.velocity / SMOOTH)
+        coulomb = own[0] * each(*f.coulomb) * (1.0 - f.softening * warm)
+        friction = (coulomb + f.load_friction * np.abs(rigid)) * sign
+        friction += own[1] * each(*f.viscous) * joints.velocity
+        rotor = own[2] * each(*f.rotor) * joints.acceleration
+        offset = each(*f.offset) * wander[0] + each(*f.drift) * wander[1] * warm
+        return friction + rotor + offset
+
+    def _noise(self, time: Array, rng: np.random.Generator) -> Array:
+        std = self.faults.noise * self.massive.per_joint(*self.massive.torque_noise)
+        white = rng.standard_normal((len(time), len(std)))
+        step = (time[-1] - time[0]) / max(len(time) - 1, 1)
+        a = self.faults.noise_correlation ** (step / 0.01)
+        start = white[:1] * a
+        shaped = lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], white, axis=0, zi=start)
+        return std * np.asarray(shaped[0])
+
 
 BETWEEN = 60.0
-"""[s] From the start of the empty run to that of the loaded one, at least; gears warm
-up meanwhile."""
+"""[s] at least from the start of the empty run to that of the loaded one; gears warm up
+meanwhile."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -26,37 +131,33 @@ class TorquesSimulated:
     """What came of a scenario."""
 
     loaded: Recording
-    """angles and torques of the joints with the object"""
+    """angles and torques with the object"""
     empty: Recording
     """of another motion, without it, before"""
     urdf: str
-    """the arm as published; its flange is the link ``flange``"""
+    """the arm as published"""
     facts: dict[str, Any]
-    """the truth, as of `hefting.simulation.scenario.Simulated`"""
+    """as of `hefting.simulation.scenario.Simulated`"""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueScenario:
-    """What is simulated; `run` does it. The same for the same `seed`."""
+    """What is simulated, the same for the same `seed`."""
 
     held: HeldObject
     arm: str = "ur5e"
-    """one of `hefting.simulation.arm_links.TORQUE_ARMS`"""
+    """one of `TORQUE_ARMS`"""
     duration: float = 30.0
     """of either run [s]"""
     rate: float = 100.0
-    """[Hz]"""
     gravity: ArrayLike = STANDARD_GRAVITY
     """(3,) in the axes of the arm's base [m/s²]"""
     faults: TorqueFaults = field(default_factory=TorqueFaults)
     seed: int = 0
 
     def run(self) -> TorquesSimulated:
-        """Move the arm in MuJoCo, empty and loaded.
-
-        Raises `MissingDependencyError` without MuJoCo, and `InputError` for another arm
-        and for numbers out of range.
-        """
+        """Both runs, in MuJoCo, else `MissingDependencyError`; `InputError` for another
+        arm and for numbers out of range."""
         if self.arm not in TORQUE_ARMS:
             what = f"there is no arm '{self.arm}' with torques"
             fix = f"choose one of {', '.join(TORQUE_ARMS)}"

@@ -13,8 +13,8 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose
 from hefting.simulation.arm import SensorMotion
 
 POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations, per axis, of the pose a cobot reports: position [m] and
-orientation [rad] (0.02°)."""
+"""Standard deviations, along each axis, of poses that a cobot reports: [m] and [rad]
+(0.02°)."""
 
 
 def wield(
@@ -59,14 +59,12 @@ def simulate(
     seed: int = 0,
     exact: bool = False,
 ) -> Recording:
-    """The log of a robot that wields `body` (given in the sensor frame) along `motion`.
+    """The log of a robot that wields `body` (in the sensor frame) along `motion`.
 
-    Pose and wrench are recorded at the times of `motion` with seeded Gaussian noise:
-    `noise` on the wrench, `pose_noise` on position [m] and orientation [rad], along
-    each axis. With `on_sensor` the sensor shows the wrench exerted on itself, the
-    opposite of the project's sign; `bias` (6,) [N, N m] is added to that. With `exact`
-    it records velocities, without noise, and accelerations, with their levels of
-    `noise`, as well.
+    Seeded Gaussian `noise` is on the wrench, `pose_noise` on position [m] and
+    orientation [rad], along each axis. With `on_sensor` the sensor shows the wrench
+    exerted on itself; `bias` (6,) [N, N m] is added to that. With `exact` it records
+    velocities, without noise, and accelerations, with their levels of `noise`, as well.
     """
     from scipy.spatial.transform import Rotation
 
@@ -112,14 +110,11 @@ def truth(
     name: str = "object",
 ) -> dict[str, Any]:
     """What is to be found, ready for JSON: `body` in the sensor frame, and how log and
-    mesh are to be read.
-
-    `extents` (3,) are the sides [m] of the shape's bounding box along the axes of its
-    own file.
-    """
+    mesh are to be read. `extents` (3,) are the sides [m] of the shape's bounding box
+    along the axes of its own file."""
     return {
         "name": name,
-        "gravity_world": [float(g) for g in np.asarray(gravity)],
+        "gravity_world": np.asarray(gravity, dtype=float).tolist(),
         "wrench": "on-sensor" if on_sensor else "on-object",
         "mesh_unit": mesh_unit,
         "object_pose_in_sensor": check_pose(pose_object_in_sensor).tolist(),
@@ -127,5 +122,5 @@ def truth(
         "center_of_mass_sensor": body.center_of_mass.tolist(),
         "inertia_at_com_sensor_axes": body.inertia_at_com.tolist(),
         "inertia_at_sensor": body.inertia_at_origin.tolist(),
-        "mesh_extents_m": [float(side) for side in np.asarray(extents)],
+        "mesh_extents_m": np.asarray(extents, dtype=float).tolist(),
     }

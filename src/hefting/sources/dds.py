@@ -1,46 +1,107 @@
-"""``dds://DOMAIN``: ROS 2 messages straight from its middleware, such as
-rmw_fastrtps and rmw_cyclonedds.
+"""``dds://DOMAIN``: ROS 2 messages straight from its middleware, such as rmw_fastrtps
+and rmw_cyclonedds.
 
 ROS calls topic ``/wrench`` ``rt/wrench`` and type pkg/msg/Name
-``pkg::msg::dds_::Name_`` there. Without multicast, environment variable
-CYCLONEDDS_URI names peers.
+``pkg::msg::dds_::Name_`` there. Without multicast, environment variable CYCLONEDDS_URI
+names peers.
 """
 
 import time
-from collections import Counter
 from collections.abc import Callable
+from functools import lru_cache
 from typing import Any
 
 from hefting.core.errors import InputError, MissingDependencyError
+from hefting.logs.ros.layout import PLACEHOLDER, standard_definitions
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.dds_types import type_for
-from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE
-from hefting.sources.request import Request
+from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE
 from hefting.sources.ros_decoding import RosMessage
-from hefting.sources.ros_source import RosSource
+from hefting.sources.ros_source import Transport, source_by
 from hefting.sources.zenoh_router import ros_type
+
+
+@lru_cache
+def type_for(name: str) -> Any:
+    """A class that `cyclonedds` takes as the type ``pkg/msg/Name`` of a topic, which
+    publishers of ROS tell by its name alone. Its `deserialize` gives a `RawMessage`, as
+    decoding takes cyclonedds a millisecond for each."""
+    made = _struct(name)
+
+    def deserialize(
+        cls: Any, data: bytes, has_header: bool = True, use_version_2: Any = None
+    ) -> RawMessage:
+        return RawMessage(data)
+
+    made.deserialize = classmethod(deserialize)
+    return made
+
+
+class RawMessage:
+    """Bytes of a message, with their encapsulation."""
+
+    sample_info: Any = None
+
+    def __init__(self, data: bytes):
+        self.data = bytes(data)
+
+
+@lru_cache
+def struct_for(name: str) -> Any:
+    """A class for ``pkg/msg/Name``, which cyclonedds decodes."""
+    return _struct(name)
+
+
+def _struct(name: str) -> Any:
+    from cyclonedds.idl import annotations, make_idl_struct
+
+    definitions = standard_definitions("cdr")
+    if name not in definitions:
+        raise InputError(f"the schema of {name} is not understood")
+    package, _, kind = name.rpartition("/")
+    fields = {
+        field: _type_of(node, detail)
+        for field, (node, detail) in definitions[name][1]
+        if field != PLACEHOLDER
+    }
+    typename = f"{package.replace('/', '::')}::dds_::{kind}_"
+    made = make_idl_struct(kind, typename, fields)
+    annotations.final(made)
+    return made
+
+
+def _type_of(node: int, detail: Any) -> Any:
+    from cyclonedds.idl import types
+
+    if int(node) == 1:
+        if detail[0] == "string":
+            return str
+        plain = {"bool": bool, "byte": types.uint8, "char": types.uint8}
+        return plain.get(detail[0]) or getattr(types, detail[0])
+    if int(node) == 2:
+        return struct_for(detail)
+    (element, content), count = detail
+    inner = _type_of(element, content)
+    return types.array[inner, count] if int(node) == 3 else types.sequence[inner]
+
 
 HIGHEST_DOMAIN = 232
 """DDS has no more: higher ones have no port."""
 
 DEPTH = 5000
-"""Most messages of a topic that wait to be read."""
+"""Messages of a topic that wait to be read."""
 
 LOOKING = 0.2
-"""How often new topics are looked for [s]."""
+"""[s] between looks for new topics."""
 
 MAX_TOPICS = 10_000
-"""Most topics that are remembered."""
 
 
-class DdsTransport:
+class DdsTransport(Transport):
     """One participant of a DDS domain."""
 
     def __init__(self, name: str):
-        self.name = name
-        self.topics: list[Topic] = []
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         domain = name.partition("://")[2].strip("/")
         if not domain.isdecimal() or int(domain) > HIGHEST_DOMAIN:
             what = f"the domain is a number from 0 to {HIGHEST_DOMAIN}"
@@ -52,10 +113,9 @@ class DdsTransport:
         self._readers: dict[str, tuple[Topic, Any]] = {}
         self._names: set[tuple[str, str]] = set()
         self._looked = 0.0
-        self._wants: Callable[[Topic], bool] = lambda topic: False
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         try:
             from cyclonedds.builtin import (
                 BuiltinDataReader,
@@ -81,7 +141,7 @@ class DdsTransport:
             ) from error
 
     def receive(self, timeout: float) -> list[RosMessage]:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         if self._participant is None:
             raise SourceLostError(f"{self.name}: is closed")
         now = time.monotonic()
@@ -113,7 +173,6 @@ class DdsTransport:
         return found
 
     def _subscribe(self) -> None:
-        """Subscribe to new topics that are wanted."""
         for endpoint in self._found.take(N=1000):
             # of a publisher that went away they are None
             name = getattr(endpoint, "topic_name", None) or ""
@@ -129,7 +188,7 @@ class DdsTransport:
                 self._readers[name] = (topic, self._listen(topic, name, endpoint.qos))
 
     def _listen(self, topic: Topic, name: str, offered: Any) -> Any:
-        """A reader of a topic, as reliable as its publisher."""
+        """As reliable as its publisher."""
         from cyclonedds.core import (
             InstanceState,
             Policy,
@@ -160,9 +219,4 @@ class DdsTransport:
         return reader
 
 
-def source(name: str, request: Request) -> RosSource:
-    """A source of the topics of a DDS domain."""
-    return RosSource(name, request, DdsTransport(name))
-
-
-SOURCE = source
+SOURCE = source_by(DdsTransport)

@@ -8,7 +8,6 @@ Protocol: https://github.com/foxglove/ws-protocol. Bridges from 3 on speak it as
 import json
 import struct
 import time
-from collections import Counter
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
@@ -16,51 +15,42 @@ from hefting.core.errors import InputError, MissingDependencyError
 from hefting.logs.ros.records import full_type
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.address import address_of
-from hefting.sources.limits import UNREADABLE
-from hefting.sources.request import Request
+from hefting.sources.registry import UNREADABLE, address_of
 from hefting.sources.ros_decoding import RosMessage
-from hefting.sources.ros_source import RosSource
+from hefting.sources.ros_source import Transport, source_by
 
 if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
 
 PORT = 8765
-"""Where foxglove_bridge listens by default."""
 
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
-"""Subprotocols that are offered; they are the same for what is used here."""
+"""They are the same for what is used here."""
 
 MAX_FRAME = 16_000_000
-"""Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
+"""[bytes] The list of channels comes in one, with all their schemas."""
 
 MAX_CHANNELS = 10_000
-"""Most channels of a server."""
 
 PATIENCE = 3.0
-"""Longest wait for a connection [s]."""
 
 MOST = 1000
-"""Most frames that are taken at once."""
 
 MESSAGE = struct.Struct("<BIQ")
 """Begin of a message: 1, its subscription, and when it was sent [ns]."""
 
 
-class FoxgloveTransport:
+class FoxgloveTransport(Transport):
     """One connection to a Foxglove WebSocket server."""
 
     def __init__(self, name: str):
-        self.name = name
-        self.topics: list[Topic] = []
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         self._channels: dict[int, Topic] = {}
         self._connection: ClientConnection | None = None
-        self._wants: Callable[[Topic], bool] = lambda topic: False
         address_of(name, PORT, f"ws://localhost:{PORT}")
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         try:
             from websockets.exceptions import InvalidHandshake, InvalidURI
             from websockets.sync.client import connect
@@ -89,7 +79,7 @@ class FoxgloveTransport:
             ) from error
 
     def receive(self, timeout: float) -> list[RosMessage]:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         from websockets.exceptions import ConnectionClosed
 
         if self._connection is None:
@@ -119,7 +109,7 @@ class FoxgloveTransport:
             self._connection = None
 
     def _message(self, frame: bytes) -> list[RosMessage]:
-        """The message in a binary frame, if it is one of a channel."""
+        """If it is one of a channel."""
         if frame[:1] != b"\1":
             return []  # a service's answer, the time, an asset
         if len(frame) < MESSAGE.size:
@@ -132,7 +122,7 @@ class FoxgloveTransport:
         return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
 
     def _tell(self, text: str) -> None:
-        """Take what the server says of itself; subscribe to new channels."""
+        """Subscribe to channels that the server tells of."""
         try:
             said: Any = json.loads(text)
         except (ValueError, RecursionError):
@@ -177,9 +167,4 @@ def topic_of(channel: Any) -> Topic | None:
     return Topic(name, full_type(kind), encoding, schema, language)
 
 
-def source(name: str, request: Request) -> RosSource:
-    """A source of the topics of a Foxglove WebSocket server."""
-    return RosSource(name, request, FoxgloveTransport(name))
-
-
-SOURCE = source
+SOURCE = source_by(FoxgloveTransport)

@@ -2,25 +2,157 @@
 
 from __future__ import annotations
 
+import threading
+import time
+from collections import Counter
 from collections.abc import Callable, Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
-from hefting.core.errors import InputError
+from hefting.core.errors import HeftingError, InputError
+from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording
 from hefting.online.identifier import LiveIdentifier
 from hefting.online.live_estimate import LiveEstimate
-from hefting.online.samples import EndOfSource, Samples, Source
+from hefting.online.samples import EndOfSource, Samples, Source, SourceLostError
 from hefting.sources.played_log import PlayedLog
-from hefting.sources.pump import Pump
-from hefting.sources.registry import source_of
-from hefting.sources.request import Request
+from hefting.sources.registry import Request, check, source_of
+
+SHORTEST_WAIT, LONGEST_WAIT = 0.1, 5.0
+"""[s] before the first attempt to connect again, doubled with each."""
+
+STEP = 0.1
+"""[s] between looks whether to stop."""
+
+SILENCE = 5.0
+"""[s] that nothing may come at first."""
+
+State = Literal["opening", "open", "lost", "ended", "failed"]
+
+
+class Pump:
+    """Reads a source in a thread of its own until the source ends or `close`.
+
+    `deliver` is given samples that were checked, and must not wait for long; `tell`
+    messages on the connection, and what was chosen. `patience` is how long nothing may
+    come at first [s]. `state` is of the connection, `error` what ended it, `counts` are
+    samples delivered, and connections lost.
+    """
+
+    def __init__(
+        self,
+        source: Source,
+        deliver: Callable[[Samples], None],
+        tell: Callable[[Message], None] = lambda message: None,
+        patience: float = SILENCE,
+    ):
+        self.source, self.state, self.error = source, "opening", None
+        self.state: State
+        self.error: Exception | None
+        self.counts: Counter[str] = Counter()
+        self._deliver, self._tell, self._patience = deliver, tell, patience
+        self._stop = threading.Event()
+        self._over = threading.Event()
+        self._thread = threading.Thread(target=self._run, name="source", daemon=True)
+
+    def start(self) -> Pump:
+        """Returns itself."""
+        self._thread.start()
+        return self
+
+    def wait(self, timeout: float) -> bool:
+        """Whether it is over, after at most `timeout` [s]."""
+        return self._over.wait(timeout)
+
+    def close(self) -> None:
+        """Wait until the thread has closed the source."""
+        self._stop.set()
+        if self._thread.is_alive():
+            self._thread.join(LONGEST_WAIT)
+
+    def __enter__(self) -> Pump:
+        return self.start()
+
+    def __exit__(self, *_: object) -> None:
+        self.close()
+
+    def _run(self) -> None:
+        try:
+            self.source.open()
+            self._open()
+            self._read_until_stopped()
+            self.state = "ended"
+        except EndOfSource:
+            self.state = "ended"
+        except Exception as error:  # whatever it is, who waits is told
+            self.state, self.error = "failed", error
+        finally:
+            self.source.close()
+            self._over.set()
+
+    def _open(self) -> None:
+        self.state = "open"
+        for message in self.source.chosen:
+            self._tell(message)
+
+    def _read_until_stopped(self) -> None:
+        begin = time.monotonic()
+        while not self._stop.is_set():
+            try:
+                found = self.source.read(STEP)
+            except (SourceLostError, InputError) as error:
+                self._connect_again(error)
+                continue
+            for samples in found:
+                good = check(samples, self.source.skipped)
+                if good is not None:
+                    self.counts["samples"] += len(good.time)
+                    self._deliver(good)
+            if not self.counts["samples"]:
+                self._check_silence(time.monotonic() - begin)
+
+    def _check_silence(self, passed: float) -> None:
+        if passed < self._patience:
+            return
+        if skipped := self.source.skipped:
+            (reason, count), *_ = skipped.most_common(1)
+            raise InputError(
+                f"nothing that can be read arrives: {count} skipped ({reason})",
+                self.source.name,
+                "see docs/sources.md for what is read",
+            )
+        raise InputError(
+            f"nothing arrives for {self._patience:g} s",
+            self.source.name,
+            "check that the robot's driver runs and sends",
+        )
+
+    def _connect_again(self, lost: HeftingError) -> None:
+        self.counts["lost"] += 1
+        self.state = "lost"
+        self._tell(warning("source-lost", f"{lost}; it is connected again"))
+        pause, begin = SHORTEST_WAIT, time.monotonic()
+        while True:
+            self.source.close()
+            if self._stop.wait(pause):
+                return
+            try:
+                self.source.open()
+            except (InputError, SourceLostError):
+                pause = min(2 * pause, LONGEST_WAIT)
+                continue
+            break
+        self.state = "open"
+        passed = time.monotonic() - begin
+        text = f"{self.source.name}: connected again after {passed:.1f} s"
+        self._tell(note("source-back", text))
+
 
 LONGEST_STEP = 0.5
-"""[s] Longest wait for an estimate before it is looked whether the source has ended."""
+"""[s] between looks whether the source has ended."""
 
 
 def live(
@@ -127,13 +259,12 @@ def _samples(played: PlayedLog) -> Iterator[Samples]:
 
 
 def _with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
-    """With the bad messages that the source left out."""
+    """An estimate with the bad messages that the source left out."""
     skipped = now.counts.get("skipped", {}) + source.skipped
     return replace(now, counts={**now.counts, "skipped": skipped})
 
 
 def _source(source: Any, speed: float) -> Source:
-    """What the user means."""
     if isinstance(source, Recording):
         return PlayedLog(source.source, Request(speed=speed), source)
     if isinstance(source, str | Path):

@@ -9,14 +9,14 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording
 from hefting.online.samples import EndOfSource, Samples
-from hefting.sources.request import Request
+from hefting.sources.registry import Request
 
 STEP = 0.01
-"""What is given at once lasts so long [s] of the log's time, at most."""
+"""[s] of the log's time that is given at once."""
 
 
 class PlayedLog:
-    """The samples of a recording, each stream when its time has come."""
+    """A recording, each stream when its time has come."""
 
     def __init__(self, name: str, request: Request, recording: Recording | None = None):
         if not request.speed > 0:
@@ -29,14 +29,14 @@ class PlayedLog:
         self._done, self._begin = -np.inf, 0.0
 
     def open(self) -> None:
-        """Read the log; `InputError` as `hefting.read_log`, and for static poses."""
-        recording = self._recording or self._read()
+        """`InputError` as `hefting.read_log`, and for static poses."""
+        from hefting.logs import read_log
+
+        read = self._request.read or read_log
+        recording = self._recording or read(self.name)
         if recording.static:
-            raise InputError(
-                "static poses have no times, which playing needs",
-                self.name,
-                "use hefting identify",
-            )
+            what = "static poses have no times, which playing needs"
+            raise InputError(what, self.name, "use hefting identify")
         self._recording = recording
         if self._done == -np.inf:
             # what is before the first sample has been given
@@ -64,22 +64,15 @@ class PlayedLog:
         return found
 
     def close(self) -> None:
-        """Stop; nothing is held."""
-
-    def _read(self) -> Recording:
-        if self._request.read is not None:
-            return self._request.read(self.name)
-        from hefting.logs import read_log
-
-        return read_log(self.name)
+        """Nothing is held."""
 
     def _elapsed(self) -> float:
-        """What has been given so far [s]."""
+        """[s] that have been given."""
         assert self._recording is not None
         return max(self._done - self._recording.start, 0.0)
 
     def _due(self) -> float:
-        """The time up to which samples are due [s]."""
+        """[s] up to which samples are due."""
         assert self._recording is not None
         if np.isinf(self._request.speed):
             return float(self._done + STEP)
@@ -89,7 +82,7 @@ class PlayedLog:
 
 
 def _between(recording: Recording, after: float, until: float) -> list[Samples]:
-    """Samples later than `after`, up to `until` [s]."""
+    """Later than `after`, up to `until` [s]."""
     found: list[Samples] = []
     for name, stream in recording.streams.items():
         first, last = np.searchsorted(stream.time, (after, until), side="right")

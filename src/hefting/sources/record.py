@@ -1,8 +1,6 @@
-"""What came in, written to an MCAP file as it comes.
-
-The file holds the messages of `hefting.write_log`, with the stamps of the source. They
-are not in chunks, so that a file that was cut off can be read as far as it goes.
-"""
+"""What came in, written to an MCAP file as it comes: the messages of
+`hefting.write_log`, with the stamps of the source. They are not in chunks, so that a
+file that was cut off can be read as far as it goes."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -22,33 +20,22 @@ from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
 from hefting.online.samples import Samples
 
 BLOCK = 0.1
-"""Samples are written when they span so long [s]; a file that is cut off lacks about as
-much."""
+"""[s] that are written at once; a file that is cut off lacks about as much."""
 
 FAR_BACK = 1.0
-"""A stamp that is further back than this [s] is of a clock that was set back: a new file
-is begun, as readers refuse such logs."""
+"""[s] by which a stamp is of a clock that was set back: a new file is begun, as readers
+refuse such logs."""
 
 POSES = ("position", "orientation")
 
 
 class Recorder:
-    """Writes samples to a file; a thread at a time.
+    """Writes samples to an .mcap file, which is replaced; a thread at a time.
 
-    Parameters
-    ----------
-    path : ends in .mcap; what is there is replaced.
-
-    `paths` are the files written so far: a second one is begun where the source's clock
-    is set back. `left_out` counts samples that no message holds, by stream; `count` all
-    that came.
-
-    Raises
-    ------
-    InputError
-        Where the file cannot be written.
-    MissingDependencyError
-        Without foxglove-sdk or rosbags.
+    `paths` are the files so far: another is begun where the source's clock is set back.
+    `left_out` counts samples that no message holds, by stream; `count` all.
+    `InputError` where it cannot be written, `MissingDependencyError` without
+    foxglove-sdk or rosbags.
     """
 
     def __init__(self, path: str | Path):
@@ -75,8 +62,7 @@ class Recorder:
         self._waiting.setdefault(samples.stream, []).append(samples)
 
     def close(self) -> None:
-        """Write what waits, and end the file; `InputError` where that fails. Again does
-        nothing."""
+        """Write what waits; `InputError` where that fails."""
         self._write()
         self._file.close()
 
@@ -92,7 +78,7 @@ class Recorder:
         self._file = _File(self._next_path())
 
     def _is_due(self) -> bool:
-        """Whether a block is full, and no pose waits for its other half."""
+        """A block is full, and no pose waits for its other half."""
         counts = [sum(len(s.time) for s in self._waiting.get(n, ())) for n in POSES]
         spans = [
             parts[-1].time[-1] - parts[0].time[0] for parts in self._waiting.values()
@@ -129,8 +115,6 @@ class Recorder:
 
 
 class _File:
-    """One MCAP file with ROS 2 messages."""
-
     def __init__(self, path: Path):
         try:
             from foxglove import Context, open_mcap
@@ -170,7 +154,7 @@ class _File:
             send(data, log_time=stamp)
 
     def close(self) -> None:
-        """End the file; `InputError` where it could not be written."""
+        """`InputError` where it could not be written."""
         writer, self._writer = self._writer, None
         if writer is None:
             return
@@ -180,7 +164,6 @@ class _File:
             raise self._error(self._output.error)
 
     def _channel(self, group: Messages) -> Callable[..., None]:
-        """What writes to the topic of a group."""
         from foxglove import Channel, Schema
 
         if group.topic not in self._channels:
@@ -200,7 +183,7 @@ class _File:
 
 
 def _joined(parts: list[Samples]) -> Stream:
-    """Samples in order of arrival; of a width that changes, those of the first."""
+    """Of a width that changes, those of the first."""
     width = parts[0].values.shape[1]
     same = [part for part in parts if part.values.shape[1] == width]
     time = np.concatenate([part.time for part in same])
@@ -208,7 +191,6 @@ def _joined(parts: list[Samples]) -> Stream:
 
 
 def _nanoseconds(time: Array) -> NDArray[np.int64]:
-    """Times [s] as stamps, to the last digit."""
     whole = np.floor(time)
     part = np.rint((time - whole) * 1e9).astype(np.int64)
     return whole.astype(np.int64) * 1_000_000_000 + part

@@ -2,7 +2,7 @@
 bags, batch by batch."""
 
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 import numpy as np
 
@@ -11,40 +11,31 @@ from hefting.core.messages import Message
 from hefting.core.recording import JOINT_STREAMS
 from hefting.logs.ros.frames import list_names
 from hefting.logs.ros.layout import UnknownTypeError, definitions_for
-from hefting.logs.ros.messages import Collector, Gathered, same_name
+from hefting.logs.ros.messages import Collector, Gathered, Key, same_name
 from hefting.logs.ros.series import FAR_BACK, Series
 from hefting.logs.ros.source import Topic
 from hefting.logs.ros.streams import Streams
 from hefting.online.samples import Samples
-from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE, UNREADABLE
-from hefting.sources.request import Request
-from hefting.sources.transforms import Transforms
+from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
 
 RosMessage = tuple[Topic, int, bytes]
-"""A message: its topic, when it was sent or came [ns], its bytes."""
+"""Topic, when it was sent or came [ns], bytes."""
 
 POSE_STREAMS = ("position", "orientation")
 
 UNFITTING = "frames or times that do not fit the others"
-"""Why a message was skipped: taken with what was chosen, it makes no sense."""
+"""Of a message that makes no sense with what was chosen."""
 
 ROLES = ("wrench", "pose", "joint", "imu", "twist")
-"""Roles of topics that can be chosen by name."""
+"""Of topics that can be chosen by name."""
 
 NOT_FINITE = "values that are not finite"
-"""Why samples were skipped."""
 
 
 class RosDecoder:
     """Chooses topics and frames from the first messages, then decodes what comes.
 
-    Parameters
-    ----------
-    name : of the source, for messages.
-    request : topics and frames that were asked for.
-    skipped : counts what is left out, by the reason.
-
-    `chosen` tells what was chosen, once `choose` has.
+    `skipped` counts what is left out, by the reason; `chosen` tells what was chosen.
     """
 
     def __init__(self, name: str, request: Request, skipped: Counter[str]):
@@ -59,10 +50,7 @@ class RosDecoder:
         self._given = -np.inf
 
     def wants(self, topic: Topic) -> bool:
-        """Whether messages of a topic are to be had.
-
-        `InputError` for one that is, and whose messages cannot be decoded.
-        """
+        """`InputError` for a topic that is, and whose messages cannot be decoded."""
         if not Collector(self.name, self._named).wants(topic):
             return False
         self._check_schema(topic)
@@ -70,10 +58,8 @@ class RosDecoder:
 
     def choose(self, messages: Sequence[RosMessage]) -> list[Samples] | None:
         """The samples in the first messages, with which topics and frames are chosen;
-        None where wrench, or poses and joints, are still to come.
-
-        Raises `InputError` where the choice is the user's to make.
-        """
+        None where wrench, or poses and joints, are still to come. `InputError` where
+        the choice is the user's to make."""
         counted: Counter[str] = Counter()
         gathered = self._gather(messages, counted)
         transforms = [each for each in gathered if each.role == "tf"]
@@ -90,11 +76,8 @@ class RosDecoder:
         return self._give(streams)
 
     def decode(self, messages: Sequence[RosMessage]) -> list[Samples]:
-        """The samples in messages, once `choose` has found its choice.
-
-        A batch that makes no sense is taken apart until the message is found that is
-        to blame.
-        """
+        """Later samples. A batch that makes no sense is taken apart until the message
+        is found that is to blame."""
         try:
             return self._decode(messages)
         except InputError:
@@ -191,7 +174,7 @@ class RosDecoder:
         return gathered
 
     def _is_of_the_arm(self, key: tuple[str, ...]) -> bool:
-        """Whether a series is of the joints that were chosen; of others, True."""
+        """Whether a series is of the joints that were chosen, or of none."""
         what, *names = key
         if not self._joints or what not in JOINT_STREAMS:
             return True
@@ -229,7 +212,6 @@ class RosDecoder:
         ]
 
     def _check_schema(self, topic: Topic) -> None:
-        """`InputError` for messages that cannot be decoded."""
         try:
             if topic.encoding in ("cdr", "ros1"):
                 definitions_for(topic)
@@ -244,7 +226,6 @@ class RosDecoder:
 
 
 def _finite(series: Series, counted: Counter[str]) -> Series:
-    """Samples whose values are; the others are counted."""
     good = np.asarray(np.isfinite(series.values).all(axis=1))
     if good.all():
         return series
@@ -253,10 +234,57 @@ def _finite(series: Series, counted: Counter[str]) -> Series:
 
 
 def _seconds(series: Series) -> np.ndarray:
-    """Stamps [s], each part to the last digit it has."""
+    """Each part to the last digit it has."""
     whole, part = np.divmod(series.time, 1_000_000_000)
     return whole + part * 1e-9
 
 
 def _stripped(name: str | None) -> str | None:
     return name.strip("/") if name else None
+
+
+MAX_LINKS = 2000
+"""A humanoid with its sensors has some hundred."""
+
+KEPT = 10
+"""Samples of a link before what has been given."""
+
+
+class Transforms:
+    """What of tf is kept from one batch to the next: a pose needs what other links of
+    its chain said before."""
+
+    def __init__(self, kept: Mapping[Topic, Mapping[Key, Series]] | None = None):
+        self._kept = {topic: dict(links) for topic, links in (kept or {}).items()}
+
+    def following(self, gathered: Iterable[Gathered]) -> "Transforms":
+        """These, and those of a batch."""
+        found = Transforms(self._kept)
+        for each in gathered:
+            kept = found._kept.setdefault(each.topic, {})
+            for key, series in each.series.items():
+                if key in kept or len(kept) < MAX_LINKS:
+                    kept[key] = _following(kept.get(key), series)
+        return found
+
+    def all(self) -> list[Gathered]:
+        """As the stream finder of bags takes it."""
+        return [Gathered(topic, "tf", dict(kept)) for topic, kept in self._kept.items()]
+
+    def forget(self, before: float) -> None:
+        """What is not needed once poses up to `before` [ns] are given."""
+        for topic, kept in self._kept.items():
+            for key, series in kept.items():
+                if topic.name.endswith("static"):
+                    kept[key] = series[series.order()[-1:]]
+                    continue
+                series = series[np.argsort(series.time, kind="stable")]
+                first = int(np.searchsorted(series.time, before, side="right"))
+                kept[key] = series[max(min(first, len(series) - 1) - KEPT, 0) :]
+
+
+def _following(kept: Series | None, series: Series) -> Series:
+    """Only the newer one where the clock was set back between them."""
+    if kept is None or series.time.min() < kept.time.max() - FAR_BACK:
+        return series
+    return Series.joined([kept, series])

@@ -1,50 +1,56 @@
 """A source of ROS messages over any transport: topics are chosen from the first
-messages, and the connection is all that the transport adds."""
+messages."""
 
 import time
+from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable
-from typing import Protocol
 
 from hefting.core.messages import Message
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources.pacing import Pace
-from hefting.sources.request import Request
+from hefting.sources.registry import Pace, Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
-"""How long topics are watched from the first message on before they are chosen [s]:
-latched transforms, and rivals for the same role, come later than the first."""
+"""[s] from the first message on until topics are chosen: latched transforms, and rivals
+for the same role, come later."""
 
 PATIENCE = 5.0
-"""How long wrench, and poses or joints, are waited for [s]."""
+"""[s] that wrench, and poses or joints, are waited for."""
 
 STEP = 0.05
-"""Longest wait for a message while topics are chosen [s]."""
 
 
-class Transport(Protocol):
+class Transport(ABC):
     """Brings ROS messages."""
 
-    topics: list[Topic]
-    """Those that are on offer, as far as is known."""
-    skipped: Counter[str]
-    """What could not be read, by the reason; given by the source."""
+    def __init__(self, name: str):
+        self.name = name
+        self.topics: list[Topic] = []
+        """on offer, as far as is known"""
+        self.skipped: Counter[str] = Counter()
+        """given by the source: what could not be read, by the reason"""
+        self._wants: Callable[[Topic], bool] = lambda topic: False
 
+    @abstractmethod
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """Connect, and from then on subscribe to the topics that are wanted; raises
+        """Connect, and from then on subscribe to the topics that are wanted;
         `InputError` where that fails."""
-        ...
 
+    @abstractmethod
     def receive(self, timeout: float) -> list[RosMessage]:
-        """What came, after waiting at most `timeout` [s] for it; raises
-        `SourceLostError` when the connection is gone."""
-        ...
+        """What came, after at most `timeout` [s]; `SourceLostError` when the connection
+        is gone."""
 
+    @abstractmethod
     def close(self) -> None:
         """Disconnect; again does nothing."""
-        ...
+
+
+def source_by(transport: Callable[[str], Transport]) -> Callable[..., "RosSource"]:
+    """What makes sources by a kind of transport."""
+    return lambda name, request: RosSource(name, request, transport(name))
 
 
 class RosSource:
@@ -63,12 +69,10 @@ class RosSource:
     def open(self) -> None:
         """Connect, and choose topics unless that was done before the connection was
         lost; `InputError` where there are none to choose, or too many."""
-        decoder = self._decoder
-        if decoder is not None:
-            self._transport.connect(decoder.wants)
-            return
-        decoder = RosDecoder(self.name, self._request, self.skipped)
+        decoder = self._decoder or RosDecoder(self.name, self._request, self.skipped)
         self._transport.connect(decoder.wants)
+        if decoder is self._decoder:
+            return
         try:
             self._first = self._choose(decoder)
         except BaseException:
@@ -91,7 +95,7 @@ class RosSource:
         self._transport.close()
 
     def _choose(self, decoder: RosDecoder) -> list[Samples]:
-        """What the first messages hold, with which topics and frames are chosen."""
+        """What the first messages hold."""
         messages: list[RosMessage] = []
         end, due = time.monotonic() + PATIENCE, None
         while (now := time.monotonic()) < end:

@@ -1,8 +1,15 @@
 """``rtde://HOST[:PORT]``: wrench, pose and joints from a controller of Universal
-Robots, without ROS."""
+Robots, without ROS.
+
+Source: Universal Robots, Real-Time Data Exchange (RTDE) Guide. Numbers are big-endian;
+a package is its length, its kind and its content.
+"""
 
 import socket
+import struct
+import time
 from collections import Counter
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -11,33 +18,148 @@ from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
 from hefting.logs.ur_csv import FORCE, RAW, find_motion_and_wrench
 from hefting.online.samples import Samples, SourceLostError
-from hefting.sources.address import address_of
-from hefting.sources.limits import UNREADABLE
-from hefting.sources.pacing import Pace
-from hefting.sources.request import Request
-from hefting.sources.rtde_protocol import (
-    DATA,
-    Dialogue,
-    Packages,
-    Recipe,
-    RtdeError,
-)
+from hefting.sources.registry import UNREADABLE, Pace, Request, address_of
 from hefting.sources.tcp import connected, received
 
+HEAD = struct.Struct(">HB")
+"""Length of a package with this, and its kind."""
+
+VERSION = 2
+"""Controllers speak it from 3.3 on."""
+
+REQUEST_VERSION, SETUP_OUTPUTS, START, DATA = map(ord, "VOSU")
+"""Kinds of packages."""
+
+CODES = {"DOUBLE": "d", "VECTOR6D": "6d", "VECTOR3D": "3d", "INT32": "i", "UINT32": "I"}
+"""How the values of a type are packed."""
+
+
+class RtdeError(Exception):
+    """The controller does not speak the protocol, or has no such fields."""
+
+
+class Packages:
+    """Packages in what comes in pieces of any size."""
+
+    def __init__(self):
+        self._rest = b""
+
+    def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
+        """Kind and content of those that are whole now. `RtdeError` for a length that
+        cannot be."""
+        self._rest += data
+        position = 0
+        while len(self._rest) - position >= HEAD.size:
+            length, kind = HEAD.unpack_from(self._rest, position)
+            if length < HEAD.size:
+                raise RtdeError("a package has no length")
+            if position + length > len(self._rest):
+                break
+            yield kind, self._rest[position + HEAD.size : position + length]
+            position += length
+        self._rest = self._rest[position:]
+
+
+class Recipe:
+    """How the fields of a data package are packed."""
+
+    def __init__(self, number: int, fields: Sequence[str], types: Sequence[str]):
+        self.number = number
+        self._format = struct.Struct(">B" + "".join(CODES[kind] for kind in types))
+        widths = [struct.Struct(">" + CODES[kind]) for kind in types]
+        self._ends = np.cumsum([len(each.unpack(bytes(each.size))) for each in widths])
+        self.fields = tuple(fields)
+
+    def blank(self) -> dict[str, Array]:
+        """Fields of one package that is all zero."""
+        data = bytes((self.number,)).ljust(self._format.size, b"\0")
+        return self.read([data])[0]
+
+    def read(self, contents: Sequence[bytes]) -> tuple[dict[str, Array], int]:
+        """Fields of n data packages, each (n, its width), and how many packages were
+        not of this recipe."""
+        good = [
+            content
+            for content in contents
+            if len(content) == self._format.size and content[0] == self.number
+        ]
+        rows = [self._format.unpack(content)[1:] for content in good]
+        table = np.array(rows, dtype=float).reshape(len(rows), int(self._ends[-1]))
+        parts = np.split(table, self._ends[:-1], axis=1)
+        return dict(zip(self.fields, parts, strict=True)), len(contents) - len(good)
+
+
+class Dialogue:
+    """Questions, one answer each."""
+
+    def __init__(self, connection: socket.socket, patience: float):
+        self._connection, self._patience = connection, patience
+        self.packages = Packages()
+        self.data: list[bytes] = []
+        """Of data packages that came with the last answer."""
+
+    def start(self, wishes: Sequence[str], rate: float) -> Recipe:
+        """Ask for those of the fields that the controller has. `RtdeError`; `OSError`
+        where the connection fails."""
+        self._agree(REQUEST_VERSION, struct.pack(">H", VERSION))
+        recipe, missing = self._setup(wishes, rate)
+        if missing:
+            there = [name for name in wishes if name not in missing]
+            recipe, missing = self._setup(there, rate)
+        if missing:
+            raise RtdeError(f"the controller has no {', '.join(missing)}")
+        self._agree(START, b"")
+        return recipe
+
+    def _setup(self, fields: Sequence[str], rate: float) -> tuple[Recipe, list[str]]:
+        """The recipe, and the fields that the controller does not have."""
+        names = ",".join(fields).encode()
+        answer = self._ask(SETUP_OUTPUTS, struct.pack(">d", rate) + names)
+        types = answer[1:].decode("ascii", "replace").split(",")
+        missing = [
+            name for name, kind in zip(fields, types, strict=False) if kind not in CODES
+        ]
+        if len(types) != len(fields):
+            raise RtdeError("the controller answers for other fields")
+        known = [kind for kind in types if kind in CODES]
+        there = [name for name in fields if name not in missing]
+        return Recipe(answer[0] if answer else 0, there, known), missing
+
+    def _agree(self, kind: int, content: bytes) -> None:
+        if self._ask(kind, content)[:1] != b"\1":
+            raise RtdeError(f"the controller refuses request {chr(kind)}")
+
+    def _ask(self, kind: int, content: bytes) -> bytes:
+        self._connection.sendall(HEAD.pack(HEAD.size + len(content), kind) + content)
+        end = time.monotonic() + self._patience
+        while (left := end - time.monotonic()) > 0:
+            self._connection.settimeout(left)
+            try:
+                data = self._connection.recv(1 << 16)
+            except TimeoutError:
+                break
+            if not data:
+                raise RtdeError("the controller closed the connection")
+            came = list(self.packages.feed(data))
+            self.data += [body for own, body in came if own == DATA]
+            answers = [body for own, body in came if own == kind]
+            if answers:
+                return answers[0]
+        raise RtdeError("the controller does not answer")
+
+
 PORT = 30004
-"""Where controllers listen."""
 
 RATE = 500.0
-"""Packages a second that are asked for; CB3 sends 125."""
+"""[Hz] that is asked for; CB3 sends 125."""
 
 PATIENCE = 3.0
-"""Longest wait for an answer [s]."""
+"""[s] for an answer."""
 
 WISHES = ("timestamp", "actual_TCP_pose", "tcp_offset", RAW, "actual_q", "actual_qd")
-"""Fields that are asked for; what they mean: `hefting.logs.ur_csv`."""
+"""What they mean: `hefting.logs.ur_csv`."""
 
 NEEDED = ("timestamp", "actual_TCP_pose", RAW)
-"""Fields without which there is nothing to identify."""
 
 
 class RtdeSource:
@@ -54,8 +176,8 @@ class RtdeSource:
         self._pace = Pace()
 
     def open(self) -> None:
-        """Connect; `InputError` where the host refuses, speaks something else, or has
-        no wrench of its sensor."""
+        """`InputError` where the host refuses, speaks something else, or has no wrench
+        of its sensor."""
         connection = connected(self.name, self._address[:2])
         try:
             dialogue = Dialogue(connection, PATIENCE)
@@ -108,7 +230,6 @@ class RtdeSource:
             self._socket = None
 
     def _samples(self, values: dict[str, Array]) -> list[Samples]:
-        """The flange's motion, its wrench, and the joints."""
         everything = np.concatenate(list(values.values()), axis=1)
         good = np.isfinite(everything).all(axis=1)
         if not good.all():

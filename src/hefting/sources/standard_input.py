@@ -8,19 +8,17 @@ from collections import Counter
 
 from hefting.core.messages import Message, note
 from hefting.online.samples import EndOfSource, Samples
-from hefting.sources.json_lines import JsonLines
-from hefting.sources.request import Request
+from hefting.sources.registry import Request
+from hefting.sources.tcp import JsonLines
 
 PIECE = 1 << 16
-"""Most that is read at once [bytes]."""
 
 PIECES = 64
-"""Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""
+"""Then the writer of the pipe waits, and nothing is lost."""
 
 
 class StandardInput:
-    """Lines of JSON from a pipe; see `hefting.sources.json_lines`. It ends where the
-    pipe does.
+    """Lines of JSON from a pipe; it ends where the pipe does.
 
     A thread reads, as not every system can wait for a pipe for a limited time.
     """
@@ -51,7 +49,7 @@ class StandardInput:
         raise EndOfSource("standard input has ended")
 
     def close(self) -> None:
-        """Nothing: the pipe belongs to whoever made it."""
+        """The pipe belongs to whoever made it."""
 
     def _read(self) -> None:
         handle = sys.stdin.fileno()

@@ -1,24 +1,123 @@
-"""``tcp://HOST:PORT``: lines of JSON from a program that listens."""
+"""``tcp://HOST:PORT``: lines of JSON from a program that listens; one instant each, as
+they come in pieces of any size.
 
+A line is an object with ``time`` [s] and any streams of `hefting.Recording`, such as
+``{"time": 0.002, "wrench": [0, 0, -9.8, 0, 0, 0], "orientation": [0, 0, 0, 1]}``. Other
+keys are ignored.
+"""
+
+import json
 import socket
 from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, note
+from hefting.core.recording import COLUMNS
 from hefting.online.samples import Samples, SourceLostError
-from hefting.sources.address import address_of
-from hefting.sources.json_lines import JsonLines
-from hefting.sources.request import Request
+from hefting.sources.registry import (
+    MAX_JOINTS,
+    MAX_MESSAGE,
+    TOO_LARGE,
+    Request,
+    address_of,
+)
+
+NO_JSON = "not a JSON object"
+"""Why a line was skipped."""
+
+NO_TIME = "no time in seconds"
+
+NO_STREAM = "no stream of numbers"
+"""None of its keys is one, or its values are no numbers."""
+
+
+class JsonLines:
+    """Turns pieces of text into samples; bad lines are counted in `skipped`."""
+
+    def __init__(self, skipped: Counter[str]):
+        self.skipped = skipped
+        self._rest = b""
+        self._is_overlong = False
+
+    def feed(self, data: bytes) -> list[Samples]:
+        """The samples in the lines that `data` ends."""
+        *lines, rest = (self._rest + data).split(b"\n")
+        if lines and self._is_overlong:
+            lines, self._is_overlong = lines[1:], False
+        if len(rest) > MAX_MESSAGE:
+            # dropped as it comes; what follows up to the end of the line too
+            if not self._is_overlong:
+                self.skipped[TOO_LARGE] += 1
+            self._is_overlong = True
+        self._rest = b"" if self._is_overlong else rest
+        return joined(entry for line in lines for entry in self._read(line))
+
+    def end(self) -> list[Samples]:
+        """The samples of a last line that nothing ended."""
+        return self.feed(b"\n") if self._rest.strip() else []
+
+    def _read(self, line: bytes) -> Iterator[tuple[str, float, list[float]]]:
+        if not line.strip():
+            return
+        if len(line) > MAX_MESSAGE:
+            self.skipped[TOO_LARGE] += 1
+            return
+        try:
+            found: Any = json.loads(line)
+        except (ValueError, RecursionError):
+            found = None
+        if not isinstance(found, dict):
+            self.skipped[NO_JSON] += 1
+            return
+        time: Any = found.get("time")
+        if not _is_number(time):
+            self.skipped[NO_TIME] += 1
+            return
+        streams = {name: found[name] for name in COLUMNS if name in found}
+        good = [name for name, values in streams.items() if _are_numbers(values)]
+        if bad := (len(streams) or 1) - len(good):
+            self.skipped[NO_STREAM] += bad
+        yield from ((name, float(time), streams[name]) for name in good)
+
+
+def joined(entries: Iterator[tuple[str, float, list[float]]]) -> list[Samples]:
+    """Single samples, as those of each stream and width."""
+    gathered: dict[tuple[str, int], tuple[list[float], list[list[float]]]] = {}
+    for name, time, values in entries:
+        times, rows = gathered.setdefault((name, len(values)), ([], []))
+        times.append(time)
+        rows.append(values)
+    return [
+        Samples(name, np.array(times), np.array(rows, dtype=float))
+        for (name, _), (times, rows) in gathered.items()
+    ]
+
+
+def _is_number(value: Any) -> bool:
+    """Whether it is a number whose square is one too."""
+    return type(value) in (int, float) and abs(value) < 1e150
+
+
+def _are_numbers(values: Any) -> bool:
+    return (
+        isinstance(values, list)
+        and 0 < len(values) <= MAX_JOINTS
+        and all(map(_is_number, values))
+    )
+
 
 PATIENCE = 3.0
-"""Longest wait for a connection [s]."""
+"""[s] for a connection."""
 
 PIECE = 1 << 16
-"""Most that is read at once [bytes]."""
 
 
 class TcpSource:
-    """Lines of JSON from a socket; see `hefting.sources.json_lines`."""
+    """Lines of JSON from a socket."""
 
     def __init__(self, name: str, request: Request):
         self.name = name
@@ -29,7 +128,7 @@ class TcpSource:
         self._lines = JsonLines(self.skipped)
 
     def open(self) -> None:
-        """Connect; `InputError` where the host refuses."""
+        """`InputError` where the host refuses."""
         self._lines = JsonLines(self.skipped)
         self._socket = connected(self.name, self._address[:2])
         self.chosen = (note("live-source", f"lines of JSON from {self.name}"),)
@@ -47,7 +146,7 @@ class TcpSource:
 
 
 def connected(name: str, address: tuple[str, int]) -> socket.socket:
-    """A socket that is connected; `InputError` where the host refuses."""
+    """`InputError` where the host refuses."""
     try:
         return socket.create_connection(address, PATIENCE)
     except (OSError, UnicodeError) as error:
@@ -60,10 +159,8 @@ def connected(name: str, address: tuple[str, int]) -> socket.socket:
 
 
 def received(connection: socket.socket | None, name: str, timeout: float) -> bytes:
-    """What came, after at most `timeout` [s]; empty where nothing did.
-
-    Raises `SourceLostError` when the other end has closed.
-    """
+    """What came, after at most `timeout` [s]; `SourceLostError` when the other end has
+    closed."""
     if connection is None:
         raise SourceLostError(f"{name}: is closed")
     connection.settimeout(max(timeout, 1e-3))

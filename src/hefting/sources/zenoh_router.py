@@ -9,6 +9,7 @@ peer nothing comes through a router, so that this is a client.
 """
 
 import json
+import queue
 import threading
 import time
 from collections import Counter
@@ -18,36 +19,64 @@ from typing import Any
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.address import address_of
-from hefting.sources.inbox import Inbox
-from hefting.sources.limits import MAX_MESSAGE, TOO_LARGE
-from hefting.sources.request import Request
+from hefting.sources.registry import (
+    MAX_MESSAGE,
+    MAX_QUEUED,
+    QUEUE_FULL,
+    TOO_LARGE,
+    address_of,
+)
 from hefting.sources.ros_decoding import RosMessage
-from hefting.sources.ros_source import RosSource
+from hefting.sources.ros_source import Transport, source_by
+
+MOST = 1000
+
+
+class Inbox:
+    """Bounded, of another thread's messages; what does not fit is counted in
+    `skipped`."""
+
+    def __init__(self):
+        self.skipped: Counter[str] = Counter()
+        self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
+
+    def put(self, message: RosMessage) -> None:
+        """Never waits."""
+        try:
+            self._queue.put_nowait(message)
+        except queue.Full:
+            self.skipped[QUEUE_FULL] += 1
+
+    def take(self, timeout: float) -> list[RosMessage]:
+        """Messages, after waiting at most `timeout` [s] for the first."""
+        found: list[RosMessage] = []
+        try:
+            found.append(self._queue.get(timeout=max(timeout, 1e-3)))
+            while len(found) < MOST:
+                found.append(self._queue.get_nowait())
+        except queue.Empty:
+            pass
+        return found
+
 
 PORT = 7447
-"""Where a Zenoh router listens by default."""
 
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
-"""What a name looks like."""
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
-"""Liveliness tokens of what zenoh-bridge-ros2dds brings in."""
+"""Of what zenoh-bridge-ros2dds brings in."""
 
 CHECK = 1.0
-"""How often it is asked whether the router is still there [s]."""
+"""[s] between looks whether the router is still there."""
 
 MAX_TOPICS = 10_000
-"""Most topics that are remembered."""
 
 
-class ZenohTransport:
+class ZenohTransport(Transport):
     """One client of a Zenoh router."""
 
     def __init__(self, name: str):
-        self.name = name
-        self.topics: list[Topic] = []
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         host, port, path = address_of(name, PORT, EXAMPLE)
         if path and not path.isdigit():
             raise InputError("the domain is a number", name, f"as in {EXAMPLE}")
@@ -58,10 +87,9 @@ class ZenohTransport:
         self._found: list[str] = []
         self._lock, self._checked = threading.Lock(), 0.0
         self._subscribers: dict[str, Any] = {}
-        self._wants: Callable[[Topic], bool] = lambda topic: False
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         try:
             import zenoh
         except ImportError as error:
@@ -93,7 +121,7 @@ class ZenohTransport:
             )
 
     def receive(self, timeout: float) -> list[RosMessage]:
-        """See `hefting.sources.ros_source.Transport`."""
+        """As `Transport`."""
         if self._session is None:
             raise SourceLostError(f"{self.name}: is closed")
         self._subscribe()
@@ -111,13 +139,12 @@ class ZenohTransport:
             session.close()
 
     def _hear(self, sample: Any) -> None:
-        """A publisher is there; called by a thread of Zenoh."""
+        """By a thread of Zenoh: a publisher is there."""
         with self._lock:
             if len(self._found) < MAX_TOPICS:
                 self._found.append(str(sample.key_expr))
 
     def _subscribe(self) -> None:
-        """Subscribe to new topics that are wanted."""
         with self._lock:
             found, self._found = self._found, []
         for token in found:
@@ -146,8 +173,7 @@ class ZenohTransport:
 
 
 def parse_token(token: str) -> tuple[Topic, str] | None:
-    """The topic of a publisher's liveliness token, and the key of its messages; None
-    for other tokens."""
+    """The topic of a publisher's liveliness token, and the key of its messages."""
     parts = token.split("/")
     if parts[0] == "@ros2_lv" and len(parts) >= 12 and parts[5] == "MP":
         name, kind = parts[9].replace("%", "/"), parts[10]
@@ -164,9 +190,4 @@ def ros_type(name: str) -> str:
     return name.replace("::dds_::", "::").replace("::", "/").removesuffix("_")
 
 
-def source(name: str, request: Request) -> RosSource:
-    """A source of the topics behind a Zenoh router."""
-    return RosSource(name, request, ZenohTransport(name))
-
-
-SOURCE = source
+SOURCE = source_by(ZenohTransport)

@@ -34,25 +34,23 @@ from hefting.robots import Robot
 from hefting.robots.urdf import SCALAR, read_urdf
 
 DRAWS = 200
-"""Number of random states that tell which columns span the others: each gives n
-equations, and an arm of n joints has at most 10 n columns."""
+"""Random states: each gives n equations, and an arm of n joints has at most 10 n
+columns."""
 DEPENDENT = 1e-8
-"""Part of a column that those before leave, relative to its length, below which it is
-rounding."""
+"""Part of a column that those before leave, over its length, that is rounding."""
 ORDER = np.array((0, 1, 2, 3, 4, 5, 7, 6, 8, 9))
-"""Where Pinocchio, which has m, mc, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz, keeps each of the
-project's parameters."""
+"""Of the project's parameters in Pinocchio: m, mc, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointDynamics:
-    """Rigid-body columns of the n joints that move a sensor frame; all other joints of
-    the robot stay at zero."""
+    """Rigid-body columns of the n joints that move a sensor frame; the others stay at
+    zero."""
 
     robot: Robot
-    """Kinematics by the project's own URDF reader."""
+    """by the project's own URDF reader"""
     model: Any = field(repr=False)
-    """Pinocchio's, of these joints alone"""
+    """Pinocchio's, of these joints"""
 
     @classmethod
     def from_urdf(
@@ -62,11 +60,11 @@ class JointDynamics:
         gravity: ArrayLike = STANDARD_GRAVITY,
     ) -> Self:
         """Of a URDF whose link `sensor_frame` holds the payload; `gravity` (3,) is in
-        the axes of its root [m/s²].
+        root axes [m/s²].
 
-        Raises `InputError` as `Robot.from_urdf`, without Pinocchio, for a frame that no
-        joint moves, and for a chain of other joints than revolute and prismatic ones
-        with a position of their own.
+        Raises `InputError` as `Robot.from_urdf`, for a frame that no joint moves, and
+        for a chain of other joints than revolute and prismatic ones with a position of
+        their own; `MissingDependencyError` without Pinocchio.
         """
         tree = read_urdf(path)
         robot = Robot.from_tree(tree, sensor_frame)
@@ -90,7 +88,7 @@ class JointDynamics:
 
     @property
     def joints(self) -> int:
-        """Number of joints n."""
+        """n"""
         return len(self.robot.joints)
 
     @property
@@ -99,8 +97,8 @@ class JointDynamics:
         return self.robot.joints
 
     def regressor(self, q: Array, dq: Array, ddq: Array) -> Array:
-        """(K, n, 10 n) W: ten columns a link from the base on, each in the axes of its
-        joint; `q`, `dq` and `ddq` are (K, n) [rad, rad/s, rad/s²]."""
+        """(K, n, 10 n) W for `q`, `dq` and `ddq` (K, n): ten columns a link from the
+        base on, each in the axes of its joint."""
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         data = self.model.createData()
@@ -115,33 +113,31 @@ class JointDynamics:
 
     @cached_property
     def arm(self) -> Array:
-        """(10 n,) the links' parameters as the URDF has them."""
+        """(10 n,) as the URDF has it."""
         inertias = list(self.model.inertias)[1:]
         return np.concatenate([each.toDynamicParameters()[ORDER] for each in inertias])
 
     @cached_property
     def base(self) -> Indices:
-        """Indices of the columns of W that span the others in any motion."""
+        """Columns of W that span the others in any motion."""
         return independent_columns(self._drawn)
 
     @cached_property
     def _drawn(self) -> Array:
-        """(DRAWS n, 10 n) W in random states."""
         rng = np.random.default_rng(0)
         q, dq, ddq = rng.uniform(-1.5, 1.5, (3, DRAWS, self.joints))
         return self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
 
     @cached_property
     def base_parameters(self) -> Array:
-        """(b,) parameters of the `base` columns that give the torques of the URDF's
-        arm."""
+        """(b,) of the `base` columns that give the torques of the URDF's arm."""
         W = self._drawn
         found = np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
         return np.asarray(found, dtype=float)
 
     @cached_property
     def payload(self) -> Array:
-        """(10, 10) map T of a payload's parameters, in sensor axes about the sensor's
+        """(10, 10) T of a payload's parameters, in sensor axes about the sensor's
         origin, to those of the last link: Y = W[:, :, -10:] T."""
         position, rotation = self._frame
         return transfer(position, rotation)
@@ -149,7 +145,7 @@ class JointDynamics:
     @cached_property
     def _frame(self) -> tuple[Array, Array]:
         """Position (3,) [m] and orientation (3, 3) of the sensor frame in the axes of
-        the last joint; by the project's reader, beside Pinocchio's joint."""
+        the last joint."""
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         zero = np.zeros((1, self.joints))
@@ -182,8 +178,8 @@ class JointDynamics:
 
 
 def transfer(position: Array, rotation: Array) -> Array:
-    """(10, 10) map of a body's parameters in one frame to those in another, in which
-    the first has `position` (3,) [m] and `rotation` (3, 3)."""
+    """(10, 10) map of parameters in one frame to those in another, in which the first
+    has `position` (3,) [m] and `rotation` (3, 3)."""
     unit, P = np.eye(10), skew(position)
     m = unit[:, :1]
     moment = unit[:, 1:4] @ rotation.T
@@ -195,8 +191,7 @@ def transfer(position: Array, rotation: Array) -> Array:
 
 
 def independent_columns(A: Array) -> Indices:
-    """Indices, in order, of columns of A (r, c) that span the others: the later ones
-    are left out."""
+    """Of A (r, c), which span the others: the later ones are left out."""
     lengths = np.sqrt((A * A).sum(axis=0))
     lengths = np.where(lengths > DEPENDENT * lengths.max(), lengths, np.inf)
     left, kept = A / lengths, []
@@ -211,7 +206,6 @@ def independent_columns(A: Array) -> Indices:
 
 
 def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
-    """Pinocchio's model of these joints, the others fixed at zero."""
     try:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
     except ImportError as error:

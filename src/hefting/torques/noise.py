@@ -1,10 +1,10 @@
 """Noise of joint torques, found in the residuals of least squares, and what it does to
 the payload.
 
-Each joint weighs by the standard deviation sigma_j of its residuals. Their colour is
-not used for weights, which would follow the model's errors, but for the covariance: with
-v_jl the variance of the residuals of joint j at time scale l, and Z_jl the regressors of
-the arm and the payload at that scale, each joint's nuisances taken out,
+Each joint weighs by the standard deviation sigma_j of its residuals. Their colour,
+which would follow the model's errors, is used for the covariance alone: with v_jl the
+variance of the residuals of joint j at time scale l, and Z_jl the regressors of arm and
+payload at that scale, each joint's nuisances taken out,
 
     cov = G^+ (sum_jl v_jl / sigma_j⁴ Z_jl' Z_jl) G^+,   G = sum_jl Z_jl' Z_jl / sigma_j²
 
@@ -30,32 +30,31 @@ from hefting.core.torque_moments import (
 )
 from hefting.estimators.quadratic import ScaledSVD
 from hefting.estimators.whitened_state import WhitenedState
-from hefting.torques.scales import TorqueScales
+from hefting.torques.equations import TorqueScales
 
 PASSES = 3
-"""Number of times the noise of the joints is found: their weights depend on it."""
+"""Weights depend on the noise."""
 NEIGHBOURS = 8.0
-"""Freedoms that the variance at the next shorter scale is worth for that at a scale."""
+"""Freedoms that the variance at the next shorter scale is worth."""
 FIRST = 0.02
-"""Standard deviation of the noise over the torque's root mean square, to begin with."""
+"""Standard deviation over the torque's root mean square, to begin with."""
 FLOOR = 1e-6
-"""Least standard deviation of the noise over the torque's root mean square: smaller
-values are due to rounding."""
+"""The least: smaller values are due to rounding."""
 
 LEAST_VARIANCE = 0.25
-"""Least variance of a combination of the payload's parameters over that by white noise:
-noise at the scales that tell it is hardly smaller than on average by more."""
+"""Of a combination of the payload's parameters over that by white noise: noise at the
+scales that tell it is hardly smaller than on average by more."""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueFit:
-    """Least squares of all unknowns for one standard deviation of the noise a joint."""
+    """Of all unknowns, for one standard deviation of the noise a joint."""
 
     scales: TorqueScales
     std: Array
     """(n,) [N m]"""
     prior: Array
-    """(own, n) standard deviations of the nuisances, infinite where nothing is known"""
+    """(own, n) of the nuisances, infinite where nothing is known"""
 
     @cached_property
     def moments(self) -> TorqueMoments:
@@ -89,8 +88,7 @@ class TorqueFit:
 
     @cached_property
     def nuisances(self) -> Array:
-        """(n, own, m + 1): the nuisances of each joint at their best are this
-        times (-arm, -payload, 1)."""
+        """(n, own, m + 1): at their best they are this times (-arm, -payload, 1)."""
         own = self.moments.own
         inverse = [pseudo_inverse_half(R[:own, :own]) for R in self.moments.factors]
         return np.array(
@@ -110,7 +108,7 @@ class TorqueFit:
 
     @cached_property
     def regressors(self) -> Array:
-        """(levels, n, c, m) Z: of arm and payload, the nuisances taken out."""
+        """(levels, n, c, m) Z."""
         own = self.moments.own
         factors = np.array([m.factors for m in self.scales.levels])
         M = self.nuisances[:, :, :-1]
@@ -131,7 +129,7 @@ class TorqueFit:
 
     @cached_property
     def variances(self) -> Array:
-        """(levels, n) of the noise at each time scale [N² m²]."""
+        """(levels, n) [N² m²]."""
         found = np.empty_like(self.squares)
         before = self.std**2
         for level, (square, freedom) in enumerate(
@@ -144,14 +142,12 @@ class TorqueFit:
 
     @property
     def slow_std(self) -> Array:
-        """(n,) standard deviation of the residuals at the two longest scales, where a
-        wrong model shows [N m]."""
+        """(n,) [N m] at the two longest scales, where a wrong model shows."""
         return np.sqrt(self.variances[-2:].mean(axis=0))
 
     @cached_property
     def covariance(self) -> Array:
-        """(10, 10) of the payload's parameters by noise of each scale's variance, where
-        the samples tell them."""
+        """(10, 10) of the payload's parameters, where the samples tell them."""
         weights = self.variances / self.std**4
         inverse = self.half @ self.half[-PAYLOAD:].T
         Z = self.regressors @ inverse * np.sqrt(weights)[:, :, None, None]
@@ -178,11 +174,8 @@ class TorqueFit:
 
 
 def fit(scales: TorqueScales, prior: Callable[[Array], Array]) -> TorqueFit:
-    """Least squares with each joint's noise found from its residuals.
-
-    `prior` gives the standard deviations (own, n) of the nuisances for those of the
-    noise (n,), infinite where nothing is known.
-    """
+    """Least squares with each joint's noise found from its residuals. `prior` gives the
+    standard deviations (own, n) of the nuisances for those of the noise (n,)."""
     whole = scales.whole
     counts = np.maximum(whole.counts, 1.0)
     size = np.sqrt((whole.factors[:, :, -1] ** 2).sum(axis=1) / counts)

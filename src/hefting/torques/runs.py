@@ -1,47 +1,51 @@
-"""Runs of a robot, loaded and empty: from samples to the payload's equations.
+"""Runs of a robot, loaded and empty: from samples to the payload's equations; and an
+arm's calibration in a JSON file.
 
 Offsets and frictions that a run without the payload shares with one that has it tell
-the small mass from the large offset. They change slowly as the gears warm up: how much
-of them may have changed between the runs is said by the standard deviations of two
-nuisances that the loaded samples alone have.
+the small mass from the large offset. They change slowly as the gears warm up: by how
+much between the runs is said by the standard deviations of two nuisances that the
+loaded samples alone have.
 
 How friction grows with the load depends on the torques of the rigid bodies, which are
-what is sought. So the samples are folded twice: first with the published arm's, then
-with those that were found.
+sought. So the samples are folded twice: first with the published arm's, then with those
+that were found.
 """
 
 from __future__ import annotations
 
+import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.files import read_json, write_atomically
 from hefting.core.spatial import Array
-from hefting.core.torque_moments import PAYLOAD
+from hefting.core.torque_moments import PAYLOAD, TorqueMoments
 from hefting.torques import equations
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import OWN, Load, Rows
+from hefting.torques.equations import LEVELS, OWN, Load, Rows, TorqueScales
 from hefting.torques.noise import TorqueFit, fit
 from hefting.torques.samples import TorqueSamples
-from hefting.torques.scales import TorqueScales
 
 OFFSET_CHANGE = 0.2
-"""Standard deviation of an offset's change between two runs, over that of the joint's
-noise: 0.02 N m of a shoulder, by a minute of warm-up."""
+"""Standard deviation between two runs, over that of the joint's noise: 0.02 N m of a
+shoulder, by a minute of warm-up."""
 FRICTION_CHANGE = 1.0
 """The same of the Coulomb friction."""
 FRICTION_BY_LOAD = 0.03
-"""Standard deviation of the friction over the torque that causes it: of strain wave
-gears some percent."""
+"""Standard deviation, over the torque that causes it: of strain wave gears some
+percent."""
 NO_CHANGE = 1e-3
 """The same where there is none."""
 PUBLISHED_ERROR = 0.5
 """Standard deviation of the arm's base parameters from the published ones, over their
-size: where the samples do not tell them better."""
+size."""
 TYPICAL_PAYLOAD = np.repeat((5.0, 0.5, 0.1), (1, 3, 6))
-"""(10,) standard deviations of a payload's parameters [kg, kg m, kg m²]."""
+"""(10,) standard deviations [kg, kg m, kg m²]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,8 +79,8 @@ class LoadedRuns:
     calibration: EmptyRuns | None = None
     """of other runs than `empty`"""
     drift: bool = True
-    """whether offsets and frictions may differ between empty and loaded runs, which they
-    do not in parts of one recording"""
+    """whether offsets and frictions may differ between empty and loaded runs, which
+    they do not in parts of one recording"""
 
     def __post_init__(self):
         if not self.loaded:
@@ -84,11 +88,11 @@ class LoadedRuns:
 
     @property
     def arm_known(self) -> bool:
-        """Whether the URDF's inertias must serve for the arm's."""
+        """Whether the URDF's inertias must serve."""
         return not self.empty and self.calibration is None
 
     def fit(self) -> TorqueFit:
-        """Least squares of everything; its `state` holds the payload's equations."""
+        """Its `state` holds the payload's equations."""
         known = self.calibration
         load = Load.published(self.dynamics) if known is None else known.load
         prior = drifting if self.drift else steady
@@ -105,13 +109,13 @@ class LoadedRuns:
 
 
 def drifting(std: Array) -> Array:
-    """(own, n) standard deviations of the nuisances for those of the noise (n,), of runs
-    between which gears warm up."""
+    """(own, n) standard deviations of the nuisances for those of the noise (n,), of
+    runs between which gears warm up."""
     return _prior(std, OFFSET_CHANGE, FRICTION_CHANGE)
 
 
 def steady(std: Array) -> Array:
-    """The same of parts of one recording, between which nothing changes."""
+    """Of parts of one recording."""
     return _prior(std, NO_CHANGE, NO_CHANGE)
 
 
@@ -144,7 +148,7 @@ def _folded(
 
 
 def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:
-    """(10 n,) the arm by a fit, near the published one where that leaves it open."""
+    """(10 n,) by a fit, near the published one where that leaves it open."""
     size = len(dynamics.base)
     published = dynamics.base_parameters
     scale = PUBLISHED_ERROR * (np.abs(published) + np.abs(published).mean() + 1e-6)
@@ -157,7 +161,7 @@ def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:
 
 
 def _payload_of(found: TorqueFit) -> Array:
-    """(10,) the payload by a fit, small where that leaves it open."""
+    """(10,) by a fit, small where that leaves it open."""
     R = np.vstack((found.payload, _payload_rows(0)))
     body = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0]
     return np.asarray(body, dtype=float)
@@ -167,3 +171,114 @@ def _payload_rows(arm: int) -> Array:
     rows = np.zeros((PAYLOAD, arm + PAYLOAD + 1))
     rows[:, arm : arm + PAYLOAD] = np.diag(1.0 / TYPICAL_PAYLOAD)
     return rows
+
+
+SCHEMA = "hefting-arm-1"
+SAME_ARM = 1e-6
+"""Relative difference of published parameters that is rounding."""
+
+
+def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None:
+    """Write an arm's calibration, whole or not at all."""
+    scales = runs.scales
+    last = scales.levels[-1]
+    data = {
+        "schema": SCHEMA,
+        "joints": list(dynamics.names),
+        "sensor_frame": dynamics.robot.sensor_frame,
+        "published": dynamics.arm.tolist(),
+        "load": runs.load.arm.tolist(),
+        "samples": last.samples,
+        "start": last.start,
+        "end": last.end,
+        "levels": [
+            {"counts": m.counts.tolist(), "factors": _packed(m.factors)}
+            for m in scales.levels
+        ],
+    }
+    write_atomically(path, json.dumps(data) + "\n")
+
+
+def load_arm(path: str | Path, dynamics: JointDynamics) -> EmptyRuns:
+    """The calibration in a file, of the same arm. `InputError` for a file that is none,
+    and for that of another robot, of other joints or another order of them, or of
+    another frame."""
+    data = read_json(path)
+    if not isinstance(data, dict) or data.get("schema") != SCHEMA:
+        raise InputError(
+            "is no calibration of an arm",
+            path,
+            "make one: hefting calibrate EMPTY --torques --output arm.json",
+        )
+    _require_same(data, dynamics, path)
+    try:
+        return _runs(data, dynamics)
+    except (KeyError, TypeError, ValueError, OverflowError) as error:
+        raise InputError(
+            f"is a damaged calibration ({str(error)[:80]})", path, "make it again"
+        ) from None
+
+
+def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> None:
+    names = data.get("joints")
+    if names != list(dynamics.names):
+        said = ", ".join(map(str, names)) if isinstance(names, list) else "none"
+        raise InputError(
+            f"is of the joints {said[:200]}, not {', '.join(dynamics.names)}",
+            path,
+            "calibrate this robot",
+        )
+    frame, own = data.get("sensor_frame"), dynamics.robot.sensor_frame
+    if frame != own:
+        raise InputError(f"is for the frame '{str(frame)[:80]}', not '{own}'", path)
+    try:
+        published = np.array(data.get("published"), dtype=float)
+    except (TypeError, ValueError):
+        published = np.zeros(0)
+    scale = SAME_ARM * np.abs(dynamics.arm).max(initial=1e-9)
+    same = published.shape == dynamics.arm.shape
+    if not (same and np.abs(published - dynamics.arm).max() <= scale):
+        raise InputError(
+            "is of another robot: its URDF had other inertias",
+            path,
+            "calibrate this one",
+        )
+
+
+def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
+    n, arm = dynamics.joints, len(dynamics.base)
+    size = len(OWN) + arm + PAYLOAD + 1
+    if len(data["levels"]) != LEVELS + 1:
+        raise ValueError("number of time scales")
+    load = np.array(data["load"], dtype=float)
+    if load.shape != (10 * n,) or not np.isfinite(load).all():
+        raise ValueError("load")
+    levels = []
+    for level in data["levels"]:
+        factors = _unpacked(level["factors"], n, size)
+        counts = np.array(level["counts"], dtype=float)
+        if counts.shape != (n,) or not (counts >= 0.0).all():
+            raise ValueError("counts")
+        levels.append(TorqueMoments(factors, len(OWN), counts))
+    levels[-1] = replace(
+        levels[-1],
+        samples=int(data["samples"]),
+        start=float(data["start"]),
+        end=float(data["end"]),
+    )
+    return EmptyRuns(TorqueScales(tuple(levels)), Load(load, np.zeros(PAYLOAD)))
+
+
+def _packed(factors: Array) -> list[list[float]]:
+    rows, columns = np.triu_indices(factors.shape[1])
+    return factors[:, rows, columns].tolist()
+
+
+def _unpacked(packed: Any, joints: int, size: int) -> Array:
+    values = np.array(packed, dtype=float)
+    rows, columns = np.triu_indices(size)
+    if values.shape != (joints, len(rows)) or not np.isfinite(values).all():
+        raise ValueError("factors")
+    factors = np.zeros((joints, size, size))
+    factors[:, rows, columns] = values
+    return factors

@@ -1,19 +1,21 @@
-"""Samples of joint torques with the joints' motion, smoothed by the project's
-spline."""
+"""Samples of joint torques with the joints' motion, from a recording."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, fields
 from typing import Self
 
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Indices
 from hefting.motion.curve import Curve
+from hefting.robots.joint_log import named_columns
+from hefting.torques.dynamics import JointDynamics
 
 FEWEST = 20
-"""Samples of a run that a motion is found from."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,17 +38,12 @@ class TorqueSamples:
         cls, joint_time: Array, position: Array, time: Array, torque: Array
     ) -> Self:
         """From joint positions (L, n) at `joint_time` (L,) and torques (K, n) at `time`
-        (K,) [s]: each joint's motion is a spline through its positions.
-
-        Torques outside the positions' time, or in gaps, are left out. Raises
-        `InputError` for fewer than `FEWEST` samples.
-        """
-        for what, many in (("positions", len(joint_time)), ("torques", len(time))):
+        (K,) [s], by a spline for each joint; torques outside their time, or in gaps,
+        are left out. `InputError` for fewer than `FEWEST` samples."""
+        for kind, many in (("positions", len(joint_time)), ("torques", len(time))):
             if many < FEWEST:
-                raise InputError(
-                    f"{many} samples of joint {what} are too few",
-                    fix=f"record at least {FEWEST}, moving",
-                )
+                what = f"{many} samples of joint {kind} are too few"
+                raise InputError(what, fix=f"record at least {FEWEST}, moving")
         motion = np.empty((3, *torque.shape))
         for j in range(position.shape[1]):
             own = position[:, j : j + 1]
@@ -66,19 +63,96 @@ class TorqueSamples:
         return cls(time[kept], position, velocity, acceleration, torque[kept])
 
     def __getitem__(self, part: slice) -> TorqueSamples:
-        return TorqueSamples(
-            self.time[part],
-            self.position[part],
-            self.velocity[part],
-            self.acceleration[part],
-            self.torque[part],
-        )
+        return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
 
     def bins(self, rate: float) -> Indices:
-        """Index of the first sample of each 1 / `rate` seconds that has any; each
-        sample's own, where they come no faster."""
+        """First samples of each 1 / `rate` seconds; each, where they come no faster."""
         interval = float(np.median(np.diff(self.time)))
         if interval * rate > 0.7:
             return np.arange(len(self.time))
         number = np.floor((self.time - self.time[0]) * rate + 1e-6)
         return np.flatnonzero(np.diff(number, prepend=-1.0))
+
+
+UR_JOINT = "shoulder_pan_joint"
+"""Of a Universal Robots driver, whose efforts are currents unless it was told
+otherwise."""
+LEAST_TURN = 0.02
+"""[rad] of a joint that moves."""
+
+
+def samples_of(
+    recording: Recording, dynamics: JointDynamics, gains: Array | None = None
+) -> TorqueSamples:
+    """Of the joints of `dynamics`.
+
+    `gains` [N m/A], (n,) or one for all, say that currents are recorded. `InputError`
+    where positions or torques are not there, are of other joints, or currents have no
+    gains.
+    """
+    if not recording.has("joint_positions"):
+        raise InputError(
+            "has no joint positions", recording.source, "record q1..qn, or JointState"
+        )
+    stream = _torques(recording, gains)
+    names = named_columns(recording, dynamics.robot)
+    columns = [names[name] for name in dynamics.names]
+    q = recording["joint_positions"]
+    torque = recording[stream].values[:, columns]
+    if gains is not None:
+        torque = torque * _checked(gains, len(columns), recording.source)
+    time = recording[stream].time
+    return TorqueSamples.smoothed(q.time, q.values[:, columns], time, torque)
+
+
+def still_joints(
+    samples: TorqueSamples, dynamics: JointDynamics, source: str
+) -> tuple[Message, ...]:
+    """A warning about joints that never move."""
+    turned = np.ptp(samples.position, axis=0)
+    names = [n for n, by in zip(dynamics.names, turned, strict=True) if by < LEAST_TURN]
+    if not names:
+        return ()
+    what = (
+        f"{source}: {', '.join(names)} never moves, so that its torque, with a friction "
+        "that is not known, tells nothing"
+    )
+    return (warning("joint-still", what),)
+
+
+def _torques(recording: Recording, gains: Array | None) -> str:
+    source = recording.source
+    if recording.has("joint_torques"):
+        if UR_JOINT in recording.joint_names and gains is None:
+            raise InputError(
+                "efforts of a UR driver are currents unless use_currents_as_efforts is "
+                "false, and then without the gravity of the configured payload",
+                source,
+                "give `torque_gains` [N m/A], or 1 where they are torques and no "
+                "payload is configured",
+            )
+        return "joint_torques"
+    if recording.has("joint_currents"):
+        if gains is None:
+            raise InputError(
+                "the motors' currents are in amperes",
+                source,
+                "give `torque_gains`, one for each joint [N m/A]",
+            )
+        return "joint_currents"
+    raise InputError(
+        "there are no joint torques",
+        source,
+        "record them in columns tau1..taun, as effort of JointState or as "
+        "actual_current",
+    )
+
+
+def _checked(gains: Array, joints: int, source: str) -> Array:
+    values = np.atleast_1d(np.asarray(gains, dtype=float))
+    if values.shape not in ((1,), (joints,)) or not np.isfinite(values).all():
+        what = f"{len(values)} gains for {joints} joints"
+        raise InputError(what, source, "give one for each")
+    if not values.all():
+        raise InputError("a gain is zero", source, "give N m/A of each joint")
+    return values

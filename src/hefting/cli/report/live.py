@@ -16,7 +16,7 @@ from hefting.cli.report.digits import with_reach
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
     from hefting.online import LiveEstimate
-    from hefting.sources.pump import Pump
+    from hefting.sources.live import Pump
 
 EVERY = 1.0
 """A line is printed so often [s] where it cannot change in place."""

@@ -3,13 +3,26 @@
 Each format is a file of this package that ends with its `FORMAT`; here is their list.
 """
 
+from collections.abc import Callable
+from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_replaceable, write_atomically
-from hefting.planning.files.motion_file import MotionFile
 from hefting.planning.result import Plan
+
+
+@dataclass(frozen=True)
+class MotionFile:
+    """One format."""
+
+    suffix: str
+    """of its files, in lower case, with the dot"""
+    description: str
+    content: Callable[[Plan], bytes]
+    """The file of a plan; `InputError` where it cannot hold it."""
+
 
 FILES = ("csv_file", "joint_trajectory", "ros_bag", "urscript")
 """The file of each format, in the order in which they are named."""

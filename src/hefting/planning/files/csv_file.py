@@ -1,6 +1,6 @@
 """CSV: the columns ``time,q1..qn`` of the canonical log."""
 
-from hefting.planning.files.motion_file import MotionFile
+from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan
 
 
@@ -15,4 +15,3 @@ def _content(plan: Plan) -> bytes:
 
 
 FORMAT = MotionFile(".csv", "time and joint positions, in s and rad", _content)
-"""Joint positions at 100 Hz, in the order of `Plan.joints`."""

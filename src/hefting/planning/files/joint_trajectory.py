@@ -1,14 +1,14 @@
 """JSON of a ``trajectory_msgs/msg/JointTrajectory``, field by field as ROS 2 names
 them.
 
-Source: https://docs.ros.org/en/rolling/p/trajectory_msgs/. It is what
-``ros2 topic pub`` and rosbridge take, and what the joint trajectory controller plays.
+Source: https://docs.ros.org/en/rolling/p/trajectory_msgs/. ``ros2 topic pub``,
+rosbridge and the joint trajectory controller take it.
 """
 
 import json
 from typing import Any
 
-from hefting.planning.files.motion_file import MotionFile
+from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan
 
 
@@ -39,7 +39,7 @@ def message_of(plan: Plan) -> dict[str, Any]:
 
 
 def duration_of(time: float) -> dict[str, int]:
-    """``builtin_interfaces/msg/Duration`` of seconds."""
+    """``builtin_interfaces/msg/Duration``."""
     sec, nanosec = divmod(round(time * 1e9), 1_000_000_000)
     return {"sec": sec, "nanosec": nanosec}
 
@@ -49,4 +49,3 @@ def _content(plan: Plan) -> bytes:
 
 
 FORMAT = MotionFile(".json", "trajectory_msgs/msg/JointTrajectory as JSON", _content)
-"""Positions, velocities and accelerations at 100 Hz."""

@@ -8,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import MissingDependencyError
+from hefting.planning.files import MotionFile
 from hefting.planning.files.joint_trajectory import message_of
-from hefting.planning.files.motion_file import MotionFile
 from hefting.planning.result import Plan
 
 TOPIC = "/joint_trajectory_controller/joint_trajectory"
@@ -39,21 +39,14 @@ def _content(plan: Plan) -> bytes:
 
 
 def _message(plan: Plan, types: Any) -> Any:
-    """The message as rosbags has it."""
     plain = message_of(plan)
     time = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
-    points = [
-        types["trajectory_msgs/msg/JointTrajectoryPoint"](
-            positions=np.array(point["positions"]),
-            velocities=np.array(point["velocities"]),
-            accelerations=np.array(point["accelerations"]),
-            effort=np.array(point["effort"], dtype=float),
-            time_from_start=types["builtin_interfaces/msg/Duration"](
-                **point["time_from_start"]
-            ),
-        )
-        for point in plain["points"]
-    ]
+    points = []
+    for point in plain["points"]:
+        when = types["builtin_interfaces/msg/Duration"](**point.pop("time_from_start"))
+        values = {name: np.array(own, dtype=float) for name, own in point.items()}
+        kind = types["trajectory_msgs/msg/JointTrajectoryPoint"]
+        points.append(kind(**values, time_from_start=when))
     return types[KIND](
         header=types["std_msgs/msg/Header"](stamp=time, frame_id=""),
         joint_names=plain["joint_names"],
@@ -62,4 +55,3 @@ def _message(plan: Plan, types: Any) -> Any:
 
 
 FORMAT = MotionFile(".mcap", "ROS 2 bag with a JointTrajectory", _content)
-"""The same numbers as in the JSON file."""

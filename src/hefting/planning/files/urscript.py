@@ -9,20 +9,18 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
-from hefting.planning.files.motion_file import MotionFile
+from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan
 
 JOINTS = 6
-"""Every arm of theirs has so many."""
 STEP = 0.008
-"""[s] between positions: one cycle of a CB3 controller, four of an e-Series, so that
-the file is for both."""
+"""[s] between positions: one cycle of a CB3 controller, four of an e-Series."""
 LOOKAHEAD = 0.1
 """[s] over which the controller smooths; its default."""
 GAIN = 300
 """Of the position controller; its default."""
 APPROACH = (0.3, 0.25)
-"""Acceleration [rad/s²] and speed [rad/s] of the way to the start."""
+"""[rad/s²] and [rad/s] of the way to the start."""
 END = 1.0
 """[rad/s²] of the stop at the end, where the arm is at rest anyway."""
 
@@ -72,4 +70,3 @@ def _printable(text: str) -> str:
 
 
 FORMAT = MotionFile(".script", "URScript that streams it by servoj", _content)
-"""Joint positions at 125 Hz, after a movej to the start."""
