@@ -11,6 +11,8 @@ from hefting.core.sensor_accuracy import Z95
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 
 @pytest.fixture(scope="module")
 def log(tmp_path_factory):

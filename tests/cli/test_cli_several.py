@@ -11,6 +11,8 @@ from hefting.core.measurements import Noise
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, random_smooth, simulate, truth
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):

@@ -22,6 +22,8 @@ from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 HELD = "0,-0.08,0.06,-0.7071068,0,0,0.7071068"
 
 

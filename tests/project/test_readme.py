@@ -15,6 +15,8 @@ from hefting.logs import formats
 from hefting.simulation import demo
 from jobs_here import understand_here
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 README = Path(__file__).parents[2] / "README.md"
 
 

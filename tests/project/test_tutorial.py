@@ -13,6 +13,8 @@ pytest.importorskip("matplotlib", reason="the demo draws: hefting[plot]")
 from hasty_pictures import draw_hastily
 from hefting.cli import main
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 TEXT = (Path(__file__).parents[2] / "docs" / "tutorial.md").read_text()
 BLOCKS = re.findall(r"```(sh|text)\n(.*?)```", TEXT, re.DOTALL)
 
