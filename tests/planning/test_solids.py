@@ -9,7 +9,7 @@ from hefting.planning.convex_parts import MOST_TRIANGLES, convex_parts
 from hefting.planning.solids import MOST_SOLIDS, read_links, solid_of, solids_of_links
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import read_urdf
-from hefting.shapes.hull import Hull
+from hefting.shapes.clouds import Hull
 
 
 def bent():

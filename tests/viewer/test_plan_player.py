@@ -8,7 +8,7 @@ import pytest
 from browser import DESKTOP, browsing, needs_browser
 from folding_arm import folding_arm
 from hefting.core.errors import InputError
-from hefting.viewer.plan_player import EDGES, plan_player
+from hefting.viewer.player import EDGES, plan_player
 from plans import random_plan
 
 BOX = np.array(

@@ -13,8 +13,7 @@ from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.progress import report
-from hefting.dashboards.dashboard import Dashboard
-from hefting.dashboards.replay import Replay, replay_of
+from hefting.dashboards.replay import Dashboard, Replay, replay_of
 
 __all__ = ["Dashboard", "Replay", "dashboard_for", "replay_of", "write_dashboard"]
 

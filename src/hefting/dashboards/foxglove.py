@@ -19,8 +19,7 @@ from hefting.core.files import replacing
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.dashboards.dashboard import Dashboard
-from hefting.dashboards.replay import Replay
+from hefting.dashboards.replay import Dashboard, Replay
 from hefting.logs.ros.mcap_output import McapOutput
 from hefting.scene import headline_of
 

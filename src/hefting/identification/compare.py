@@ -9,11 +9,9 @@ from hefting.core.errors import InputError, NeedError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.progress import each
 from hefting.estimators import METHODS, VARIANTS, Estimator, method_named, spelled
-from hefting.identification.answer import Answer
-from hefting.identification.identify import (
-    estimator_for,
-    with_diagnostics,
-)
+from hefting.identification.diagnostics import with_diagnostics
+from hefting.identification.estimator import estimator_for
+from hefting.identification.identify import Answer
 from hefting.identification.recommend import recommend
 from hefting.identification.run import run, understand
 from hefting.ingest.ingest import Ingested

@@ -12,9 +12,8 @@ from typing import Any
 from hefting.core.estimate import Estimate
 from hefting.identification import Comparison
 from hefting.identification.agreement import Agreement
-from hefting.identification.answer import Answer
-from hefting.notebook.agreement import agreement_html
-from hefting.notebook.comparison import comparison_html
+from hefting.identification.identify import Answer
+from hefting.notebook.comparison import agreement_html, comparison_html
 from hefting.notebook.estimate import answer_html, estimate_html
 from hefting.notebook.shape import shape_html
 from hefting.shapes import Shape

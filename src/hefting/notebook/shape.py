@@ -1,7 +1,13 @@
 """A shape in a notebook: what is known, where it is, and a picture."""
 
-from hefting.notebook.html import beside, block, list_html, paragraph, table_html
-from hefting.notebook.picture import picture_html
+from hefting.notebook.html import (
+    beside,
+    block,
+    list_html,
+    paragraph,
+    picture_html,
+    table_html,
+)
 from hefting.scene import place_of, scene_of
 from hefting.shapes import Shape
 

@@ -7,8 +7,7 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.page.answer import Say
-from hefting.page.frame import Section
-from hefting.page.html import element, items, join, terms
+from hefting.page.html import Section, element, items, join, terms
 
 ACTS = {
     "on-object": "the log holds what the sensor exerts on the object (on-object)",
@@ -31,11 +30,10 @@ def assumptions(estimate: Estimate, say: Say) -> Section:
         ("Tool", _tool(made)),
         ("Method", f"{estimate.method}{_settings(made)}"),
     ]
-    notes = [say(str(note)) for note in made.get("notes", ())]
     parts = [terms(pairs)]
-    if notes:
+    if notes := [say(str(note)) for note in made.get("notes", ())]:
         parts += [element("h3", "Found on the way"), items(notes)]
-    return Section("assumptions", "Assumptions", join(parts))
+    return Section("assumptions", "Assumptions", join(*parts))
 
 
 def _samples(estimate: Estimate) -> str:
@@ -69,15 +67,14 @@ def _bias(estimate: Estimate) -> str:
     made, bias = estimate.provenance, estimate.common_bias
     if estimate.bias is not None and bias is None:
         return "found with the object, one for each recording"
+    given, how = made.get("bias_subtracted"), "given, and subtracted"
     if bias is not None:
-        recorded = -bias if made.get("wrench") == "on-sensor" else bias
-        force, torque = _vector(recorded[:3], 3), _vector(recorded[3:], 3)
-        return f"found with the object, as recorded: {force} N, {torque} N m"
-    given = made.get("bias_subtracted")
+        given = -bias if made.get("wrench") == "on-sensor" else bias
+        how = "found with the object, as recorded"
     if given is not None:
         numbers = np.asarray(given, dtype=float)
         force, torque = _vector(numbers[:3], 3), _vector(numbers[3:], 3)
-        return f"given, and subtracted: {force} N, {torque} N m"
+        return f"{how}: {force} N, {torque} N m"
     searched = made.get("bias_searched")
     return "none beyond three standard deviations" if searched else "none, as given"
 

@@ -1,20 +1,32 @@
-"""Convergence: each parameter and its interval over the recording."""
+"""Convergence: how an answer came about, over the recording and from shape and motion."""
 
 from collections.abc import Iterable
 
 import numpy as np
 
+from hefting.core.errors import HeftingError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
-from hefting.estimators import Estimator
+from hefting.estimators import OLS, Estimator
 from hefting.identification.convergence import Convergence, convergence
+from hefting.identification.diagnostics import with_diagnostics
+from hefting.identification.estimator import estimator_for
+from hefting.identification.run import run
 from hefting.ingest.ingested import Ingested
+from hefting.page.answer import (
+    GROUPS,
+    NAMES,
+    SCALE,
+    Group,
+    ends_of,
+    ends_of_intervals,
+    ten,
+)
+from hefting.page.bars import Row, bars
 from hefting.page.figure import AXES, Figure, Trace, band, line, rows
-from hefting.page.frame import Section
-from hefting.page.html import element, join
-from hefting.page.quantities import GROUPS, NAMES, SCALE, Group, ten
-from hefting.page.wrench import POSE, TIME
+from hefting.page.html import Markup, Section, element, join, note
+from hefting.page.recording import POSE, TIME
 
 WARMING_UP = 0.25
 """Share of the instants at the beginning that the scale need not hold: intervals are
@@ -46,7 +58,7 @@ def converged(
         "reach beyond the scale."
     )
     known_text = "" if truth is None else " Dashed: the truth."
-    content = join([element("p", says + known_text, class_="note")])
+    content = note(says + known_text)
     return Section("convergence", "How the answer came about", content, figures)
 
 
@@ -100,3 +112,47 @@ def _range(over: Convergence, i: int, truth: Array | None) -> list[float] | None
     low, high = float(numbers.min()), float(numbers.max())
     room = 0.06 * (high - low) or max(abs(high), 1e-9)
     return [low - room, high + room]
+
+
+def prior(
+    estimate: Estimate, found: Ingested, estimator: Estimator, shape_known: bool
+) -> Section | None:
+    """Intervals before the motion, by the motion alone, and by both; None for a method
+    without a prior."""
+    intervals = estimator.prior_intervals(estimate.mass)
+    if intervals is None:
+        return None
+    what = "shape" if shape_known else "reach of the sensor"
+    told = [(what, [None] * 10, *ends_of_intervals(intervals), True)]
+    if (alone := least_squares(found)) is not None:
+        told.append(("motion", ten(alone[0].parameters), *ends_of(alone[0]), False))
+    told.append(("both", ten(estimate.parameters), *ends_of(estimate), True))
+    short = [name.removeprefix("COM ") for name in NAMES]
+    groups: list[Markup] = []
+    for group in GROUPS[1:]:
+        rows = [
+            Row(f"{short[i]}: {by}", v[i], low[i], high[i], matters=matters)
+            for i in group.rows
+            for by, v, low, high, matters in told
+        ]
+        shown = element("h3", group.title), bars(rows, group.unit)
+        groups.append(element("div", *shown))
+    says = (
+        f"The {what} alone (for the mass found, of which it tells nothing), least "
+        "squares on the motion alone, and the answer from both. A bar that fills its "
+        "row is wider than the scale; a hatched one is open."
+    )
+    known = "what the shape" if shape_known else "what was known before"
+    content = join(note(says), element("div", *groups, class_="groups"))
+    return Section("prior", f"What the motion told, and {known}", content)
+
+
+def least_squares(found: Ingested) -> tuple[Estimate, Estimator] | None:
+    """What least squares finds, with what it leaves open; None where the recording
+    determines nothing."""
+    try:
+        estimator = estimator_for(OLS, found, None, {})
+        estimate, used = run(estimator, found)
+    except HeftingError:
+        return None
+    return with_diagnostics(estimate, estimator, used, None), estimator

@@ -4,12 +4,11 @@ from collections.abc import Iterable
 
 from hefting.page.answer import Say, verdict_box
 from hefting.page.figure import AXES, Figure, Trace, band, curve, rows
-from hefting.page.frame import Section
-from hefting.page.html import element, items, join, table
-from hefting.page.wrench import POSE, component_lines
+from hefting.page.html import Section, items, join, note, table
+from hefting.page.recording import POSE, component_lines
 from hefting.prediction import Peak, Prediction
 from hefting.scene import plus_minus, thinned
-from hefting.scene.wrench import PARTS
+from hefting.scene.curves import PARTS
 
 UNITS = {"f": "N", "t": "N m"}
 
@@ -30,11 +29,9 @@ def predicted(found: Prediction, say: Say) -> Iterable[Section]:
     if found.std is not None:
         meaning += " ± is half the 95 % band of the object's own wrench."
     content = join(
-        (
-            verdict_box(found.verdict, found.warnings, say),
-            table(("", "value", "unit", when), [*top, *ends]),
-            element("p", meaning, class_="note"),
-        )
+        verdict_box(found.verdict, found.warnings, say),
+        table(("", "value", "unit", when), [*top, *ends]),
+        note(meaning),
     )
     yield Section("answer", "Answer", content)
     figures = tuple(_figure(found, *part) for part in PARTS)

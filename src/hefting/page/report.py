@@ -1,28 +1,24 @@
-"""Report: which sections a page has, in which order."""
+"""Report: which sections a page has, in which order, and what of it is to be copied."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 
+from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator
+from hefting.export import REGISTRY, Target, export
 from hefting.identification.compare import Comparison
 from hefting.ingest.ingested import Ingested
 from hefting.inspection import Inspection
-from hefting.page.answer import answer
+from hefting.page.answer import Say, answer, inspected, methods
 from hefting.page.assumptions import assumptions
-from hefting.page.controllers import command, controllers
-from hefting.page.convergence import converged
-from hefting.page.frame import Heading, Section, page_of
-from hefting.page.inspection import inspected
-from hefting.page.least_squares import least_squares
-from hefting.page.methods import methods
+from hefting.page.convergence import converged, least_squares, prior
+from hefting.page.html import Markup, Section, element, items, join, page_of
 from hefting.page.prediction import predicted
-from hefting.page.prior import prior
-from hefting.page.recording import recording
+from hefting.page.recording import recording, wrench
 from hefting.page.solid import solid
-from hefting.page.wrench import wrench
 from hefting.prediction import Prediction
 from hefting.scene import scene_of
 from hefting.shapes import Shape
@@ -96,7 +92,7 @@ def identification_page(
         command(c.command),
         controllers(estimate, c.flange, c.say),
     ]
-    return page_of(_heading(title, estimate.provenance.get("log", "")), _kept(sections))
+    return page_of(title, _from(estimate.provenance.get("log")), sections)
 
 
 def inspection_page(inspection: Inspection, context: Context | None = None) -> str:
@@ -114,7 +110,7 @@ def inspection_page(inspection: Inspection, context: Context | None = None) -> s
             assumptions(estimate, c.say),
         ]
     sections.append(command(c.command))
-    return page_of(_heading("What the log holds", inspection.log), _kept(sections))
+    return page_of("What the log holds", _from(inspection.log), sections)
 
 
 def prediction_page(
@@ -129,8 +125,8 @@ def prediction_page(
         command(c.command),
         controllers(estimate, c.flange, c.say),
     ]
-    heading = _heading("The wrench along a motion", prediction.trajectory)
-    return page_of(heading, _kept(sections))
+    lines = _from(prediction.trajectory)
+    return page_of("The wrench along a motion", lines, sections)
 
 
 def _of_recording(
@@ -154,10 +150,49 @@ def _object(estimate: Estimate, found: Ingested, c: Context) -> Section:
     return solid(scene)
 
 
-def _heading(title: str, log: object) -> Heading:
-    """Title, and the log, if it is known."""
-    return Heading(title, (f"From {log}",) if log else ())
+def _from(log: object) -> tuple[str, ...]:
+    """What stands below the title: the log, if it is known."""
+    return (f"From {log}",) if log else ()
 
 
-def _kept(sections: list[Section | None]) -> list[Section]:
-    return [section for section in sections if section is not None]
+def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
+    """A select box of controllers, and the text for each."""
+    shown = [t for t in REGISTRY.values() if _is_controller(t)]
+    choices = [element("option", t.description, value=t.name) for t in shown]
+    texts = [_target(estimate, target, flange, say) for target in shown]
+    label = element("label", "Robot: ", element("select", *choices, id="controller"))
+    button = element("button", "Copy", data_copy="controller-texts", type="button")
+    content = join(
+        element("p", label, " ", button),
+        element("div", *texts, id="controller-texts"),
+    )
+    return Section("controllers", "Values for a robot's controller", content)
+
+
+def _is_controller(target: Target) -> bool:
+    """Whether it is no file of a simulator, nor a table."""
+    return target.write is not None and not target.suffixes
+
+
+def _target(
+    estimate: Estimate, target: Target, flange: Array | None, say: Say
+) -> Markup:
+    """The lines to paste with what to know before, or why there are none."""
+    pose = None if target.in_sensor_axes else flange
+    try:
+        found = export(estimate, target.name, pose)
+    except InputError as error:
+        parts = [element("p", say(f"Nothing to paste: {error}."))]
+    else:
+        notes = items([say(line) for line in found.warnings], class_="note")
+        parts = [notes, element("pre", found.text, class_="wrap")]
+    return element("div", *parts, data_target=target.name)
+
+
+def command(words: str | None) -> Section | None:
+    """The command, to be copied; None where the page was not made by one."""
+    if words is None:
+        return None
+    button = element("button", "Copy", data_copy="command-text", type="button")
+    text: Markup = element("pre", words, class_="wrap", id="command-text")
+    return Section("command", "The command", join(text, button))

@@ -6,8 +6,14 @@ from typing import TYPE_CHECKING
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.plots.headline import LINE, lines_of, write_headline
-from hefting.plots.style import figure_of, settled, style
+from hefting.plots.style import (
+    LINE,
+    figure_of,
+    lines_of,
+    settled,
+    style,
+    write_headline,
+)
 from hefting.plots.views import draw_scene, height_of
 from hefting.scene import headline_of, scene_of
 from hefting.shapes import Shape

@@ -7,8 +7,16 @@ from typing import TYPE_CHECKING
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
-from hefting.plots.headline import LINE, lines_of, subfigures_of, write_headline
-from hefting.plots.style import WIDTH, figure_of, settled, style
+from hefting.plots.style import (
+    LINE,
+    WIDTH,
+    figure_of,
+    lines_of,
+    settled,
+    style,
+    subfigures_of,
+    write_headline,
+)
 from hefting.plots.views import draw_scene, height_of
 from hefting.plots.wrench import HEIGHT, draw_wrench
 from hefting.scene import headline_of, scene_of

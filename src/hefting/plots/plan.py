@@ -10,20 +10,22 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.planning.corner_speed import corner_speeds
 from hefting.planning.result import Plan
-from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     BLACK,
     BLUE,
     GREEN,
     INK,
+    LINE,
     ORANGE,
     PURPLE,
     SKY,
     VERMILION,
     chosen,
     figure_of,
+    lines_of,
     settled,
     style,
+    write_headline,
 )
 from hefting.scene import Headline
 

@@ -9,19 +9,21 @@ import numpy as np
 from hefting.core.messages import codes
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, Indices
-from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     COMPONENTS,
     INK,
+    LINE,
     MEASURED,
     chosen,
     figure_of,
+    lines_of,
     settled,
     style,
+    write_headline,
 )
 from hefting.prediction import Prediction
 from hefting.scene import Headline, plus_minus
-from hefting.scene.wrench import PARTS
+from hefting.scene.curves import PARTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

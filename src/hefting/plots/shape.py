@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
-from hefting.plots.headline import LINE, write_headline
-from hefting.plots.style import figure_of, settled, style
+from hefting.plots.style import LINE, figure_of, settled, style, write_headline
 from hefting.plots.views import draw_scene, height_of
 from hefting.scene import headline_of, place_of, scene_of
 from hefting.shapes import Shape

@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.plots.headline import LINE
 from hefting.plots.style import (
     BLUE,
     COMPONENTS,
     INK,
+    LINE,
     PURPLE,
     SKY,
     TALLEST,

@@ -9,18 +9,20 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
-from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     COMPONENTS,
     INK,
+    LINE,
     MEASURED,
     chosen,
     figure_of,
+    lines_of,
     settled,
     style,
+    write_headline,
 )
 from hefting.scene import headline_of, wrench_curves
-from hefting.scene.wrench import PARTS
+from hefting.scene.curves import PARTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -6,6 +6,7 @@
 All lengths are in metres, in sensor axes about the sensor origin. Nothing here draws.
 """
 
+from hefting.scene.curves import WrenchCurves, gaps_between, thinned, wrench_curves
 from hefting.scene.ellipsoid import (
     Ellipsoid,
     com_half_widths,
@@ -13,12 +14,16 @@ from hefting.scene.ellipsoid import (
     half_widths,
     uniform_ellipsoid,
 )
-from hefting.scene.headline import Headline, headline_of, plus_minus, power_of_thousand
-from hefting.scene.place import depth_of, place_of
+from hefting.scene.headline import (
+    Headline,
+    depth_of,
+    headline_of,
+    place_of,
+    plus_minus,
+    power_of_thousand,
+)
 from hefting.scene.scene import Body, PointSet, Scene, scene_of
 from hefting.scene.surface import Surface, surface_of
-from hefting.scene.thinning import gaps_between, thinned
-from hefting.scene.wrench import WrenchCurves, wrench_curves
 
 __all__ = [
     "Body",

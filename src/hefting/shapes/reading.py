@@ -15,16 +15,14 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
-from hefting.shapes.limits import (
+from hefting.shapes.files import (
     MAX_LINE,
+    PLY_ORDERS,
+    PlyKind,
     check_count,
     check_header,
     check_scene,
     check_text,
-)
-from hefting.shapes.ply import (
-    PLY_ORDERS,
-    PlyKind,
     read_bytes,
     read_ply_header,
     read_ply_vertices,
@@ -163,7 +161,7 @@ def _check_faces(count: int, path: str | Path) -> None:
 
 def _check_glb(data: bytes) -> None:
     """Raise ValueError for a scene that would take much more than its file; see
-    `hefting.shapes.limits`."""
+    `hefting.shapes.files`."""
     length = struct.unpack_from("<I", data, 12)[0]
     header = data[20 : 20 + length]
     check_header(header)

@@ -21,8 +21,7 @@ from hefting.shapes.thin import (
     has_missed,
     misses_a_part,
 )
-from hefting.shapes.winding import winding_numbers
-from hefting.shapes.working_box import WorkingBox, working_box
+from hefting.shapes.winding import WorkingBox, winding_numbers, working_box
 
 MAX_POINTS = 1_000_000
 """Most points a shape may be given."""

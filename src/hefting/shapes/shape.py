@@ -17,12 +17,19 @@ from hefting.core.messages import warning
 from hefting.core.spatial import Array, check_pose, frozen, own, tensor_to_vector
 from hefting.shapes.box import box_solid
 from hefting.shapes.checks import (
+    DEFAULT_POINTS,
+    REACH,
+    ROUGH,
+    SMALL_CAPS,
     arrays_of,
+    check_doubt,
     check_hull,
     check_parts,
     check_positions,
     checked_labels,
     checked_numbers,
+    count_of_points,
+    doubt_of_caps,
     point_array,
     point_count,
     positive,
@@ -30,17 +37,8 @@ from hefting.shapes.checks import (
     suspicions,
     unit_scale,
 )
-from hefting.shapes.clouds import convex_hull, voxel_representatives
-from hefting.shapes.counts import DEFAULT_POINTS, count_of_points
-from hefting.shapes.doubt import (
-    REACH,
-    ROUGH,
-    SMALL_CAPS,
-    check_doubt,
-    doubt_of_caps,
-)
-from hefting.shapes.hull import Hull
-from hefting.shapes.ply import read_ply_vertices
+from hefting.shapes.clouds import Hull, convex_hull, voxel_representatives
+from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import sample
 from hefting.shapes.solid import Solid, solid_from_mesh

@@ -8,9 +8,8 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.robots import Arm
 from hefting.robots.visuals import Geometry
-from hefting.scene.link_surfaces import LinkSurfaces
-from hefting.scene.surface import coarser
-from hefting.viewer.colours import GREY, SURFACE, rgb
+from hefting.scene.surface import LinkSurfaces, coarser
+from hefting.viewer.drawing import GREY, SURFACE, rgb
 
 if TYPE_CHECKING:
     from viser import SceneApi

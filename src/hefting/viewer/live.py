@@ -15,11 +15,11 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.online import LiveEstimate
 from hefting.scene import headline_of, scene_of
-from hefting.scene.wrench import PARTS
+from hefting.scene.curves import PARTS
 from hefting.shapes import Shape
 from hefting.viewer.drawing import ObjectDrawing
-from hefting.viewer.follower import Follower
-from hefting.viewer.text import BAD, CARE, GOOD, LEVELS, block, bold, line, small
+from hefting.viewer.panel import BAD, CARE, GOOD, LEVELS, block, bold, line, small
+from hefting.viewer.server import Follower
 from hefting.viewer.viewer import FROM
 from hefting.viewer.wrench import HEIGHT, curves, scales_of
 

@@ -11,13 +11,10 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.robots import Arm
 from hefting.viewer.arm import ArmDrawing
-from hefting.viewer.colours import GREY, rgb
-from hefting.viewer.controls import Controls
-from hefting.viewer.drawing import ObjectDrawing
-from hefting.viewer.follower import Follower
-from hefting.viewer.playback import Playback
-from hefting.viewer.session import Answer, Session, Settings
-from hefting.viewer.text import answer_html, legend_html
+from hefting.viewer.drawing import GREY, ObjectDrawing, rgb
+from hefting.viewer.panel import Controls, answer_html, legend_html
+from hefting.viewer.server import Follower
+from hefting.viewer.session import Answer, Playback, Session, Settings
 from hefting.viewer.wrench import WrenchArrows, WrenchPlots
 
 if TYPE_CHECKING:

@@ -8,10 +8,9 @@ from hefting.core.estimate import Estimate
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.plots.style import COMPONENTS
-from hefting.scene.wrench import PARTS
-from hefting.viewer.colours import ARROWS, rgb
-from hefting.viewer.drawing import SENSOR
-from hefting.viewer.playback import Frame, Playback
+from hefting.scene.curves import PARTS
+from hefting.viewer.drawing import ARROWS, SENSOR, rgb
+from hefting.viewer.session import Frame, Playback
 
 if TYPE_CHECKING:
     from viser import GuiApi, SceneApi

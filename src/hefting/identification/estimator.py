@@ -1,0 +1,191 @@
+"""Estimator: made for a recording, or the user's own; what it must fit, and what it sees
+of the recording."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import Any
+
+from hefting.core.errors import InputError, NeedError, nearest
+from hefting.core.measurements import Measurements
+from hefting.estimators import (
+    Estimator,
+    default_method,
+    method_named,
+    methods_with,
+)
+from hefting.estimators.base import Known
+from hefting.estimators.joint_state import State
+from hefting.ingest.ingested import Ingested
+from hefting.shapes import Shape
+
+SHAPES = {
+    "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
+    "a shape": "FILE or box:X0,X1,Y0,Y1,Z0,Z1",
+    "labelled parts": "FILE.ply of points with a 'segmentation' property",
+}
+"""What to give for what a method needs."""
+
+
+def estimator_of(
+    method: str | Estimator,
+    found: Ingested,
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+) -> Estimator:
+    """The estimator that a name stands for, as `estimator_for` makes it; or the one
+    that is given. `InputError` where that has another bias than the recording."""
+    if isinstance(method, Estimator):
+        require_its_bias(method, found)
+        return method
+    kind, settings = method_named(method)
+    return estimator_for(kind, found, shape, hyperparameters | settings)
+
+
+def estimator_for(
+    kind: type[Estimator],
+    found: Ingested,
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+) -> Estimator:
+    """Create an estimator; hyperparameters that are not given follow from the recording
+    and the shape.
+
+    Parameters
+    ----------
+    kind : type of Estimator
+        Class of the method.
+    found : Ingested
+        The recording as read and conditioned.
+    shape : Shape, optional
+        Shape of the object in the sensor frame.
+    hyperparameters : dict
+        Values by name. The value "shape" stands for `shape` itself where the method
+        takes one for that hyperparameter.
+
+    Returns
+    -------
+    Estimator
+
+    Raises
+    ------
+    InputError
+        If the method needs what is not given, or has no such hyperparameter.
+    """
+    return estimator_knowing(kind, known_of(found, shape), hyperparameters)
+
+
+def estimator_knowing(
+    kind: type[Estimator], facts: Known, hyperparameters: dict[str, Any]
+) -> Estimator:
+    """The same for what is known before any method, from whatever sensor."""
+    shape, model = facts.shape, hyperparameters.get("model")
+    known = kind.hyperparameters(model)
+    for name in hyperparameters:
+        if name not in known:
+            raise _unknown_hyperparameter(kind, name, known)
+    named_shape = [
+        name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
+    ]
+    _require_what_it_needs(kind, shape, hyperparameters, named_shape)
+    settings = kind.settings(facts, model)
+    if any(name in hyperparameters for name in kind.instead_of_shape):
+        settings.pop("shape", None)
+    return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))
+
+
+def _unknown_hyperparameter(
+    kind: type[Estimator], name: str, known: Iterable[str]
+) -> InputError:
+    """The error for a hyperparameter that the method does not have."""
+    others = methods_with(name)
+    fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
+    return InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
+
+
+def _require_what_it_needs(
+    kind: type[Estimator],
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+    standing: list[str],
+) -> None:
+    """`NeedError` where the shape is not there, or not as a method needs it; `standing`
+    are its hyperparameters for which the shape stands."""
+    name, needs = kind.__name__, kind.needs
+    if standing:
+        name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
+    if (
+        shape is None
+        and needs != "nothing"
+        and not any(key in hyperparameters for key in kind.instead_of_shape)
+    ):
+        raise NeedError(
+            f"{name} needs {needs}",
+            fix=f"give `shape` {SHAPES[needs]}, or use {default_method(False)}",
+        )
+    if needs == "labelled parts" and shape is not None and shape.labels is None:
+        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}")
+
+
+def known_of(found: Ingested, shape: Shape | None) -> Known:
+    """What hyperparameters may follow from."""
+    return Known(
+        bias=found.bias,
+        noise=found.fit.noise,
+        motion_noise=None if found.source == "columns" else found.motion_noise,
+        smoothed=found.source in ("smooth", "inertial"),
+        systematic=found.common_errors,
+        carried=None if found.tool is None else found.tool.parameters.vector,
+        shape=shape,
+    )
+
+
+def shape_of(
+    estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
+) -> Shape | None:
+    """The estimator's own shape, if it is one of an object; `InputError` where another
+    shape, or hyperparameters, are given beside it."""
+    own = getattr(estimator, "shape", None)
+    for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
+        what = f"`{name}` is given beside an estimator that is complete"
+        fix = f"give it to {type(estimator).__name__}, or give the method's name"
+        raise InputError(what, fix=fix)
+    return own if isinstance(own, Shape) and own.known != "reach" else None
+
+
+def require_its_bias(estimator: Estimator, found: Ingested) -> None:
+    """`InputError` for an estimator without bias where the wrench has one."""
+    if found.bias == "estimate" and getattr(estimator, "bias", "estimate") == "none":
+        name = type(estimator).__name__
+        what = f"the wrench has a bias, which the {name} that is given does not find"
+        fix = f"make it {name}(..., bias='estimate'), or give `bias`='none'"
+        raise InputError(what, found.log, fix)
+
+
+def state_of(estimator: Estimator, part: Ingested) -> State:
+    """What a method sees of one recording.
+
+    Raises `InputError` where the recording's samples are gone, and what was kept of
+    them is not what the method takes.
+    """
+    how = estimator.sampling
+    state = None if how is None else part.condensed.states.get(how)
+    if state is None:
+        if not part.has_samples:
+            raise InputError(
+                f"was condensed for another method than {estimator.name}",
+                part.log,
+                "condense it with the method and hyperparameters that identify it",
+            )
+        z = taken(estimator, part)
+        return estimator.update(estimator.start(), z)
+    if estimator.start().record is None:
+        state = replace(state, record=None)
+    count = part.samples / part.rows
+    return state.scaled(count) if estimator.depends_on_count else state
+
+
+def taken(estimator: Estimator, part: Ingested) -> Measurements:
+    """A recording's measurements, with the weights that a method goes by."""
+    return part.weighted_by_count if estimator.depends_on_count else part.measurements
