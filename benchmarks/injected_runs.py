@@ -11,7 +11,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS as ESTIMATORS
 from hefting.estimators import default_method
-from hefting.identification.diagnostics import with_diagnostics
+from hefting.identification.checks import with_diagnostics
 from hefting.identification.estimator import estimator_for
 from hefting.identification.identify import run
 from hefting.ingest.ingest import Ingested, ingest

@@ -12,7 +12,7 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.messages import Message, error
+from hefting.core.messages import Message
 from hefting.core.spatial import Array
 from hefting.estimators import OLS
 from hefting.estimators.quadratic import Quadratic
@@ -58,9 +58,8 @@ class Contradiction:
             f"{theirs}, {largest.deviations:.0f} standard deviations apart (another "
             "object or grasp, or a sensor that changed?): identify it alone"
         )
-        found = error("recordings-contradict", what)
         names = [name for name in (self.name, self.others) if name != OTHERS]
-        return Message(found.code, what, found.severity, None, names)
+        return Message("recordings-contradict", what, "error", None, names)
 
 
 def with_contradictions(found: Ingested) -> Ingested:
@@ -78,9 +77,8 @@ def contradictions(found: JointIngested) -> list[Contradiction]:
     named: list[Contradiction] = []
     while len(left) > 1:
         worst = _worst(left, alone)
-        if worst.agreement.largest.deviations <= limit_of(
-            1 if len(left) == 2 else len(left)
-        ):
+        pairs = 1 if len(left) == 2 else len(left)
+        if worst.agreement.largest.deviations <= limit_of(pairs):
             break
         named.append(worst)
         del left[worst.name]
@@ -111,14 +109,11 @@ def _against_the_rest(
     """How a recording agrees with the rest of `parts`."""
     rest = [other for other in parts if other != name]
     others = rest[0] if len(rest) == 1 else OTHERS
-    theirs = (
-        alone[others]
-        if len(rest) == 1
-        else least_squares_of(together([parts[other] for other in rest], rest))
-    )
-    return Contradiction(
-        name, others, Agreement.of({name: alone[name], others: theirs})
-    )
+    theirs = alone.get(rest[0]) if len(rest) == 1 else None
+    if theirs is None:
+        theirs = least_squares_of(together([parts[other] for other in rest], rest))
+    agreement = Agreement.of({name: alone[name], others: theirs})
+    return Contradiction(name, others, agreement)
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
@@ -173,13 +168,8 @@ def _solved(G: Array, gradient: Array) -> Array:
 
 def _moved(estimate: Estimate, body: InertialParameters) -> Estimate:
     """The estimate of another body, with intervals as wide."""
-    assert estimate.intervals is not None
-    shifts = {
-        name: np.asarray(getattr(body, name)) - getattr(estimate.parameters, name)
-        for name in SHIFTED
-    }
-    intervals = {
-        name: ends + shifts[name] if name in shifts else ends
-        for name, ends in estimate.intervals.items()
-    }
+    intervals = dict(estimate.intervals or {})
+    for name in SHIFTED:
+        own = getattr(estimate.parameters, name)
+        intervals[name] = intervals[name] + (np.asarray(getattr(body, name)) - own)
     return replace(estimate, parameters=body, intervals=intervals)

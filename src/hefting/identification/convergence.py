@@ -9,14 +9,13 @@ import numpy as np
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import Measurements
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators import Estimator
 from hefting.estimators.joint_state import State
 from hefting.estimators.sample_state import SampleState
-from hefting.identification.diagnostics import with_diagnostics
+from hefting.identification.checks import with_diagnostics
 from hefting.identification.estimator import taken
-from hefting.ingest.free_fit import FreeFit, free_fit
+from hefting.ingest.free_fit import free_fit
 from hefting.ingest.ingested import Ingested
 from hefting.shapes import Shape
 
@@ -46,20 +45,9 @@ class Convergence:
 def convergence(
     estimator: Estimator, found: Ingested, final: Estimate, count: int = INSTANTS
 ) -> Convergence:
-    """How an estimate of a recording came about.
-
-    Parameters
-    ----------
-    estimator : Estimator
-        That made it.
-    found : Ingested
-        The recording as far as it was used; several are seen one after the other.
-    final : Estimate
-        Its estimate from all of that, which is the last one.
-    count : int
-        Instants, evenly over the measurements. Those at which nothing can be told yet
-        are left out.
-    """
+    """How the `final` estimate of a recording came about, at `count` instants, evenly
+    over the measurements; those at which nothing can be told yet are left out. Several
+    recordings are seen one after the other."""
     seen, estimates = [], []
     last: Estimate | None = None
     for rows, state in _states(estimator, found, count):
@@ -71,15 +59,12 @@ def convergence(
         estimates.append(last)
     seen.append(len(found.measurements))
     estimates.append(final)
-    ends = [each.intervals for each in estimates]
-    known = [ten_ends(end) for end in ends if end is not None]
-    known = known if len(known) == len(ends) else None
-    return Convergence(
-        np.array(seen),
-        np.array([ten_of(each.parameters) for each in estimates]),
-        None if known is None else np.array([low for low, _ in known]),
-        None if known is None else np.array([high for _, high in known]),
-    )
+    values = np.array([ten_of(each.parameters) for each in estimates])
+    low = high = None
+    if all(each.intervals is not None for each in estimates):
+        ends = np.array([ten_ends(each.intervals) for each in estimates])
+        low, high = ends[:, 0], ends[:, 1]
+    return Convergence(np.array(seen), values, low, high)
 
 
 def ten_of(body: InertialParameters) -> Array:
@@ -114,78 +99,43 @@ def _states(
         z = taken(estimator, part)
         state, seen = estimator.start(), 0
         for rows in instants[(instants > begin) & (instants <= begin + len(z))]:
-            state, seen = _seen(estimator, state, z, seen, int(rows) - begin)
+            until = int(rows) - begin
+            state, seen = estimator.update(state, z[seen:until]), until
             yield int(rows), estimator.merge(before, state)
-        state, _ = _seen(estimator, state, z, seen, len(z))
+        state = estimator.update(state, z[seen:])
         before, begin = estimator.merge(before, state), begin + len(z)
-
-
-def _seen(
-    estimator: Estimator, state: State, z: Measurements, seen: int, until: int
-) -> tuple[State, int]:
-    """The state of one recording with its samples from `seen` on."""
-    return estimator.update(state, z[seen:until]), until  # type: ignore[arg-type]
 
 
 def estimate_until(
     found: Ingested, estimator: Estimator, shape: Shape | None, instant: float
 ) -> Estimate:
-    """The estimate from the samples of a recording up to an instant.
+    """The estimate from the samples of one recording up to an instant [s], on the clock
+    of ``found.measurements``; of static poses their index.
 
     The recording is understood as a whole: clock offset, sign, bias model and drift,
     gravity, outliers, noise, the weights of the samples and the errors that they share
-    are those of all of it. Of the samples so put right those with a time up to `instant`
-    are used, and nothing else of later ones. At the end of the recording the estimate is
-    that of `hefting.identify`.
+    are those of all of it; nothing else of later samples is used. At the end of the
+    recording the estimate is that of `hefting.identify`. The estimator is that of
+    `estimator_for` for the whole recording; it does not stop at an accuracy (`until`).
 
-    Parameters
-    ----------
-    found : Ingested
-        One recording, as read and conditioned.
-    estimator : Estimator
-        With its hyperparameters, as `estimator_for` makes it of the whole recording; it
-        does not stop at an accuracy (`until`).
-    shape : Shape, optional
-        Shape of the object in the sensor frame.
-    instant : float
-        Time of the last sample to use [s], on the clock of ``found.measurements``; of
-        static poses their index.
-
-    Returns
-    -------
-    Estimate
-
-    Raises
-    ------
-    NotIdentifiableError
-        If there is no sample up to the instant, or they do not determine a positive
-        mass.
+    Raises `NotIdentifiableError` if there is no sample up to the instant, or they do not
+    determine a positive mass.
     """
     used = int(np.searchsorted(found.measurements.time, instant, side="right"))
     samples = taken(estimator, found)[:used]
-    state = estimator.update(estimator.start(), samples)
-    estimate = estimator.estimate(state)
-    return with_diagnostics(estimate, estimator, first_samples(found, used), shape)
+    estimate = estimator.estimate(estimator.update(estimator.start(), samples))
+    return with_diagnostics(estimate, estimator, _first_samples(found, used), shape)
 
 
-def first_samples(found: Ingested, used: int) -> Ingested:
+def _first_samples(found: Ingested, used: int) -> Ingested:
     """A recording with no more than its first samples, and what least squares finds of
     these; conditioned as the whole."""
     if used >= len(found.measurements):
         return found
     z = found.measurements[:used]
-    return replace(
-        found,
-        measurements=z,
-        counts=found.counts[:used],
-        kept=None,
-        fit=_fit_of(found, z),
-    )
-
-
-def _fit_of(found: Ingested, z: Measurements) -> FreeFit:
-    """Least squares of some samples, from which the tool is subtracted."""
     free_bias = found.bias == "estimate"
     fit = free_fit(SampleState.of(z), free_bias, found.conditioned.inflation)
-    tool: Array | None = None if found.tool is None else found.tool.covariance
-    return fit if tool is None else fit.less(np.zeros(10), tool)
+    if found.tool is not None and found.tool.covariance is not None:
+        fit = fit.less(np.zeros(10), found.tool.covariance)
+    counts = found.counts[:used]
+    return replace(found, measurements=z, counts=counts, kept=None, fit=fit)

@@ -3,18 +3,12 @@ of the recording."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any
 
 from hefting.core.errors import InputError, NeedError, nearest
 from hefting.core.measurements import Measurements
-from hefting.estimators import (
-    Estimator,
-    default_method,
-    method_named,
-    methods_with,
-)
+from hefting.estimators import Estimator, default_method, method_named, methods_with
 from hefting.estimators.base import Known
 from hefting.estimators.joint_state import State
 from hefting.ingest.ingested import Ingested
@@ -49,29 +43,12 @@ def estimator_for(
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """Create an estimator; hyperparameters that are not given follow from the recording
-    and the shape.
+    """An estimator of a kind; hyperparameters that are not given follow from the
+    recording and the shape. The value "shape" stands for `shape` itself where the method
+    takes one for a hyperparameter.
 
-    Parameters
-    ----------
-    kind : type of Estimator
-        Class of the method.
-    found : Ingested
-        The recording as read and conditioned.
-    shape : Shape, optional
-        Shape of the object in the sensor frame.
-    hyperparameters : dict
-        Values by name. The value "shape" stands for `shape` itself where the method
-        takes one for that hyperparameter.
-
-    Returns
-    -------
-    Estimator
-
-    Raises
-    ------
-    InputError
-        If the method needs what is not given, or has no such hyperparameter.
+    Raises `InputError` if the method needs what is not given, or has no such
+    hyperparameter.
     """
     return estimator_knowing(kind, known_of(found, shape), hyperparameters)
 
@@ -84,7 +61,10 @@ def estimator_knowing(
     known = kind.hyperparameters(model)
     for name in hyperparameters:
         if name not in known:
-            raise _unknown_hyperparameter(kind, name, known)
+            others = methods_with(name)
+            what = f"{kind.__name__} has no '{name}'{nearest(name, known)}"
+            fix = f"it has {', '.join(known)}"
+            raise InputError(what, fix=f"{', '.join(others)} has it" if others else fix)
     named_shape = [
         name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
     ]
@@ -93,15 +73,6 @@ def estimator_knowing(
     if any(name in hyperparameters for name in kind.instead_of_shape):
         settings.pop("shape", None)
     return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))
-
-
-def _unknown_hyperparameter(
-    kind: type[Estimator], name: str, known: Iterable[str]
-) -> InputError:
-    """The error for a hyperparameter that the method does not have."""
-    others = methods_with(name)
-    fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
-    return InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
 
 
 def _require_what_it_needs(
@@ -115,17 +86,13 @@ def _require_what_it_needs(
     name, needs = kind.__name__, kind.needs
     if standing:
         name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
-    if (
-        shape is None
-        and needs != "nothing"
-        and not any(key in hyperparameters for key in kind.instead_of_shape)
-    ):
-        raise NeedError(
-            f"{name} needs {needs}",
-            fix=f"give `shape` {SHAPES[needs]}, or use {default_method(False)}",
-        )
-    if needs == "labelled parts" and shape is not None and shape.labels is None:
-        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}")
+    instead = any(key in hyperparameters for key in kind.instead_of_shape)
+    missing = shape is None and needs != "nothing" and not instead
+    parts_missing = needs == "labelled parts" and shape is not None
+    if missing or (parts_missing and shape.labels is None):
+        other = f", or use {default_method(False)}" if missing else ""
+        fix = f"give `shape` {SHAPES[needs]}{other}"
+        raise NeedError(f"{name} needs {needs}", fix=fix)
 
 
 def known_of(found: Ingested, shape: Shape | None) -> Known:
@@ -164,22 +131,18 @@ def require_its_bias(estimator: Estimator, found: Ingested) -> None:
 
 
 def state_of(estimator: Estimator, part: Ingested) -> State:
-    """What a method sees of one recording.
-
-    Raises `InputError` where the recording's samples are gone, and what was kept of
-    them is not what the method takes.
-    """
+    """What a method sees of one recording; `InputError` where its samples are gone, and
+    what was kept of them is not what the method takes."""
     how = estimator.sampling
     state = None if how is None else part.condensed.states.get(how)
+    if state is None and part.has_samples:
+        return estimator.update(estimator.start(), taken(estimator, part))
     if state is None:
-        if not part.has_samples:
-            raise InputError(
-                f"was condensed for another method than {estimator.name}",
-                part.log,
-                "condense it with the method and hyperparameters that identify it",
-            )
-        z = taken(estimator, part)
-        return estimator.update(estimator.start(), z)
+        raise InputError(
+            f"was condensed for another method than {estimator.name}",
+            part.log,
+            "condense it with the method and hyperparameters that identify it",
+        )
     if estimator.start().record is None:
         state = replace(state, record=None)
     count = part.samples / part.rows

@@ -3,13 +3,11 @@ bias, weights) and told."""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
 from hefting.core.display import Shown
 from hefting.core.errors import NotIdentifiableError
@@ -22,25 +20,13 @@ from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.core.verdict import Verdict
-from hefting.estimators import (
-    OLS,
-    Estimator,
-    default_method,
-)
-from hefting.identification.diagnostics import (
-    with_diagnostics,
-)
-from hefting.identification.estimator import (
-    estimator_of,
-    known_of,
-    shape_of,
-)
-from hefting.identification.run import run, understand
+from hefting.estimators import OLS, Estimator, default_method
+from hefting.identification.checks import with_diagnostics
+from hefting.identification.estimator import estimator_of, known_of
+from hefting.identification.run import run
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import require_object
-from hefting.ingest.several import Log
-from hefting.motion.measure import Source
 from hefting.shapes import Shape
 from hefting.shapes.checks import REACH
 
@@ -110,71 +96,6 @@ class Identification(Answer):
     """What made the estimate, with all hyperparameters."""
 
 
-def identify(
-    recording: Log | Sequence[Log],
-    shape: Shape | None = None,
-    *,
-    method: str | Estimator | None = None,
-    gravity: GravityLike = ON_EARTH,
-    wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
-    bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
-    motion: Source = "auto",
-    start: float = 0.0,
-    duration: float | None = None,
-    tool: Estimate | None = None,
-    **hyperparameters: Any,
-) -> Identification:
-    """Identify the object a recording shows.
-
-    Parameters
-    ----------
-    recording : a recording or the path of a log; or a list of these, several recordings
-        of the same object in the same grasp, each of which has a clock, a wrench bias
-        and a sign of its own.
-    shape : where the object may have mass, in the sensor frame. Without one Bayes takes
-        an object of any shape near the sensor for possible (`Shape.unknown`).
-    method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
-        default the first (`hefting.estimators.default_method`). An estimator is used
-        as it is, with its own shape and hyperparameters.
-    gravity : (3,) in world axes [m/s²], which is exact; `Gravity.at` a latitude;
-        ``"estimate"`` finds its direction, for a robot on a tilted base. By default
-        standard gravity, whose size may be that of anywhere on the Earth.
-    wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
-    bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes
-        there is none, ``"auto"`` keeps one that exceeds three standard deviations; or
-        six numbers [N, N m], as recorded, to subtract. Of n recordings (n, 6) are one
-        for each.
-    motion : where velocities and accelerations come from, see
-        `hefting.motion.measure.measure`.
-    start, duration : part of the recording to use [s], or of each.
-    tool : estimate, in the same sensor frame, of what the sensor holds besides the
-        object, to subtract.
-    hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std``
-        where pose or shape are not exact, ``until`` to use no more of the recording
-        than it takes. Of all methods: ``sensor_accuracy``; ``mass``, a scale's reading
-        of the object without the tool, as in ``"0.512kg±1g"``, or mass and standard
-        deviation [kg], see `hefting.MassReading`. Of PMD: ``c1``, which is
-        `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here,
-        else the paper's.
-
-    Raises `InputError` for input that cannot be right (names what, where and what to
-    do) and `NotIdentifiableError` when the recording determines nothing.
-    """
-    if isinstance(method, Estimator):
-        shape = shape_of(method, shape, hyperparameters)
-    found = understand(
-        recording,
-        gravity=gravity,
-        wrench=wrench,
-        bias=bias,
-        motion=motion,
-        start=start,
-        duration=duration,
-        tool=tool,
-    )
-    return identify_understood(found, shape, method, hyperparameters)
-
-
 def identify_understood(
     found: Ingested,
     shape: Shape | None,
@@ -182,7 +103,7 @@ def identify_understood(
     hyperparameters: dict[str, Any],
 ) -> Identification:
     """Identify the object in one recording, or in several, that were understood; for
-    arguments and errors see `identify`."""
+    arguments and errors see `hefting.identify`."""
     warnings = ()
     if method is None:
         method = default_method(shape is not None)

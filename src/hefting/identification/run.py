@@ -33,7 +33,7 @@ longer."""
 def understand(recording: Log | Sequence[Log], **reading: Any) -> Ingested:
     """One recording, or several of the same object, as estimators take them; with a
     message for each that contradicts the others. For arguments and errors see
-    `identify`."""
+    `hefting.identify`."""
     return with_contradictions(ingest_all(recording, **reading))
 
 
@@ -76,25 +76,17 @@ def _first_sufficient(
             seen = estimator.update(estimator.start(), z)
             before = estimator.merge(before, seen)
     assert estimate is not None
+    seen = [part.measurements for part in parts]
     if found.static:
-        used, whole, unit = (
-            sum(len(p.counts) for p in parts),
-            sum(map(len, samples)),
-            "poses",
-        )
+        used, whole, unit = sum(map(len, seen)), sum(map(len, samples)), "poses"
     else:
-        used = sum(float(np.ptp(part.measurements.time)) for part in parts)
-        whole, unit = sum(float(np.ptp(z.time)) for z in samples), "s"
-    estimate = with_stop_reason(estimate, estimator.asked, used, whole, unit)
-    return estimate, _used(found, parts)
-
-
-def _used(found: Ingested, parts: list[Ingested]) -> Ingested:
-    """The recordings as far as they were used, with what was said of all."""
+        used, whole = (sum(float(np.ptp(z.time)) for z in a) for a in (seen, samples))
+        unit = "s"
+    estimate = _with_stop_reason(estimate, estimator.asked, used, whole, unit)
     if not isinstance(found, JointIngested):
-        return parts[0]
+        return estimate, parts[0]
     again = with_samples(together(parts, found.names[: len(parts)]))
-    return replace(again, warnings=found.warnings)
+    return estimate, replace(again, warnings=found.warnings)
 
 
 def first_sufficient(
@@ -126,7 +118,7 @@ def first_sufficient(
     return estimate, seen
 
 
-def with_stop_reason(
+def _with_stop_reason(
     estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str
 ) -> Estimate:
     """`estimate` with `used` of the `whole` recording in its provenance, and a warning
@@ -150,22 +142,10 @@ def with_stop_reason(
 
 
 def _sample_counts_at_checks(z: Measurements, static: bool) -> list[int]:
-    """Numbers of samples after which the estimate is computed and checked.
-
-    Parameters
-    ----------
-    z : Measurements
-        K samples in order of time, or K static poses.
-    static : bool
-        Whether the samples are static poses; these are checked one by one.
-
-    Returns
-    -------
-    list of int
-        Increasing counts; the last one is K. The interval between two checks is
-        `SHORTEST_CHECK_INTERVAL`, or `CHECK_INTERVAL_SHARE` of the time elapsed
-        where that is longer.
-    """
+    """Increasing numbers of the samples after which the estimate is checked; the last
+    is that of all. Static poses are checked one by one, others at intervals of
+    `SHORTEST_CHECK_INTERVAL`, or `CHECK_INTERVAL_SHARE` of the time elapsed where that
+    is longer."""
     K = len(z)
     if static:
         return list(range(1, K + 1))
@@ -176,6 +156,6 @@ def _sample_counts_at_checks(z: Measurements, static: bool) -> list[int]:
         counts.append(count)
         now = elapsed[count - 1]
         next_check = now + max(SHORTEST_CHECK_INTERVAL, CHECK_INTERVAL_SHARE * now)
-        samples_until_check = int(np.searchsorted(elapsed, next_check, side="right"))
-        count = max(samples_until_check, count + 1)
+        until_check = int(np.searchsorted(elapsed, next_check, side="right"))
+        count = max(until_check, count + 1)
     return [*counts, K]

@@ -16,8 +16,8 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.joint_state import State
+from hefting.identification.checks import with_diagnostics
 from hefting.identification.contradictions import with_contradictions
-from hefting.identification.diagnostics import with_diagnostics
 from hefting.identification.estimator import estimator_of, shape_of, state_of
 from hefting.identification.identifiability import identifiability
 from hefting.identification.partials import part_of

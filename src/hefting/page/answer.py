@@ -17,7 +17,7 @@ from hefting.identification.convergence import ten_ends, ten_of
 from hefting.inspection import Inspection
 from hefting.page.bars import Row, bars
 from hefting.page.html import Markup, Section, element, items, join, note, table, terms
-from hefting.scene.ellipsoid import half_widths
+from hefting.scene.surface import half_widths
 
 WORDS = {
     "good": ("good", "Good", "Use it: nothing that was looked at speaks against it."),

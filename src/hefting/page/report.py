@@ -13,9 +13,8 @@ from hefting.identification.compare import Comparison
 from hefting.ingest.ingested import Ingested
 from hefting.inspection import Inspection
 from hefting.page.answer import Say, answer, inspected, methods
-from hefting.page.assumptions import assumptions
-from hefting.page.convergence import converged, least_squares, prior
 from hefting.page.html import Markup, Section, element, items, join, page_of
+from hefting.page.origin import assumptions, converged, least_squares, prior
 from hefting.page.prediction import predicted
 from hefting.page.recording import recording, wrench
 from hefting.page.solid import solid

@@ -7,13 +7,6 @@ All lengths are in metres, in sensor axes about the sensor origin. Nothing here 
 """
 
 from hefting.scene.curves import WrenchCurves, gaps_between, thinned, wrench_curves
-from hefting.scene.ellipsoid import (
-    Ellipsoid,
-    com_half_widths,
-    com_region,
-    half_widths,
-    uniform_ellipsoid,
-)
 from hefting.scene.headline import (
     Headline,
     depth_of,
@@ -23,7 +16,15 @@ from hefting.scene.headline import (
     power_of_thousand,
 )
 from hefting.scene.scene import Body, PointSet, Scene, scene_of
-from hefting.scene.surface import Surface, surface_of
+from hefting.scene.surface import (
+    Ellipsoid,
+    Surface,
+    com_half_widths,
+    com_region,
+    half_widths,
+    surface_of,
+    uniform_ellipsoid,
+)
 
 __all__ = [
     "Body",

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
-from hefting.scene.ellipsoid import com_half_widths, half_widths
+from hefting.scene.surface import com_half_widths, half_widths
 from hefting.shapes import Shape
 
 MOST_DIGITS = 6

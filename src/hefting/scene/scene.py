@@ -11,14 +11,15 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, frozen
-from hefting.scene.ellipsoid import (
+from hefting.scene.headline import inertia_doubt
+from hefting.scene.surface import (
     Ellipsoid,
+    Surface,
     com_half_widths,
     com_region,
+    surface_of,
     uniform_ellipsoid,
 )
-from hefting.scene.headline import inertia_doubt
-from hefting.scene.surface import Surface, surface_of
 from hefting.shapes import Shape
 
 LARGEST_DOUBT = 0.75

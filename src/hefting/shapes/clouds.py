@@ -112,16 +112,14 @@ class Hull:
         return cls(center, axes, normals, offsets)
 
     def depth(self, x: ArrayLike) -> float:
-        """Distance [m] from x (3,) to the nearest face, negative outside.
+        """Distance [m] from x (3,) to the nearest face, negative outside; `InputError`
+        unless x is finite.
 
-        Outside it is that of the plane of the face that is violated most, which is the
-        distance to the hull itself only where the nearest point is inside that face,
-        and less beside an edge or a corner. A flat hull has faces on
-        both sides: the depth is 0 on it, and off it minus the larger of the distances
-            from its plane and beyond its outline; likewise for collinear points, and
-            minus the distance for a single point. The frame does not matter.
-
-        Raises `InputError` unless x is finite.
+        Outside it is that of the plane of the face that is violated most: less than
+        that to the hull beside an edge or a corner. A flat hull has faces on both
+        sides: the depth is 0 on it, and off it minus the larger of the distances from
+        its plane and beyond its outline; likewise for collinear points, and minus the
+        distance for a single point. The frame does not matter.
         """
         target = np.asarray(x, dtype=float)
         if target.shape != (3,) or not np.isfinite(target).all():

@@ -15,7 +15,6 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import warning
 from hefting.core.spatial import Array, check_pose, frozen, own, tensor_to_vector
-from hefting.shapes.box import box_solid
 from hefting.shapes.checks import (
     DEFAULT_POINTS,
     REACH,
@@ -41,7 +40,7 @@ from hefting.shapes.clouds import Hull, convex_hull, voxel_representatives
 from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import sample
-from hefting.shapes.solid import Solid, solid_from_mesh
+from hefting.shapes.solid import Solid, box_solid, solid_from_mesh
 
 LABELS = ("segmentation", "label", "labels")
 """Names under which a PLY file may keep the part each point belongs to."""

@@ -1,5 +1,4 @@
-"""Solids: a surface mesh closed, with volume and moments exact; and how deep a point
-lies in a convex hull."""
+"""Solids: a surface mesh closed, or a box, with volume and moments exact."""
 
 from dataclasses import dataclass
 
@@ -8,6 +7,15 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen
+
+LARGEST_DISTANCE = 1e3
+"""[m] No part of a box is further from the sensor."""
+BOX_FACES = (
+    *((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)),
+    *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
+)
+"""Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
+
 
 MERGE_TOLERANCE = 1e-6
 """Vertices closer than about this fraction of the diagonal are one vertex."""
@@ -53,13 +61,8 @@ class Solid:
 def solid_from_mesh(
     vertices: ArrayLike, faces: ArrayLike, where: object = None
 ) -> Solid:
-    """Solid bounded by a triangle mesh, closed where it has holes.
-
-    Parameters
-    ----------
-    vertices : (V, 3) in metres.
-    faces : (F, 3) vertex indices, in either orientation.
-    where : name of the shape for error messages.
+    """Solid bounded by a mesh of vertices (V, 3) [m] and faces (F, 3), in either
+    orientation, closed where it has holes; `where` names it in messages.
 
     Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its
     shape; faces of mixed orientation are turned alike first. Raises `InputError` for an
@@ -244,24 +247,14 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Decompose directed edges into simple closed loops that use each edge once.
+    """Decompose directed edges (E,) from vertices `start` to `end`, of which each has
+    as many incoming as outgoing, into simple closed loops that use each edge once; the
+    vertices of each in order.
 
     A walk along unused edges is followed until it reaches one of its own vertices; the
-    closed part is then cut off as a loop and the walk goes on from that vertex. The
-    decomposition is not unique, but the enclosed volume does not depend on it: along a
-    seam whose two sides have separate vertices, the caps of a loop and of its reverse
-    cancel.
-
-    Parameters
-    ----------
-    start, end : np.ndarray
-        (E,) vertex indices of the edges. Each vertex has as many incoming as outgoing
-        edges.
-
-    Returns
-    -------
-    list of np.ndarray
-        Vertex indices of each loop, in order.
+    closed part is cut off as a loop and the walk goes on from that vertex. Whatever the
+    decomposition, the enclosed volume is the same: along a seam whose two sides have
+    separate vertices, the caps of a loop and of its reverse cancel.
     """
     unused_ends: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):
@@ -315,3 +308,25 @@ def _moments(triangles: Array) -> tuple[float, Array, Array]:
         origin + centroid,
         second / (20 * volume) - np.outer(centroid, centroid),
     )
+
+
+def box_solid(lower: ArrayLike, upper: ArrayLike) -> Solid:
+    """The box between two corners (3,) [m], its sides along the axes of their frame.
+
+    Raises `InputError` for corners that are not finite, not in order, or far away.
+    """
+    low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
+    if not (np.isfinite((low, high)).all() and (low < high).all()):
+        raise InputError(
+            "a box needs x0 < x1, y0 < y1, z0 < z1",
+            "box",
+            "give X0,X1,Y0,Y1,Z0,Z1 in metres",
+        )
+    if max(-low.min(), high.max()) > LARGEST_DISTANCE:
+        raise InputError(
+            "a box is at most a kilometre from the sensor",
+            "box",
+            "give its sides in metres",
+        )
+    corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
+    return solid_from_mesh(corners, BOX_FACES, "box")

@@ -87,12 +87,8 @@ def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 def _candidates(box_low: Array, box_high: Array, rays: Array):
     """Rays that can meet a triangle, given the triangles' bounding boxes, through bins
-    over the rays.
-
-    Returns the rays in order of their bins, and for every (triangle, row of bins) the
-    range of that order which the triangle's bounding box covers, with the triangle's
-    index.
-    """
+    over the rays: the rays in order of their bins, and for every (triangle, row of
+    bins) the range of that order which its box covers, with the triangle's index."""
     low, high = rays.min(axis=0), rays.max(axis=0)
     size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
     nx, ny = np.ceil(

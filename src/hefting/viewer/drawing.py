@@ -77,15 +77,8 @@ def axes_length(size: float) -> float:
 
 
 class ObjectDrawing:
-    """The object, as nodes below `SENSOR`.
-
-    Parameters
-    ----------
-    api : viser.SceneApi
-        Where it is drawn.
-    scene : Scene
-        Its surface and what is known of the object do not change later.
-    """
+    """The object, as nodes below `SENSOR`; the surface of the first scene does not
+    change later."""
 
     def __init__(self, api: "SceneApi", scene: Scene):
         self._api = api
@@ -117,7 +110,6 @@ class ObjectDrawing:
             node.visible = name not in self._absent and not parts & self.hidden
 
     def _draw_axes(self) -> None:
-        """The sensor's axes, with their names."""
         length = axes_length(self.size)
         self.sensor = self._api.add_frame(
             SENSOR, axes_length=length, axes_radius=0.02 * length, show_axes=False
@@ -140,7 +132,7 @@ class ObjectDrawing:
             )
 
     def _draw_surface(self, surface: Surface) -> None:
-        """The object's own surface, half transparent; a box around it as a wire frame."""
+        """The object's own surface, half transparent; a box as a wire frame."""
         self._nodes["shape"] = self._api.add_mesh_simple(
             f"{SENSOR}/shape",
             surface.vertices,
@@ -181,7 +173,6 @@ class ObjectDrawing:
         node.colors = colours
 
     def _draw_body(self, body: Body) -> None:
-        """COM, the region that holds it, and the ellipsoid of equal inertia."""
         known = body.name != "estimate"
         place = f"{body.name}/truth" if known else body.name
         self._draw_center(f"{place}/com", body.center, TRUTH if known else COM)

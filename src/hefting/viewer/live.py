@@ -18,10 +18,10 @@ from hefting.scene import headline_of, scene_of
 from hefting.scene.curves import PARTS
 from hefting.shapes import Shape
 from hefting.viewer.drawing import ObjectDrawing
+from hefting.viewer.motion import HEIGHT, curves, scales_of
 from hefting.viewer.panel import BAD, CARE, GOOD, LEVELS, block, bold, line, small
 from hefting.viewer.server import Follower
 from hefting.viewer.viewer import FROM
-from hefting.viewer.wrench import HEIGHT, curves, scales_of
 
 if TYPE_CHECKING:
     from viser import GuiApi, ViserServer
@@ -47,17 +47,8 @@ INTERVALS = (("mass", "kg"), ("COM, half-width", "mm"))
 
 
 class LiveView:
-    """What a stream tells, as it is seen.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where it is shown.
-    shape : Shape, optional
-        Of the object.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """What a stream tells, as it is seen on a server; `say` turns names of arguments in
+    backquotes into the reader's."""
 
     def __init__(
         self,
@@ -123,8 +114,7 @@ class LiveView:
 
 
 class Intervals:
-    """Mass with its interval, and half the interval of the COM, over the time of the
-    stream."""
+    """Mass and half the interval of the COM over the time of the stream."""
 
     def __init__(self, gui: "GuiApi"):
         self._rows: list[tuple[float, ...]] = []
@@ -168,8 +158,7 @@ class Intervals:
 
 
 class RecentWrench:
-    """Force and torque of the latest seconds, measured and as the estimate predicts
-    them."""
+    """Force and torque of the latest seconds, measured and predicted."""
 
     def __init__(self, gui: "GuiApi"):
         self._kept = np.empty((0, 13))
@@ -216,15 +205,7 @@ AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
     """State, verdict, numbers with half their 95 % intervals, and what is to be said.
-    All text is escaped.
-
-    Parameters
-    ----------
-    found : LiveEstimate
-        What is known.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    All text is escaped."""
     state = f"{found.state}, {found.time:.1f} s"
     if found.object > 1:
         state += f", object {found.object}"

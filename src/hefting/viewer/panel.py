@@ -48,19 +48,7 @@ def answer_html(
     answer: Answer, used: str, static: bool, say: Callable[[str], str] = str
 ) -> str:
     """Verdict, reasons for doubt, numbers with half their 95 % intervals, and what they
-    rest on. All text is escaped.
-
-    Parameters
-    ----------
-    answer : Answer
-        What is known at the instant.
-    used : str
-        How much of the recording that is.
-    static : bool
-        Whether the recording consists of static poses.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    rest on, of which `used` is said. All text is escaped."""
     if answer.estimate is None:
         return block(bold("no answer yet", BAD) + line(say(answer.refusal)))
     headline, verdict = answer.headline, answer.estimate.verdict
@@ -151,17 +139,8 @@ def _scale(largest: float) -> str:
 
 
 class Controls:
-    """Widgets that say which instant and which settings are wanted.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Whose panel they are in.
-    session, playback
-        What is chosen from.
-    changed : callable
-        Called, in any thread, when something else is wanted.
-    """
+    """Widgets that say which instant and which settings are wanted; `changed` is
+    called, in any thread, when others are."""
 
     def __init__(
         self,
@@ -245,8 +224,6 @@ class Controls:
         return names & {*NUMBERS, "pose_std"}
 
     def _listen(self) -> None:
-        """Follow every widget."""
-
         @self.method.on_update
         def _(_: Any) -> None:
             self._show_settings()

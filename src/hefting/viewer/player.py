@@ -11,8 +11,8 @@ from hefting.core.spatial import Array
 from hefting.logs.given import as_recording
 from hefting.planning.result import Plan
 from hefting.robots import Arm, Robot
-from hefting.viewer.arm import ArmDrawing
 from hefting.viewer.drawing import COM, GREY, rgb
+from hefting.viewer.motion import ArmDrawing
 from hefting.viewer.panel import answer_html, legend_html
 from hefting.viewer.server import serving
 from hefting.viewer.viewer import Viewer
@@ -50,10 +50,8 @@ FROM = np.array((1.0, -1.3, 0.6))
 
 
 def player_of(viewer: Viewer, title: str) -> str:
-    """The page: the whole recording, played with the answer that is shown now.
-
-    It holds all it needs, and asks for nothing. `title` is escaped.
-    """
+    """The page: the whole recording, played with the answer that is shown now. It holds
+    all it needs. `title` is escaped."""
     playback = viewer.playback
     viewer.show_frame(0)
     recorded = viewer.server.get_scene_serializer()

@@ -28,21 +28,11 @@ T = TypeVar("T")
 
 @contextmanager
 def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
-    """A server while this is entered; its port is free again afterwards.
+    """A server at an address of this machine while this is entered; its port, any free
+    one for 0, is free again afterwards.
 
-    Parameters
-    ----------
-    host : str
-        Address or name of this machine to listen at.
-    port : int
-        0 is any that is free.
-
-    Raises
-    ------
-    InputError
-        If it cannot listen there.
-    MissingDependencyError
-        Without viser.
+    Raises `InputError` if it cannot listen there, `MissingDependencyError` without
+    viser.
     """
     try:
         import viser
@@ -93,7 +83,8 @@ def _in_use(host: str, port: int, why: str = "") -> InputError:
 @contextmanager
 def _own_pages_only(host: str) -> Iterator[None]:
     """Servers made while this is entered refuse pages of other sites, which a browser
-    lets connect to any port of this machine; viser does not ask where a page is from."""
+    lets connect to any port of this machine; viser does not ask where a page is
+    from."""
     from websockets.asyncio import server as websockets
 
     serve, own = websockets.serve, (re.escape(host), *map(re.escape, OWN_NAMES))
@@ -119,16 +110,9 @@ def _refuse_tunnels(server: "ViserServer") -> None:
 
 
 class Follower(Generic[T]):
-    """Calls `work` with what was wanted last; what was wanted in between, while it
-    worked, is passed over.
-
-    Parameters
-    ----------
-    work : callable
-        Called in the follower's thread.
-    failed : callable
-        Told of an exception that `work` raised; the follower goes on.
-    """
+    """Calls `work`, in a thread of its own, with what was wanted last; what was wanted
+    while it worked is passed over. `failed` is told of an exception, and the follower
+    goes on."""
 
     def __init__(self, work: Callable[[T], None], failed: Callable[[Exception], None]):
         self._work, self._failed = work, failed

@@ -50,15 +50,8 @@ class Frame:
 
 
 class Playback:
-    """A recording as it is played: `len` frames, the last one at the last sample.
-
-    Parameters
-    ----------
-    recording : Recording
-        As read, with the sensor's poses.
-    found : Ingested
-        The same as conditioned; its samples are those that are played.
-    """
+    """A recording as it is played: `len` frames of the samples of `found`, which are
+    conditioned; the last one is at the last sample."""
 
     def __init__(self, recording: Recording, found: Ingested):
         self.recording, self.found = recording, found
@@ -103,8 +96,8 @@ class Playback:
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
-        """Position (N, 3) [m] and orientation (N, 4) of the sensor at each frame, those
-        that were logged nearest to it."""
+        """Position (N, 3) [m] and orientation (N, 4) of the sensor, logged nearest to
+        each frame."""
         turned = self.at("orientation")
         place = self.at("position")
         return np.zeros((len(self), 3)) if place is None else place, turned  # type: ignore[return-value]
@@ -192,23 +185,10 @@ class Answer:
 class Session:
     """A recording that was read and conditioned, and what methods find from it.
 
-    Parameters
-    ----------
-    found : Ingested
-        One recording. Refused where it determines no object.
-    shape : Shape, optional
-        Where the object may have mass, in the sensor frame.
-    hyperparameters : mapping, optional
-        Values by name, for methods that have them, where `Settings` say nothing else.
-    given : mapping of str to Estimate, optional
-        Estimates made elsewhere, by the name that they are to have among the methods.
-    truth : InertialParameters, optional
-        Drawn beside the estimate.
-
-    Raises
-    ------
-    InputError
-        If the recording determines no object.
+    `hyperparameters` are values by name, for methods that have them, where `Settings`
+    say nothing else; `given` are estimates made elsewhere, by the name they are to have
+    among the methods; `truth` is drawn beside the estimate. Raises `InputError` if the
+    recording determines no object.
     """
 
     def __init__(
@@ -258,7 +238,7 @@ class Session:
 
     def estimate(self, instant: float, settings: Settings) -> Estimate:
         """The estimate from the samples up to an instant [s], see `estimate_until`; one
-        that was given does not depend on it. Errors are those of `estimate_until`."""
+        that was given does not depend on it."""
         if settings.method in self.given:
             return self.given[settings.method]
         estimator = self.estimator(settings)
@@ -284,8 +264,7 @@ class Session:
         return Answer(estimate, self.scene(estimate))
 
     def scene(self, estimate: Estimate | None) -> Scene:
-        """What is drawn of the object, with the masses that a method put at the points
-        of the shape."""
+        """What is drawn of the object, with point masses that an estimate has."""
         found = {} if estimate is None else {"estimate": estimate}
         known = {} if self.truth is None else {"truth": self.truth}
         return scene_of(found, self.shape, known, masses=self._has_masses(estimate))
