@@ -42,7 +42,7 @@ SUFFICIENT = 0.2
 """Uncertainty of least squares up to which a body without a shape beats point
 masses."""
 LARGER_RESIDUAL = 1.1
-"""Ratio of a residual to the least of all methods from which on it is told."""
+"""Over the least of all methods, from which on it is told."""
 OUTSIDE = 0.02
 """Depth outside the shape's hull, over its largest side, from which the COM contradicts
 the shape."""
@@ -261,8 +261,8 @@ def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
 
 
 def _is_outside(estimate: Estimate, found: Ingested, shape: Shape) -> bool:
-    """Whether a COM estimated without the shape is outside its hull by more than
-    `OUTSIDE` and three standard deviations."""
+    """Whether a COM without the shape is outside its hull by more than `OUTSIDE` and
+    three standard deviations."""
     variance = found.fit.covariance.diagonal()[1:4]
     if estimate.hull_margin is None or not np.isfinite(variance).all():
         return False

@@ -32,7 +32,6 @@ an object 1 to 30 % lighter or heavier, the worst was the first suspect in all."
 
 
 SHIFTED = ("mass", "center_of_mass")
-"""Intervals by which estimates are compared."""
 
 
 @dataclass(frozen=True)
@@ -86,8 +85,7 @@ def contradictions(found: JointIngested) -> list[Contradiction]:
 
 
 def _worst(parts: dict[str, Ingested], alone: dict[str, Estimate]) -> Contradiction:
-    """The recording that differs most from the rest; of many, one of the
-    `MOST_SUSPECTS` that seem to."""
+    """The recording that differs most from the rest; of many, of `MOST_SUSPECTS`."""
     about = dict.fromkeys(parts, np.inf)
     if len(parts) > FEW:
         ranked = deviations_from_rest(parts, alone)
@@ -117,7 +115,7 @@ def _against_the_rest(
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
-    """A quantity with its half interval and unit, as a reader takes it in."""
+    """With its half interval and unit."""
     unit = QUANTITIES[at][1]
     scale, unit = (MILLIMETRES, "mm") if unit == "m" else (1.0, unit)
     low, high = scale * agreement.intervals[name][:, at]
@@ -125,8 +123,7 @@ def _shown(agreement: Agreement, name: str, at: int) -> str:
 
 
 def least_squares_of(found: Ingested) -> Estimate:
-    """Unconstrained least squares with the intervals of all errors that are allowed
-    for."""
+    """Unconstrained least squares with intervals of all errors that are allowed for."""
     estimator = OLS(**OLS.settings(known_of(found, None)))
     states = [state_of(estimator, part) for part in found.recordings]
     state = estimator.merge_all(states)

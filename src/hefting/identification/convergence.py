@@ -20,7 +20,6 @@ from hefting.ingest.ingested import Ingested
 from hefting.shapes import Shape
 
 INSTANTS = 20
-"""Instants at which a recording is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,8 +35,8 @@ class Convergence:
     """(n, 10) mass [kg], COM [m] and inertia at the COM [kg m²], as xx, xy, xz, yy, yz,
     zz"""
     low: Array | None
-    """(n, 10) lower ends of their 95 % intervals, minus infinity where open; None where
-    the method has none"""
+    """(n, 10) lower ends of 95 % intervals, minus infinity where open; None where the
+    method has none"""
     high: Array | None
     """(n, 10) upper ends"""
 
@@ -91,7 +90,7 @@ def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
 def _states(
     estimator: Estimator, found: Ingested, count: int
 ) -> Iterator[tuple[int, State]]:
-    """Number of measurements seen, and the state then, at all instants but the last."""
+    """Measurements seen, and the state then, at all instants but the last."""
     total = len(found.measurements)
     instants = np.unique(np.linspace(0, total, count + 1).astype(int))[1:-1]
     before, begin = estimator.start(), 0
@@ -128,8 +127,8 @@ def estimate_until(
 
 
 def _first_samples(found: Ingested, used: int) -> Ingested:
-    """A recording with no more than its first samples, and what least squares finds of
-    these; conditioned as the whole."""
+    """A recording with its first samples alone, and least squares of these; conditioned
+    as the whole."""
     if used >= len(found.measurements):
         return found
     z = found.measurements[:used]

@@ -28,8 +28,8 @@ def estimator_of(
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """The estimator that a name stands for, as `estimator_for` makes it; or the one
-    that is given. `InputError` where that has another bias than the recording."""
+    """The estimator of a name, by `estimator_for`; or the one given, `InputError` where
+    that has another bias than the recording."""
     if isinstance(method, Estimator):
         require_its_bias(method, found)
         return method
@@ -81,8 +81,8 @@ def _require_what_it_needs(
     hyperparameters: dict[str, Any],
     standing: list[str],
 ) -> None:
-    """`NeedError` where the shape is not there, or not as a method needs it; `standing`
-    are its hyperparameters for which the shape stands."""
+    """`NeedError` where the shape is missing, or its labels; `standing` are
+    hyperparameters for which the shape stands."""
     name, needs = kind.__name__, kind.needs
     if standing:
         name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
@@ -111,8 +111,8 @@ def known_of(found: Ingested, shape: Shape | None) -> Known:
 def shape_of(
     estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
 ) -> Shape | None:
-    """The estimator's own shape, if it is one of an object; `InputError` where another
-    shape, or hyperparameters, are given beside it."""
+    """The estimator's own shape, if any of an object; `InputError` where another, or
+    hyperparameters, are given beside it."""
     own = getattr(estimator, "shape", None)
     for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
         what = f"`{name}` is given beside an estimator that is complete"
@@ -132,7 +132,7 @@ def require_its_bias(estimator: Estimator, found: Ingested) -> None:
 
 def state_of(estimator: Estimator, part: Ingested) -> State:
     """What a method sees of one recording; `InputError` where its samples are gone, and
-    what was kept of them is not what the method takes."""
+    what was kept is for another method."""
     how = estimator.sampling
     state = None if how is None else part.condensed.states.get(how)
     if state is None and part.has_samples:

@@ -29,9 +29,9 @@ BOTH = np.array(((-1.0,), (1.0,)))
 LEAST_SIZE = 0.2
 """Distance from a COM to which its region is shown, however small all else is [m]."""
 MOST_POINTS = 3_000
-"""Points of a cloud that are drawn at most."""
+"""Of a cloud that are drawn."""
 MOST_DIRECTIONS = 40
-"""Directions of gravity that are drawn at most."""
+"""Of gravity that are drawn."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +41,7 @@ class PointSet:
     positions: Array
     """(n, 3) [m]"""
     masses: Array | None = None
-    """(n,) [kg]; other masses have the same ten parameters"""
+    """(n,) [kg]; others have the same ten parameters"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,8 +58,7 @@ class Body:
     """Of uniform density and equal inertia; None where inertia is not determined, or no
     body has it"""
     inertia_doubt: float | None = None
-    """Half the width of the widest 95 % interval of the moments over the largest
-    moment; None where it is not known, infinite where open"""
+    """See `hefting.scene.headline.inertia_doubt`."""
     missing: str = ""
     """Why there is no ellipsoid, where inertia was asked for"""
 
@@ -72,8 +71,7 @@ class Scene:
     surface: Surface | None = None
     points: PointSet | None = None
     gravity: Array | None = None
-    """(K, 3) directions of gravity in sensor axes, unit vectors; None where no log
-    tells them"""
+    """(K, 3) unit vectors of gravity in sensor axes; None where no log tells them"""
 
     def with_centers_only(self) -> Self:
         """The same scene without what is said of inertia."""
@@ -163,7 +161,7 @@ def _found(name: str, estimate: Estimate) -> Body:
 
 
 def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
-    """The first masses that an estimate has for the points of the shape."""
+    """The first masses for the points of the shape."""
     for estimate in estimates.values():
         if estimate.point_masses is not None:
             if len(estimate.point_masses) != shape.n:
@@ -177,7 +175,7 @@ def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
 
 
 def _directions(gravity: ArrayLike) -> Array | None:
-    """Unit vectors along at most `MOST_DIRECTIONS` rows of gravity, evenly chosen."""
+    """At most `MOST_DIRECTIONS` unit vectors along gravity, evenly chosen."""
     rows = np.asarray(gravity, dtype=float).reshape(-1, 3)
     rows = rows[np.linalg.norm(rows, axis=1) > 0.0]
     if not len(rows):

@@ -57,8 +57,8 @@ class Ellipsoid:
         return lengths, rotation
 
     def triangles(self, rings: int = 16) -> tuple[Array, np.ndarray]:
-        """Its surface: vertices (V, 3) [m] and triangles (F, 3) of their indices, on
-        so many circles of latitude, twice as many points on each."""
+        """Vertices (V, 3) [m] and triangles (F, 3) of its surface, on `rings` circles
+        of latitude."""
         polar = np.pi * (np.arange(rings) + 0.5) / rings
         azimuth = np.pi * np.arange(2 * rings) / rings
         p, a = (grid.ravel() for grid in np.meshgrid(polar, azimuth, indexing="ij"))
@@ -69,8 +69,7 @@ class Ellipsoid:
         return self.center + ball @ self.half_axes.T, _ball_faces(rings)
 
     def shadow(self, i: int, j: int, count: int = 120) -> Array:
-        """Outline (count, 2) [m] of the ellipsoid seen along the third axis, projected
-        on axes `i` and `j`."""
+        """Outline (count, 2) [m] of the ellipsoid projected on axes `i` and `j`."""
         # the shadow of {A u} is {B u}, B the two rows of A: an ellipse of matrix B B'
         rows = self.half_axes[[i, j]]
         values, vectors = np.linalg.eigh(rows @ rows.T)
@@ -81,8 +80,7 @@ class Ellipsoid:
 
 
 def _ball_faces(rings: int) -> np.ndarray:
-    """(F, 3) indices of a grid of points on a ball and of its two poles, which come
-    last."""
+    """(F, 3) indices of a grid of points on a ball and of its two poles, the last."""
     around = 2 * rings
     row, column = np.divmod(np.arange(around * (rings - 1)), around)
     here, beside = around * row + column, around * row + (column + 1) % around
@@ -131,15 +129,14 @@ def com_region(estimate: Estimate) -> Ellipsoid | None:
 
 
 def com_half_widths(estimate: Estimate) -> Array | None:
-    """(3,) [m] half-widths of the 95 % intervals of the COM, the larger side of each;
-    infinite where it is open, None where the method has no uncertainty."""
+    """(3,) [m] of the COM, see `half_widths`."""
     return half_widths(estimate, "center_of_mass", estimate.parameters.center_of_mass)
 
 
 def half_widths(estimate: Estimate, name: str, value: Array | float) -> Array | None:
     """Half-widths of the 95 % intervals of a quantity of ``Estimate.intervals`` about
     its `value`, the larger side of each; from the covariance where there are no
-    intervals. Infinite where the estimate is undetermined."""
+    intervals. Infinite where it is open, None where the method has no uncertainty."""
     open_ = np.asarray(getattr(estimate.undetermined, name))
     if estimate.intervals is not None:
         low, high = estimate.intervals[name]
@@ -154,7 +151,7 @@ def half_widths(estimate: Estimate, name: str, value: Array | float) -> Array | 
 
 
 def _com_correlation(estimate: Estimate) -> Array:
-    """Correlation (3, 3) of the COM's errors; none where the covariance does not tell
+    """(3, 3) of the COM's errors; the identity where the covariance does not tell
     it."""
     covariance = estimate.covariance
     if covariance is None or not np.isfinite(covariance[:4, :4]).all():
@@ -186,8 +183,8 @@ class Surface:
 
 
 def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:
-    """The surface of a shape with at most about so many triangles; None for a cloud,
-    and where no shape is known."""
+    """The surface of a shape with at most about so many triangles; None where there is
+    none."""
     if shape.faces is None or shape.known == "reach":
         return None
     vertices, faces = coarser(shape.hull, shape.faces, most)
@@ -196,7 +193,7 @@ def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:
 
 def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.ndarray]:
     """The same surface with at most `most` triangles: vertices in one cell of a grid
-    are merged, and the grid made coarser until that is enough."""
+    are merged, which is made coarser until that is enough."""
     size = float(np.ptp(vertices, axis=0).max())
     pitch = size / FINEST
     merged, left = vertices, faces
@@ -209,8 +206,8 @@ def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.nd
 def _merged(
     vertices: Array, faces: np.ndarray, pitch: float
 ) -> tuple[Array, np.ndarray]:
-    """Vertices merged by cells of side `pitch`, each at its vertices' mean; triangles
-    that vanish and those that occur twice are left out."""
+    """Vertices merged by cells of side `pitch` to their mean; triangles that vanish and
+    those that occur twice are left out."""
     i, j, k = ((vertices - vertices.min(axis=0)) / pitch).astype(np.int64).T
     cell = (i * 2 * FINEST + j) * 2 * FINEST + k
     _, index, count = np.unique(cell, return_inverse=True, return_counts=True)
@@ -236,11 +233,9 @@ class LinkSurfaces:
         self._left = MOST_BYTES
 
     def read(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
-        """Vertices (V, 3) [m] in the link's frame and triangles (F, 3) of a geometry.
-
-        None where its mesh cannot be read, holds no triangle, has no extent, or is
-        larger than a robot, and where the meshes are too large together.
-        """
+        """Vertices (V, 3) [m] in the link's frame and triangles (F, 3) of a geometry;
+        None where its mesh cannot be read, has no extent or is larger than a robot, and
+        where the meshes are too large together."""
         try:
             vertices, faces = self._own(geometry)
         except InputError:
@@ -265,8 +260,8 @@ class LinkSurfaces:
 
 
 def simple_solid(geometry: Geometry) -> tuple[Array, np.ndarray]:
-    """Vertices (V, 3) [m] and triangles of a box, cylinder or sphere about its own
-    origin; a cylinder stands along z."""
+    """Vertices (V, 3) [m] and triangles of a box, cylinder along z, or sphere about its
+    own origin."""
     from trimesh import creation
 
     if geometry.kind == "box":

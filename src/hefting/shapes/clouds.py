@@ -41,11 +41,11 @@ def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]
 def voxel_representatives(
     points: Array, target: int, pitch: float | None
 ) -> tuple[np.ndarray, float]:
-    """Indices of one point from every occupied voxel, and the pitch used.
+    """Indices of one point from every occupied voxel, that nearest to their mean, and
+    the pitch used.
 
-    The point is the one nearest to the mean of those in its voxel. Without a `pitch`,
-    one that leaves about `target` points is searched for; a cloud of no more points
-    than that is kept whole.
+    Without a `pitch`, one that leaves about `target` points is searched for; a cloud of
+    no more points than that is kept whole.
     """
     low, sides = points.min(axis=0), np.ptp(points, axis=0)
     longest = float(sides.max())
@@ -55,26 +55,23 @@ def voxel_representatives(
         for _ in range(40 if longest > 0 else 0):
             middle = float(np.sqrt(small * large))
             found[middle] = len(np.unique(_voxels(points, low, sides, middle)))
-            small, large = (
-                (middle, large) if found[middle] > target else (small, middle)
-            )
+            fine = found[middle] > target
+            small, large = (middle, large) if fine else (small, middle)
         pitch = min(found, key=lambda p: abs(found[p] - target)) if found else 1e-9
         if len(points) <= target:
             return np.arange(len(points)), pitch
     _, voxel = np.unique(_voxels(points, low, sides, pitch), return_inverse=True)
     voxel = voxel.ravel()
     number = np.bincount(voxel)
-    mean = (
-        np.column_stack([np.bincount(voxel, weights=column) for column in points.T])
-        / number[:, None]
-    )
+    sums = [np.bincount(voxel, weights=column) for column in points.T]
+    mean = np.column_stack(sums) / number[:, None]
     order = np.lexsort((np.linalg.norm(points - mean[voxel], axis=1), voxel))
     return np.sort(order[np.concatenate(([0], np.cumsum(number)[:-1]))]), pitch
 
 
 def _voxels(points: Array, low: Array, sides: Array, pitch: float) -> np.ndarray:
-    """Number (n,) of the voxel each point is in, of a lattice of some `pitch` centred
-    on the bounding box."""
+    """Number (n,) of the voxel each point is in, of a lattice centred on the bounding
+    box."""
     shift = 0.5 * (np.ceil(sides / pitch) - sides / pitch)
     index = np.minimum(np.floor((points - low) / pitch + shift), 2**20).astype(np.int64)
     return (index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2]
@@ -151,30 +148,17 @@ def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
 
 def _planes(points: Array) -> Array | None:
     """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides: n x + b
-    <= 0 inside, normals outward.
-
-    None where it has more than `LARGEST_HULL` corners, or rounding leaves a point
-    outside of a plane.
+    <= 0 inside; None where it has more than `LARGEST_HULL` corners, or rounding leaves
+    a point outside of a plane.
 
     Point after point, those far out first: the faces that see it give way to a cone
     from their outline to it.
     """
     center = points.mean(axis=0)
     start = _tetrahedron(points)
-    faces = np.array(
-        [
-            (start[i], start[j], start[k])
-            for i, j, k in ((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2))
-        ]
-    )
-    if (
-        np.einsum(
-            "i,i",
-            np.cross(*(points[start[1:3]] - points[start[0]])),
-            points[start[3]] - points[start[0]],
-        )
-        > 0.0
-    ):
+    faces = start[np.array(((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)))]
+    one, two, three = points[start[1:]] - points[start[0]]
+    if np.cross(one, two) @ three > 0.0:
         faces = faces[:, ::-1]
     planes = np.zeros((12 * LARGEST_HULL, 4))
     corners = np.zeros((12 * LARGEST_HULL, 3), dtype=np.int64)
@@ -185,10 +169,8 @@ def _planes(points: Array) -> Array | None:
         for k in left[:64].tolist():
             x, y, z = points[k].tolist()
             known = planes[:count]
-            sees = np.flatnonzero(
-                known[:, 0] * x + known[:, 1] * y + known[:, 2] * z + known[:, 3]
-                > ROUNDING
-            )
+            height = known[:, 0] * x + known[:, 1] * y + known[:, 2] * z + known[:, 3]
+            sees = np.flatnonzero(height > ROUNDING)
             if not len(sees):
                 continue
             edges = {
@@ -202,10 +184,8 @@ def _planes(points: Array) -> Array | None:
             if count + len(cone) > len(planes) or not len(cone):
                 return None
             planes[sees] = 0.0, 0.0, 0.0, -1.0  # gone: they see nothing
-            planes[count : count + len(cone)], corners[count : count + len(cone)] = (
-                _plane(points, cone),
-                cone,
-            )
+            new = slice(count, count + len(cone))
+            planes[new], corners[new] = _plane(points, cone), cone
             count += len(cone)
         left = left[64:]
     found = planes[:count][planes[:count, :3].any(axis=1)]
@@ -213,20 +193,19 @@ def _planes(points: Array) -> Array | None:
 
 
 def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
-    """Which points (V, 3) are further outside of any of the planes (F, 4) than that."""
-    parts = np.array_split(
-        planes[planes[:, :3].any(axis=1)], 1 + len(planes) * len(points) // 1_000_000
-    )
+    """Which points (V, 3) are outside of any plane (F, 4)."""
+    number = 1 + len(planes) * len(points) // 1_000_000  # bounds the memory
+    parts = np.array_split(planes[planes[:, :3].any(axis=1)], number)
     return np.logical_or.reduce(
         [
-            (points @ part[:, :3].T + part[:, 3] > tolerance).any(axis=1)
-            for part in parts
+            (points @ each[:, :3].T + each[:, 3] > tolerance).any(axis=1)
+            for each in parts
         ]
     )
 
 
 def _tetrahedron(points: Array) -> np.ndarray:
-    """Four of the points (V, 3), far from one another, not in a plane."""
+    """Four points, far from one another, not in a plane."""
     first = int(np.argmin(points[:, 0]))
     away = points - points[first]
     second = int(np.argmax(np.einsum("vi,vi->v", away, away)))

@@ -33,28 +33,26 @@ class Solid:
     """
 
     vertices: Array
-    """Vertices (V, 3) [m] in the axes of the shape's file."""
+    """(V, 3) [m] in the axes of the shape's file"""
     faces: np.ndarray
-    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the
-    caps."""
+    """(F, 3), counter-clockwise seen from outside; the last ones are the caps"""
     volume: float
-    """Volume [m³], by the divergence theorem."""
+    """[m³]"""
     centroid: Array
-    """Centre of volume (3,) [m]."""
+    """(3,) [m]"""
     second_moment: Array
-    """Second moment of volume (3, 3) [m²] about the centroid, divided by the volume."""
+    """(3, 3) [m²] of volume about the centroid, over the volume"""
     cap_fraction: float
-    """Share of the surface's area that was added to close holes; 0 for a watertight
-    mesh."""
+    """Share of the surface's area that was added to close holes"""
 
     @property
     def lower(self) -> Array:
-        """Lower corner (3,) [m] of the bounding box along the axes of the file."""
+        """Lower corner (3,) [m] of the bounding box."""
         return self.vertices.min(axis=0)
 
     @property
     def extents(self) -> Array:
-        """Sides (3,) [m] of the bounding box along the axes of the file."""
+        """Sides (3,) [m] of the bounding box."""
         return np.ptp(self.vertices, axis=0)
 
 
@@ -118,8 +116,8 @@ def solid_from_mesh(
 
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """The used vertices with near-duplicates merged, and the faces that keep three
-    distinct corners."""
+    """The used vertices, near-duplicates merged, and faces with three distinct
+    corners."""
     used, _, index = _unique(f.ravel())
     v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
@@ -143,12 +141,8 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The different keys (N,) in order, where each is first, and which of them each key
-    is.
-
-    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a
-    small mesh.
-    """
+    """The different keys (N,) in order, where each is first, and which of them each is:
+    `numpy.unique`, whose import of `numpy.ma` takes as long as reading a small mesh."""
     order = np.argsort(keys, kind="stable")
     new = np.r_[True, keys[order[1:]] != keys[order[:-1]]]
     first = order[new]
@@ -176,8 +170,8 @@ def _groups(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Keys of the 3 F undirected edges, and their directions (+1 from the lower to the
-    higher vertex)."""
+    """Keys of the 3 F undirected edges, and their directions, +1 to the higher
+    vertex."""
     start, end = f.ravel(), np.roll(f, -1, axis=1).ravel()
     return np.minimum(start, end) * count + np.maximum(start, end), np.where(
         start < end, 1, -1
@@ -187,9 +181,9 @@ def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 def _orient(f: np.ndarray, v: Array) -> np.ndarray:
     """Faces turned so that neighbours agree; most of the area keeps its orientation.
 
-    Two copies of every face, one in each orientation, fall into two separate components
-    wherever the surface is orientable; each component of the surface takes the copy
-    nearer to the mesh as it came.
+    Two copies of every face, one in each orientation, fall into separate components
+    wherever the surface is orientable; each component takes the copy nearer to the mesh
+    as it came.
     """
     keys, direction = _edges(f, len(v))
     order = np.argsort(keys, kind="stable")
@@ -218,8 +212,7 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 
 
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """Vertices and one apex more per hole; triangles that close it, from its edges to
-    the apex."""
+    """Vertices and one apex more per hole; triangles from its edges to the apex."""
     keys, direction = _edges(f, len(v))
     unique, _, index = _unique(keys)
     net = np.bincount(index, weights=direction).astype(int)
@@ -277,7 +270,6 @@ def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
 
 
 def _area(triangles: Array) -> float:
-    """Total area of triangles (F, 3, 3)."""
     normal = np.cross(
         triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     )
@@ -285,13 +277,9 @@ def _area(triangles: Array) -> float:
 
 
 def _moments(triangles: Array) -> tuple[float, Array, Array]:
-    """Volume, centroid and second moment per volume about it, of a closed surface: a
-    sum of tetrahedra.
-
-    Each triangle spans a tetrahedron with the mean vertex; the second moment of a
-    tetrahedron with corners p1..p4 is V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon
-    2004).
-    """
+    """Volume, centroid and second moment per volume about it, of a closed surface: each
+    triangle spans a tetrahedron with the mean vertex; that with corners p1..p4 has the
+    second moment V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon 2004)."""
     origin = triangles.mean(axis=(0, 1))
     t = triangles - origin
     share = np.einsum("fi,fi->f", t[:, 0], np.cross(t[:, 1], t[:, 2])) / 6

@@ -33,10 +33,10 @@ MASSES = ("#7B5EA7", "#3B8BC2", "#2BA58D", "#8CC63F", "#F2B705")
 SENSOR = "/sensor"
 """Node that moves with the sensor; all that is drawn of the object is below it."""
 LEAST_SIZE = 0.05
-"""Size of a scene that holds nothing [m]."""
+"""Of a scene that holds nothing [m]."""
 MOST_REACH = 3.0
-"""A region for the COM that reaches farther than so many sizes of the scene would hide
-all else, and is not drawn."""
+"""Sizes of the scene that a region for the COM may reach: a larger one would hide all
+else."""
 STROKES = {
     "x": (((0, 0), (1, 1)), ((0, 1), (1, 0))),
     "y": (((0, 1), (0.5, 0.5)), ((1, 1), (0.5, 0.5)), ((0.5, 0.5), (0.5, 0))),
@@ -68,8 +68,8 @@ def size_of(scene: Scene) -> float:
 
 
 def axes_length(size: float) -> float:
-    """Length at which the sensor's axes are drawn [m]: 1, 2 or 5 times a power of ten,
-    that suits a scene of a size."""
+    """Length of the sensor's axes [m] for a size of the scene: 1, 2 or 5 times a power
+    of ten."""
     power = 10.0 ** np.floor(np.log10(AXES_SHARE * size))
     return float(
         max(n * power for n in (1.0, 2.0, 5.0) if n * power <= AXES_SHARE * size)
@@ -146,7 +146,6 @@ class ObjectDrawing:
         )
 
     def _draw_points(self, points: PointSet | None) -> None:
-        """Points of the shape; by their masses, where a method put masses there."""
         if points is None:
             self._absent.add("masses")
             return
@@ -224,15 +223,14 @@ class ObjectDrawing:
         self._node(name, add).vertices = np.asarray(vertices, dtype=np.float32)
 
     def _node(self, name: str, add: Callable[[], Any]) -> Any:
-        """A node, which is made the first time."""
         if name not in self._nodes:
             self._nodes[name] = add()
         return self._nodes[name]
 
 
 def letter(axis: str, length: float) -> Array:
-    """Strokes (n, 2, 3) [m] of the letter x, y or z beyond the end of an axis of some
-    length [m]: viser's labels lag behind nodes that move."""
+    """Strokes (n, 2, 3) [m] of the letter x, y or z beyond the end of an axis: viser's
+    labels lag behind nodes that move."""
     i = "xyz".index(axis)
     right, up = np.roll(np.eye(3), -i, axis=0)[:2]
     ends = np.array(STROKES[axis]) - 0.5
@@ -242,7 +240,7 @@ def letter(axis: str, length: float) -> Array:
 
 @cache
 def unit_sphere() -> tuple[Array, np.ndarray]:
-    """Vertices (642, 3) and triangles of a sphere of radius 1 about the origin."""
+    """Vertices (642, 3) and triangles."""
     from trimesh.creation import icosphere
 
     sphere = icosphere(subdivisions=3)

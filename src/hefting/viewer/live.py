@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 LAST = 20.0
 """[s] of the wrench that are shown."""
 MOST_SAMPLES = 500
-"""Samples of the wrench that are drawn."""
 MOST_ESTIMATES = 600
 """Estimates that curves over time are drawn of; of more every second one goes."""
 COLOURS = {
@@ -43,7 +42,6 @@ AWAY = 2.2
 """Distance of the camera over the size of what is drawn."""
 MOST_MESSAGES = 4
 INTERVALS = (("mass", "kg"), ("COM, half-width", "mm"))
-"""What is drawn over time."""
 
 
 class LiveView:
@@ -109,7 +107,6 @@ class LiveView:
             camera.near = 1e-2 * size
 
     def _fail(self, error: Exception) -> None:
-        """Say in the panel what went wrong."""
         self.text.content = block(bold("cannot be shown", BAD) + line(str(error)))
 
 
@@ -200,7 +197,6 @@ class RecentWrench:
 
 
 AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
-"""Of x, y and z."""
 
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:

@@ -20,16 +20,16 @@ if TYPE_CHECKING:
     from viser import GuiApi, SceneApi
 
 MOST_TRIANGLES = 4_000
-"""Triangles of one mesh that are drawn at most."""
+"""Of one mesh that are drawn."""
 THICKNESS = 0.012
-"""Of the line from joint to joint [m]."""
+"""Of the lines [m]."""
 
 
 LONGEST = {"force": 1.0, "torque": 0.6}
 """Length of the longest arrow over the size of the scene."""
 APART = 0.02
-"""Distance between the arrows of the measured and the predicted, over the size of the
-scene: they would hide one another."""
+"""Between the arrows of the measured and the predicted, over the size of the scene:
+they would hide one another."""
 HEIGHT = 170
 """Of a plot [pixels]."""
 
@@ -138,7 +138,7 @@ class WrenchArrows:
         self.hidden = False
 
     def show(self, frame: Frame, estimate: Estimate | None) -> None:
-        """Draw the wrench at a frame, as an estimate explains it."""
+        """Draw the wrench at a frame."""
         wrenches = {"measured": frame.measured - self.playback.bias(estimate)}
         if estimate is not None:
             wrenches["predicted"] = self.playback.predicted(estimate, frame.sample)
@@ -164,7 +164,7 @@ class WrenchPlots:
         self.handles = [self._plot(gui, *part) for part in PARTS]
 
     def show(self, index: int, estimate: Estimate | None) -> None:
-        """Draw the wrench that an estimate predicts, and the line at a frame."""
+        """Draw the wrench that an estimate predicts, and the line."""
         for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
             data = self._data(first, estimate, index)
             scales = scales_of(data)
@@ -204,8 +204,8 @@ class WrenchPlots:
 
 
 def scales_of(data: tuple[Array, ...]) -> dict[str, Any]:
-    """Scales on which the measured curves of a plot are whole, and the predicted ones
-    as far as they are of the same size. They change in steps, seldom."""
+    """Scales on which measured curves are whole, and predicted ones as far as they are
+    of the same size. They change in steps, seldom."""
     measured, predicted = np.array(data[1:4]), np.array(data[4:7])
     low, high = float(measured.min()), float(measured.max())
     step = 0.2 * (high - low) or 1.0

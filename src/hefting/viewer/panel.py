@@ -24,24 +24,20 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 MOST_REASONS = 3
-"""Reasons for doubt that are shown."""
 GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
 """Of the verdict, read on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}
 
 
 TYPICAL_POSE_STD = (5.0, 5.0)
-"""[mm] and [°] shown before any is set: what Bayes reckons with where the pose is not
-exact."""
+"""[mm] and [°], what Bayes reckons with where the pose is not exact."""
 NUMBERS = {
     "c1": ("c1", "dynamism at which the full model takes over"),
     "regularization": ("lambda", "pull to equal masses [N/kg]"),
 }
 """Label and hint of the number of each hyperparameter."""
 LEAST = {"c1": 0.01, "regularization": 0.0}
-"""Smallest value of each."""
 STEPS = {"c1": 0.01, "regularization": 0.001}
-"""How finely each is shown and set."""
 
 
 def answer_html(
@@ -127,7 +123,6 @@ def _mark(colour: str, text: str) -> str:
 
 
 def _scale(largest: float) -> str:
-    """A bar of the colours of masses."""
     bar = (
         "display:inline-block;width:6em;height:0.8em;margin:0 0.5em;"
         f"border-radius:2px;background:linear-gradient(to right,{','.join(MASSES)})"
@@ -214,7 +209,7 @@ class Controls:
         return Settings(method, chosen)
 
     def _hyperparameters(self, method: str) -> set[str]:
-        """Those of a method for which there are controls."""
+        """Those for which there are controls."""
         if method in self._session.given:
             return set()
         estimator = self._session.estimator(Settings(method))
@@ -253,7 +248,7 @@ class Controls:
             number.visible = "pose_std" in names and bool(self.pose_known.value)
 
     def _set_defaults(self, own: dict[str, Any]) -> None:
-        """Set the numbers of a method to what it would take by itself."""
+        """Set the numbers to what the method would take."""
         method = str(self.method.value)
         if method in self._session.given:
             return

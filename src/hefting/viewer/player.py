@@ -44,9 +44,8 @@ RATE = 20.0
 EDGES = tuple((i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit)
 """Of a box whose corner i is at the high end of an axis where the axis' bit is set."""
 THIN, THICK = 0.004, 0.008
-"""Of the lines of the path and of the box [m]."""
+"""[m] of the lines of the path and of the box."""
 FROM = np.array((1.0, -1.3, 0.6))
-"""Direction in which the camera is."""
 
 
 def player_of(viewer: Viewer, title: str) -> str:
@@ -66,7 +65,6 @@ def player_of(viewer: Viewer, title: str) -> str:
 
 
 def _answer(viewer: Viewer) -> str:
-    """The answer and the legend."""
     playback, answer = viewer.playback, viewer.answer
     used = f"all of {float(playback.times[-1]):.2f} s"
     if playback.static:
@@ -125,7 +123,7 @@ def plan_player(plan: Plan) -> str:
 
 
 def _draw(server: "ViserServer", plan: Plan, place: Array) -> Any:
-    """The path of the tip, and the object's box; the node that moves it."""
+    """Draw the path of the tip and the object's box; the node that moves it."""
     api = server.scene
     path = np.stack((place[:-1], place[1:]), axis=1).astype(np.float32)
     api.add_line_segments("/path", path, rgb(GREY), thickness=THIN)
@@ -137,7 +135,6 @@ def _draw(server: "ViserServer", plan: Plan, place: Array) -> Any:
 
 
 def _aim(server: "ViserServer", points: Array) -> None:
-    """Let the camera see all of the points (N, 3)."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
     server.scene.set_up_direction("+z")

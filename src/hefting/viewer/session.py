@@ -24,9 +24,8 @@ from hefting.scene import Headline, Scene, headline_of, scene_of
 from hefting.shapes import Shape
 
 MOST_FRAMES = 1_200
-"""Instants that are drawn at most, evenly chosen: a minute of 20 a second."""
+"""That are drawn, evenly chosen: a minute of 20 a second."""
 RATE = 20.0
-"""Instants a second that are drawn at most."""
 
 
 MOST_ANSWERS = 500
@@ -103,16 +102,15 @@ class Playback:
         return np.zeros((len(self), 3)) if place is None else place, turned  # type: ignore[return-value]
 
     def at(self, name: str) -> Array | None:
-        """Values (N, d) of a stream logged nearest to each frame; None where there is
-        no such stream."""
+        """Values (N, d) of a stream nearest to each frame; None without such a
+        stream."""
         if not self.recording.has(name):
             return None
         stream = self.recording[name]
         return stream.values[_nearest(stream, self.instants)]
 
     def bias(self, estimate: Estimate | None) -> Array:
-        """(6,) bias of the wrench that an estimate found [N, N m]; zero where it found
-        none."""
+        """(6,) bias that an estimate found [N, N m]; zero where it found none."""
         known = None if estimate is None else estimate.common_bias
         return np.zeros(6) if known is None else known
 
@@ -123,8 +121,8 @@ class Playback:
 
     @cached_property
     def largest(self) -> Array:
-        """(2,) largest force [N] and torque [N m] of the measured wrench less a
-        constant bias that least squares found."""
+        """(2,) largest force [N] and torque [N m] measured, less a constant bias of
+        least squares."""
         bias = self.found.fit.bias
         wrench = self.found.measurements.wrench - (0.0 if bias is None else bias)
         sizes = np.linalg.norm(wrench.reshape(-1, 2, 3), axis=2).max(axis=0)
@@ -132,7 +130,6 @@ class Playback:
 
 
 def _chosen(found: Ingested) -> Indices:
-    """Samples that are drawn, evenly chosen, with the first and the last."""
     count = len(found.measurements)
     most = MOST_FRAMES
     if not found.static:
@@ -142,7 +139,7 @@ def _chosen(found: Ingested) -> Indices:
 
 
 def _nearest(stream: Stream, instants: Array) -> Indices:
-    """Index of the sample of a stream nearest to each instant."""
+    """Index of the sample nearest to each instant."""
     time = stream.time
     after = np.clip(np.searchsorted(time, instants), 1, max(len(time) - 1, 1))
     after = np.minimum(after, len(time) - 1)
@@ -209,8 +206,8 @@ class Session:
 
     @cached_property
     def methods(self) -> tuple[str, ...]:
-        """Names of the methods for which enough is known of the object, after those of
-        the estimates that were given."""
+        """Estimates that were given, then methods for which enough is known of the
+        object."""
         return (*self.given, *(name for name in METHODS if self._serves(name)))
 
     @property
@@ -270,13 +267,11 @@ class Session:
         return scene_of(found, self.shape, known, masses=self._has_masses(estimate))
 
     def _has_masses(self, estimate: Estimate | None) -> bool:
-        """Whether an estimate has a mass for each point of the shape."""
         if estimate is None or estimate.point_masses is None or self.shape is None:
             return False
         return len(estimate.point_masses) == self.shape.n
 
     def _serves(self, name: str) -> bool:
-        """Whether enough is known for a method."""
         needs = METHODS[name].needs
         if needs == "labelled parts":
             return self.shape is not None and self.shape.labels is not None

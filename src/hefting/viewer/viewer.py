@@ -21,14 +21,13 @@ if TYPE_CHECKING:
 
 FIELD_OF_VIEW = np.radians(45.0)
 FROM = np.array((1.0, -1.3, 0.6))
-"""Direction in which the camera is at first: to the right, the front, and above."""
+"""Where the camera is at first: to the right, the front, and above."""
 ABOVE_PANEL = 0.17
 """How far below the object the camera looks where the panel takes the lower part of a
 narrow window, over its distance."""
 TICK = 0.05
 """[s] between the frames of what is played."""
 SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
-"""What can be hidden."""
 
 
 class Viewer:
@@ -162,7 +161,7 @@ class Viewer:
             self.text.content = answer_html(refused, "", False, self.say)
 
     def _play(self) -> None:
-        """Move the time on as it went, from the start again at the end."""
+        """Move the time on, from the start again at the end."""
         times = self.playback.times
         pace = 2.0 if self.playback.static else 1.0  # poses a second
         while not self._closed.is_set():
@@ -177,7 +176,6 @@ class Viewer:
             slider.value = float(times[0]) if now > last else now
 
     def _used(self, time: float) -> str:
-        """How much of the recording the answer rests on, in words."""
         if self.playback.static:
             return f"poses up to {time:g}"
         return f"first {time:.2f} of {float(self.playback.times[-1]):.2f} s"
