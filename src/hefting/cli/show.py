@@ -88,7 +88,7 @@ def _of_log(a: argparse.Namespace) -> "tuple[Estimate, Array]":
     from hefting.identification import identify
 
     found = identify(read_recording(a), method="OLS", gravity=gravity_of(a))
-    return found.estimate, found.measurements.gravity
+    return found.estimate, found.ingested.measurements.gravity
 
 
 def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:

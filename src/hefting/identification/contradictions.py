@@ -12,7 +12,7 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.messages import Message
+from hefting.core.messages import Message, error
 from hefting.core.spatial import Array
 from hefting.estimators import OLS
 from hefting.estimators.quadratic import Quadratic
@@ -57,8 +57,9 @@ class Contradiction:
             f"{theirs}, {largest.deviations:.0f} standard deviations apart (another "
             "object or grasp, or a sensor that changed?): identify it alone"
         )
+        found = error("recordings-contradict", what)
         names = [name for name in (self.name, self.others) if name != OTHERS]
-        return Message("recordings-contradict", what, "error", None, names)
+        return Message(found.code, what, found.severity, None, names)
 
 
 def with_contradictions(found: Ingested) -> Ingested:

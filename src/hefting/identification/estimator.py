@@ -88,8 +88,8 @@ def _require_what_it_needs(
         name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
     instead = any(key in hyperparameters for key in kind.instead_of_shape)
     missing = shape is None and needs != "nothing" and not instead
-    parts_missing = needs == "labelled parts" and shape is not None
-    if missing or (parts_missing and shape.labels is None):
+    unlabelled = shape is not None and shape.labels is None
+    if missing or (unlabelled and needs == "labelled parts"):
         other = f", or use {default_method(False)}" if missing else ""
         fix = f"give `shape` {SHAPES[needs]}{other}"
         raise NeedError(f"{name} needs {needs}", fix=fix)

@@ -132,6 +132,7 @@ def prior(
     if intervals is None:
         return None
     what = "shape" if shape_known else "reach of the sensor"
+    told: list[tuple[str, Any, Array, Array, bool]]
     told = [(what, [None] * 10, *ends_of_intervals(intervals), True)]
     if (alone := least_squares(found)) is not None:
         told.append(("motion", ten(alone[0].parameters), *ends_of(alone[0]), False))

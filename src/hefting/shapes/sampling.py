@@ -13,8 +13,8 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, median
-from hefting.shapes.solid import Solid
 from hefting.shapes.cells import Moments
+from hefting.shapes.solid import Solid
 from hefting.shapes.thin import (
     MOST_DIVIDED_CELLS,
     Lattice,
