@@ -1,5 +1,5 @@
-"""Foxglove: an MCAP file in Foxglove's own schemas, with the recording beside it as ROS 2
-messages. Needs foxglove-sdk and rosbags."""
+"""Foxglove: an MCAP file in Foxglove's own schemas, with the recording beside it as ROS
+2 messages. Needs foxglove-sdk and rosbags."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager

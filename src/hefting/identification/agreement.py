@@ -1,5 +1,5 @@
-"""Agreement: whether estimates can be of the same object, by their intervals, and how far
-one is from the truth.
+"""Agreement: whether estimates can be of the same object, by their intervals, and how
+far one is from the truth.
 
 Compared are mass, centre of mass and principal moments of inertia. Two estimates differ
 by so many standard deviations d, where the half of each interval that faces the other

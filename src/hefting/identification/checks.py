@@ -1,9 +1,9 @@
-"""Checks of an estimate: all errors that its method leaves out, what is open of it, and what
-gives doubt.
+"""Checks of an estimate: all errors that its method leaves out, what is open of it, and
+what gives doubt.
 
 Each check looks for one thing: a function from `Checked` to messages, and its line in
-`CHECKS`; what it says then stands in `Estimate.warnings`, with its code in the output for
-machines.
+`CHECKS`; what it says then stands in `Estimate.warnings`, with its code in the output
+for machines.
 """
 
 from __future__ import annotations

@@ -1,5 +1,5 @@
-"""Comparison: several methods on one recording, and which of them to trust, judged without
-the truth.
+"""Comparison: several methods on one recording, and which of them to trust, judged
+without the truth.
 
 The rule was chosen among several by its error relative to the best method of each case,
 on simulated recordings with the right shape, a bounding box, a shape 20 % too large and

@@ -1,5 +1,5 @@
-"""Convergence: what a method would have said after each part of a recording, or up to an
-instant of it."""
+"""Convergence: what a method would have said after each part of a recording, or up to
+an instant of it."""
 
 from collections.abc import Iterator
 from dataclasses import dataclass, replace

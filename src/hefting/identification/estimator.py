@@ -1,5 +1,5 @@
-"""Estimator: made for a recording, or the user's own; what it must fit, and what it sees
-of the recording."""
+"""Estimator: made for a recording, or the user's own; what it must fit, and what it
+sees of the recording."""
 
 from __future__ import annotations
 

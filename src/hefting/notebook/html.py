@@ -1,7 +1,7 @@
 """HTML of few parts: text, tables, lists, a picture, and a block around them.
 
-Styles stand at each element: notebooks that are not trusted leave out style sheets. Text
-and lines take the colours of the page, light or dark.
+Styles stand at each element: notebooks that are not trusted leave out style sheets.
+Text and lines take the colours of the page, light or dark.
 """
 
 import base64
@@ -21,8 +21,6 @@ CELL = f"padding:2px 8px 2px 0;text-align:left;border-bottom:{LINE};white-space:
 HEAD = f"{CELL};font-weight:600"
 BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b3261e"}
 """Colour of each verdict: white text on it is readable."""
-
-
 LARGEST = 100_000
 RESOLUTIONS = (150, 100, 60)
 """Dots per inch of the shape that are tried, to stay below `LARGEST` characters."""

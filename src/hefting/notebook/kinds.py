@@ -1,4 +1,5 @@
-"""Kinds: what an estimate, several of them, or a shape shows of itself in a notebook."""
+"""Kinds: what an estimate, several of them, or a shape shows of itself in a
+notebook."""
 
 from collections.abc import Callable
 from typing import Any, NamedTuple

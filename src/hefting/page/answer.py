@@ -38,8 +38,6 @@ MEANING = (
     "the larger side. In sensor axes."
 )
 Say = Callable[[str], str]
-
-
 NAMES = (
     "mass",
     *(f"COM {axis}" for axis in "xyz"),

@@ -34,8 +34,6 @@ MOST_REASONS = 100
 """Reasons that the page shows; the table has all."""
 LONGEST = 500
 """Characters of a text that are shown."""
-
-
 MOST_RECORDINGS = 20
 """Recordings of an object that a command names at most."""
 

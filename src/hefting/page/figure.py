@@ -22,8 +22,6 @@ LEGEND = {
     "yanchor": "bottom",
 }
 Trace = dict[str, Any]
-
-
 LIGHT = {
     "paper": "#ffffff",
     "ink": "#222222",

@@ -1,5 +1,5 @@
-"""Origin: how an answer came about, over the recording and from shape and motion, and on
-which assumptions."""
+"""Origin: how an answer came about, over the recording and from shape and motion, and
+on which assumptions."""
 
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -34,8 +34,6 @@ from hefting.page.recording import POSE, TIME
 WARMING_UP = 0.25
 """Share of the instants at the beginning that the scale need not hold: intervals are
 often far wider there."""
-
-
 ACTS = {
     "on-object": "the log holds what the sensor exerts on the object (on-object)",
     "on-sensor": "the log holds what the object exerts on the sensor (on-sensor)",

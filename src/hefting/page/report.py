@@ -1,5 +1,5 @@
-"""Report: which sections a page has, in which order; a predicted wrench, and what is to be
-copied."""
+"""Report: which sections a page has, in which order; a predicted wrench, and what is to
+be copied."""
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass

@@ -1,5 +1,5 @@
-"""Style: the palette, sizes and fonts of every picture, the headline over it, and how it
-is saved. Needs matplotlib."""
+"""Style: the palette, sizes and fonts of every picture, the headline over it, and how
+it is saved. Needs matplotlib."""
 
 import io
 import re
@@ -65,8 +65,6 @@ NO_LAYOUT: dict[Any, Any] = {
     "figure.autolayout": False,
     "figure.constrained_layout.use": False,
 }
-
-
 LINE = 0.15
 """Of the headline, or of a legend [in]."""
 COLUMN = 62

@@ -13,8 +13,6 @@ from hefting.core.spatial import Array, Indices
 
 PARTS = (("Force", "N", 0), ("Torque", "N m", 3))
 """Of a wrench: name, unit and first column of each."""
-
-
 MOST = 2_000
 """Samples of a curve that are drawn at most: two a pixel column of a wide screen."""
 GAP = 5.0

@@ -29,9 +29,9 @@ BOTH = np.array(((-1.0,), (1.0,)))
 LEAST_SIZE = 0.2
 """Distance from a COM to which its region is shown, however small all else is [m]."""
 MOST_POINTS = 3_000
-"""Of a cloud that are drawn."""
+"""Points of a cloud that are drawn at most."""
 MOST_DIRECTIONS = 40
-"""Of gravity that are drawn."""
+"""Directions of gravity that are drawn at most."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -17,8 +17,6 @@ from hefting.shapes.reading import read_mesh
 CHI95 = 2.7954834829151074
 """Radius that holds 95 % of a normal distribution in three dimensions, in standard
 deviations: the root of the 0.95 quantile of chi-squared with 3 degrees of freedom."""
-
-
 MOST_TRIANGLES = 30_000
 """Triangles that are drawn at most: a picture of three views then takes a second or
 two, and shows the mesh to two percent of its size or better."""

@@ -1,5 +1,5 @@
-"""Checks of what shapes are made of: units, numbers, arrays and numbers of points; what is
-suspicious about a size, and how far a shape may be from its object."""
+"""Checks of what shapes are made of: units, numbers, arrays and numbers of points; what
+is suspicious about a size, and how far a shape may be from its object."""
 
 from pathlib import Path
 from typing import Any
@@ -15,8 +15,6 @@ from hefting.shapes.solid import Solid
 
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 """Length units [m] of a shape's file."""
-
-
 KNOWN = ("object", "bounds", "reach")
 """What may be known of an object: its shape, a box around it, or nothing."""
 REACH = 0.5

@@ -1,5 +1,5 @@
-"""Files of shapes: their bytes, checked before anything is made of them as a small file can
-ask for a lot of memory and time; and the vertices of PLY files."""
+"""Files of shapes: their bytes, checked before anything is made of them as a small file
+can ask for a lot of memory and time; and the vertices of PLY files."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -30,8 +30,6 @@ MAX_NODES = 10_000
 number."""
 
 PART = 2**20
-
-
 MAX_BYTES = 200_000_000
 """Largest file read."""
 PlyKind = str | tuple[str, str]

@@ -32,8 +32,6 @@ MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
-
-
 STL_HEADER = 84
 """Bytes before the triangles of a binary STL file: a comment of 80, their number."""
 STL_TRIANGLE = np.dtype(

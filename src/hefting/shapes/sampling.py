@@ -31,9 +31,10 @@ from hefting.shapes.winding import (
 
 MAX_POINTS = 1_000_000
 MAX_CELLS = 20_000_000
-"""Of one grid, or random points drawn for one sample."""
+"""Most grid cells looked at for one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000
-"""In search of the best grid; more points leave fewer to choose from."""
+"""Grid cells tested in search of the best grid; more points leave fewer to choose
+from."""
 GOOD = 0.01
 """Score below which no better grid is looked for."""
 FEWEST, MOST = 0.9, 1.3

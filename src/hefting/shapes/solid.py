@@ -15,8 +15,6 @@ BOX_FACES = (
     *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
 )
 """Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
-
-
 MERGE_TOLERANCE = 1e-6
 """Vertices closer than about this fraction of the diagonal are one vertex."""
 MAX_BOUNDARY = 500_000

@@ -16,9 +16,9 @@ from hefting.core.spatial import Array, Mask
 from hefting.shapes.cells import Moments, moments_in_cells
 
 SPACING = 0.5
-"""Of points at which the surface is looked at, in sides of a cell."""
+"""Distance of the points at which the surface is looked at, in sides of a cell."""
 MOST_SURFACE_POINTS = 2_000_000
-"""Of finer grids only some points are looked at."""
+"""Of finer grids only some of these points are looked at."""
 MOST_DIVIDED_CELLS = 2_000_000
 REACH = 2
 """Cells by which a part may reach beyond those with a point; tips and edges of tools

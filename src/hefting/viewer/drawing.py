@@ -1,5 +1,5 @@
-"""Drawing: a scene as nodes of viser, in the frame of the sensor, and the colours of all
-that is drawn. Needs viser."""
+"""Drawing: a scene as nodes of viser, in the frame of the sensor, and the colours of
+all that is drawn. Needs viser."""
 
 from collections.abc import Callable
 from functools import cache
@@ -28,8 +28,6 @@ ARROWS = {
 """Of each arrow of the wrench; what is predicted is the darker one of each pair."""
 MASSES = ("#7B5EA7", "#3B8BC2", "#2BA58D", "#8CC63F", "#F2B705")
 """Scale of masses from none to the largest, seen on white and on black."""
-
-
 SENSOR = "/sensor"
 """Node that moves with the sensor; all that is drawn of the object is below it."""
 LEAST_SIZE = 0.05

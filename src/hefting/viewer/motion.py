@@ -1,4 +1,5 @@
-"""What moves with a recording: the arm, and arrows and curves of the wrench. Needs viser."""
+"""What moves with a recording: the arm, and arrows and curves of the wrench. Needs
+viser."""
 
 import re
 from typing import TYPE_CHECKING, Any
@@ -23,8 +24,6 @@ MOST_TRIANGLES = 4_000
 """Of one mesh that are drawn."""
 THICKNESS = 0.012
 """Of the lines [m]."""
-
-
 LONGEST = {"force": 1.0, "torque": 0.6}
 """Length of the longest arrow over the size of the scene."""
 APART = 0.02

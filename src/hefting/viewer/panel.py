@@ -1,5 +1,5 @@
-"""Panel: what stands beside the scene: the answer, what the colours mean, and controls of
-the instant, the method and its hyperparameters. Needs viser."""
+"""Panel: what stands beside the scene: the answer, what the colours mean, and controls
+of the instant, the method and its hyperparameters. Needs viser."""
 
 from collections.abc import Callable
 from html import escape
@@ -27,8 +27,6 @@ MOST_REASONS = 3
 GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
 """Of the verdict, read on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}
-
-
 TYPICAL_POSE_STD = (5.0, 5.0)
 """[mm] and [°], what Bayes reckons with where the pose is not exact."""
 NUMBERS = {

@@ -37,8 +37,6 @@ SCHEME = (
     "{darkMode:matchMedia('(prefers-color-scheme: dark)').matches};"
 )
 """Lets the page follow the reader's colour scheme."""
-
-
 RATE = 20.0
 """[Hz] of the frames."""
 EDGES = tuple((i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit)

@@ -21,8 +21,6 @@ OWN_NAMES = ("127.0.0.1", "localhost", "[::1]")
 """How pages of this machine name it."""
 EVERYWHERE = ("0.0.0.0", "::", "")
 """Addresses by which a machine listens under all of its names."""
-
-
 T = TypeVar("T")
 
 

@@ -24,10 +24,9 @@ from hefting.scene import Headline, Scene, headline_of, scene_of
 from hefting.shapes import Shape
 
 MOST_FRAMES = 1_200
-"""That are drawn, evenly chosen: a minute of 20 a second."""
+"""Instants that are drawn at most, evenly chosen: a minute of 20 a second."""
 RATE = 20.0
-
-
+"""Instants a second that are drawn at most."""
 MOST_ANSWERS = 500
 """Answers that are kept, so that going back in time costs nothing."""
 
