@@ -11,7 +11,9 @@ from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS as ESTIMATORS
 from hefting.estimators import default_method
-from hefting.identification.identify import estimator_for, run, with_diagnostics
+from hefting.identification.checks import with_diagnostics
+from hefting.identification.estimator import estimator_for
+from hefting.identification.identify import run
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import require_object
 from hefting.shapes import Shape

@@ -34,7 +34,7 @@ STAGES = {
     "fit": ("hefting.ingest.condition._fit",),
     "changes": ("hefting.ingest.condition.find_changes",),
     "mistakes": ("hefting.ingest.ingest._doubt",),
-    "conclusion": ("hefting.identification.identify.understand",),
+    "conclusion": ("hefting.identification.front.understand",),
     "solving": ("hefting.identification.identify.run",),
     "checks": ("hefting.identify",),
 }

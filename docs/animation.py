@@ -23,12 +23,11 @@ from hefting.core.files import write_atomically
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, rotation_matrices
 from hefting.identification import Identification
-from hefting.identification.instant import estimate_until
+from hefting.identification.convergence import estimate_until
 from hefting.plots.style import BLUE, INK, VERMILION, style
 from hefting.robots.arm import Arm
 from hefting.scene.headline import plus_minus
-from hefting.scene.link_surfaces import LinkSurfaces
-from hefting.scene.surface import coarser
+from hefting.scene.surface import LinkSurfaces, coarser
 from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates
 from hefting.simulation.objects import hammer
 from hefting.simulation.scenario import Scenario, Simulated, named_object

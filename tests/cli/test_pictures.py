@@ -125,7 +125,7 @@ def test_of_several_methods_the_recommended_one_is_drawn(run, folder, tmp_path):
 def test_what_is_not_to_be_used_is_drawn_and_says_so(
     run, folder, tmp_path, monkeypatch
 ):
-    import hefting.plots.identification as drawn
+    import hefting.plots.style as drawn
 
     said = []
     write = drawn.write_headline

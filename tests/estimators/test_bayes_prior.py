@@ -18,7 +18,7 @@ from hefting.estimators.bayes.densities import MEMBERS, OFF_CENTRE_GROWTH
 from hefting.estimators.bayes.distortion import TYPICAL_POSE_STD, Distortions
 from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.shapes import Shape
-from hefting.shapes.doubt import ROUGH
+from hefting.shapes.checks import ROUGH
 from hefting.simulation import UR5, hammer, random_smooth, wield
 
 EXACT = (0.0, 0.0)

@@ -16,8 +16,8 @@ from hefting.estimators import METHODS, VARIANTS, describe_methods, method_named
 from hefting.estimators.base import INVARIANCES
 from hefting.identification import compare as comparison
 from hefting.identification import identify
-from hefting.identification.compare import compare
-from hefting.identification.recommend import (
+from hefting.identification.compare import (
+    compare,
     explanation,
     misfit,
     recommend,
@@ -354,7 +354,7 @@ def test_a_larger_residual_is_told():
     """Half as much again as another's: never "to within the noise"."""
     close = Estimate("LMI", hammer().parameters, 100, residual=np.array((0.1, 0.01)))
     far = replace(close, method="Bayes", residual=np.array((0.11, 0.015)))
-    said = explanation("Bayes", {"Bayes": far, "LMI": close}, 28.0)
+    said = explanation("Bayes", {"Bayes": far, "LMI": close})
     assert "1.5 times the residual of the closest fit" in said
     same = {"Bayes": close, "LMI": close}
-    assert "to within the noise and says" in explanation("Bayes", same, 28.0)
+    assert "to within the noise and says" in explanation("Bayes", same)

@@ -5,8 +5,8 @@ import pytest
 
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
+from hefting.identification import identify
 from hefting.identification.convergence import INSTANTS, convergence, ten_of
-from hefting.identification.identify import identify
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 from hefting.simulation.demo import POSE

@@ -10,8 +10,8 @@ from hefting.core.errors import NotIdentifiableError
 from hefting.core.spatial import skew
 from hefting.estimators import METHODS, method_named
 from hefting.identification import identify
-from hefting.identification.identify import estimator_for
-from hefting.identification.instant import estimate_until
+from hefting.identification.convergence import estimate_until
+from hefting.identification.estimator import estimator_for
 from hefting.ingest.ingest import ingest
 from viewing import recorded, shape
 

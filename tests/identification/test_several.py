@@ -15,7 +15,7 @@ from hefting.core.recording import Recording
 from hefting.estimators import METHODS, OLS
 from hefting.identification.compare import compare
 from hefting.identification.contradictions import contradictions
-from hefting.identification.known import known_of
+from hefting.identification.estimator import known_of
 from hefting.ingest.joint import JointIngested
 from hefting.ingest.several import ingest_all, names_of
 from hefting.shapes import Shape

@@ -22,7 +22,7 @@ from hefting.estimators import Bayes
 from hefting.estimators.base import BiasModel
 from hefting.identification import identify
 from hefting.identification.compare import compare
-from hefting.identification.stopping import first_sufficient
+from hefting.identification.run import first_sufficient
 from hefting.logs import write_log
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield

@@ -11,13 +11,11 @@ from hefting.core.messages import codes
 from hefting.estimators.quadratic import Quadratic
 from hefting.identification.contradictions import (
     FEW,
-    contradictions,
-    with_contradictions,
-)
-from hefting.identification.suspects import (
     _solved,
+    contradictions,
     deviations_from_rest,
     least_squares_of,
+    with_contradictions,
 )
 from hefting.ingest.ingest import ingest
 from hefting.ingest.joint import JointIngested, joint, together

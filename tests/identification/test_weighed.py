@@ -11,8 +11,7 @@ from hefting.core.messages import codes
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import Z95
 from hefting.identification import calibrate, identify
-from hefting.identification.compare import compare
-from hefting.identification.recommend import MISFIT, misfit
+from hefting.identification.compare import MISFIT, compare, misfit
 from hefting.ingest.ingest import ingest
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 

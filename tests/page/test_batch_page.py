@@ -18,8 +18,7 @@ from batch_rows import batch_of, doubted, failed, identified, spread, start
 from hefting.cli import build_parser
 from hefting.page import Context
 from hefting.page.batch import LONGEST, MOST_REASONS, batch_page
-from hefting.page.histogram import histogram
-from hefting.page.palette import LIGHT
+from hefting.page.figure import LIGHT, histogram
 from hefting.request.request import said
 from html_pages import Words, figures_of, sections_of, text_of
 

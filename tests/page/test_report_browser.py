@@ -17,7 +17,7 @@ from hefting.core.measurements import Noise
 from hefting.export import export
 from hefting.identification import identify
 from hefting.logs import read_log, write_log
-from hefting.page.palette import DARK, LIGHT
+from hefting.page.figure import DARK, LIGHT
 from hefting.scene import wrench_curves
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, truth

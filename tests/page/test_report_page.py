@@ -28,8 +28,8 @@ from hefting.inspection import inspect
 from hefting.logs import write_log
 from hefting.page import Context, identification_page, inspection_page
 from hefting.page.bars import Row, bars
-from hefting.page.palette import DARK, LIGHT
-from hefting.page.wrench import MOST_SPANS, marks
+from hefting.page.figure import DARK, LIGHT
+from hefting.page.recording import MOST_SPANS, marks
 from hefting.scene import wrench_curves
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, sinusoids
@@ -335,16 +335,16 @@ def test_json_stays_one_object_beside_a_report(run, folder, tmp_path):
 def test_what_to_install_is_said_before_anything_is_read(
     run, folder, tmp_path, monkeypatch
 ):
-    import hefting.page.frame as frame
+    import hefting.page.html as html_
 
-    monkeypatch.setattr(frame, "find_spec", lambda name: None)
+    monkeypatch.setattr(html_, "find_spec", lambda name: None)
     path = tmp_path / "r.html"
     status, out, err = run("identify", folder / "no.csv", "--report", path)
     assert status in (1, 2)
     assert out == ""
     assert "hefting[view]" in err
     with pytest.raises(MissingDependencyError, match="plotly"):
-        frame.require_plotly()
+        html_.require_plotly()
     assert not path.exists()
 
 

@@ -15,7 +15,7 @@ from hefting.planning.solids import (
 )
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import read_urdf
-from hefting.shapes.hull import Hull
+from hefting.shapes.clouds import Hull
 
 
 def bent():

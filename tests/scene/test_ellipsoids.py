@@ -10,7 +10,7 @@ from scipy.stats import chi2, norm
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.scene import Ellipsoid, com_region, uniform_ellipsoid
-from hefting.scene.ellipsoid import CHI95, Z95
+from hefting.scene.surface import CHI95, Z95
 from hefting.simulation import hammer
 
 UNPHYSICAL = InertialParameters.from_com(

@@ -6,7 +6,7 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
-from hefting.shapes.hull import Hull
+from hefting.shapes.clouds import Hull
 from random_problems import random_pose
 
 CUBE = np.array(
@@ -243,7 +243,7 @@ def test_as_qhull_has_it(name, seed, monkeypatch):
     pose, points = random_pose(rng), SOLID[name](rng) * rng.uniform(0.1, 1.0, 3)
     points = points @ pose[:3, :3].T
     own = Hull.of(points)
-    monkeypatch.setattr("hefting.shapes.hull.SMALL_HULL", 0)
+    monkeypatch.setattr("hefting.shapes.clouds.SMALL_HULL", 0)
     other = Hull.of(points)
     for x in rng.uniform(points.min(axis=0) - 0.1, points.max(axis=0) + 0.1, (50, 3)):
         assert own.depth(x) == pytest.approx(other.depth(x), abs=1e-12)

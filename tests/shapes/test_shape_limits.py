@@ -12,7 +12,7 @@ import pytest
 import trimesh
 
 from hefting.core.errors import InputError
-from hefting.shapes import limits, load_shape
+from hefting.shapes import files, load_shape
 from hefting.shapes.reading import read_mesh
 
 
@@ -30,7 +30,7 @@ def test_arrays_of_too_many_points(tmp_path, kind):
     """A million int8 points and one took a traceback at 66 MB; the array is not copied
     before its size is known."""
     path = tmp_path / "cloud.npy"
-    np.save(path, np.zeros((limits.MAX_CLOUD + 1, 3), dtype=kind))
+    np.save(path, np.zeros((files.MAX_CLOUD + 1, 3), dtype=kind))
     tracemalloc.start()
     message = refusal(path)
     peak = tracemalloc.get_traced_memory()[1]
@@ -102,7 +102,7 @@ def test_damaged_headers_of_arrays(tmp_path, header, version):
 def test_texts_of_too_many_words(tmp_path, monkeypatch, name, head, unit):
     """Refused before anything is made of them. The limit is lowered: the files would be
     of 24 MB."""
-    monkeypatch.setattr(limits, "MAX_WORDS", 20_000)
+    monkeypatch.setattr(files, "MAX_WORDS", 20_000)
     path = tmp_path / name
     path.write_bytes(head + unit * (20_001 // max(len(unit.split()), 1) + 5))
     assert "words of text" in refusal(path)
@@ -110,27 +110,27 @@ def test_texts_of_too_many_words(tmp_path, monkeypatch, name, head, unit):
 
 @pytest.mark.parametrize("part", [1, 2, 7, 2**20])
 def test_words_are_counted_across_parts(tmp_path, monkeypatch, part):
-    monkeypatch.setattr(limits, "PART", part)
+    monkeypatch.setattr(files, "PART", part)
     text = b"  12 3,4\n\n5\t6;7 \r\n89"
     for most, refused in ((6, True), (7, False), (8, False)):
-        monkeypatch.setattr(limits, "MAX_WORDS", most)
+        monkeypatch.setattr(files, "MAX_WORDS", most)
         if refused:
             with pytest.raises(InputError):
-                limits.check_text(text, "x")
+                files.check_text(text, "x")
         else:
-            limits.check_text(text, "x")
+            files.check_text(text, "x")
 
 
 def test_long_rows_and_many_points_of_texts(tmp_path):
     path = tmp_path / "cloud.xyz"
     path.write_bytes(b"1 2 3 " * 5000 + b"\n" + b"1 2 3\n")
     assert "not a readable" in refusal(path)
-    path.write_bytes(b"1 2 3\n" * (limits.MAX_CLOUD + 1))
+    path.write_bytes(b"1 2 3\n" * (files.MAX_CLOUD + 1))
     assert "more than 1,000,000 points" in refusal(path)
 
 
 def test_vertices_with_too_many_properties(tmp_path, monkeypatch):
-    monkeypatch.setattr("hefting.shapes.ply.MAX_NUMBERS", 1000)
+    monkeypatch.setattr("hefting.shapes.files.MAX_NUMBERS", 1000)
     lines = ["ply", "format binary_little_endian 1.0", "element vertex 200"]
     lines += [f"property uchar {name}" for name in "xyzabc"]
     path = tmp_path / "cloud.ply"
@@ -157,7 +157,7 @@ def test_scenes_larger_than_their_file(tmp_path):
     path.write_bytes(scene_with())
     load_shape(path)  # as it is it can be read
     nothing = {"componentType": 5126, "type": "VEC3", "count": 10**9}
-    chain = [{"children": [i + 1]} for i in range(limits.MAX_NODES + 1)] + [{"mesh": 0}]
+    chain = [{"children": [i + 1]} for i in range(files.MAX_NODES + 1)] + [{"mesh": 0}]
     for changes in ({"accessors": [nothing] * 2}, {"nodes": chain}):
         path.write_bytes(scene_with(**changes))
         assert "not a readable .glb mesh" in refusal(path)

@@ -196,7 +196,7 @@ def test_missing_files_and_folders(tmp_path):
 def test_big_files_are_refused(tmp_path, monkeypatch):
     path = tmp_path / "box.stl"
     SOLIDS["box"].export(path)
-    monkeypatch.setattr("hefting.shapes.ply.MAX_BYTES", 100)
+    monkeypatch.setattr("hefting.shapes.files.MAX_BYTES", 100)
     with pytest.raises(InputError, match="larger than"):
         load_shape(path)
 

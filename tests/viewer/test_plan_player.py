@@ -10,7 +10,7 @@ import pytest
 from browser import COARSE, DESKTOP, browsing, lit_plainly, needs_browser
 from folding_arm import folding_arm
 from hefting.core.errors import InputError
-from hefting.viewer.plan_player import EDGES, plan_player
+from hefting.viewer.player import EDGES, plan_player
 from hefting.viewer.server import serving
 from plans import random_plan
 

@@ -14,11 +14,10 @@ from hefting.robots import Arm
 from hefting.scene import headline_of, scene_of
 from hefting.viewer import Settings
 from hefting.viewer.drawing import MOST_REACH, axes_length, letter, size_of
-from hefting.viewer.follower import Follower
-from hefting.viewer.server import address_of, serving
-from hefting.viewer.text import answer_html
+from hefting.viewer.motion import arrow
+from hefting.viewer.panel import answer_html
+from hefting.viewer.server import Follower, address_of, serving
 from hefting.viewer.viewer import Viewer
-from hefting.viewer.wrench import arrow
 from urdfs import LINKS
 from viewing import HOSTILE, POSE, held, recorded, shape, viewed, write_arm
 

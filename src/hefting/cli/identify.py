@@ -40,9 +40,9 @@ if TYPE_CHECKING:
     from hefting.core.metrics import Errors
     from hefting.core.recording import Recording
     from hefting.core.spatial import Array
+    from hefting.identification.agreement import Truth
     from hefting.identification.compare import Comparison
     from hefting.identification.identify import Identification
-    from hefting.identification.truth import Truth
     from hefting.shapes import Shape
 
 
@@ -313,7 +313,7 @@ def _pose(text: str | None) -> "Array | None":
 
 
 def _truth(path: str) -> "Truth":
-    from hefting.identification.truth import load_truth
+    from hefting.identification.agreement import load_truth
 
     return load_truth(path)
 

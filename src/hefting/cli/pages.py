@@ -39,7 +39,7 @@ def check_report(path: str | None, *inputs: str | None) -> None:
     if Path(path).suffix.lower() != SUFFIX:
         fix = f"choose a name that ends in {SUFFIX}"
         raise InputError("a report is an HTML page", path, fix)
-    from hefting.page.frame import require_plotly
+    from hefting.page.html import require_plotly
 
     require_plotly()
     check_output(path, *inputs)

@@ -256,7 +256,7 @@ def _content(found: "Plan", path: str) -> str | bytes:
 
         return picture_of(plot_plan(found, render), suffix)
     if suffix == PLAYER:
-        from hefting.viewer.plan_player import plan_player
+        from hefting.viewer.player import plan_player
 
         return plan_player(found)
     return format_of(path).content(found)

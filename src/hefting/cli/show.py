@@ -85,10 +85,10 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _of_log(a: argparse.Namespace) -> "tuple[Estimate, Array]":
     """What least squares finds without the shape, and gravity (K, 3) in sensor axes."""
-    from hefting.identification.identify import identify
+    from hefting.identification import identify
 
     found = identify(read_recording(a), method="OLS", gravity=gravity_of(a))
-    return found.estimate, found.measurements.gravity
+    return found.estimate, found.ingested.measurements.gravity
 
 
 def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:

@@ -102,7 +102,7 @@ def _session(
     a: argparse.Namespace,
 ) -> "tuple[Session, Playback, Recording, Settings]":
     """The recording as read and understood, and what is to be shown at first."""
-    from hefting.identification.truth import load_truth
+    from hefting.identification.agreement import load_truth
     from hefting.ingest.ingest import ingest
     from hefting.viewer import Playback, Session
 

@@ -1,10 +1,10 @@
-"""Dashboards: a recording and what was found from it in one file, for programs of others
-to show.
+"""Dashboards: a recording and what was found from it in one file, for programs of
+others to show.
 
     write_dashboard(replay_of(recording, estimate, shape), "out.mcap")
 
-Each kind of file is a module of this package that ends in its `DASHBOARD`; here is their
-list, and what is done with one.
+Each kind of file is a module of this package that ends in its `DASHBOARD`; here is
+their list, and what is done with one.
 """
 
 from collections.abc import Callable
@@ -13,8 +13,7 @@ from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.progress import report
-from hefting.dashboards.dashboard import Dashboard
-from hefting.dashboards.replay import Replay, replay_of
+from hefting.dashboards.replay import Dashboard, Replay, replay_of
 
 __all__ = ["Dashboard", "Replay", "dashboard_for", "replay_of", "write_dashboard"]
 

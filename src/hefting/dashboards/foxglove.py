@@ -1,5 +1,5 @@
-"""Foxglove: an MCAP file in Foxglove's own schemas, with the recording beside it as ROS 2
-messages. Needs foxglove-sdk and rosbags."""
+"""Foxglove: an MCAP file in Foxglove's own schemas, with the recording beside it as ROS
+2 messages. Needs foxglove-sdk and rosbags."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -19,8 +19,7 @@ from hefting.core.files import replacing
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.dashboards.dashboard import Dashboard
-from hefting.dashboards.replay import Replay
+from hefting.dashboards.replay import Dashboard, Replay
 from hefting.logs.ros.mcap_output import McapOutput
 from hefting.scene import headline_of
 
@@ -31,9 +30,9 @@ if TYPE_CHECKING:
     from hefting.logs.ros.serialising import Messages
 
 ARROW_RATE = 30.0
-"""Arrows a second, at most: as many as a screen shows."""
+"""A second, at most: as many as a screen shows."""
 BLOCK = 10_000
-"""Messages of a topic that are held as bytes at once."""
+"""Messages of a topic that are bytes at once."""
 PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
 LEVELS = {"note": "Info", "warning": "Warning", "error": "Error"}
 """Foxglove's level of each severity."""
@@ -95,7 +94,7 @@ def _writer(stream: BinaryIO) -> "Iterator[Context]":
 
 
 def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
-    """Times [s] of a recording as those of its messages [ns]."""
+    """Times [s] as those of messages [ns]."""
     from hefting.logs.ros.writing import EPOCH
 
     stamps = EPOCH + np.rint((time - recording.start) * 1e9).astype(np.int64)
@@ -103,7 +102,7 @@ def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
 
 
 def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]]:
-    """The recording as it was logged, in ROS 2 messages."""
+    """In ROS 2 messages."""
     from foxglove import Channel, Schema
     from rosbags.typesys import Stores, get_typestore
 
@@ -120,7 +119,7 @@ def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]
 
 
 def _rows(group: "Messages", store: Any, send: Callable[..., None]) -> Iterator[Line]:
-    """The messages of one topic, serialised a block at a time."""
+    """One topic, a block at a time."""
     from hefting.logs.ros.serialising import serialise
 
     for first in range(0, len(group.time), BLOCK):
@@ -176,7 +175,6 @@ def _scene(replay: Replay, context: "Context") -> Iterator[Line]:
 
 
 def _arrows(replay: Replay, context: "Context") -> Iterator[Line]:
-    """The forces on the object as arrows."""
     from foxglove.channels import SceneUpdateChannel
 
     from hefting.dashboards.foxglove_scene import COLOURS
@@ -212,7 +210,7 @@ def _arrow_lines(
 
 
 def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
-    """Each wrench as a force and a torque, at its own times."""
+    """Each wrench as force and torque, at its own times."""
     from foxglove.channels import Vector3Channel
 
     from hefting.dashboards.foxglove_scene import vector3
@@ -231,7 +229,6 @@ def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
 
 
 def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
-    """Verdict, numbers and warnings, once."""
     from foxglove.channels import LogChannel
     from foxglove.messages import Log, LogLevel
 
@@ -257,7 +254,6 @@ def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
 
 
 def _entities(replay: Replay) -> "Entities":
-    """What makes the parts of the scene, each with verdict and numbers."""
     from hefting.dashboards.foxglove_scene import Entities
     from hefting.logs.ros.streams import SENSOR
 
@@ -272,4 +268,3 @@ def _start(recording: Recording) -> int:
 
 
 DASHBOARD = Dashboard(name="Foxglove", suffixes=(".mcap",), check=check, write=write)
-"""Shown by Foxglove, and by what else reads its schemas."""

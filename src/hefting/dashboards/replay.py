@@ -1,6 +1,9 @@
-"""Replay: a recording beside what was found from it, as plain data for any dashboard."""
+"""Replay: a recording beside what was found from it, as plain data; and what a kind of
+file is that shows it."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 
 import numpy as np
 
@@ -78,10 +81,24 @@ def replay_of(
 
 
 def _gravity_of(estimate: Estimate) -> Gravity:
-    """The gravity that an estimate was made with; standard gravity where it does not
-    tell it."""
+    """That an estimate was made with; standard gravity where it does not tell it."""
     try:
         vector = np.asarray(estimate.provenance.get("gravity"), dtype=float)
         return Gravity.of(vector)
     except (InputError, TypeError, ValueError, OverflowError):
         return ON_EARTH
+
+
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Dashboard:
+    """A kind of file that a dashboard shows."""
+
+    name: str
+    """Of the program that shows it."""
+    suffixes: tuple[str, ...]
+    """Endings of the file names, in small letters."""
+    check: Callable[[], None]
+    """Raises `MissingDependencyError` where what writes it is not installed."""
+    write: Callable[[Replay, str | Path, Callable[[str], str]], tuple[str, ...]]
+    """Writes a replay, whole or not at all; returns the names of the streams that it
+    does not hold. The last argument is `say` of `write_dashboard`."""

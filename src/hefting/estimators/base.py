@@ -53,7 +53,7 @@ ROLES: dict[Role, str] = {
     "free": "does without the shape: for recordings that suffice alone, or contradict it",
     "none": "recommended where there is no other",
 }
-"""What a method may be recommended for, see `hefting.identification.recommend`."""
+"""What a method may be recommended for, see `hefting.identification.compare`."""
 
 INVARIANCES = {
     "world frame": "another world frame",

@@ -1,4 +1,5 @@
-"""Agreement: whether estimates can be of the same object, by their intervals.
+"""Agreement: whether estimates can be of the same object, by their intervals, and how
+far one is from the truth.
 
 Compared are mass, centre of mass and principal moments of inertia. Two estimates differ
 by so many standard deviations d, where the half of each interval that faces the other
@@ -18,6 +19,7 @@ in the same sensor frame.
 from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
+from pathlib import Path
 from statistics import NormalDist
 from typing import Any
 
@@ -26,10 +28,14 @@ import numpy as np
 from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, com_jacobian
-from hefting.core.estimate_json import json_ready
+from hefting.core.estimate_json import SCHEMA, json_ready
+from hefting.core.files import read_json
 from hefting.core.inertia import InertialParameters
+from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
+from hefting.core.metrics import Errors, errors_between
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, vector_to_tensor
+from hefting.shapes import Shape
 
 QUANTITIES = (
     ("mass", "kg"),
@@ -56,7 +62,7 @@ class Difference:
 
     @property
     def name(self) -> str:
-        """Name of the quantity."""
+        """Of the quantity."""
         return QUANTITIES[self.quantity][0]
 
 
@@ -113,8 +119,7 @@ class Agreement(Shown):
 
     @property
     def tested(self) -> bool:
-        """Whether there was anything to compare by: two estimates that determine the
-        same quantity."""
+        """Whether two estimates determine the same quantity."""
         known = [np.isfinite(ends).all(axis=0) for ends in self.intervals.values()]
         return bool((np.sum(known, axis=0) > 1).any())
 
@@ -146,8 +151,8 @@ class Agreement(Shown):
 
 
 def limit_of(pairs: int) -> float:
-    """Standard deviations that by chance one quantity of so many pairs of estimates
-    exceeds with the probability `FALSE_ALARM`."""
+    """Standard deviations that one quantity of so many pairs of estimates exceeds by
+    chance with the probability `FALSE_ALARM`."""
     comparisons = pairs * len(QUANTITIES)
     return NormalDist().inv_cdf(1.0 - 0.5 * FALSE_ALARM / comparisons)
 
@@ -158,8 +163,7 @@ def _values(body: InertialParameters) -> Array:
 
 
 def _intervals(estimate: Estimate) -> Array:
-    """(2, 7) ends of the intervals; those of principal moments follow from the
-    covariance, to first order."""
+    """(2, 7) ends; those of principal moments by the covariance, to first order."""
     values, ends = _values(estimate.parameters), np.full((2, 7), np.inf)
     ends[0] = -np.inf
     std = estimate.std
@@ -175,8 +179,8 @@ def _intervals(estimate: Estimate) -> Array:
 
 
 def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
-    """(3,) standard deviations of the moments about the COM, v' J v along each column v
-    of `axes` (3, 3); infinite where they are open, or nothing is known of them."""
+    """(3,) standard deviations of moments v' J v about the COM along columns v of
+    `axes` (3, 3); infinite where open or not known."""
     if estimate.covariance is None:
         return np.full(3, np.inf)
     along = np.einsum("ia,sij,ja->as", axes, vector_to_tensor(np.eye(6)), axes)
@@ -215,3 +219,86 @@ def _apart(a: Array, of_a: Array, b: Array, of_b: Array) -> Array:
     return np.where(
         known, np.abs(a - b) / np.maximum(np.maximum(std, least), 1e-300), 0
     )
+
+
+@dataclass(frozen=True, eq=False)
+class Truth:
+    """True parameters in the sensor frame, with the object's bounding box where it is
+    known."""
+
+    parameters: InertialParameters
+    extents: Array | None = None
+    """(3,) sides of the bounding box [m] along the columns of `axes`"""
+    axes: Array | None = None
+    """(3, 3) axes of the shape's own file in the sensor frame"""
+
+    def errors(
+        self, estimate: InertialParameters, shape: Shape | None = None
+    ) -> Errors:
+        """Errors of `estimate`; the bounding box is that of the truth, else that of
+        `shape`.
+
+        Raises `InputError` when neither has one.
+        """
+        extents, axes = self.extents, self.axes
+        if extents is None and shape is not None:
+            extents = shape.extents
+            axes = shape.pose[:3, :3] if shape.pose is not None else None
+        if extents is None:
+            raise InputError(
+                "the errors need the object's size",
+                fix="give `shape`, or mesh_extents_m in the truth",
+            )
+        return errors_between(estimate, self.parameters, extents, axes)
+
+
+def load_truth(path: str | Path) -> Truth:
+    """Truth from a JSON file: another estimate, or an object with the keys
+
+    ``mass`` [kg], ``center_of_mass_sensor`` [m], ``inertia_at_com_sensor_axes`` or
+    ``inertia_at_sensor`` [kg m²], and optionally ``mesh_extents_m`` [m] and
+    ``object_pose_in_sensor`` (4 x 4).
+
+    Raises `InputError` when the file cannot be read or a key is missing or malformed.
+    """
+    data = read_json(path)
+    if isinstance(data, dict) and data.get("schema") == SCHEMA:
+        return Truth(Estimate.load(path).parameters)
+    if not isinstance(data, dict):
+        raise InputError("is not a JSON object", where=path)
+
+    def array(key: str, *shape: int) -> Array:
+        try:
+            values = np.array(data[key], dtype=float)
+        except KeyError as error:
+            raise InputError(f"has no '{key}'", where=path) from error
+        except (TypeError, ValueError, OverflowError) as error:
+            raise InputError(
+                f"'{key}' is not an array of numbers", where=path
+            ) from error
+        if values.shape != shape or not np.isfinite(values).all():
+            raise InputError(
+                f"'{key}' is not {' x '.join(map(str, shape)) or 'one'} finite number(s)",
+                where=path,
+            )
+        check_magnitude(values, LARGEST_PARAMETER, f"'{key}'", path)
+        return values
+
+    mass, com = float(array("mass")), array("center_of_mass_sensor", 3)
+    if not mass > 0.0:
+        raise InputError(f"'mass' must be positive, not {mass:g}", where=path)
+    if "inertia_at_sensor" in data:
+        parameters = InertialParameters.from_origin(
+            mass, com, array("inertia_at_sensor", 3, 3)
+        )
+    else:
+        parameters = InertialParameters.from_com(
+            mass, com, array("inertia_at_com_sensor_axes", 3, 3)
+        )
+    extents = array("mesh_extents_m", 3) if "mesh_extents_m" in data else None
+    axes = (
+        array("object_pose_in_sensor", 4, 4)[:3, :3]
+        if "object_pose_in_sensor" in data
+        else None
+    )
+    return Truth(parameters, extents, axes)

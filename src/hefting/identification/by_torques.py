@@ -20,8 +20,7 @@ from hefting.estimators import OLS, default_method, method_named
 from hefting.estimators.base import Known
 from hefting.estimators.state_likelihood import StateSamples
 from hefting.estimators.whitened_state import WhitenedState
-from hefting.identification.identify import estimator_for, estimator_knowing
-from hefting.identification.known import known_of
+from hefting.identification.estimator import estimator_for, estimator_knowing, known_of
 from hefting.identification.run import understand
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics

@@ -1,25 +1,41 @@
-"""Checks of an estimate: each looks for one thing that gives doubt, and warns of it.
+"""Checks of an estimate: all errors that its method leaves out, what is open of it, and
+what gives doubt.
 
-A check is a function from `Checked` to messages, and its line in `CHECKS`; what it says
-then stands in `Estimate.warnings`, with its code in the output for machines.
+Each check looks for one thing: a function from `Checked` to messages, and its line in
+`CHECKS`; what it says then stands in `Estimate.warnings`, with its code in the output
+for machines.
 """
 
+from __future__ import annotations
+
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.mass_reading import EXAMPLE, MassReading
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
+from hefting.core.undetermined import Undetermined
 from hefting.estimators import Estimator
 from hefting.identification.identifiability import identifiability
-from hefting.ingest.free_fit import TYPICAL_SIZE
+from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.plausibility import com_warnings, misfit_warnings
+from hefting.ingest.plausibility import com_warnings, misfit_warnings, named_instead
 from hefting.ingest.rivals.consequence import SUPERSEDED
 from hefting.shapes import Shape
+
+LARGEST_RELATIVE_HALF_WIDTH = 0.5
+"""Half-width of the mass's interval over the mass, above which the recording does not
+determine the mass."""
+LARGEST_CHANGE_BY_SHAPE = 2.0
+"""Difference between the mass with a shape and by least squares without one, in
+standard deviations, that is attributed to chance."""
+LARGEST_HALF_WIDTH = 0.5
+"""Half-width of an interval over the mass, or over the largest moment of inertia, up to
+which a number is known whatever least squares says of it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -34,13 +50,6 @@ class Checked:
     shape: Shape | None
 
 
-LARGEST_RELATIVE_HALF_WIDTH = 0.5
-"""Half-width of the mass's interval over the mass, above which the recording does not
-determine the mass."""
-LARGEST_CHANGE_BY_SHAPE = 2.0
-"""Difference between the mass with a shape and by least squares without one, in
-standard deviations, that is attributed to chance."""
-
 Check = Callable[[Checked], Iterable[str]]
 
 
@@ -52,26 +61,6 @@ def warnings_of(checked: Checked) -> tuple[str, ...]:
     if doubt is None or not (doubt.names_mistake and doubt.is_fatal):
         return said
     return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
-
-
-def _of_the_recording(checked: Checked) -> Iterable[str]:
-    return checked.found.warnings
-
-
-def _com_outside_shape(checked: Checked) -> Iterable[str]:
-    return com_warnings(checked.found.fit, checked.shape)
-
-
-def _of_the_shape(checked: Checked) -> Iterable[str]:
-    return () if checked.shape is None else checked.shape.warnings
-
-
-def _of_the_method(checked: Checked) -> Iterable[str]:
-    return checked.estimate.warnings
-
-
-def _misfit(checked: Checked) -> Iterable[str]:
-    return misfit_warnings(checked.estimate, checked.residual, checked.found)
 
 
 def _undetermined(checked: Checked) -> Iterable[Message]:
@@ -157,11 +146,11 @@ def _not_physical(checked: Checked) -> Iterable[Message]:
 
 
 CHECKS: list[Check] = [
-    _of_the_recording,
-    _com_outside_shape,
-    _of_the_shape,
-    _of_the_method,
-    _misfit,
+    lambda checked: checked.found.warnings,
+    lambda checked: com_warnings(checked.found.fit, checked.shape),
+    lambda checked: () if checked.shape is None else checked.shape.warnings,
+    lambda checked: checked.estimate.warnings,
+    lambda c: misfit_warnings(c.estimate, c.residual, c.found),
     _undetermined,
     _mass_undetermined,
     _against_least_squares,
@@ -169,4 +158,108 @@ CHECKS: list[Check] = [
     _not_converged,
     _not_physical,
 ]
-"""Every check, in the order in which their messages are shown."""
+"""In the order in which their messages are shown."""
+
+
+def with_diagnostics(
+    estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
+) -> Estimate:
+    """The estimate with its residual, with what was assumed and what gives doubt.
+
+    Raises `NotIdentifiableError` when its mass is not positive.
+    """
+    negative = (
+        estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
+    )
+    if negative or not estimate.parameters.mass > 0.0:
+        if shape is None or not estimator.rests_on_shape:
+            what = "no positive mass explains the wrench"
+            fix = "check `sign` and `gravity`"
+        else:
+            doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
+            what = f"no mass inside the shape explains the wrench{doubts}"
+            fix = "check the shape's pose and unit"
+        refusal = NotIdentifiableError(what, where=found.log, fix=fix)
+        raise named_instead(refusal, found)
+    rms = found.residual(estimate.sensed_vector, estimate.bias)
+    provenance = found.provenance | estimator.provenance | estimate.provenance
+    own: Shape | None = getattr(estimator, "shape", None)
+    if own is not None and own.known != "reach":
+        provenance["points"] = own.n
+    estimate = replace(
+        estimate,
+        samples=round(found.samples),
+        duration=found.duration,
+        covariance=widened_covariance(estimate, estimator, found),
+        hull_margin=_margin(estimate, shape),
+        residual=rms,
+        provenance=provenance,
+    )
+    estimate = replace(
+        estimate, undetermined=undetermined_by(estimate, estimator, found, shape)
+    )
+    checked = Checked(estimate, rms, estimator, found, shape)
+    return replace(estimate, warnings=warnings_of(checked))
+
+
+def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
+    """Depth of the COM in the hull, but where the method knows of an uncertain
+    shape."""
+    if shape is None or estimate.hull_margin is not None:
+        return estimate.hull_margin
+    return shape.margin(estimate.parameters.center_of_mass)
+
+
+def undetermined_by(
+    estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
+) -> Undetermined:
+    """What is open of an estimate: what unconstrained least squares leaves open and the
+    method does not take from the object's shape (a box around it is none), unless its
+    interval is narrow."""
+    if shape is not None and estimator.rests_on_shape and shape.known == "object":
+        return Undetermined()
+    size = TYPICAL_SIZE
+    if shape is not None and estimator.rests_on_shape:
+        size = float(np.linalg.norm(shape.extents))
+    names = found.fit.open_parameters(size)
+    open_ = Undetermined.of_parameters(names, estimator.fills_in)
+    return _less_what_is_known(open_, estimate, size)
+
+
+def _less_what_is_known(
+    open_: Undetermined, estimate: Estimate, size: float
+) -> Undetermined:
+    if not open_:
+        return open_
+    mass, moments = estimate.parameters.mass, estimate.parameters.inertia_at_com
+    half = estimate.half_widths
+    largest = LARGEST_HALF_WIDTH * float(np.abs(moments.diagonal()).max())
+    left = Undetermined(
+        open_.mass and not half["mass"] <= LARGEST_HALF_WIDTH * mass,
+        open_.center_of_mass & ~(half["center_of_mass"] <= 0.5 * size),
+        open_.inertia_at_com & ~(half["inertia_at_com"] <= largest),
+        open_.filled_from,
+    )
+    return left if left else Undetermined()
+
+
+def widened_covariance(
+    estimate: Estimate, estimator: Estimator, found: Ingested
+) -> Array | None:
+    """The method's own covariance; one of white noise alone is widened for coloured
+    residuals, and by the errors of gravity's size and of the tool; with gravity found
+    as well it is that of the fit which found it, as gravity's error is the larger part.
+    With a scale's reading it is that of the intervals."""
+    white = estimator.covariance_of_white_noise
+    weighed = "sensor_gain" in estimate.provenance
+    if estimate.covariance is None or not white or weighed:
+        return estimate.covariance
+    covariance = inflated(estimate.covariance, found.fit.inflation)
+    if found.covariance_with_gravity is not None:
+        covariance = found.covariance_with_gravity
+    tool, error = found.tool, found.gravity_error
+    if error is not None:
+        covariance = covariance + np.outer(error, error)
+    if tool is not None and tool.covariance is not None:
+        covariance = covariance + tool.covariance
+    return covariance

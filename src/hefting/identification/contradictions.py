@@ -3,17 +3,21 @@ as the others.
 
 Each recording's least squares, with all that may be wrong in its interval, is compared
 with that of all others. The one that differs most is named and left out, until the rest
-agree: one that is wrong does not make the others look wrong.
-"""
+agree: one that is wrong does not make the others look wrong."""
 
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message, error
+from hefting.core.spatial import Array
+from hefting.estimators import OLS
+from hefting.estimators.quadratic import Quadratic
 from hefting.identification.agreement import QUANTITIES, Agreement, limit_of
-from hefting.identification.suspects import deviations_from_rest, least_squares_of
+from hefting.identification.estimator import known_of, state_of
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import JointIngested, together
 
@@ -25,6 +29,7 @@ a closed form takes for suspect."""
 MOST_SUSPECTS = 4
 """Number of these. Of 40 sets of 9 to 20 simulated recordings, up to three of them of
 an object 1 to 30 % lighter or heavier, the worst was the first suspect in all."""
+SHIFTED = ("mass", "center_of_mass")
 
 
 @dataclass(frozen=True)
@@ -70,9 +75,8 @@ def contradictions(found: JointIngested) -> list[Contradiction]:
     named: list[Contradiction] = []
     while len(left) > 1:
         worst = _worst(left, alone)
-        if worst.agreement.largest.deviations <= limit_of(
-            1 if len(left) == 2 else len(left)
-        ):
+        pairs = 1 if len(left) == 2 else len(left)
+        if worst.agreement.largest.deviations <= limit_of(pairs):
             break
         named.append(worst)
         del left[worst.name]
@@ -80,8 +84,7 @@ def contradictions(found: JointIngested) -> list[Contradiction]:
 
 
 def _worst(parts: dict[str, Ingested], alone: dict[str, Estimate]) -> Contradiction:
-    """The recording that differs most from the rest; of many, one of the
-    `MOST_SUSPECTS` that seem to."""
+    """The recording that differs most from the rest; of many, of `MOST_SUSPECTS`."""
     about = dict.fromkeys(parts, np.inf)
     if len(parts) > FEW:
         ranked = deviations_from_rest(parts, alone)
@@ -103,19 +106,66 @@ def _against_the_rest(
     """How a recording agrees with the rest of `parts`."""
     rest = [other for other in parts if other != name]
     others = rest[0] if len(rest) == 1 else OTHERS
-    theirs = (
-        alone[others]
-        if len(rest) == 1
-        else least_squares_of(together([parts[other] for other in rest], rest))
-    )
-    return Contradiction(
-        name, others, Agreement.of({name: alone[name], others: theirs})
-    )
+    theirs = alone.get(rest[0]) if len(rest) == 1 else None
+    if theirs is None:
+        theirs = least_squares_of(together([parts[other] for other in rest], rest))
+    agreement = Agreement.of({name: alone[name], others: theirs})
+    return Contradiction(name, others, agreement)
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
-    """A quantity with its half interval and unit, as a reader takes it in."""
+    """With its half interval and unit."""
     unit = QUANTITIES[at][1]
     scale, unit = (MILLIMETRES, "mm") if unit == "m" else (1.0, unit)
     low, high = scale * agreement.intervals[name][:, at]
     return f"{scale * agreement.values[name][at]:.4g} ± {0.5 * (high - low):.2g} {unit}"
+
+
+def least_squares_of(found: Ingested) -> Estimate:
+    """Unconstrained least squares with intervals of all errors that are allowed for."""
+    estimator = OLS(**OLS.settings(known_of(found, None)))
+    states = [state_of(estimator, part) for part in found.recordings]
+    state = estimator.merge_all(states)
+    estimate = replace(estimator, intervals=False).estimate(state)
+    intervals, covariance = estimator.uncertainty(estimate.parameters, state)
+    return replace(estimate, intervals=intervals, covariance=covariance)
+
+
+def deviations_from_rest(
+    parts: Mapping[str, Ingested], alone: Mapping[str, Estimate]
+) -> dict[str, float]:
+    """About how many standard deviations each recording is from all others, largest
+    first; `alone` is the least squares of each."""
+    found = together(list(parts.values()), list(parts))
+    whole = least_squares_of(found)
+    phi, free_bias = whole.parameters.vector, found.bias == "estimate"
+    each = {
+        name: Quadratic.of(part.state, found.fit.noise, free_bias)
+        for name, part in parts.items()
+    }
+    G = np.sum([own.A.T @ own.A for own in each.values()], axis=0)
+    apart: dict[str, float] = {}
+    for name, own in each.items():
+        gradient = own.A.T @ (own.A @ phi - own.b)
+        moved = phi + _solved(G - own.A.T @ own.A, gradient)
+        rest = _moved(whole, InertialParameters(moved))
+        agreement = Agreement.of({"own": alone[name], "rest": rest})
+        apart[name] = agreement.largest.deviations
+    return dict(sorted(apart.items(), key=lambda item: -item[1]))
+
+
+def _solved(G: Array, gradient: Array) -> Array:
+    """G^-1 gradient (10,); the shortest such, in scaled unknowns, where G (10, 10) is
+    singular."""
+    scale = np.sqrt(np.maximum(G.diagonal(), 1e-300))
+    scaled = G / np.outer(scale, scale)
+    return np.linalg.lstsq(scaled, gradient / scale, rcond=1e-12)[0] / scale
+
+
+def _moved(estimate: Estimate, body: InertialParameters) -> Estimate:
+    """The estimate of another body, with intervals as wide."""
+    intervals = dict(estimate.intervals or {})
+    for name in SHIFTED:
+        own = getattr(estimate.parameters, name)
+        intervals[name] = intervals[name] + (np.asarray(getattr(body, name)) - own)
+    return replace(estimate, parameters=body, intervals=intervals)

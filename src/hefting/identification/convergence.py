@@ -1,22 +1,25 @@
-"""Convergence: what a method would have said after each part of a recording."""
+"""Convergence: what a method would have said after each part of a recording, or up to
+an instant of it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import Measurements
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators import Estimator
 from hefting.estimators.joint_state import State
-from hefting.identification.seen import taken
+from hefting.estimators.sample_state import SampleState
+from hefting.identification.checks import with_diagnostics
+from hefting.identification.estimator import taken
+from hefting.ingest.free_fit import free_fit
 from hefting.ingest.ingested import Ingested
+from hefting.shapes import Shape
 
 INSTANTS = 20
-"""Instants at which a recording is looked at."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -32,8 +35,8 @@ class Convergence:
     """(n, 10) mass [kg], COM [m] and inertia at the COM [kg m²], as xx, xy, xz, yy, yz,
     zz"""
     low: Array | None
-    """(n, 10) lower ends of their 95 % intervals, minus infinity where open; None where
-    the method has none"""
+    """(n, 10) lower ends of 95 % intervals, minus infinity where open; None where the
+    method has none"""
     high: Array | None
     """(n, 10) upper ends"""
 
@@ -41,20 +44,9 @@ class Convergence:
 def convergence(
     estimator: Estimator, found: Ingested, final: Estimate, count: int = INSTANTS
 ) -> Convergence:
-    """How an estimate of a recording came about.
-
-    Parameters
-    ----------
-    estimator : Estimator
-        That made it.
-    found : Ingested
-        The recording as far as it was used; several are seen one after the other.
-    final : Estimate
-        Its estimate from all of that, which is the last one.
-    count : int
-        Instants, evenly over the measurements. Those at which nothing can be told yet
-        are left out.
-    """
+    """How the `final` estimate of a recording came about, at `count` instants, evenly
+    over the measurements; those at which nothing can be told yet are left out. Several
+    recordings are seen one after the other."""
     seen, estimates = [], []
     last: Estimate | None = None
     for rows, state in _states(estimator, found, count):
@@ -66,15 +58,12 @@ def convergence(
         estimates.append(last)
     seen.append(len(found.measurements))
     estimates.append(final)
-    ends = [each.intervals for each in estimates]
-    known = [ten_ends(end) for end in ends if end is not None]
-    known = known if len(known) == len(ends) else None
-    return Convergence(
-        np.array(seen),
-        np.array([ten_of(each.parameters) for each in estimates]),
-        None if known is None else np.array([low for low, _ in known]),
-        None if known is None else np.array([high for _, high in known]),
-    )
+    values = np.array([ten_of(each.parameters) for each in estimates])
+    low = high = None
+    if all(each.intervals is not None for each in estimates):
+        ends = np.array([ten_ends(each.intervals) for each in estimates])
+        low, high = ends[:, 0], ends[:, 1]
+    return Convergence(np.array(seen), values, low, high)
 
 
 def ten_of(body: InertialParameters) -> Array:
@@ -101,7 +90,7 @@ def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
 def _states(
     estimator: Estimator, found: Ingested, count: int
 ) -> Iterator[tuple[int, State]]:
-    """Number of measurements seen, and the state then, at all instants but the last."""
+    """Measurements seen, and the state then, at all instants but the last."""
     total = len(found.measurements)
     instants = np.unique(np.linspace(0, total, count + 1).astype(int))[1:-1]
     before, begin = estimator.start(), 0
@@ -109,14 +98,43 @@ def _states(
         z = taken(estimator, part)
         state, seen = estimator.start(), 0
         for rows in instants[(instants > begin) & (instants <= begin + len(z))]:
-            state, seen = _seen(estimator, state, z, seen, int(rows) - begin)
+            until = int(rows) - begin
+            state, seen = estimator.update(state, z[seen:until]), until
             yield int(rows), estimator.merge(before, state)
-        state, _ = _seen(estimator, state, z, seen, len(z))
+        state = estimator.update(state, z[seen:])
         before, begin = estimator.merge(before, state), begin + len(z)
 
 
-def _seen(
-    estimator: Estimator, state: State, z: Measurements, seen: int, until: int
-) -> tuple[State, int]:
-    """The state of one recording with its samples from `seen` on."""
-    return estimator.update(state, z[seen:until]), until  # type: ignore[arg-type]
+def estimate_until(
+    found: Ingested, estimator: Estimator, shape: Shape | None, instant: float
+) -> Estimate:
+    """The estimate from the samples of one recording up to an instant [s], on the clock
+    of ``found.measurements``; of static poses their index.
+
+    The recording is understood as a whole: clock offset, sign, bias model and drift,
+    gravity, outliers, noise, the weights of the samples and the errors that they share
+    are those of all of it; nothing else of later samples is used. At the end of the
+    recording the estimate is that of `hefting.identify`. The estimator is that of
+    `estimator_for` for the whole recording; it does not stop at an accuracy (`until`).
+
+    Raises `NotIdentifiableError` if there is no sample up to the instant, or they do not
+    determine a positive mass.
+    """
+    used = int(np.searchsorted(found.measurements.time, instant, side="right"))
+    samples = taken(estimator, found)[:used]
+    estimate = estimator.estimate(estimator.update(estimator.start(), samples))
+    return with_diagnostics(estimate, estimator, _first_samples(found, used), shape)
+
+
+def _first_samples(found: Ingested, used: int) -> Ingested:
+    """A recording with its first samples alone, and least squares of these; conditioned
+    as the whole."""
+    if used >= len(found.measurements):
+        return found
+    z = found.measurements[:used]
+    free_bias = found.bias == "estimate"
+    fit = free_fit(SampleState.of(z), free_bias, found.conditioned.inflation)
+    if found.tool is not None and found.tool.covariance is not None:
+        fit = fit.less(np.zeros(10), found.tool.covariance)
+    counts = found.counts[:used]
+    return replace(found, measurements=z, counts=counts, kept=None, fit=fit)

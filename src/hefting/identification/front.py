@@ -15,8 +15,9 @@ from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS, Estimator
 from hefting.identification.compare import Comparison, compare
-from hefting.identification.identify import Identification
-from hefting.identification.identify import identify as identify_by_one
+from hefting.identification.estimator import shape_of
+from hefting.identification.identify import Identification, identify_understood
+from hefting.identification.run import understand
 from hefting.ingest.tool import load_tool
 from hefting.logs.given import as_recording
 from hefting.logs.sensor_pose import sensor_turned as turned_about
@@ -185,13 +186,10 @@ def identify(
             recording, known, names, hyperparameters=hyperparameters, **options
         )
     one = method.__name__ if isinstance(method, type) else method
-    return identify_by_one(
-        recording,
-        known,
-        method=cast("str | Estimator | None", one),
-        **options,
-        **hyperparameters,
-    )
+    if isinstance(one, Estimator):
+        known = shape_of(one, known, hyperparameters)
+    found = understand(recording, **options)
+    return identify_understood(found, known, cast("Any", one), hyperparameters)
 
 
 def _sensor_pose(pose: Any, turned: str | None) -> Array | None:

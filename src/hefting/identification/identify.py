@@ -3,15 +3,14 @@ bias, weights) and told."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError, NeedError, NotIdentifiableError, nearest
+from hefting.core.display import Shown
+from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
@@ -19,35 +18,55 @@ from hefting.core.messages import warning
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.estimators import (
-    OLS,
-    Estimator,
-    default_method,
-    method_named,
-    methods_with,
-)
-from hefting.estimators.base import Known
-from hefting.identification.answer import Answer
-from hefting.identification.checks import Checked, warnings_of
-from hefting.identification.known import known_of
-from hefting.identification.own_estimator import require_its_bias, shape_of
-from hefting.identification.run import run, understand
-from hefting.identification.undetermined import undetermined_by
-from hefting.identification.widened import widened_covariance
+from hefting.core.spatial import Array
+from hefting.core.verdict import Verdict
+from hefting.estimators import OLS, Estimator, default_method
+from hefting.identification.checks import with_diagnostics
+from hefting.identification.estimator import estimator_of, known_of
+from hefting.identification.run import run
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.ingest import Ingested, ingest
-from hefting.ingest.plausibility import named_instead, require_object
-from hefting.ingest.several import Log
-from hefting.motion.measure import Source
+from hefting.ingest.plausibility import require_object
 from hefting.shapes import Shape
-from hefting.shapes.doubt import REACH
+from hefting.shapes.checks import REACH
 
-SHAPES = {
-    "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
-    "a shape": "FILE or box:X0,X1,Y0,Y1,Z0,Z1",
-    "labelled parts": "FILE.ply of points with a 'segmentation' property",
-}
-"""What to give for what a method needs."""
+
+class Answer(Shown):
+    """Base of results that hold an estimate in `estimate`."""
+
+    estimate: Estimate
+
+    def __repr__(self) -> str:
+        return self.estimate.summary(type(self).__name__)
+
+    @property
+    def mass(self) -> float:
+        """Mass [kg]."""
+        return self.estimate.mass
+
+    @property
+    def center_of_mass(self) -> Array:
+        """Centre of mass (3,) [m] in the sensor frame."""
+        return self.estimate.center_of_mass
+
+    @property
+    def inertia(self) -> Array:
+        """Inertia tensor (3, 3) [kg m²] about the centre of mass, in sensor axes."""
+        return self.estimate.inertia
+
+    def interval(self, name: str) -> Array:
+        """Lower and upper ends of a 95 % interval; see `hefting.Estimate.interval`."""
+        return self.estimate.interval(name)
+
+    @property
+    def warnings(self) -> tuple[str, ...]:
+        """What the user should know before trusting it."""
+        return self.estimate.warnings
+
+    @property
+    def verdict(self) -> Verdict:
+        """Whether to trust it, and why not: see `hefting.core.verdict`."""
+        return self.estimate.verdict
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -77,71 +96,6 @@ class Identification(Answer):
     """What made the estimate, with all hyperparameters."""
 
 
-def identify(
-    recording: Log | Sequence[Log],
-    shape: Shape | None = None,
-    *,
-    method: str | Estimator | None = None,
-    gravity: GravityLike = ON_EARTH,
-    wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
-    bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
-    motion: Source = "auto",
-    start: float = 0.0,
-    duration: float | None = None,
-    tool: Estimate | None = None,
-    **hyperparameters: Any,
-) -> Identification:
-    """Identify the object a recording shows.
-
-    Parameters
-    ----------
-    recording : a recording or the path of a log; or a list of these, several recordings
-        of the same object in the same grasp, each of which has a clock, a wrench bias
-        and a sign of its own.
-    shape : where the object may have mass, in the sensor frame. Without one Bayes takes
-        an object of any shape near the sensor for possible (`Shape.unknown`).
-    method : name of an estimator (`hefting.estimators.METHODS`) or of a variant; by
-        default the first (`hefting.estimators.default_method`). An estimator is used
-        as it is, with its own shape and hyperparameters.
-    gravity : (3,) in world axes [m/s²], which is exact; `Gravity.at` a latitude;
-        ``"estimate"`` finds its direction, for a robot on a tilted base. By default
-        standard gravity, whose size may be that of anywhere on the Earth.
-    wrench : which way the sensor counts; ``"auto"`` finds out from gravity.
-    bias : ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes
-        there is none, ``"auto"`` keeps one that exceeds three standard deviations; or
-        six numbers [N, N m], as recorded, to subtract. Of n recordings (n, 6) are one
-        for each.
-    motion : where velocities and accelerations come from, see
-        `hefting.motion.measure.measure`.
-    start, duration : part of the recording to use [s], or of each.
-    tool : estimate, in the same sensor frame, of what the sensor holds besides the
-        object, to subtract.
-    hyperparameters : fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std``
-        where pose or shape are not exact, ``until`` to use no more of the recording
-        than it takes. Of all methods: ``sensor_accuracy``; ``mass``, a scale's reading
-        of the object without the tool, as in ``"0.512kg±1g"``, or mass and standard
-        deviation [kg], see `hefting.MassReading`. Of PMD: ``c1``, which is
-        `hefting.estimators.sample_state.SMOOTHED_C1` where poses are smoothed here,
-        else the paper's.
-
-    Raises `InputError` for input that cannot be right (names what, where and what to
-    do) and `NotIdentifiableError` when the recording determines nothing.
-    """
-    if isinstance(method, Estimator):
-        shape = shape_of(method, shape, hyperparameters)
-    found = understand(
-        recording,
-        gravity=gravity,
-        wrench=wrench,
-        bias=bias,
-        motion=motion,
-        start=start,
-        duration=duration,
-        tool=tool,
-    )
-    return identify_understood(found, shape, method, hyperparameters)
-
-
 def identify_understood(
     found: Ingested,
     shape: Shape | None,
@@ -149,7 +103,7 @@ def identify_understood(
     hyperparameters: dict[str, Any],
 ) -> Identification:
     """Identify the object in one recording, or in several, that were understood; for
-    arguments and errors see `identify`."""
+    arguments and errors see `hefting.identify`."""
     warnings = ()
     if method is None:
         method = default_method(shape is not None)
@@ -166,21 +120,6 @@ def identify_understood(
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
     return _identification(estimate, estimator, found)
-
-
-def estimator_of(
-    method: str | Estimator,
-    found: Ingested,
-    shape: Shape | None,
-    hyperparameters: dict[str, Any],
-) -> Estimator:
-    """The estimator that a name stands for, as `estimator_for` makes it; or the one
-    that is given. `InputError` where that has another bias than the recording."""
-    if isinstance(method, Estimator):
-        require_its_bias(method, found)
-        return method
-    kind, settings = method_named(method)
-    return estimator_for(kind, found, shape, hyperparameters | settings)
 
 
 def _identification(
@@ -246,137 +185,3 @@ def calibration(
         )
     estimate = replace(estimate, covariance=covariance)
     return _identification(estimate, estimator, found)
-
-
-def estimator_for(
-    kind: type[Estimator],
-    found: Ingested,
-    shape: Shape | None,
-    hyperparameters: dict[str, Any],
-) -> Estimator:
-    """Create an estimator; hyperparameters that are not given follow from the recording
-    and the shape.
-
-    Parameters
-    ----------
-    kind : type of Estimator
-        Class of the method.
-    found : Ingested
-        The recording as read and conditioned.
-    shape : Shape, optional
-        Shape of the object in the sensor frame.
-    hyperparameters : dict
-        Values by name. The value "shape" stands for `shape` itself where the method
-        takes one for that hyperparameter.
-
-    Returns
-    -------
-    Estimator
-
-    Raises
-    ------
-    InputError
-        If the method needs what is not given, or has no such hyperparameter.
-    """
-    return estimator_knowing(kind, known_of(found, shape), hyperparameters)
-
-
-def estimator_knowing(
-    kind: type[Estimator], facts: Known, hyperparameters: dict[str, Any]
-) -> Estimator:
-    """The same for what is known before any method, from whatever sensor."""
-    shape, model = facts.shape, hyperparameters.get("model")
-    known = kind.hyperparameters(model)
-    for name in hyperparameters:
-        if name not in known:
-            raise _unknown_hyperparameter(kind, name, known)
-    named_shape = [
-        name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
-    ]
-    _require_what_it_needs(kind, shape, hyperparameters, named_shape)
-    settings = kind.settings(facts, model)
-    if any(name in hyperparameters for name in kind.instead_of_shape):
-        settings.pop("shape", None)
-    return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))
-
-
-def _unknown_hyperparameter(
-    kind: type[Estimator], name: str, known: Iterable[str]
-) -> InputError:
-    """The error for a hyperparameter that the method does not have."""
-    others = methods_with(name)
-    fix = f"{', '.join(others)} has it" if others else f"it has {', '.join(known)}"
-    return InputError(f"{kind.__name__} has no '{name}'{nearest(name, known)}", fix=fix)
-
-
-def _require_what_it_needs(
-    kind: type[Estimator],
-    shape: Shape | None,
-    hyperparameters: dict[str, Any],
-    standing: list[str],
-) -> None:
-    """`NeedError` where the shape is not there, or not as a method needs it; `standing`
-    are its hyperparameters for which the shape stands."""
-    name, needs = kind.__name__, kind.needs
-    if standing:
-        name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
-    if (
-        shape is None
-        and needs != "nothing"
-        and not any(key in hyperparameters for key in kind.instead_of_shape)
-    ):
-        raise NeedError(
-            f"{name} needs {needs}",
-            fix=f"give `shape` {SHAPES[needs]}, or use {default_method(False)}",
-        )
-    if needs == "labelled parts" and shape is not None and shape.labels is None:
-        raise NeedError(f"{name} needs {needs}", fix=f"give `shape` {SHAPES[needs]}")
-
-
-def with_diagnostics(
-    estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
-) -> Estimate:
-    """The estimate with its residual, with what was assumed and what gives doubt.
-
-    Raises `NotIdentifiableError` when its mass is not positive.
-    """
-    negative = (
-        estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
-    )
-    if negative or not estimate.parameters.mass > 0.0:
-        if shape is None or not estimator.rests_on_shape:
-            what = "no positive mass explains the wrench"
-            fix = "check `sign` and `gravity`"
-        else:
-            doubts = f" ({'; '.join(shape.warnings)})" if shape.warnings else ""
-            what = f"no mass inside the shape explains the wrench{doubts}"
-            fix = "check the shape's pose and unit"
-        refusal = NotIdentifiableError(what, where=found.log, fix=fix)
-        raise named_instead(refusal, found)
-    rms = found.residual(estimate.sensed_vector, estimate.bias)
-    provenance = found.provenance | estimator.provenance | estimate.provenance
-    own: Shape | None = getattr(estimator, "shape", None)
-    if own is not None and own.known != "reach":
-        provenance["points"] = own.n
-    estimate = replace(
-        estimate,
-        samples=round(found.samples),
-        duration=found.duration,
-        covariance=widened_covariance(estimate, estimator, found),
-        hull_margin=_margin(estimate, shape),
-        residual=rms,
-        provenance=provenance,
-    )
-    estimate = replace(
-        estimate, undetermined=undetermined_by(estimate, estimator, found, shape)
-    )
-    checked = Checked(estimate, rms, estimator, found, shape)
-    return replace(estimate, warnings=warnings_of(checked))
-
-
-def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
-    """Depth of the COM in the hull; where the shape is uncertain the method knows
-    better where that is."""
-    if shape is None or estimate.hull_margin is not None:
-        return estimate.hull_margin
-    return shape.margin(estimate.parameters.center_of_mass)

@@ -1,8 +1,8 @@
 """Live: poses and wrenches as a robot gives them -> an estimate at any time.
 
 Poses go through a fixed-lag filter, which is tuned on the first motion; its motion,
-with the wrenches of the same instants, goes into an estimator. The cost of a sample does
-not grow with their number.
+with the wrenches of the same instants, goes into an estimator. The cost of a sample
+does not grow with their number.
 """
 
 from __future__ import annotations

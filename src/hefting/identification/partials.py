@@ -23,12 +23,8 @@ from hefting.core.errors import InputError
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.sample_state import SampleState
 from hefting.identification.contradictions import with_contradictions
-from hefting.identification.identify import (
-    Identification,
-    estimator_of,
-    identify_understood,
-)
-from hefting.identification.own_estimator import shape_of
+from hefting.identification.estimator import estimator_of, shape_of
+from hefting.identification.identify import Identification, identify_understood
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import joint

@@ -1,5 +1,5 @@
-"""From recordings to a method's estimate: what is known of all, and how each of them is
-handed to the method."""
+"""From recordings to a method's estimate: what is known of all, how each is handed to
+the method, and where an accuracy that was asked for is reached."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,21 +7,33 @@ from typing import Any
 
 import numpy as np
 
+from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.estimators import Estimator
+from hefting.core.measurements import Measurements
+from hefting.core.messages import warning
+from hefting.estimators.base import Estimator
+from hefting.estimators.joint_state import State
 from hefting.identification.contradictions import with_contradictions
-from hefting.identification.seen import state_of, taken
-from hefting.identification.stopping import first_sufficient, with_stop_reason
+from hefting.identification.estimator import state_of, taken
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import JointIngested, together, with_samples
 from hefting.ingest.several import Log, ingest_all
+
+SAMPLES_BEFORE_FIRST_CHECK = 50
+"""Number of samples before the first estimate; static poses are checked from the first
+one on."""
+SHORTEST_CHECK_INTERVAL = 0.1
+"""[s] Shortest time between two estimates."""
+CHECK_INTERVAL_SHARE = 0.02
+"""Time between two estimates as a share of the recording so far, where that is
+longer."""
 
 
 def understand(recording: Log | Sequence[Log], **reading: Any) -> Ingested:
     """One recording, or several of the same object, as estimators take them; with a
     message for each that contradicts the others. For arguments and errors see
-    `identify`."""
+    `hefting.identify`."""
     return with_contradictions(ingest_all(recording, **reading))
 
 
@@ -64,22 +76,86 @@ def _first_sufficient(
             seen = estimator.update(estimator.start(), z)
             before = estimator.merge(before, seen)
     assert estimate is not None
+    seen = [part.measurements for part in parts]
     if found.static:
-        used, whole, unit = (
-            sum(len(p.counts) for p in parts),
-            sum(map(len, samples)),
-            "poses",
-        )
+        used, whole, unit = sum(map(len, seen)), sum(map(len, samples)), "poses"
     else:
-        used = sum(float(np.ptp(part.measurements.time)) for part in parts)
-        whole, unit = sum(float(np.ptp(z.time)) for z in samples), "s"
-    estimate = with_stop_reason(estimate, estimator.asked, used, whole, unit)
-    return estimate, _used(found, parts)
-
-
-def _used(found: Ingested, parts: list[Ingested]) -> Ingested:
-    """The recordings as far as they were used, with what was said of all."""
+        used, whole = (sum(float(np.ptp(z.time)) for z in a) for a in (seen, samples))
+        unit = "s"
+    estimate = _with_stop_reason(estimate, estimator.asked, used, whole, unit)
     if not isinstance(found, JointIngested):
-        return parts[0]
+        return estimate, parts[0]
     again = with_samples(together(parts, found.names[: len(parts)]))
-    return replace(again, warnings=found.warnings)
+    return estimate, replace(again, warnings=found.warnings)
+
+
+def first_sufficient(
+    estimator: Estimator,
+    measurements: Measurements,
+    static: bool = False,
+    before: State | None = None,
+) -> tuple[Estimate, int]:
+    """The first sufficient estimate and how many samples it took; or that of all, where
+    none is.
+
+    The samples are in order of time, or static poses; `before` is the state of other
+    recordings, which were seen whole. Errors as for the `estimate` of all samples.
+    """
+    z = measurements
+    state, estimate, seen = estimator.start(), None, 0
+    for end in _sample_counts_at_checks(z, static):
+        state, seen = estimator.update(state, z[seen:end]), end
+        try:
+            seen_in_all = state if before is None else estimator.merge(before, state)
+            estimate, _ = estimator.continued(seen_in_all, estimate)
+        except NotIdentifiableError:
+            if seen == len(z):
+                raise
+            continue
+        if estimate.sufficient:
+            break
+    assert estimate is not None
+    return estimate, seen
+
+
+def _with_stop_reason(
+    estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str
+) -> Estimate:
+    """`estimate` with `used` of the `whole` recording in its provenance, and a warning
+    where it does not suffice."""
+    assert estimate.accuracy is not None
+    provenance = estimate.provenance | {
+        "until": str(asked),
+        "used": used,
+        "of": whole,
+        "used_unit": unit,
+    }
+    warnings = estimate.warnings
+    if not estimate.sufficient:
+        why = (
+            asked.shortfall(estimate.accuracy)
+            or "the wrench contradicts the shape or the scale"
+        )
+        doubt = warning("accuracy-not-reached", f"not as sure as asked for: {why}")
+        warnings = (doubt, *warnings)
+    return replace(estimate, warnings=warnings, provenance=provenance)
+
+
+def _sample_counts_at_checks(z: Measurements, static: bool) -> list[int]:
+    """Increasing numbers of the samples after which the estimate is checked; the last
+    is that of all. Static poses are checked one by one, others at intervals of
+    `SHORTEST_CHECK_INTERVAL`, or `CHECK_INTERVAL_SHARE` of the time elapsed where that
+    is longer."""
+    K = len(z)
+    if static:
+        return list(range(1, K + 1))
+    elapsed = z.time - z.time[0]
+    counts = []
+    count = min(SAMPLES_BEFORE_FIRST_CHECK, K)
+    while count < K:
+        counts.append(count)
+        now = elapsed[count - 1]
+        next_check = now + max(SHORTEST_CHECK_INTERVAL, CHECK_INTERVAL_SHARE * now)
+        until_check = int(np.searchsorted(elapsed, next_check, side="right"))
+        count = max(until_check, count + 1)
+    return [*counts, K]

@@ -1,23 +1,31 @@
-"""HTML of few parts: text, tables, lists and a block around them.
+"""HTML of few parts: text, tables, lists, a picture, and a block around them.
 
-Styles stand at each element: notebooks that are not trusted leave out style sheets. Text
-and lines take the colours of the page, light or dark.
+Styles stand at each element: notebooks that are not trusted leave out style sheets.
+Text and lines take the colours of the page, light or dark.
 """
 
+import base64
+import io
 import re
 from collections.abc import Iterable, Sequence
 from html import escape
 
-from hefting.core.errors import printable
+from hefting.core.errors import MissingDependencyError, printable
 from hefting.core.verdict import Verdict
+from hefting.scene import Scene
 
 LONGEST = 400
-"""Characters of a text from outside that are shown."""
+"""Characters of a text that are shown."""
 LINE = "1px solid rgba(128,128,128,0.45)"
 CELL = f"padding:2px 8px 2px 0;text-align:left;border-bottom:{LINE};white-space:nowrap"
 HEAD = f"{CELL};font-weight:600"
 BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b3261e"}
 """Colour of each verdict: white text on it is readable."""
+LARGEST = 100_000
+RESOLUTIONS = (150, 100, 60)
+"""Dots per inch of the shape that are tried, to stay below `LARGEST` characters."""
+CARD = "background:#fff;border-radius:4px;padding:4px;max-width:100%;height:auto"
+"""Dark ink is drawn on white, whatever the page."""
 
 
 def text_html(text: str) -> str:
@@ -85,3 +93,44 @@ def table_html(
         f'<div style="overflow-x:auto"><table style="{style}"><thead>'
         f'<tr style="background:none">{top}</tr></thead><tbody>{body}</tbody></table></div>'
     )
+
+
+def picture_html(scene: Scene, alt: str) -> str:
+    """Three views of a scene as an SVG within the page; nothing without matplotlib, and
+    where it would be larger than `LARGEST`.
+
+    The SVG is the address of an image: its styles and names then cannot meet those of
+    the page, or of another picture.
+    """
+    try:
+        for resolution in RESOLUTIONS:
+            data = base64.b64encode(_svg(scene, resolution)).decode()
+            html = f'<img style="{CARD}" alt="{alt}" src="data:image/svg+xml;base64,{data}"/>'
+            if len(html) <= LARGEST:
+                return html
+    except MissingDependencyError:
+        pass
+    return ""
+
+
+def _svg(scene: Scene, resolution: float) -> bytes:
+    """The views; the shape itself as pixels."""
+    from hefting.plots.style import FORMATS, figure_of, settled, style, subfigures_of
+    from hefting.plots.views import draw_scene, height_of
+
+    with style():
+        from matplotlib import rc_context
+
+        with rc_context({"svg.fonttype": "none"}):
+            figure = figure_of(height_of(scene))
+            (views,) = subfigures_of(figure, 1)
+            draw_scene(views, scene)
+            for axes in views.axes:
+                for each in axes.collections:
+                    each.set_rasterized(each.get_zorder() == 0)
+            settled(figure)
+            content = io.BytesIO()
+            figure.savefig(
+                content, format="svg", dpi=resolution, metadata=FORMATS[".svg"]
+            )
+            return content.getvalue()

@@ -7,7 +7,7 @@ from pathlib import Path
 from hefting.core.errors import InputError
 from hefting.core.messages import note
 from hefting.core.recording import Recording
-from hefting.identification.identify import identify
+from hefting.identification import identify
 from hefting.logs.given import as_recording
 from hefting.online.live_estimate import LiveEstimate
 from hefting.online.understanding import Settings

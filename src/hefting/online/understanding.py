@@ -16,12 +16,11 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.joint_state import State
+from hefting.identification.checks import with_diagnostics
 from hefting.identification.contradictions import with_contradictions
+from hefting.identification.estimator import estimator_of, shape_of, state_of
 from hefting.identification.identifiability import identifiability
-from hefting.identification.identify import estimator_of, with_diagnostics
-from hefting.identification.own_estimator import shape_of
 from hefting.identification.partials import part_of
-from hefting.identification.seen import state_of
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested

@@ -3,7 +3,7 @@ data.
 
     html = identification_page(found.estimate, found.ingested, found.estimator)
 
-Each section is a file; `hefting.page.frame` puts them into a page. Text that comes from
+Each section is a file; `hefting.page.html` puts them into a page. Text that comes from
 files or users is escaped by `hefting.page.html`.
 """
 

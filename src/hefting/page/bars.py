@@ -1,4 +1,4 @@
-"""Bars: intervals of several quantities of one kind above one another, on one scale."""
+"""Bars: intervals, or counts, of one kind above one another, on one scale."""
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -25,29 +25,24 @@ class Row:
 
 
 def bars(rows: Sequence[Row], unit: str, *, from_zero: bool = False) -> Markup:
-    """Rows as HTML: name, number, and the interval as a bar; below them the scale.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        Of one unit.
-    unit : str
-        Shown at the scale and after the numbers.
-    from_zero : bool
-        Whether the scale holds zero.
-    """
+    """Rows of one unit as HTML: name, number, and the interval as a bar; below them the
+    scale, which holds zero if it is to be `from_zero`."""
     low, high = _scale(rows, from_zero=from_zero)
     cells: list[Markup] = []
     for row in rows:
         number = _number(row)
         shown = number if number == "open" else f"{number} {unit}"
-        cells += [
-            element("span", row.name),
-            element("span", shown, class_="value"),
-            element("span", *_marks(row, low, high), class_="track"),
-        ]
+        cells += _cells(row.name, shown, *_marks(row, low, high))
     scale = element("div", *_labels(low, high, unit), class_="scale")
     return element("div", *cells, scale, class_="bars")
+
+
+def _cells(name: str, number: str, *drawn: Markup) -> list[Markup]:
+    return [
+        element("span", name),
+        element("span", number, class_="value"),
+        element("span", *drawn, class_="track"),
+    ]
 
 
 def _number(row: Row) -> str:
@@ -114,3 +109,26 @@ def _labels(low: float, high: float, unit: str) -> list[Markup]:
         *middle,
         element("span", f"{text(high)} {unit}", style="right:0"),
     ]
+
+
+@dataclass(frozen=True)
+class Count:
+    """How much there is of one kind."""
+
+    name: str
+    value: float
+    shown: str
+    """The number with its unit"""
+    colour: str = "x"
+    """By its name in `hefting.page.figure`"""
+
+
+def counts(rows: Sequence[Count]) -> Markup:
+    """Rows as HTML: name, number and a bar, of the full width where it is all."""
+    total = sum(row.value for row in rows) or 1.0
+    cells: list[Markup] = []
+    for row in rows:
+        width = f"left:0;width:{100.0 * row.value / total:.3f}%"
+        bar = element("i", style=f"{width};background:var(--{row.colour})")
+        cells += _cells(row.name, row.shown, bar)
+    return element("div", *cells, class_="bars")

@@ -1,8 +1,13 @@
-"""Batch: what came of many recordings, and which of them are worth a look."""
+"""Batch: what came of many recordings, which of them are worth a look, and how one
+gets to these."""
 
-from collections.abc import Iterable, Sequence
+import json
+import re
+import shlex
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -11,18 +16,26 @@ from hefting.batches.headline import duration, headline
 from hefting.batches.reasons import Reason
 from hefting.batches.summary import Outlier, Summary
 from hefting.page.answer import WORDS, Say
-from hefting.page.controllers import command
-from hefting.page.counts import Count, counts
-from hefting.page.frame import Heading, Section, page_of
-from hefting.page.histogram import histogram
-from hefting.page.html import Markup, element, join, table
-from hefting.page.looking import link, look_at
-from hefting.page.report import Context
+from hefting.page.bars import Count, counts
+from hefting.page.figure import histogram
+from hefting.page.html import (
+    Markup,
+    Section,
+    element,
+    join,
+    note,
+    page_of,
+    table,
+    wrapped,
+)
+from hefting.page.report import Context, command
 
 MOST_REASONS = 100
 """Reasons that the page shows; the table has all."""
 LONGEST = 500
 """Characters of a text that are shown."""
+MOST_RECORDINGS = 20
+"""Recordings of an object that a command names at most."""
 
 
 def batch_page(found: Batch, context: Context | None = None) -> str:
@@ -61,12 +74,10 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
         command(c.command),
     )
     lines = (headline(found), f"Table: {found.folder}")
-    heading = Heading(_title(summary), lines)
-    return page_of(heading, [section for section in sections if section is not None])
+    return page_of(_title(summary), lines, sections)
 
 
 def _title(summary: Summary) -> str:
-    """How many rows could be identified."""
     if not summary.total:
         return "No recordings"
     some = summary.total - summary.failed
@@ -74,7 +85,6 @@ def _title(summary: Summary) -> str:
 
 
 def _verdicts(summary: Summary) -> Section:
-    """How many rows have which verdict."""
     total = max(summary.total, 1)
 
     def row(name: str, count: int, colour: str) -> Count:
@@ -106,13 +116,13 @@ def _look(
     outlier: Outlier, name: str, words: str | None, say: Say
 ) -> tuple[Markup, Markup]:
     """The recording; why it is worth a look, and the command for that."""
-    parts = [element("span", _short(say(outlier.why)), class_="text")]
+    parts = [_text(say(outlier.why))]
     if words is not None:
         parts += [
             element("pre", words, class_="wrap", id=name),
             element("button", "Copy", data_copy=name, type="button"),
         ]
-    return link(outlier.name, outlier.recording), join(parts)
+    return link(outlier.name, outlier.recording), join(*parts)
 
 
 def _failures(
@@ -124,29 +134,27 @@ def _failures(
     rows = [
         (
             f"{reason.count:,}",
-            element("span", _short(say(reason.text)), class_="text"),
+            _text(say(reason.text)),
             reason.error,
-            join(_examples(reason), " "),
+            Markup(" ".join(_examples(reason))),
         )
         for reason in reasons[:MOST_REASONS]
     ]
-    parts = [table(("count", "reason", "class", "as"), rows)]
-    left = reasons[MOST_REASONS:]
-    if left:
+    content = table(("count", "reason", "class", "as"), rows)
+    if left := reasons[MOST_REASONS:]:
         count = sum(reason.count for reason in left)
         text = f"{count:,} more for {len(left):,} other reasons: see the table."
-        parts.append(element("p", text, class_="note"))
-    return Section(name, title, join(parts))
+        content = join(content, note(text))
+    return Section(name, title, content)
 
 
 def _left_out(summary: Summary, say: Say) -> Section | None:
-    """Recordings that the rows of their objects do without, and why."""
     section = _failures("left-out", "Left out of objects", summary.left_out, say)
     if section is None:
         return None
     count = sum(reason.count for reason in summary.left_out)
     text = f"{count:,} recordings; what the others tell of their objects was used."
-    return replace(section, content=join((element("p", text), section.content)))
+    return replace(section, content=join(element("p", text), section.content))
 
 
 def _examples(reason: Reason) -> Iterable[Markup]:
@@ -160,16 +168,12 @@ def _doubts(summary: Summary, say: Say) -> Section | None:
     if not summary.doubts:
         return None
     rows = [
-        (
-            f"{count:,}",
-            code,
-            element("span", _short(say(summary.doubt_texts[code])), class_="text"),
-        )
+        (f"{count:,}", code, _text(say(summary.doubt_texts[code])))
         for code, count in summary.doubts.items()
     ]
-    note = "A row may have several; the text is that of one of the rows."
+    says = "A row may have several; the text is that of one of the rows."
     shown = table(("rows", "code", "as"), rows)
-    content = join((shown, element("p", note, class_="note")))
+    content = join(shown, note(says))
     return Section("doubts", "What puts rows in doubt", content)
 
 
@@ -184,16 +188,15 @@ def _sizes(summary: Summary) -> Section | None:
     figures = tuple(figure for figure in drawn if figure is not None)
     if not figures:
         return None
-    lines = [element("p", f"{f.about}.", class_="note") for f in figures]
+    lines = [note(f"{f.about}.") for f in figures]
     missing = int(np.sum(~np.isfinite(force)))
     if missing:
         text = f"{missing:,} rows have no residual."
-        lines.append(element("p", text, class_="note"))
-    return Section("sizes", "Residuals and masses", join(lines), figures)
+        lines.append(note(text))
+    return Section("sizes", "Residuals and masses", join(*lines), figures)
 
 
 def _times(summary: Summary) -> Section:
-    """Where the time went, of all rows together."""
     total = sum(summary.seconds.values()) or 1.0
     rows = [
         Count(
@@ -201,11 +204,56 @@ def _times(summary: Summary) -> Section:
         )
         for stage, spent in summary.seconds.items()
     ]
-    note = "Time in the workers, of all rows that are in the table."
-    content = join((counts(rows), element("p", note, class_="note")))
+    says = "Time in the workers, of all rows that are in the table."
+    content = join(counts(rows), note(says))
     return Section("times", "Time by stage", content)
 
 
-def _short(text: str) -> str:
-    """A text of bounded length."""
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …"
+def _text(text: str) -> Markup:
+    """A text of bounded length in a cell."""
+    return wrapped(text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …")
+
+
+def link(name: str, recording: str | None) -> Markup:
+    """A name that leads to the recording; the name alone where there is no file."""
+    try:
+        target = None if recording is None else Path(recording).absolute().as_uri()
+    except ValueError:
+        target = None
+    if target is None:
+        return wrapped(name)
+    return element("a", name, href=target, class_="text")
+
+
+def look_at(row: Mapping[str, Any]) -> str | None:
+    """The command that identifies what a row of the table is of once more, and writes
+    its report; None where it is of very many recordings."""
+    alone = row["recording"]
+    recordings = [alone] if alone is not None else row["recordings"] or ()
+    if not 0 < len(recordings) <= MOST_RECORDINGS:
+        return None
+    name = row["name"] or (Path(alone).stem if alone is not None else row["object"])
+    words = ["hefting", "identify", *map(_path, recordings)]
+    words += _options(json.loads(row["options"] or "{}"))
+    return shlex.join([*words, "--report", f"{_plain(name)}.html"])
+
+
+def _options(options: Mapping[str, Any]) -> Sequence[str]:
+    words: list[str] = []
+    for name, value in options.items():
+        option = f"--{name.replace('_', '-')}"
+        if value is True:
+            words.append(option)
+        elif value is not False:
+            words.append(f"{option}={value}")
+    return words
+
+
+def _path(recording: str) -> str:
+    """A path that is not taken for an option."""
+    return f"./{recording}" if recording.startswith("-") else recording
+
+
+def _plain(name: str) -> str:
+    """A name for a file, whatever is in it."""
+    return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "report"

@@ -1,6 +1,7 @@
-"""Figure: traces and layout as plotly takes them, as plain data with few digits."""
+"""Figures: traces and layouts as plotly takes them, as plain data with few digits; and
+the colours of a page, light and dark."""
 
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -21,6 +22,66 @@ LEGEND = {
     "yanchor": "bottom",
 }
 Trace = dict[str, Any]
+LIGHT = {
+    "paper": "#ffffff",
+    "ink": "#222222",
+    "muted": "#5c5c5c",
+    "grid": "#dddddd",
+    "soft": "#f3f3f3",
+    "x": "#0072b2",
+    "y": "#d55e00",
+    "z": "#007d5b",
+    "x-pale": "rgba(0,114,178,0.25)",
+    "y-pale": "rgba(213,94,0,0.25)",
+    "z-pale": "rgba(0,125,91,0.25)",
+    "estimate": "#d55e00",
+    "truth": "#222222",
+    "shape": "#9a9a9a",
+    "gravity": "#a8568a",
+    "good": "#006e4f",
+    "care": "#8a5a00",
+    "bad": "#b3261e",
+    "contact": "rgba(213,94,0,0.30)",
+    "spike": "rgba(168,86,138,0.55)",
+    "saturation": "rgba(230,159,0,0.45)",
+    "no-pose": "rgba(120,120,120,0.30)",
+    "no-wrench": "rgba(60,60,60,0.30)",
+    "pose": "rgba(86,180,233,0.40)",
+    "touched": "rgba(213,94,0,0.45)",
+    "other": "rgba(120,120,120,0.22)",
+}
+"""Colours on white, by what they are for. Figures name one as ``@name``, styles as
+``var(--name)``. Lines are those of Okabe & Ito (2008), for the colour-blind."""
+DARK = LIGHT | {
+    "paper": "#16181c",
+    "ink": "#e6e6e6",
+    "muted": "#a8adb5",
+    "grid": "#3a3e45",
+    "soft": "#22252b",
+    "x": "#56b4e9",
+    "y": "#f0883e",
+    "z": "#2fbf94",
+    "x-pale": "rgba(86,180,233,0.36)",
+    "y-pale": "rgba(240,136,62,0.36)",
+    "z-pale": "rgba(47,191,148,0.36)",
+    "estimate": "#f0883e",
+    "truth": "#f2f2f2",
+    "shape": "#8c929b",
+    "gravity": "#d79ac0",
+    "good": "#4ccfa3",
+    "care": "#e6b84d",
+    "bad": "#ff8a80",
+    "contact": "rgba(240,136,62,0.35)",
+    "no-pose": "rgba(170,170,170,0.30)",
+    "no-wrench": "rgba(220,220,220,0.25)",
+    "other": "rgba(170,170,170,0.22)",
+}
+"""On near black, lighter."""
+MOST_BINS = 60
+NARROWEST = 0.002
+"""Width of the axis [decades] where all values are the same."""
+MOST_LABELLED = 2.5
+"""Decades up to which numbers between them are labelled."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -35,7 +96,6 @@ class Figure:
     """[pixels]"""
     about: str = ""
     """What it shows, for those who cannot see it"""
-    config: dict[str, Any] = field(default_factory=dict[str, Any])
 
 
 def numbers(values: ArrayLike) -> list[Any]:
@@ -114,8 +174,8 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
 def rows(
     titles: list[str], heights: list[float], x_title: str, gap: float = 0.06
 ) -> dict[str, Any]:
-    """A layout of rows that have their x axis in common, from the top; axis ``y``, then
-    ``y2`` and so on."""
+    """A layout of rows with one x axis, from the top; axis ``y``, then ``y2`` and so
+    on."""
     free = 1.0 - gap * (len(titles) - 1)
     shares = [height / sum(heights) * free for height in heights]
     layout: dict[str, Any] = {}
@@ -129,3 +189,59 @@ def rows(
     layout["legend"] = dict(LEGEND)
     layout["hovermode"] = "x unified"
     return layout
+
+
+def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
+    """How many of the values (n,) are in which bin; None where none is positive. Others
+    are not counted."""
+    known = values[np.isfinite(values) & (values > 0.0)]
+    if not len(known):
+        return None
+    edges = _edges(np.log10(known))
+    count, _ = np.histogram(np.log10(known), edges)
+    x = 10.0 ** np.repeat(edges, 2)
+    y = np.concatenate(([0], np.repeat(count, 2), [0]))
+    middle = float(np.median(known))
+    trace = line(x, y, title, "@x", fill="tozeroy", fillcolor="@x-pale")
+    trace["hovertemplate"] = f"%{{x:.3g}} {unit}: %{{y}}<extra></extra>"
+    mark = {
+        "type": "line",
+        "x0": numbers([middle])[0],
+        "x1": numbers([middle])[0],
+        "y0": 0,
+        "y1": 1,
+        "yref": "paper",
+        "line": {"color": "@estimate", "width": 2, "dash": "dot"},
+    }
+    layout = {
+        "xaxis": axis(f"{title} [{unit}]", type="log", **_ticks(edges)),
+        "yaxis": axis("rows", rangemode="tozero", tickformat=",d", nticks=5),
+        "showlegend": False,
+        "shapes": [mark],
+    }
+    low, high = np.percentile(known, (2.5, 97.5))
+    about = (
+        f"{title} of {len(known):,} rows: median (dotted) {middle:.3g} {unit}, "
+        f"95 % of them from {low:.3g} to {high:.3g} {unit}"
+    )
+    return Figure(name, [trace], layout, height=240, about=about)
+
+
+def _ticks(edges: Array) -> dict[str, Any]:
+    """Labels at 1, 2 and 5 of each decade, or at decades alone where those are many;
+    over less than a decade as plotly has them."""
+    low, high = float(edges[0]), float(edges[-1])
+    if high - low < 1.0:
+        return {"nticks": 6, "tickangle": 0}
+    steps = (1, 2, 5) if high - low < MOST_LABELLED else (1,)
+    decades = range(int(np.floor(low)), int(np.ceil(high)) + 1)
+    values = [step * 10.0**decade for decade in decades for step in steps]
+    return {"tickvals": values, "ticktext": [f"{v:g}" for v in values], "tickangle": 0}
+
+
+def _edges(sizes: Array) -> Array:
+    """Ends of bins that hold all sizes (n,) [decades]."""
+    low, high = float(sizes.min()), float(sizes.max())
+    room = max(0.0, 0.5 * (NARROWEST - (high - low)))
+    bins = int(np.clip(np.sqrt(len(sizes)), 5, MOST_BINS))
+    return np.linspace(low - room, high + room, bins + 1)

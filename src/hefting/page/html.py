@@ -1,7 +1,26 @@
-"""HTML: elements whose text is escaped."""
+"""HTML: elements whose text is escaped, and sections with figures as one page that asks
+nothing of a network."""
 
+import base64
+import gzip
+import json
 from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from functools import lru_cache
 from html import escape as _escape
+from importlib.resources import files
+from importlib.util import find_spec
+
+from hefting import __version__
+from hefting.core.errors import MissingDependencyError
+from hefting.page.figure import DARK, LIGHT, Figure
+
+POLICY = (
+    "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; "
+    "style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:"
+)
+"""What the page may do: what stands in it, and nothing that is fetched. Plotly makes
+functions of shaders' descriptions, which needs ``unsafe-eval``."""
 
 
 class Markup(str):
@@ -21,14 +40,23 @@ def element(tag: str, *content: object, **attributes: object) -> Markup:
     named = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_escape(str(value))}"'
         for name, value in attributes.items()
-        if value is not None
     )
-    return Markup(f"<{tag}{named}>{''.join(map(escape, content))}</{tag}>")
+    return Markup(f"<{tag}{named}>{join(*content)}</{tag}>")
 
 
-def join(parts: Iterable[object], between: str = "") -> Markup:
+def join(*parts: object) -> Markup:
     """Several, one after the other."""
-    return Markup(between.join(escape(part) for part in parts))
+    return Markup("".join(map(escape, parts)))
+
+
+def note(text: object) -> Markup:
+    """A paragraph in small print."""
+    return element("p", text, class_="note")
+
+
+def wrapped(text: object) -> Markup:
+    """A text in a cell that may have several lines."""
+    return element("span", text, class_="text")
 
 
 def items(lines: Iterable[object], **attributes: object) -> Markup:
@@ -59,3 +87,100 @@ def terms(pairs: Iterable[tuple[object, object]]) -> Markup:
         element("div", element("dt", name), element("dd", what)) for name, what in pairs
     ]
     return element("dl", *rows)
+
+
+@dataclass(frozen=True, eq=False)
+class Section:
+    """A part of a page, with a heading."""
+
+    name: str
+    """Of its place in the page, unique"""
+    title: str
+    content: Markup
+    figures: tuple[Figure, ...] = ()
+    """Drawn after the content"""
+
+    @property
+    def html(self) -> Markup:
+        """The section with the places of its figures."""
+        title = element("h2", self.title)
+        places = map(_place, self.figures)
+        return element("section", title, self.content, *places, id=self.name)
+
+
+def page_of(
+    title: str, lines: Iterable[str], sections: Iterable[Section | None]
+) -> str:
+    """The page, with the library that draws its figures inside; `lines` stand below its
+    title. Raises `MissingDependencyError` without plotly."""
+    shown = [section for section in sections if section is not None]
+    figures = [figure for section in shown for figure in section.figures]
+    links = [element("a", s.title, href=f"#{s.name}") for s in shown]
+    body = join(
+        element(
+            "header",
+            element("h1", title),
+            *(element("p", line, class_="muted") for line in lines),
+            element("nav", *links, aria_label="sections"),
+        ),
+        element("main", *(section.html for section in shown)),
+        element("footer", f"Made by Hefting {__version__}."),
+        _json("palettes", {"light": LIGHT, "dark": DARK}),
+        _json("figures", [vars(figure) for figure in figures]),
+        _plotly() if figures else Markup(),
+    )
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
+        '<link rel="icon" href="data:,">'
+        f"<title>{escape(title)}</title><style>{_styles()}</style></head>\n"
+        f"<body>{body}\n<script>{_own('report.js')}</script></body></html>\n"
+    )
+
+
+def _place(figure: Figure) -> Markup:
+    """Where a figure is drawn."""
+    return element(
+        "div",
+        id=f"figure-{figure.name}",
+        class_="figure solid" if "scene" in figure.layout else "figure",
+        style=f"min-height:{figure.height}px",
+        role="img",
+        aria_label=figure.about,
+    )
+
+
+def _styles() -> str:
+    light, dark = (
+        "".join(f"--{name}:{value};" for name, value in colours.items())
+        for colours in (LIGHT, DARK)
+    )
+    in_the_dark = f"@media (prefers-color-scheme: dark){{:root{{{dark}}}}}"
+    return f":root{{{light}}}{in_the_dark}\n{_own('report.css')}"
+
+
+def _json(name: str, value: object) -> Markup:
+    """Data for the script. No text in it can end the element."""
+    text = json.dumps(value, separators=(",", ":"), allow_nan=False)
+    text = text.replace("<", "\\u003c").replace("&", "\\u0026")
+    return Markup(f'<script type="application/json" id="{name}">{text}</script>')
+
+
+def require_plotly() -> None:
+    """`MissingDependencyError` unless plotly is installed."""
+    if find_spec("plotly") is None:
+        raise MissingDependencyError("plotly", "view")
+
+
+@lru_cache(maxsize=1)
+def _plotly() -> Markup:
+    """The drawing library, packed to two fifths of its size."""
+    require_plotly()
+    source = files("plotly").joinpath("package_data", "plotly.min.js").read_bytes()
+    packed = base64.b64encode(gzip.compress(source, mtime=0)).decode()
+    return Markup(f'<script type="text/plain" id="plotly">{packed}</script>')
+
+
+def _own(name: str) -> str:
+    return files("hefting.page").joinpath(name).read_text()

@@ -51,7 +51,7 @@ function draw(figures) {
     const seen = place.layout && place.layout.scene && place.layout.scene.camera;
     if (seen) layout.scene.camera = seen;
     else if (layout.scene) stepBack(layout.scene.camera.eye, place.clientWidth);
-    return Plotly.react(place, coloured(figure.traces, palette), layout, { ...config, ...figure.config });
+    return Plotly.react(place, coloured(figure.traces, palette), layout, config);
   }));
 }
 

@@ -1,31 +1,39 @@
-"""Report: which sections a page has, in which order."""
+"""Report: which sections a page has, in which order; a predicted wrench, and what is to
+be copied."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
+from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator
+from hefting.export import REGISTRY, Target, export
 from hefting.identification.compare import Comparison
 from hefting.ingest.ingested import Ingested
 from hefting.inspection import Inspection
-from hefting.page.answer import answer
-from hefting.page.assumptions import assumptions
-from hefting.page.controllers import command, controllers
-from hefting.page.convergence import converged
-from hefting.page.frame import Heading, Section, page_of
-from hefting.page.inspection import inspected
-from hefting.page.least_squares import least_squares
-from hefting.page.methods import methods
-from hefting.page.prediction import predicted
-from hefting.page.prior import prior
-from hefting.page.recording import recording
+from hefting.page.answer import Say, answer, inspected, methods, verdict_box
+from hefting.page.figure import AXES, Figure, Trace, band, curve, rows
+from hefting.page.html import (
+    Markup,
+    Section,
+    element,
+    items,
+    join,
+    note,
+    page_of,
+    table,
+)
+from hefting.page.origin import assumptions, converged, least_squares, prior
+from hefting.page.recording import POSE, component_lines, recording, wrench
 from hefting.page.solid import solid
-from hefting.page.wrench import wrench
-from hefting.prediction import Prediction
-from hefting.scene import scene_of
+from hefting.prediction import Peak, Prediction
+from hefting.scene import plus_minus, scene_of, thinned
+from hefting.scene.curves import PARTS
 from hefting.shapes import Shape
+
+UNITS = {"f": "N", "t": "N m"}
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +104,7 @@ def identification_page(
         command(c.command),
         controllers(estimate, c.flange, c.say),
     ]
-    return page_of(_heading(title, estimate.provenance.get("log", "")), _kept(sections))
+    return page_of(title, _from(estimate.provenance.get("log")), sections)
 
 
 def inspection_page(inspection: Inspection, context: Context | None = None) -> str:
@@ -114,7 +122,7 @@ def inspection_page(inspection: Inspection, context: Context | None = None) -> s
             assumptions(estimate, c.say),
         ]
     sections.append(command(c.command))
-    return page_of(_heading("What the log holds", inspection.log), _kept(sections))
+    return page_of("What the log holds", _from(inspection.log), sections)
 
 
 def prediction_page(
@@ -129,8 +137,8 @@ def prediction_page(
         command(c.command),
         controllers(estimate, c.flange, c.say),
     ]
-    heading = _heading("The wrench along a motion", prediction.trajectory)
-    return page_of(heading, _kept(sections))
+    lines = _from(prediction.trajectory)
+    return page_of("The wrench along a motion", lines, sections)
 
 
 def _of_recording(
@@ -154,10 +162,138 @@ def _object(estimate: Estimate, found: Ingested, c: Context) -> Section:
     return solid(scene)
 
 
-def _heading(title: str, log: object) -> Heading:
-    """Title, and the log, if it is known."""
-    return Heading(title, (f"From {log}",) if log else ())
+def _from(log: object) -> tuple[str, ...]:
+    """What stands below the title: the log, if it is known."""
+    return (f"From {log}",) if log else ()
 
 
-def _kept(sections: list[Section | None]) -> list[Section]:
-    return [section for section in sections if section is not None]
+def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
+    """A select box of controllers, and the text for each."""
+    shown = [t for t in REGISTRY.values() if _is_controller(t)]
+    choices = [element("option", t.description, value=t.name) for t in shown]
+    texts = [_target(estimate, target, flange, say) for target in shown]
+    label = element("label", "Robot: ", element("select", *choices, id="controller"))
+    button = element("button", "Copy", data_copy="controller-texts", type="button")
+    content = join(
+        element("p", label, " ", button),
+        element("div", *texts, id="controller-texts"),
+    )
+    return Section("controllers", "Values for a robot's controller", content)
+
+
+def _is_controller(target: Target) -> bool:
+    """Whether it is no file of a simulator, nor a table."""
+    return target.write is not None and not target.suffixes
+
+
+def _target(
+    estimate: Estimate, target: Target, flange: Array | None, say: Say
+) -> Markup:
+    """The lines to paste with what to know before, or why there are none."""
+    pose = None if target.in_sensor_axes else flange
+    try:
+        found = export(estimate, target.name, pose)
+    except InputError as error:
+        parts = [element("p", say(f"Nothing to paste: {error}."))]
+    else:
+        notes = items([say(line) for line in found.warnings], class_="note")
+        parts = [notes, element("pre", found.text, class_="wrap")]
+    return element("div", *parts, data_target=target.name)
+
+
+def command(words: str | None) -> Section | None:
+    """The command, to be copied; None where the page was not made by one."""
+    if words is None:
+        return None
+    button = element("button", "Copy", data_copy="command-text", type="button")
+    text: Markup = element("pre", words, class_="wrap", id="command-text")
+    return Section("command", "The command", join(text, button))
+
+
+def predicted(found: Prediction, say: Say) -> Iterable[Section]:
+    """The verdict with peaks, and the wrench over time."""
+    when = "pose" if found.static else "at [s]"
+    top = [
+        (f"largest {name}", _number(peak), UNITS[name[0]], _when(peak, found.static))
+        for name, peak in found.peaks.items()
+    ]
+    ends = [
+        (f"{side} {name}", _number(peak), UNITS[name[0]], _when(peak, found.static))
+        for name, pair in found.extremes.items()
+        for side, peak in zip(("lowest", "highest"), pair, strict=True)
+    ]
+    meaning = "The sensor exerts it on the object, in sensor axes about its origin."
+    if found.std is not None:
+        meaning += " ± is half the 95 % band of the object's own wrench."
+    content = join(
+        verdict_box(found.verdict, found.warnings, say),
+        table(("", "value", "unit", when), [*top, *ends]),
+        note(meaning),
+    )
+    yield Section("answer", "Answer", content)
+    figures = tuple(_figure(found, *part) for part in PARTS)
+    notes = [say(str(line)) for line in (*found.notes, *_agreement(found))]
+    yield Section("wrench", "Wrench along the motion", items(notes), figures)
+
+
+def _number(peak: Peak) -> str:
+    return plus_minus(peak.value, peak.reach)
+
+
+def _when(peak: Peak, static: bool) -> str:
+    return f"{peak.time + 1:.0f}" if static else f"{peak.time:.3f}"
+
+
+def _agreement(found: Prediction) -> Iterable[str]:
+    a = found.agreement
+    if a is None:
+        return
+    yield (
+        f"Measured less predicted: {a.rms[0]:.3g} N, {a.rms[1]:.3g} N m root mean "
+        f"square; without its mean, which may be another bias, {a.varying[0]:.3g} N, "
+        f"{a.varying[1]:.3g} N m."
+    )
+    yield from a.notes
+
+
+def _figure(found: Prediction, name: str, unit: str, first: int) -> Figure:
+    """One part of the wrench, and the difference where there is one."""
+    three, a, dots = slice(first, first + 3), found.agreement, found.static
+    titles, heights = [f"{name} [{unit}]"], [3.0]
+    if a is not None:
+        titles, heights = [*titles, f"Difference [{unit}]"], [3.0, 1.5]
+    layout = rows(titles, heights, POSE if dots else "Time [s]")
+    traces: list[Trace] = []
+    if a is not None:
+        time = a.time + dots
+        measured, rest = a.wrench[:, three], a.difference[:, three]
+        traces += component_lines(time, measured, "measured", "y", dots=dots)
+        traces += component_lines(time, rest, "residual", "y2", dots=dots)
+    traces += _with_band(found, three, dots)
+    return Figure(
+        f"prediction-{name.lower()}",
+        traces,
+        layout,
+        520 if a is not None else 380,
+        f"{name} along the motion, with its 95 % band",
+    )
+
+
+def _with_band(found: Prediction, three: slice, dots: bool) -> Iterable[Trace]:
+    """The three components, and the band of each."""
+    values = found.wrench[:, three]
+    shown, time = thinned(values), found.time + dots
+    for k, axis in enumerate(AXES):
+        if found.low is not None and found.high is not None:
+            low, high = found.low[shown, three][:, k], found.high[shown, three][:, k]
+            colour = f"@{axis}-pale"
+            yield band(time[shown], low, high, colour, legendgroup=axis)
+        yield curve(
+            time,
+            values[:, k],
+            shown,
+            f"predicted {axis}",
+            f"@{axis}",
+            dots=dots,
+            legendgroup=axis,
+        )

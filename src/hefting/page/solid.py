@@ -7,8 +7,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.page.figure import AXES, Figure, Trace, numbers
-from hefting.page.frame import Section
-from hefting.page.html import element, items, join
+from hefting.page.html import Section, items, join, note
 from hefting.scene import Body, Ellipsoid, PointSet, Scene, Surface
 
 COLOURS = {"estimate": "@estimate", "truth": "@truth"}
@@ -48,7 +47,7 @@ def solid(scene: Scene) -> Section:
         "ellipsoid of equal inertia is a body of uniform density with the mass, COM and "
         "inertia found, no outline of the object."
     )
-    content = join((element("p", says, class_="note"), items(lines, class_="note")))
+    content = join(note(says), items(lines, class_="note"))
     return Section("object", "The object", content, (figure_of(scene),))
 
 
@@ -71,7 +70,6 @@ def figure_of(scene: Scene) -> Figure:
 
 
 def _axis(name: str, step: float) -> dict[str, Any]:
-    """An axis of the scene, with a mark every so many millimetres."""
     return {
         "title": {"text": f"{name} [mm]", "font": {"size": 12}},
         "dtick": step,
@@ -130,7 +128,6 @@ def _surface(surface: Surface) -> Trace:
 
 
 def _points(points: PointSet) -> Trace:
-    """Points of a cloud; with masses coloured by them."""
     trace: Trace = {"type": "scatter3d", "mode": "markers", **_mm(points.positions)}
     if points.masses is None:
         look = {"color": "@shape", "size": 2}
@@ -159,7 +156,6 @@ def _points(points: PointSet) -> Trace:
 
 
 def _sensor(size: float) -> Iterable[Trace]:
-    """The sensor's origin and axes."""
     length = REACH_OF_AXES * size
     for name, unit in zip(AXES, np.eye(3), strict=True):
         yield {
@@ -194,7 +190,6 @@ def _gravity(scene: Scene) -> Trace:
 
 
 def _body(body: Body) -> Iterable[Trace]:
-    """COM, the region that holds it, and the ellipsoid of equal inertia."""
     colour = COLOURS.get(body.name, "@gravity")
     if not np.isnan(body.center).any():
         yield {

@@ -13,7 +13,7 @@ from hefting.robots.arm import MOST_LINKS, links_in_order, robot_of
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import Tree
 from hefting.robots.visuals import Geometry, read_geometries
-from hefting.scene.link_surfaces import LinkSurfaces
+from hefting.scene.surface import LinkSurfaces
 
 MOST_SOLIDS = 12
 """Of one link: where its URDF has more, one hull holds them all."""

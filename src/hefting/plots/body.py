@@ -6,8 +6,10 @@ from typing import TYPE_CHECKING
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.plots.headline import LINE, lines_of, write_headline
-from hefting.plots.style import figure_of, settled, style
+from hefting.plots.style import (
+    headed,
+    lines_of,
+)
 from hefting.plots.views import draw_scene, height_of
 from hefting.scene import headline_of, scene_of
 from hefting.shapes import Shape
@@ -57,7 +59,6 @@ def plot_object(
     scene = scene_of({"estimate": estimate}, shape, known, masses=masses)
     headline = headline_of(estimate)
     lines = lines_of(headline, say=say)
-    with style():
-        figure = figure_of(height_of(scene) + LINE * len(lines))
-        draw_scene(write_headline(figure, lines, headline.usable), scene)
-        return settled(figure)
+    with headed(height_of(scene), lines, headline.usable) as (figure, below):
+        draw_scene(below, scene)
+    return figure

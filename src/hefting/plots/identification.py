@@ -7,8 +7,12 @@ from typing import TYPE_CHECKING
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
-from hefting.plots.headline import LINE, lines_of, subfigures_of, write_headline
-from hefting.plots.style import WIDTH, figure_of, settled, style
+from hefting.plots.style import (
+    WIDTH,
+    headed,
+    lines_of,
+    subfigures_of,
+)
 from hefting.plots.views import draw_scene, height_of
 from hefting.plots.wrench import HEIGHT, draw_wrench
 from hefting.scene import headline_of, scene_of
@@ -34,11 +38,9 @@ def plot_identification(
     scene = scene_of({"estimate": estimate}, shape, known)
     headline = headline_of(estimate)
     lines = lines_of(headline, 2.0 * WIDTH, say)
-    with style():
-        height = max(height_of(scene), HEIGHT) + LINE * len(lines)
-        figure = figure_of(height, 2.0 * WIDTH)
-        below = write_headline(figure, lines, headline.usable)
+    height = max(height_of(scene), HEIGHT)
+    with headed(height, lines, headline.usable, 2.0 * WIDTH) as (figure, below):
         left, right = subfigures_of(below, 2)
         draw_scene(left, scene)
         draw_wrench(right, measurements, estimate)
-        return settled(figure)
+    return figure

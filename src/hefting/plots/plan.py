@@ -3,26 +3,25 @@ the object, and how sure one is expected to become. Needs matplotlib."""
 
 from collections.abc import Callable
 from itertools import cycle
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hefting.core.spatial import Array
 from hefting.planning.result import Plan, corner_speeds
-from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     BLACK,
     BLUE,
     GREEN,
     INK,
+    LINE,
     ORANGE,
     PURPLE,
     SKY,
     VERMILION,
     chosen,
-    figure_of,
-    settled,
-    style,
+    headed,
+    lines_of,
+    write_title,
 )
 from hefting.scene import Headline
 
@@ -39,7 +38,7 @@ QUANTITIES = {
 }
 """Of each quantity of an `Accuracy`: name, unit, its factor, its colour."""
 HEIGHTS = {"joints": 1.7, "shares": 1.1, "corner": 0.9, "widths": 1.3}
-"""Of the rows [in]."""
+"""[in]"""
 LIMIT = {"linewidth": 0.6, "linestyle": (0, (4, 2))}
 """A limit."""
 LINE_OF_NAMES, BESIDE_NAME, LONGEST_NAME = 62, 6, 24
@@ -56,10 +55,8 @@ def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
     """
     lines = lines_of(_headline(plan), say=say)
     names = -(-len(plan.joints) // _columns(plan.joints))
-    with style():
-        height = 0.9 + sum(HEIGHTS.values()) + LINE * (len(lines) + names)
-        figure = figure_of(height)
-        below = write_headline(figure, lines)
+    height = 0.9 + sum(HEIGHTS.values()) + LINE * names
+    with headed(height, lines) as (figure, below):
         rows = below.subplots(
             4, 1, sharex=True, gridspec_kw={"height_ratios": list(HEIGHTS.values())}
         )
@@ -71,11 +68,10 @@ def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
         rows[-1].set_xlim(0.0, plan.duration)
         _draw_legend(below, rows[0])
         below.align_ylabels()
-        return settled(figure)
+    return figure
 
 
 def _headline(plan: Plan) -> Headline:
-    """What is planned, how sure one is expected to be, and whether that suffices."""
     after = plan.forecast.accuracy[-1]
     numbers = [
         f"{label} ± {_written(factor * value)} {unit}"
@@ -95,28 +91,23 @@ def _written(value: float) -> str:
 
 
 def _draw_joints(axes: "Axes", plan: Plan) -> None:
-    """Positions of the joints, and the limits that are in view."""
     motion = plan.motion
     shown = chosen(len(motion.time))
-    colours = cycle(JOINTS)
-    for name, q in zip(plan.joints, motion.position.T, strict=True):
-        axes.plot(
-            motion.time[shown], q[shown], color=next(colours), linewidth=0.9, label=name
-        )
+    time, position = motion.time[shown], motion.position[shown].T
+    for name, q, colour in zip(plan.joints, position, cycle(JOINTS), strict=False):
+        axes.plot(time, q, color=colour, linewidth=0.9, label=name)
     low, high = axes.get_ylim()
-    colours = cycle(JOINTS)
-    for ends in plan.limits.position:
-        colour = next(colours)
+    for ends, colour in zip(plan.limits.position, cycle(JOINTS), strict=False):
         for end in ends:
             if low <= end <= high:
                 axes.axhline(end, color=colour, **LIMIT)
     axes.set_ylim(low, high)
     axes.set_ylabel("joints [rad]")
-    _title(axes, "dashed: limits in view")
+    write_title(axes, "dashed: limits in view")
 
 
 def _draw_shares(axes: "Axes", plan: Plan) -> None:
-    """Speed and acceleration of the joint that is nearest to its limit."""
+    """Of the joint that is nearest to its limit."""
     motion, limits = plan.motion, plan.limits
     shown = chosen(len(motion.time))
     time = motion.time[shown]
@@ -129,12 +120,11 @@ def _draw_shares(axes: "Axes", plan: Plan) -> None:
     axes.axhline(1e2, color=INK, **LIMIT)
     axes.set_ylim(0.0, 1.12e2)
     axes.set_ylabel("of limits [%]")
-    _title(axes, "largest share of any limit")
+    write_title(axes, "largest share of any limit")
     _legend_above(axes)
 
 
 def _draw_corner(axes: "Axes", plan: Plan) -> None:
-    """Speed of the fastest corner, and its limit."""
     speed, time = corner_speeds(plan), plan.motion.time
     shown = chosen(len(time))
     most = plan.limits.corner_speed
@@ -143,24 +133,18 @@ def _draw_corner(axes: "Axes", plan: Plan) -> None:
     axes.set_ylim(0.0, 1.15e3 * max(most, float(speed.max())))
     axes.set_ylabel("[mm/s]")
     corner = "fastest corner of the object's box" if len(plan.corners) > 1 else "tip"
-    _title(axes, f"speed of the {corner}")
+    write_title(axes, f"speed of the {corner}")
 
 
 def _draw_widths(axes: "Axes", plan: Plan) -> None:
-    """Half-widths of the intervals, and what was asked for."""
     forecast = plan.forecast
     for name, (label, unit, factor, colour) in QUANTITIES.items():
-        values = factor * _of(forecast.accuracy, name)
-        finite = np.where(np.isfinite(values), values, np.nan)
-        axes.plot(
-            forecast.time,
-            finite,
-            color=colour,
-            linewidth=0.9,
-            marker=".",
-            markersize=3.0,
-            label=f"{label} [{unit}]",
-        )
+        known = [getattr(each, name) for each in forecast.accuracy]
+        values = factor * np.array(known, dtype=float)  # None, where open, is NaN
+        values[~np.isfinite(values)] = np.nan
+        look: dict[str, Any] = {"linewidth": 0.9, "marker": ".", "markersize": 3.0}
+        label = f"{label} [{unit}]"
+        axes.plot(forecast.time, values, color=colour, label=label, **look)
         asked = None if plan.asked is None else getattr(plan.asked, name)
         if asked is not None and np.isfinite(asked):
             axes.axhline(factor * asked, color=colour, **LIMIT)
@@ -169,24 +153,17 @@ def _draw_widths(axes: "Axes", plan: Plan) -> None:
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("")
     if plan.asked is not None:
-        _title(axes, "dashed: asked")
+        write_title(axes, "dashed: asked")
     _legend_above(axes)
 
 
-def _of(accuracy: tuple, name: str) -> Array:
-    """One quantity (T,) of an accuracy at each instant; infinite where it is open."""
-    values = [getattr(each, name) for each in accuracy]
-    return np.array([np.inf if value is None else value for value in values])
-
-
 def _columns(names: tuple[str, ...]) -> int:
-    """How many names fit a line of the legend."""
+    """Names that fit a line of the legend."""
     longest = max(min(len(name), LONGEST_NAME) for name in names)
     return min(max(LINE_OF_NAMES // (longest + BESIDE_NAME), 1), len(names))
 
 
 def _draw_legend(figure: "SubFigure", axes: "Axes") -> None:
-    """Names of the joints, below the picture."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
         handles,
@@ -207,7 +184,3 @@ def _legend_above(axes: "Axes") -> None:
         handlelength=1.2,
         columnspacing=1.0,
     )
-
-
-def _title(axes: "Axes", text: str) -> None:
-    axes.set_title(text, loc="right", pad=2.0, color=INK)

@@ -9,26 +9,28 @@ import numpy as np
 from hefting.core.messages import codes
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, Indices
-from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     COMPONENTS,
     INK,
     MEASURED,
     chosen,
-    figure_of,
-    settled,
-    style,
+    component_handles,
+    draw_components,
+    headed,
+    label_time,
+    line_of,
+    lines_of,
+    write_title,
 )
 from hefting.prediction import Prediction
 from hefting.scene import Headline, plus_minus
-from hefting.scene.wrench import PARTS
+from hefting.scene.curves import PARTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
 SHADED = 0.3
-"""Opacity of the band."""
 MOST_COLUMNS = 6
 """Entries of the legend that fit a line."""
 
@@ -48,9 +50,8 @@ def plot_prediction(
     part = _rows_of_part(prediction)
     heights = [HEIGHTS[draw] for draw in part]
     lines = _headline(prediction, say)
-    with style():
-        figure = figure_of(0.75 + 1.8 * sum(heights) + LINE * len(lines))
-        below = write_headline(figure, lines, prediction.verdict.usable)
+    height, usable = 0.75 + 1.8 * sum(heights), prediction.verdict.usable
+    with headed(height, lines, usable) as (figure, below):
         rows = below.subplots(
             2 * len(part),
             1,
@@ -66,28 +67,23 @@ def plot_prediction(
                 draw(row, prediction, shown, first, unit)
             axes[0].set_ylabel(f"{name} [{unit}]")
         _legend(below, prediction)
-        rows[-1].set_xlabel("Pose" if prediction.static else "Time [s]")
-        margin = 0.5 if prediction.static or len(time) == 1 else 0.0
-        rows[-1].set_xlim(time[0] - margin, time[-1] + margin)
+        label_time(rows[-1], time, prediction.static)
         below.align_ylabels()
-        return settled(figure)
+    return figure
 
 
 def _rows_of_part(prediction: Prediction) -> list[Any]:
-    """What draws each row of the force, and of the torque."""
     rows = [_whole]
     rows += [] if prediction.agreement is None else [_difference]
     return rows + ([] if prediction.std is None else [_half_width])
 
 
 def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
-    """Verdict, its gravest reason, and the peaks."""
     verdict = prediction.verdict
+    units = [unit for _, unit, _ in PARTS]
     peaks = tuple(
         f"largest {name} {plus_minus(peak.value, peak.reach)} {unit}"
-        for (name, peak), (_, unit, _) in zip(
-            prediction.peaks.items(), PARTS, strict=True
-        )
+        for (name, peak), unit in zip(prediction.peaks.items(), units, strict=True)
     )
     reason = str(verdict.reasons[0]) if verdict.reasons else ""
     meaning = "" if prediction.std is None else "   (±: 95 %)"
@@ -98,8 +94,8 @@ def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
 def _whole(
     axes: "Axes", prediction: Prediction, shown: Indices, first: int, unit: str
 ) -> None:
-    """The predicted force or torque with its band, over what was measured; with the
-    constant that is most of a difference as well."""
+    """Force or torque with its band, over what was measured; and with the constant that
+    is most of a difference."""
     a = prediction.agreement
     time, wrench = prediction.time[shown] + prediction.static, prediction.wrench[shown]
     band = None if prediction.std is None else Z95 * _finite(prediction.std[shown])
@@ -107,39 +103,28 @@ def _whole(
     for i, colour in enumerate(COMPONENTS.values(), first):
         if a is not None:
             seen = chosen(len(a.time))
-            line: dict[str, Any] = MEASURED | (
-                {"marker": "_", "linestyle": "none"} if prediction.static else {}
-            )
-            axes.plot(
-                a.time[seen] + prediction.static,
-                a.wrench[seen, i],
-                color=colour,
-                **line,
-            )
+            dashes = {"marker": "_", "linestyle": "none"} if prediction.static else {}
+            line: dict[str, Any] = MEASURED | dashes
+            at = a.time[seen] + prediction.static
+            axes.plot(at, a.wrench[seen, i], color=colour, **line)
         if band is not None:
             ends = wrench[:, i] - band[:, i], wrench[:, i] + band[:, i]
             if prediction.static:
                 axes.vlines(time, *ends, color=colour, alpha=SHADED, linewidth=2.0)
             else:
-                axes.fill_between(
-                    time, *ends, color=colour, alpha=SHADED, linewidth=0.0
-                )
-        axes.plot(time, wrench[:, i], color=colour, **_line(prediction, 0.7))
+                look: dict[str, Any] = {"alpha": SHADED, "linewidth": 0.0}
+                axes.fill_between(time, *ends, color=colour, **look)
+        axes.plot(time, wrench[:, i], color=colour, **line_of(prediction.static, 0.7))
     if a is not None and _has_constant(prediction):
-        mean = a.difference[:, part].mean(axis=0)
-        for shifted, colour in zip(
-            (wrench[:, part] + mean).T, COMPONENTS.values(), strict=True
-        ):
-            axes.plot(time, shifted, color=colour, **_dashed(prediction))
+        shifted = wrench[:, part] + a.difference[:, part].mean(axis=0)
+        draw_components(axes, time, shifted, **_dashed(prediction))
 
 
 def _has_constant(prediction: Prediction) -> bool:
-    """Whether a constant is most of the difference, as a warning then says."""
     return "constant-difference" in codes(prediction.warnings)
 
 
 def _dashed(prediction: Prediction) -> dict[str, Any]:
-    """A dashed line, or small crosses for static poses."""
     return (
         {"marker": "x", "markersize": 2.5, "markeredgewidth": 0.5, "linestyle": "none"}
         if prediction.static
@@ -152,19 +137,12 @@ def _half_width(
 ) -> None:
     assert prediction.std is not None
     reach = Z95 * prediction.std[shown, first : first + 3]
-    for column, colour in zip(_finite(reach).T, COMPONENTS.values(), strict=True):
-        axes.plot(
-            prediction.time[shown] + prediction.static,
-            column,
-            color=colour,
-            **_line(prediction, 0.8),
-        )
+    time, static = prediction.time[shown] + prediction.static, prediction.static
+    draw_components(axes, time, _finite(reach), **line_of(static, 0.8))
     axes.set_ylim(bottom=0.0)
     axes.set_ylabel(f"± [{unit}]")
     part = ", open in part" if np.isinf(reach).any() else ""
-    axes.set_title(
-        f"half the width of the 95 % band{part}", loc="right", pad=2.0, color=INK
-    )
+    write_title(axes, f"half the width of the 95 % band{part}")
 
 
 def _difference(
@@ -173,39 +151,21 @@ def _difference(
     """Measured minus predicted, and the mean of each component."""
     a = prediction.agreement
     assert a is not None
-    seen = chosen(len(a.time))
-    mean = a.difference.mean(axis=0)
-    for i, colour in enumerate(COMPONENTS.values(), first):
-        axes.plot(
-            a.time[seen] + prediction.static,
-            a.difference[seen, i],
-            color=colour,
-            **_line(prediction, 0.4),
-        )
-    for i, colour in enumerate(COMPONENTS.values(), first):
-        axes.axhline(mean[i], color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
+    seen, static = chosen(len(a.time)), prediction.static
+    three = a.difference[:, first : first + 3]
+    draw_components(axes, a.time[seen] + static, three[seen], **line_of(static, 0.4))
+    for mean, colour in zip(
+        a.difference.mean(axis=0)[first:], COMPONENTS.values(), strict=False
+    ):
+        axes.axhline(mean, color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
     axes.axhline(0.0, color=INK, linewidth=0.4)
     rms, varying = a.rms[first // 3], a.varying[first // 3]
-    axes.set_title(
-        f"measured − predicted: rms {rms:.2g}, less its mean {varying:.2g} {unit}",
-        loc="right",
-        pad=2.0,
-        color=INK,
-    )
+    what = f"measured − predicted: rms {rms:.2g}, less its mean {varying:.2g} {unit}"
+    write_title(axes, what)
     axes.set_ylabel(f"[{unit}]")
 
 
-def _line(prediction: Prediction, width: float) -> dict[str, Any]:
-    """A line, or dots for static poses."""
-    return (
-        {"marker": ".", "markersize": 3.0, "linestyle": "none"}
-        if prediction.static
-        else {"linewidth": width}
-    )
-
-
 def _finite(values: Array) -> Array:
-    """NaN, which is not drawn, for infinity."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
@@ -213,11 +173,7 @@ def _legend(figure: "SubFigure", prediction: Prediction) -> None:
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles: list[Line2D | Patch]
-    handles = [
-        Line2D([], [], color=colour, linewidth=1.2, label=name)
-        for name, colour in COMPONENTS.items()
-    ]
+    handles = component_handles()
     handles.append(Line2D([], [], color=INK, linewidth=0.7, label="predicted"))
     if prediction.std is not None:
         handles.append(Patch(color=INK, alpha=SHADED, linewidth=0.0, label="95 %"))
@@ -236,4 +192,3 @@ def _legend(figure: "SubFigure", prediction: Prediction) -> None:
 
 
 HEIGHTS = {_whole: 1.6, _difference: 0.7, _half_width: 0.6}
-"""Relative height of each row, by what draws it."""

@@ -7,8 +7,7 @@ from typing import TYPE_CHECKING
 from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
-from hefting.plots.headline import LINE, write_headline
-from hefting.plots.style import figure_of, settled, style
+from hefting.plots.style import headed
 from hefting.plots.views import draw_scene, height_of
 from hefting.scene import headline_of, place_of, scene_of
 from hefting.shapes import Shape
@@ -46,14 +45,11 @@ def plot_shape(
     """
     uniform = {"uniform shape": shape.homogeneous}
     found = dict(estimates or {})
-    scene = scene_of(found, shape, uniform, gravity)
-    scene = scene.with_centers_only()
+    scene = scene_of(found, shape, uniform, gravity).with_centers_only()
     lines = ["the shape as posed, in sensor axes", *place_of(shape)]
     for name, estimate in found.items():
         verdict, numbers = estimate.verdict, headline_of(estimate).numbers
-        lines.append(f"{name} ({verdict}; ± 95 %)")
-        lines.append(numbers[1])
-    with style():
-        figure = figure_of(height_of(scene) + LINE * len(lines))
-        draw_scene(write_headline(figure, lines), scene)
-        return settled(figure)
+        lines += [f"{name} ({verdict}; ± 95 %)", numbers[1]]
+    with headed(height_of(scene), lines) as (figure, below):
+        draw_scene(below, scene)
+    return figure

@@ -1,20 +1,24 @@
-"""Style: the palette, sizes and fonts of every picture, and how one is saved. Needs
-matplotlib."""
+"""Style: the palette, sizes and fonts of every picture, the headline over it, and how
+it is saved. Needs matplotlib."""
 
 import io
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from textwrap import wrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.files import write_atomically
-from hefting.core.spatial import Indices
+from hefting.core.spatial import Array, Indices
+from hefting.scene import Headline
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure, FigureBase, SubFigure
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
@@ -26,10 +30,8 @@ WIDTH = 3.5
 """Width of a printed column [in]."""
 TALLEST = 6.5
 """Greatest height of a picture [in]."""
-BAR = 0.07
-"""Height of the colour bar [in]."""
 DRAWN = 1500
-"""Most samples drawn of a long recording, evenly chosen."""
+"""Samples drawn of a long recording, at most."""
 MEASURED: dict[str, Any] = {"linewidth": 1.8, "alpha": 0.35}
 """A measured line, wide and pale, below the computed one."""
 FORMATS: dict[str, dict[str, None]] = {
@@ -63,7 +65,12 @@ NO_LAYOUT: dict[Any, Any] = {
     "figure.autolayout": False,
     "figure.constrained_layout.use": False,
 }
-"""Settings in which a figure is left without a layout engine."""
+LINE = 0.15
+"""Of the headline, or of a legend [in]."""
+COLUMN = 62
+"""Characters in the width of a column, about."""
+MOST_LINES = 3
+"""Of the reason."""
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
@@ -129,3 +136,104 @@ def settled(figure: "Figure") -> "Figure":
         # none at all: with one called "none" every file would be drawn twice
         figure.set_layout_engine(None)
     return figure
+
+
+def lines_of(
+    headline: Headline, width: float = WIDTH, say: Callable[[str], str] = str
+) -> list[str]:
+    """Lines of a headline over a picture of a width [in]; `say` is as for
+    `plot_object`."""
+    columns = int(COLUMN * width / WIDTH)
+    reason = wrap(say(headline.reason), columns)
+    if len(reason) > MOST_LINES:
+        reason = [*reason[: MOST_LINES - 1], f"{reason[MOST_LINES - 1][:-2]} …"]
+    numbers = list(headline.numbers)
+    if width > 1.5 * WIDTH and numbers:
+        numbers = [f"{numbers[0]}   {numbers[1]}", *numbers[2:]]
+    numbers = [line for text in numbers for line in _wrapped(text, columns)]
+    return [headline.verdict, *reason, *numbers]
+
+
+def _wrapped(text: str, columns: int) -> list[str]:
+    """Lines that keep a name, its number and its interval together."""
+    kept = re.sub(r"(\w+) (\S+) ± (\S+)", "\\1\xa0\\2\xa0±\xa0\\3", text)
+    return [line.replace("\xa0", " ") for line in wrap(kept, columns)]
+
+
+@contextmanager
+def headed(
+    height: float, lines: list[str], usable: bool = True, width: float = WIDTH
+) -> "Iterator[tuple[Figure, SubFigure]]":
+    """A figure with a headline, and what is below it, of a height and a width [in], to
+    draw on while this is entered; then the figure is laid out."""
+    with style():
+        figure = figure_of(height + LINE * len(lines), width)
+        yield figure, write_headline(figure, lines, usable)
+        settled(figure)
+
+
+def write_headline(figure: "Figure", lines: list[str], usable: bool) -> "SubFigure":
+    """Write lines at the top left; of what is not to be used in another colour, and so
+    across the picture. Returns what is below them."""
+    figure.suptitle(
+        "\n".join(lines),
+        x=0.015,
+        ha="left",
+        fontsize=7.0,
+        linespacing=1.35,
+        color=INK if usable else VERMILION,
+    )
+    if not usable:
+        figure.text(
+            0.5,
+            0.45,
+            "do not use",
+            rotation=30.0,
+            ha="center",
+            va="center",
+            fontsize=40.0,
+            color=VERMILION,
+            alpha=0.18,
+            zorder=10,
+        )
+    # a legend outside the axes has no place beside a title of the same figure
+    return subfigures_of(figure, 1)[0]
+
+
+def subfigures_of(figure: "FigureBase", count: int) -> "list[SubFigure]":
+    """Parts of a figure from left to right."""
+    return list(np.atleast_1d(np.asarray(figure.subfigures(1, count))))
+
+
+def draw_components(axes: "Axes", time: Array, values: Array, **look: Any) -> None:
+    """Three components (K, 3) over time (K,), all of one look, each in its colour."""
+    for column, colour in zip(values.T, COMPONENTS.values(), strict=True):
+        axes.plot(time, column, color=colour, **look)
+
+
+def line_of(static: bool, width: float) -> dict[str, Any]:
+    """The look of a line of a width [pt]; dots for static poses."""
+    dots: dict[str, Any] = {"marker": ".", "markersize": 3.0, "linestyle": "none"}
+    return dots if static else {"linewidth": width}
+
+
+def write_title(axes: "Axes", text: str) -> None:
+    """What axes show, above them at the right."""
+    axes.set_title(text, loc="right", pad=2.0, color=INK)
+
+
+def label_time(axes: "Axes", time: Array, static: bool) -> None:
+    """The time [s] of the lowest axes, or the numbers of static poses."""
+    axes.set_xlabel("Pose" if static else "Time [s]")
+    margin = 0.5 if static or len(time) == 1 else 0.0
+    axes.set_xlim(time[0] - margin, time[-1] + margin)
+
+
+def component_handles() -> "list[Any]":
+    """Entries of a legend for the three components."""
+    from matplotlib.lines import Line2D
+
+    return [
+        Line2D([], [], color=colour, linewidth=1.2, label=name)
+        for name, colour in COMPONENTS.items()
+    ]

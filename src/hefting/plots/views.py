@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.plots.headline import LINE
 from hefting.plots.style import (
     BLUE,
     COMPONENTS,
     INK,
+    LINE,
     PURPLE,
     SKY,
     TALLEST,
@@ -31,15 +31,15 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 """How each body is drawn, by its name."""
 OTHER: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 1)), "marker": "x"}
-"""How one of another name is drawn; over an estimate it makes a star of its mark."""
+"""Of another name; over an estimate it makes a star of its mark."""
 MARK = 0.06
-"""Size of the mark of a COM [in]."""
+"""Of a COM [in]."""
 DOWN = 0.8
-"""Length of gravity's directions over that of the sensor's axes."""
+"""Length of gravity's directions over that of the axes."""
 NARROWEST = 0.35
 """Least side of a view over the longest."""
 SIDES, ROOM = 0.75, 0.95
-"""Width and height [in] that axes and their labels take."""
+"""Width and height [in] of axes' labels."""
 SHADES = 0.78, 0.93
 """Grey of a surface seen from the side, and from the front."""
 MOST_VECTORS = 3_000
@@ -63,7 +63,7 @@ def size_of(scene: Scene) -> tuple[Array, Array, float]:
 
 
 def _axis_length(scene: Scene) -> float:
-    """Length at which the sensor's axes are drawn [mm]."""
+    """Of the sensor's axes [mm]."""
     return 150.0 * float(np.ptp(scene.corners, axis=0).max()) or 10.0
 
 
@@ -76,7 +76,7 @@ def height_of(scene: Scene) -> float:
 
 def draw_scene(figure: "SubFigure", scene: Scene) -> None:
     """Three views of a scene and their legend, on an empty figure of the width of a
-    column and the height that `height_of` says."""
+    column and the height of `height_of`."""
     low, high, scale = size_of(scene)
     x, y, z = high - low
     layout = figure.add_gridspec(2, 2, width_ratios=(x, z), height_ratios=(y, z))
@@ -102,7 +102,6 @@ def draw_scene(figure: "SubFigure", scene: Scene) -> None:
 
 
 def _legend_lines(scene: Scene) -> int:
-    """Lines that the legend has."""
     parts: list[Any] = [scene, scene.surface, scene.points, scene.gravity]
     for body in scene.bodies:
         parts += [body, body.region, body.ellipsoid or body.missing or None]
@@ -117,8 +116,8 @@ def _nothing() -> Any:
 
 
 def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
-    """All that a scene holds, projected on axes `i` and `j`; `mark` is the size of a
-    COM's mark [mm]."""
+    """All that a scene holds, projected on axes `i` and `j`; a COM's `mark` is in
+    mm."""
     if scene.surface is not None:
         _draw_surface(axes, scene.surface, i, j)
     if scene.points is not None:
@@ -133,7 +132,7 @@ def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
 
 def _draw_surface(axes: "Axes", surface: Surface, i: int, j: int) -> None:
     """The triangles that face the viewer, the nearer ones in front, paler the more they
-    face him; of a box that only holds the object the edges."""
+    face him; the edges of a box that only holds the object."""
     if not surface.is_object:
         low, high = 1e3 * surface.vertices.min(axis=0), 1e3 * surface.vertices.max(0)
         corners = [[low[i], low[j]], [high[i], low[j]], [high[i], high[j]]]
@@ -174,7 +173,7 @@ def _draw_surface(axes: "Axes", surface: Surface, i: int, j: int) -> None:
 
 
 def _draw_points(axes: "Axes", points: PointSet, i: int, j: int) -> None:
-    """Points of a cloud, all alike; or circles of the area of their masses."""
+    """Points of a cloud, or circles of the area of their masses."""
     places = 1e3 * points.positions[:, [i, j]].T
     if points.masses is None:
         axes.scatter(
@@ -200,7 +199,6 @@ def _draw_points(axes: "Axes", points: PointSet, i: int, j: int) -> None:
 
 
 def _draw_gravity(axes: "Axes", directions: Array, length: float) -> None:
-    """Directions of gravity, as lines from the sensor."""
     ends = length * directions
     gaps = np.full(len(ends), np.nan)
     zeros = np.zeros(len(ends))
@@ -220,7 +218,6 @@ def _look(body: Body) -> dict[str, Any]:
 
 
 def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
-    """COM, the region that holds it, and the ellipsoid of equal inertia."""
     look = _look(body)
     _draw_center(axes, body, i, j, look)
     if body.region is not None:
@@ -241,8 +238,7 @@ def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
 def _draw_center(
     axes: "Axes", body: Body, i: int, j: int, look: dict[str, Any]
 ) -> None:
-    """The COM as a mark, or a line along the one axis on which it is open; nothing
-    where it is open on both."""
+    """The COM as a mark, or a line along the one axis on which it is open."""
     center = 1e3 * body.center
     name = f"COM, {body.name}"
     if np.isnan(center).any():
@@ -288,8 +284,8 @@ def _draw_ellipsoid(
 
 
 def _draw_triad(axes: "Axes", i: int, j: int, length: float) -> None:
-    """Sensor origin and its two axes that lie in the view, each letter beside its tip:
-    a COM is often straight ahead."""
+    """Sensor origin and its two axes in the view, each letter beside its tip: a COM is
+    often straight ahead."""
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=2.0, foreground="white")]

@@ -9,18 +9,21 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
-from hefting.plots.headline import LINE, lines_of, write_headline
 from hefting.plots.style import (
     COMPONENTS,
     INK,
     MEASURED,
     chosen,
-    figure_of,
-    settled,
-    style,
+    component_handles,
+    draw_components,
+    headed,
+    label_time,
+    line_of,
+    lines_of,
+    write_title,
 )
 from hefting.scene import headline_of, wrench_curves
-from hefting.scene.wrench import PARTS
+from hefting.scene.curves import PARTS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -44,11 +47,9 @@ def plot_wrench(
     """
     headline = headline_of(estimate)
     lines = lines_of(headline, say=say)
-    with style():
-        figure = figure_of(HEIGHT + LINE * len(lines))
-        below = write_headline(figure, lines, headline.usable)
+    with headed(HEIGHT, lines, headline.usable) as (figure, below):
         draw_wrench(below, measurements, estimate)
-        return settled(figure)
+    return figure
 
 
 def draw_wrench(
@@ -71,67 +72,45 @@ def draw_wrench(
         if estimate.common_bias is not None:
             own = estimate.common_bias[three]
             bias = ", ".join(f"{x:.3g}" for x in own).replace("-", "−")
-            _title(whole, f"bias found with it ({bias}) {unit}")
+            write_title(whole, f"bias found with it ({bias}) {unit}")
         elif estimate.bias is not None:
-            _title(whole, "with the bias of each recording, one after the other")
-        _draw_residual(rest, time, residual[shown, three], static)
+            write_title(whole, "with the bias of each recording, one after the other")
+        draw_components(rest, time, residual[shown, three], **line_of(static, 0.4))
+        rest.axhline(0.0, color=INK, linewidth=0.4)
         rest.set_ylabel(f"[{unit}]")
         rms = curves.rms(part)
-        _title(rest, f"residual (measured − predicted), rms {rms:.2g} {unit}")
+        write_title(rest, f"residual (measured − predicted), rms {rms:.2g} {unit}")
         limit = 1.25 * float(np.abs(residual[:, three]).max()) or 1.0
         rest.set_ylim(-limit, limit)
     _draw_legend(figure, estimate, static)
-    rows[-1].set_xlabel("Pose" if static else "Time [s]")
-    margin = 0.5 if static or len(time) == 1 else 0.0
-    rows[-1].set_xlim(time[0] - margin, time[-1] + margin)
+    label_time(rows[-1], time, static)
     figure.align_ylabels()
 
 
 def _draw_whole(
     axes: "Axes", time: Array, measured: Array, predicted: Array, static: bool
 ) -> None:
-    """Three measured components, and the predicted ones over them."""
     for i, colour in enumerate(COMPONENTS.values()):
         axes.plot(time, measured[:, i], color=colour, **_measured(static))
-        axes.plot(time, predicted[:, i], color=colour, **_line(static, 0.7))
+        axes.plot(time, predicted[:, i], color=colour, **line_of(static, 0.7))
     low, high = axes.get_ylim()
     axes.set_ylim(low, high + 0.05 * (high - low))
 
 
-def _draw_residual(axes: "Axes", time: Array, residual: Array, static: bool) -> None:
-    for i, colour in enumerate(COMPONENTS.values()):
-        axes.plot(time, residual[:, i], color=colour, **_line(static, 0.4))
-    axes.axhline(0.0, color=INK, linewidth=0.4)
-
-
 def _measured(static: bool) -> dict[str, Any]:
-    """A wide, pale line; dashes for static poses."""
     dashes = {"marker": "_", "markersize": 7.0, "linestyle": "none"}
     return MEASURED | (dashes if static else {})
-
-
-def _line(static: bool, width: float) -> dict[str, Any]:
-    """A line; dots for static poses."""
-    dots: dict[str, Any] = {"marker": ".", "markersize": 3.0, "linestyle": "none"}
-    return dots if static else {"linewidth": width}
-
-
-def _title(axes: "Axes", text: str) -> None:
-    axes.set_title(text, loc="right", pad=2.0, color=INK)
 
 
 def _draw_legend(figure: "SubFigure", estimate: Estimate, static: bool) -> None:
     from matplotlib.lines import Line2D
 
     turned = estimate.provenance.get("wrench") == "on-sensor"
-    handles = [
-        Line2D([], [], color=colour, linewidth=1.2, label=name)
-        for name, colour in COMPONENTS.items()
-    ]
+    handles = component_handles()
     measured = "measured, sign turned" if turned else "measured"
     handles.append(Line2D([], [], color=INK, label=measured, **_measured(static)))
     predicted = "predicted" if estimate.bias is None else "predicted + bias"
-    handles.append(Line2D([], [], color=INK, label=predicted, **_line(static, 0.7)))
+    handles.append(Line2D([], [], color=INK, label=predicted, **line_of(static, 0.7)))
     figure.legend(
         handles=handles,
         ncols=5,

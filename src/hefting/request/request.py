@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
-from hefting.identification.identify import Identification, identify
+from hefting.identification import Identification, identify
 from hefting.request.recording import recording_of
 from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
 from hefting.shapes import Shape

@@ -6,19 +6,25 @@
 All lengths are in metres, in sensor axes about the sensor origin. Nothing here draws.
 """
 
-from hefting.scene.ellipsoid import (
+from hefting.scene.curves import WrenchCurves, gaps_between, thinned, wrench_curves
+from hefting.scene.headline import (
+    Headline,
+    depth_of,
+    headline_of,
+    place_of,
+    plus_minus,
+    power_of_thousand,
+)
+from hefting.scene.scene import Body, PointSet, Scene, scene_of
+from hefting.scene.surface import (
     Ellipsoid,
+    Surface,
     com_half_widths,
     com_region,
     half_widths,
+    surface_of,
     uniform_ellipsoid,
 )
-from hefting.scene.headline import Headline, headline_of, plus_minus, power_of_thousand
-from hefting.scene.place import depth_of, place_of
-from hefting.scene.scene import Body, PointSet, Scene, scene_of
-from hefting.scene.surface import Surface, surface_of
-from hefting.scene.thinning import gaps_between, thinned
-from hefting.scene.wrench import WrenchCurves, wrench_curves
 
 __all__ = [
     "Body",

@@ -1,16 +1,18 @@
-"""Headline: verdict and numbers of an estimate, in the few lines that stand over a
-picture."""
+"""Headline: verdict and numbers of an estimate, and the place of a shape, in the few
+lines that stand over a picture."""
 
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
-from hefting.scene.ellipsoid import com_half_widths, half_widths
+from hefting.scene.surface import com_half_widths, half_widths
+from hefting.shapes import Shape
 
 MOST_DIGITS = 6
-"""Digits after the point at most."""
+"""After the point."""
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -67,8 +69,8 @@ def power_of_thousand(values: Array) -> tuple[str, float]:
 
 def inertia_doubt(estimate: Estimate) -> float | None:
     """Half the width of the widest 95 % interval of the moments at the COM over the
-    largest moment, infinite where an entry of the tensor is open; None where the method
-    has no intervals."""
+    largest moment, infinite where the tensor is open; None where the method has no
+    intervals."""
     tensor = estimate.parameters.inertia_at_com
     half = half_widths(estimate, "inertia_at_com", tensor)
     if half is None:
@@ -114,3 +116,25 @@ def _each(names: tuple[str, ...] | str, values: Array, halves: Array | None) -> 
         f"{name} {plus_minus(value, half)}"
         for name, value, half in zip(names, values, widths, strict=True)
     )
+
+
+def place_of(shape: Shape) -> tuple[str, ...]:
+    """Where a shape reaches along the sensor's axes, and where its COM is if its
+    density is uniform."""
+    low, high = 1e3 * shape.hull.min(axis=0), 1e3 * shape.hull.max(axis=0)
+    reach = ", ".join(
+        f"{axis} {_mm(a)} to {_mm(b)}"
+        for axis, a, b in zip("xyz", low, high, strict=True)
+    )
+    center = 1e3 * shape.homogeneous.center_of_mass
+    at = ", ".join(f"{axis} {_mm(c)}" for axis, c in zip("xyz", center, strict=True))
+    return (f"reaches {reach} mm", f"COM of uniform density {at} mm")
+
+
+def depth_of(shape: Shape, point: ArrayLike) -> float:
+    """Depth [m] of a point (3,) [m] in the convex hull of a shape; negative outside."""
+    return shape.margin(point) * (float(shape.extents.max()) or 1.0)
+
+
+def _mm(value: float) -> str:
+    return f"{np.round(value, 1) + 0.0:.1f}".replace("-", "−")

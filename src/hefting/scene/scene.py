@@ -11,14 +11,15 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, frozen
-from hefting.scene.ellipsoid import (
+from hefting.scene.headline import inertia_doubt
+from hefting.scene.surface import (
     Ellipsoid,
+    Surface,
     com_half_widths,
     com_region,
+    surface_of,
     uniform_ellipsoid,
 )
-from hefting.scene.headline import inertia_doubt
-from hefting.scene.surface import Surface, surface_of
 from hefting.shapes import Shape
 
 LARGEST_DOUBT = 0.75
@@ -40,7 +41,7 @@ class PointSet:
     positions: Array
     """(n, 3) [m]"""
     masses: Array | None = None
-    """(n,) [kg]; other masses have the same ten parameters"""
+    """(n,) [kg]; others have the same ten parameters"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,8 +58,7 @@ class Body:
     """Of uniform density and equal inertia; None where inertia is not determined, or no
     body has it"""
     inertia_doubt: float | None = None
-    """Half the width of the widest 95 % interval of the moments over the largest
-    moment; None where it is not known, infinite where open"""
+    """See `hefting.scene.headline.inertia_doubt`."""
     missing: str = ""
     """Why there is no ellipsoid, where inertia was asked for"""
 
@@ -71,8 +71,7 @@ class Scene:
     surface: Surface | None = None
     points: PointSet | None = None
     gravity: Array | None = None
-    """(K, 3) directions of gravity in sensor axes, unit vectors; None where no log
-    tells them"""
+    """(K, 3) unit vectors of gravity in sensor axes; None where no log tells them"""
 
     def with_centers_only(self) -> Self:
         """The same scene without what is said of inertia."""
@@ -162,7 +161,7 @@ def _found(name: str, estimate: Estimate) -> Body:
 
 
 def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
-    """The first masses that an estimate has for the points of the shape."""
+    """The first masses for the points of the shape."""
     for estimate in estimates.values():
         if estimate.point_masses is not None:
             if len(estimate.point_masses) != shape.n:
@@ -176,7 +175,7 @@ def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
 
 
 def _directions(gravity: ArrayLike) -> Array | None:
-    """Unit vectors along at most `MOST_DIRECTIONS` rows of gravity, evenly chosen."""
+    """At most `MOST_DIRECTIONS` unit vectors along gravity, evenly chosen."""
     rows = np.asarray(gravity, dtype=float).reshape(-1, 3)
     rows = rows[np.linalg.norm(rows, axis=1) > 0.0]
     if not len(rows):

@@ -1,17 +1,165 @@
-"""Surface: the triangles of a shape, as many as a picture needs."""
+"""Surfaces: triangles of a shape, as many as a picture needs, and of the links of a
+robot; ellipsoids of where the COM is, and of equal inertia."""
 
 from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array, frozen
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate, com_jacobian
+from hefting.core.inertia import InertialParameters
+from hefting.core.sensor_accuracy import Z95
+from hefting.core.spatial import Array, frozen, rotation_matrices
+from hefting.robots.visuals import LARGEST_SIZE, Geometry
 from hefting.shapes import Shape
+from hefting.shapes.reading import read_mesh
 
+CHI95 = 2.7954834829151074
+"""Radius that holds 95 % of a normal distribution in three dimensions, in standard
+deviations: the root of the 0.95 quantile of chi-squared with 3 degrees of freedom."""
 MOST_TRIANGLES = 30_000
 """Triangles that are drawn at most: a picture of three views then takes a second or
 two, and shows the mesh to two percent of its size or better."""
 FINEST = 200
 """Cells along the longest side in which vertices are merged at first."""
+MOST_BYTES = 200_000_000
+"""Sizes of all meshes that are read of one arm [bytes]."""
+
+
+@dataclass(frozen=True, eq=False)
+class Ellipsoid:
+    """The points ``center + half_axes @ u`` with |u| <= 1."""
+
+    center: Array
+    """(3,) [m]"""
+    half_axes: Array
+    """(3, 3) [m], a half-axis in each column"""
+
+    def __post_init__(self):
+        object.__setattr__(self, "center", frozen(self.center))
+        object.__setattr__(self, "half_axes", frozen(self.half_axes))
+
+    @property
+    def reach(self) -> Array:
+        """(3,) [m] farthest distance from the center along each axis of the frame."""
+        return np.linalg.norm(self.half_axes, axis=1)
+
+    @property
+    def principal(self) -> tuple[Array, Array]:
+        """Lengths (3,) [m] of half-axes that are perpendicular to one another, the
+        longest first, and the rotation (3, 3) whose columns they lie along, by a
+        singular value decomposition of those given."""
+        rotation, lengths, _ = np.linalg.svd(self.half_axes)
+        if np.linalg.det(rotation) < 0.0:
+            rotation[:, 2] = -rotation[:, 2]
+        return lengths, rotation
+
+    def triangles(self, rings: int = 16) -> tuple[Array, np.ndarray]:
+        """Vertices (V, 3) [m] and triangles (F, 3) of its surface, on `rings` circles
+        of latitude."""
+        polar = np.pi * (np.arange(rings) + 0.5) / rings
+        azimuth = np.pi * np.arange(2 * rings) / rings
+        p, a = (grid.ravel() for grid in np.meshgrid(polar, azimuth, indexing="ij"))
+        ball = np.column_stack(
+            (np.sin(p) * np.cos(a), np.sin(p) * np.sin(a), np.cos(p))
+        )
+        ball = np.vstack((ball, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)))
+        return self.center + ball @ self.half_axes.T, _ball_faces(rings)
+
+    def shadow(self, i: int, j: int, count: int = 120) -> Array:
+        """Outline (count, 2) [m] of the ellipsoid projected on axes `i` and `j`."""
+        # the shadow of {A u} is {B u}, B the two rows of A: an ellipse of matrix B B'
+        rows = self.half_axes[[i, j]]
+        values, vectors = np.linalg.eigh(rows @ rows.T)
+        angle = np.linspace(0.0, 2.0 * np.pi, count)
+        circle = np.vstack((np.cos(angle), np.sin(angle)))
+        outline = (vectors * np.sqrt(np.maximum(values, 0.0))) @ circle
+        return self.center[[i, j]] + outline.T
+
+
+def _ball_faces(rings: int) -> np.ndarray:
+    """(F, 3) indices of a grid of points on a ball and of its two poles, the last."""
+    around = 2 * rings
+    row, column = np.divmod(np.arange(around * (rings - 1)), around)
+    here, beside = around * row + column, around * row + (column + 1) % around
+    below, diagonal = here + around, beside + around
+    i = np.arange(around)
+    north, south, last = around * rings, around * rings + 1, around * (rings - 1)
+    return np.vstack(
+        (
+            np.column_stack((here, below, diagonal)),
+            np.column_stack((here, diagonal, beside)),
+            np.column_stack((np.full(around, north), i, (i + 1) % around)),
+            np.column_stack(
+                (last + (i + 1) % around, last + i, np.full(around, south))
+            ),
+        )
+    )
+
+
+def uniform_ellipsoid(body: InertialParameters) -> Ellipsoid | None:
+    """The ellipsoid of uniform density with the mass, COM and inertia of `body`.
+
+    From J1 = m/5 (s2² + s3²) and so on: s1² = 5/(2m) (J2 + J3 - J1). None when no body
+    has these parameters.
+    """
+    if not body.consistency().is_consistent:
+        return None
+    moments, axes = body.principal()
+    square = 2.5 / body.mass * (moments.sum() - 2.0 * moments)
+    return Ellipsoid(body.center_of_mass, axes * np.sqrt(np.maximum(square, 0.0)))
+
+
+def com_region(estimate: Estimate) -> Ellipsoid | None:
+    """The region that holds the COM with 95 % probability.
+
+    Its width along each axis follows from the estimate's intervals, which hold errors
+    that the covariance of some methods does not; its tilt from the covariance. None
+    where neither is known, or an axis is open.
+    """
+    half = com_half_widths(estimate)
+    if half is None or not np.isfinite(half).all():
+        return None
+    values, axes = np.linalg.eigh(_com_correlation(estimate))
+    root = axes * np.sqrt(np.maximum(values, 0.0))
+    scale = half * (CHI95 / Z95)
+    return Ellipsoid(estimate.parameters.center_of_mass, scale[:, None] * root)
+
+
+def com_half_widths(estimate: Estimate) -> Array | None:
+    """(3,) [m] of the COM, see `half_widths`."""
+    return half_widths(estimate, "center_of_mass", estimate.parameters.center_of_mass)
+
+
+def half_widths(estimate: Estimate, name: str, value: Array | float) -> Array | None:
+    """Half-widths of the 95 % intervals of a quantity of ``Estimate.intervals`` about
+    its `value`, the larger side of each; from the covariance where there are no
+    intervals. Infinite where it is open, None where the method has no uncertainty."""
+    open_ = np.asarray(getattr(estimate.undetermined, name))
+    if estimate.intervals is not None:
+        low, high = estimate.intervals[name]
+        half = np.maximum(high - value, value - low)
+    elif estimate.std is not None:
+        half = Z95 * np.asarray(estimate.std[name])
+    elif open_.any():
+        half = np.full(open_.shape, np.nan)
+    else:
+        return None
+    return np.where(open_, np.inf, half)
+
+
+def _com_correlation(estimate: Estimate) -> Array:
+    """(3, 3) of the COM's errors; the identity where the covariance does not tell
+    it."""
+    covariance = estimate.covariance
+    if covariance is None or not np.isfinite(covariance[:4, :4]).all():
+        return np.eye(3)
+    jacobian = com_jacobian(estimate.parameters)[1:4, :4]
+    of_com = jacobian @ covariance[:4, :4] @ jacobian.T
+    std = np.sqrt(np.maximum(of_com.diagonal(), 0.0))
+    if not (std > 0.0).all():
+        return np.eye(3)
+    return of_com / np.outer(std, std)
 
 
 @dataclass(frozen=True, eq=False)
@@ -33,8 +181,8 @@ class Surface:
 
 
 def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:
-    """The surface of a shape with at most about so many triangles; None for a cloud,
-    and where no shape is known."""
+    """The surface of a shape with at most about so many triangles; None where there is
+    none."""
     if shape.faces is None or shape.known == "reach":
         return None
     vertices, faces = coarser(shape.hull, shape.faces, most)
@@ -43,7 +191,7 @@ def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:
 
 def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.ndarray]:
     """The same surface with at most `most` triangles: vertices in one cell of a grid
-    are merged, and the grid made coarser until that is enough."""
+    are merged, which is made coarser until that is enough."""
     size = float(np.ptp(vertices, axis=0).max())
     pitch = size / FINEST
     merged, left = vertices, faces
@@ -56,8 +204,8 @@ def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.nd
 def _merged(
     vertices: Array, faces: np.ndarray, pitch: float
 ) -> tuple[Array, np.ndarray]:
-    """Vertices merged by cells of side `pitch`, each at its vertices' mean; triangles
-    that vanish and those that occur twice are left out."""
+    """Vertices merged by cells of side `pitch` to their mean; triangles that vanish and
+    those that occur twice are left out."""
     i, j, k = ((vertices - vertices.min(axis=0)) / pitch).astype(np.int64).T
     cell = (i * 2 * FINEST + j) * 2 * FINEST + k
     _, index, count = np.unique(cell, return_inverse=True, return_counts=True)
@@ -74,3 +222,51 @@ def _merged(
     repeated = np.zeros(len(new), dtype=bool)
     repeated[1:] = (new[1:] == new[:-1]).all(axis=1)
     return means, new[~repeated]
+
+
+class LinkSurfaces:
+    """Reads geometries of one robot until their meshes are `MOST_BYTES`."""
+
+    def __init__(self):
+        self._left = MOST_BYTES
+
+    def read(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
+        """Vertices (V, 3) [m] in the link's frame and triangles (F, 3) of a geometry;
+        None where its mesh cannot be read, has no extent or is larger than a robot, and
+        where the meshes are too large together."""
+        try:
+            vertices, faces = self._own(geometry)
+        except InputError:
+            return None
+        if not len(faces) or not np.abs(vertices).max() <= LARGEST_SIZE:
+            return None  # also where a vertex is not finite
+        if not np.ptp(vertices, axis=0).max() > 0.0:
+            return None
+        turned = vertices @ rotation_matrices(geometry.orientation).T
+        return turned + geometry.position, faces
+
+    def _own(self, geometry: Geometry) -> tuple[Array, np.ndarray]:
+        """The same in the geometry's own frame; `InputError` where it cannot be read."""
+        if geometry.kind != "mesh":
+            return simple_solid(geometry)
+        assert geometry.file is not None
+        self._left -= geometry.file.stat().st_size
+        if self._left < 0:
+            raise InputError("the meshes are too large", geometry.file)
+        vertices, faces = read_mesh(geometry.file)
+        return vertices * np.array(geometry.size), faces
+
+
+def simple_solid(geometry: Geometry) -> tuple[Array, np.ndarray]:
+    """Vertices (V, 3) [m] and triangles of a box, cylinder along z, or sphere about its
+    own origin."""
+    from trimesh import creation
+
+    if geometry.kind == "box":
+        solid = creation.box(extents=geometry.size)
+    elif geometry.kind == "cylinder":
+        radius, height = geometry.size
+        solid = creation.cylinder(radius, height, sections=24)
+    else:
+        solid = creation.icosphere(subdivisions=2, radius=geometry.size[0])
+    return np.asarray(solid.vertices, dtype=float), np.asarray(solid.faces)

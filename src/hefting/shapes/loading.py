@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.files import read_json
 from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
-from hefting.shapes.ply import read_ply_vertices
+from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
 

@@ -15,16 +15,14 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
-from hefting.shapes.limits import (
+from hefting.shapes.files import (
     MAX_LINE,
+    PLY_ORDERS,
+    PlyKind,
     check_count,
     check_header,
     check_scene,
     check_text,
-)
-from hefting.shapes.ply import (
-    PLY_ORDERS,
-    PlyKind,
     read_bytes,
     read_ply_header,
     read_ply_vertices,
@@ -34,15 +32,11 @@ MESH_SUFFIXES = (".stl", ".obj", ".ply", ".off", ".glb")
 CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
-
-
 STL_HEADER = 84
-"""Bytes of a binary STL file before its triangles: a comment of 80, and their
-number."""
+"""Bytes before the triangles of a binary STL file: a comment of 80, their number."""
 STL_TRIANGLE = np.dtype(
     [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )
-"""A triangle of a binary STL file."""
 
 
 def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
@@ -83,9 +77,8 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
                 faces += len(getattr(scene.geometry[scene.graph[node][1]], "faces", ()))
                 _check_faces(faces, path)
             mesh = scene.to_mesh()
-        return np.asarray(mesh.vertices, dtype=float), np.asarray(
-            mesh.faces, dtype=np.int64
-        )
+        faces = np.asarray(mesh.faces, dtype=np.int64)
+        return np.asarray(mesh.vertices, dtype=float), faces
     except InputError:
         raise
     except Exception as error:  # a damaged file makes a parser fail in any way
@@ -96,7 +89,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
 
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
-    """Vertices and faces of a binary STL file, three vertices a face."""
+    """Three vertices a face."""
     triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
     _check_faces(len(triangles), path)
     with np.errstate(invalid="ignore"):  # what is not finite is refused later
@@ -105,8 +98,7 @@ def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
 
 
 def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | None:
-    """Vertices and faces of a whole binary PLY file of vertices and triangles; None for
-    any other."""
+    """Of a whole binary PLY file of vertices and triangles; None for any other."""
     try:
         form, ((vertex, count, properties), (face, number, entries)), start = (
             read_ply_header(data)
@@ -121,24 +113,21 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
     if len(data) != start + count * points.itemsize + number * triangle.itemsize:
         return None
     faces = np.frombuffer(data, triangle, number, start + count * points.itemsize)
-    if (
-        not {"x", "y", "z"} <= set(points.names or ())
-        or (faces["number of corners"] != 3).any()
-    ):
+    all_triangles = (faces["number of corners"] == 3).all()
+    if not {"x", "y", "z"} <= set(points.names or ()) or not all_triangles:
         return None
     _check_faces(number, path)
     table = np.frombuffer(data, points, count, start)
     with np.errstate(invalid="ignore"):  # what is not finite is refused later
-        return np.column_stack([table[axis] for axis in "xyz"]).astype(float), faces[
-            corners
-        ].astype(np.int64)
+        vertices = np.column_stack([table[axis] for axis in "xyz"]).astype(float)
+    return vertices, faces[corners].astype(np.int64)
 
 
 def _triangle_record(
     entries: list[tuple[str, PlyKind]], order: str
 ) -> tuple[np.dtype, str]:
-    """Layout of a triangle in a binary PLY file, and the name of its corners;
-    ValueError for a face of another kind."""
+    """Layout of a triangle, and the name of its corners; ValueError for another
+    face."""
     lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
     ((corners, (length, index)),) = lists
     fields: list[tuple] = [
@@ -162,8 +151,7 @@ def _check_faces(count: int, path: str | Path) -> None:
 
 
 def _check_glb(data: bytes) -> None:
-    """Raise ValueError for a scene that would take much more than its file; see
-    `hefting.shapes.limits`."""
+    """ValueError for a scene that would take much more than its file."""
     length = struct.unpack_from("<I", data, 12)[0]
     header = data[20 : 20 + length]
     check_header(header)
@@ -173,16 +161,13 @@ def _check_glb(data: bytes) -> None:
 def _is_binary_stl(data: bytes) -> bool:
     if len(data) < STL_HEADER:
         return False
-    return (
-        len(data)
-        == STL_HEADER
-        + STL_TRIANGLE.itemsize * struct.unpack_from("<I", data, STL_HEADER - 4)[0]
-    )
+    count = struct.unpack_from("<I", data, STL_HEADER - 4)[0]
+    return len(data) == STL_HEADER + STL_TRIANGLE.itemsize * count
 
 
 def _as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8; what is not is taken as Latin-1, which only comments and names can
-    differ in."""
+    """Text in UTF-8; what is not is Latin-1, which only comments and names differ
+    in."""
     try:
         data.decode()
     except UnicodeDecodeError:
@@ -215,8 +200,7 @@ def read_cloud(path: str | Path) -> Array:
 
 
 def _array_of(data: bytes, path: str | Path) -> Array:
-    """The first three columns of a NumPy file; ValueError for one that holds no
-    numbers."""
+    """The first three columns of a NumPy file; ValueError for no numbers."""
     if not data.startswith(b"\x93NUMPY"):
         raise ValueError("not an array")
     with np.errstate(over="ignore"):  # the size that a header says
@@ -231,29 +215,21 @@ def _array_of(data: bytes, path: str | Path) -> Array:
 
 
 def _text_of(data: bytes, path: str | Path) -> Array:
-    """Numbers of a text table in UTF-8 of bearable size."""
     check_text(data, path)
     return _text_table(data.decode("utf-8-sig"), path)
 
 
 def _text_table(text: str, path: str | Path) -> Array:
     """Numbers of a text table; a header naming x, y and z picks the columns.
-    `InputError` for too many rows, `ValueError` for too long a row."""
-    lines = [
-        line
-        for line in text.splitlines()
-        if line.strip() and not line.lstrip().startswith("#")
-    ]
+    `ValueError` for too long a row."""
+    lines = [line for line in text.splitlines() if line.strip()]
+    lines = [line for line in lines if not line.lstrip().startswith("#")]
     check_count(len(lines), path)
     if max(map(len, lines), default=0) > MAX_LINE:
         raise ValueError("a row is too long")
-    separator = next((c for c in ",;\t" if c in lines[0]), None) if lines else None
-    columns = None
-    names = (
-        [name.strip().strip('"').lower() for name in lines[0].split(separator)]
-        if lines
-        else []
-    )
+    head, columns = lines[0] if lines else "", None
+    separator = next((c for c in ",;\t" if c in head), None)
+    names = [name.strip().strip('"').lower() for name in head.split(separator)]
     if {"x", "y", "z"} <= set(names):
         columns, lines = [names.index(axis) for axis in "xyz"], lines[1:]
     if not lines:

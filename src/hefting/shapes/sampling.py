@@ -7,6 +7,7 @@ Which points are inside is told by winding numbers counted along rays, all rays 
 import math
 from dataclasses import dataclass
 from itertools import product
+from operator import itemgetter
 
 import numpy as np
 
@@ -21,20 +22,23 @@ from hefting.shapes.thin import (
     has_missed,
     misses_a_part,
 )
-from hefting.shapes.winding import winding_numbers
-from hefting.shapes.working_box import WorkingBox, working_box
+from hefting.shapes.winding import (
+    WorkingBox,
+    points_inside,
+    winding_numbers,
+    working_box,
+)
 
 MAX_POINTS = 1_000_000
-"""Most points a shape may be given."""
 MAX_CELLS = 20_000_000
 """Most grid cells looked at for one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000
-"""Grid cells tested in search of the best grid; more points leave fewer grids to choose
+"""Grid cells tested in search of the best grid; more points leave fewer to choose
 from."""
 GOOD = 0.01
-"""Mismatch (see `_score`) below which no better grid is looked for."""
+"""Score below which no better grid is looked for."""
 FEWEST, MOST = 0.9, 1.3
-"""Points a grid may have, relative to the wanted number, where there is such a grid."""
+"""Points a grid may have over the wanted number, where there is such a grid."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
 """Where the first grid point lies in the first cell; 0.5 centres the grid in the
 bounding box."""
@@ -52,7 +56,7 @@ LARGEST_MISMATCH = 0.3
 solid: with 56 points 0.23 for one of twelve workshop tools and below 0.05 for the
 others, 0.37 and more where the grid counts a thin part too often or not at all."""
 FINER_GRIDS = 12
-"""Most grids tried for a solid that none has a point in, each of half the cell."""
+"""Grids tried at most for a solid that none has a point in, each of half the cell."""
 
 
 @dataclass(frozen=True)
@@ -65,7 +69,7 @@ class Samples:
     """(n,) share of the solid's volume that each point stands for, summing to one."""
     cell_second_moment: Array
     """(3, 3) or (n, 3, 3) [m²] second moment per unit mass of the cell of one point
-    about it, of all alike or of each, same axes."""
+    about it, of all alike or of each."""
     missed: bool = False
     """Whether the grid may miss parts of the solid that could not be looked for."""
 
@@ -83,45 +87,37 @@ def sample(solid: Solid, count: int, sampling: str, seed: int) -> Samples:
 
 
 def grid_points(solid: Solid, target: int) -> Samples:
-    """Regular grid of cell centres inside a solid, about `target` of them.
+    """Regular grid of cell centres inside a solid, about `target` of them;
+    deterministic.
 
-    The grid lies along the axes of the file, or along the principal axes where these
-    have a clearly smaller bounding box. Cells are nearly cubic, with at least one layer
-    through each thin direction. Among the grids of different pitch and phase the one is
-    taken that has nearly the wanted count and, as equal point masses, the centroid and
-    second moment nearest to those of the solid. Where that grid misses a part that is
-    thinner than its cells, points are added; then, and where it counts such a part too
-    often, all points stand for their exact shares of the solid (`hefting.shapes.thin`).
-    Deterministic.
+    It lies along the axes of the file, or along the principal axes where these have a
+    clearly smaller bounding box. Cells are nearly cubic, with at least one layer
+    through each thin direction. Of grids of different pitch and phase the one is taken
+    that has nearly the wanted count and, as equal point masses, the centroid and second
+    moment nearest to those of the solid. Where it misses a part that is thinner than
+    its cells, points are added; then, and where it counts such a part too often, all
+    points stand for their exact shares of the solid (`hefting.shapes.thin`).
     """
-    box = working_box(solid)
-    budget = int(
-        np.clip(CELLS_LOOKED_AT * solid.volume / (target * np.prod(box.sides)), 8, 320)
-    )
-    cell = solid.volume / target
-    # the count goes with 1 / cell, but not exactly: the grid may miss or favour the
-    # shape
+    box, volume = working_box(solid), solid.volume
+    looked_at = CELLS_LOOKED_AT * volume / (target * np.prod(box.sides))
+    budget = int(np.clip(looked_at, 8, 320))
+    cell = volume / target
+    # the count goes with 1 / cell, but the grid may miss or favour the shape
     for _ in range(2):
         first = _evaluate(box, _centred(box, cell, 1 + budget // 60), target)
-        counts = [count * np.prod(box.sides / cells) for count, _, (cells, _) in first]
-        cell = (
-            float(
-                np.clip(median(np.array(counts)), 0.1 * solid.volume, 3 * solid.volume)
-            )
-            / target
-        )
+        found = [count * np.prod(box.sides / cells) for count, _, (cells, _) in first]
+        middle = np.clip(median(np.array(found)), 0.1 * volume, 3 * volume)
+        cell = float(middle) / target
     ranked = _evaluate(box, _centred(box, cell, max(12, budget // 3)), target)
-    ranked.sort(key=lambda found: found[1])
+    ranked.sort(key=itemgetter(1))
     best = budget // len(PHASES) ** 3 if ranked[0][1] > GOOD else 0
     grids = [
         (cells, phase)
         for _, _, (cells, _) in ranked[:best]
         for phase in product(PHASES, repeat=3)
     ]
-    ranked = sorted(
-        [ranked[0], *_evaluate(box, grids, target)], key=lambda found: found[1]
-    )
-    count, _, grid = ranked[0]
+    ranked = [ranked[0], *_evaluate(box, grids, target)]
+    count, _, grid = min(ranked, key=itemgetter(1))
     if count == 0:
         return _cells_alone(box, target)
     cells, (positions, lattice) = grid[0], _points(box, grid)
@@ -139,8 +135,8 @@ def grid_points(solid: Solid, target: int) -> Samples:
 
 
 def _mismatch(box: WorkingBox, points: Array, shares: Array, cell: Array) -> float:
-    """Difference of centroid and second moment between points of these shares and the
-    solid, in radii of gyration and in squares of them."""
+    """Difference of centroid and second moment between points and the solid, in radii
+    of gyration and in squares of them."""
     offset = points - box.centroid
     mean = shares @ offset
     second = (offset * shares[:, None]).T @ offset + cell
@@ -152,8 +148,8 @@ def _mismatch(box: WorkingBox, points: Array, shares: Array, cell: Array) -> flo
 
 
 def _cells_alone(box: WorkingBox, target: int) -> Samples:
-    """About `target` points in a solid so thin that no grid has a point inside: its
-    shares of the cells of a grid."""
+    """About `target` points in a solid so thin that no grid has a point inside: shares
+    of the cells of a grid."""
     cell, pieces = float(np.prod(box.sides)) / target, None
     for _ in range(FINER_GRIDS):
         cells = _centred(box, cell, 1)[0][0]
@@ -172,7 +168,6 @@ def _cells_alone(box: WorkingBox, target: int) -> Samples:
 
 
 def _samples_of(box: WorkingBox, pieces: Moments) -> Samples:
-    """A point for each piece of a solid."""
     volume = pieces.volume
     return Samples(
         pieces.centroids @ box.axes.T,
@@ -182,8 +177,7 @@ def _samples_of(box: WorkingBox, pieces: Moments) -> Samples:
 
 
 def random_points(solid: Solid, count: int, seed: int) -> Samples:
-    """`count` independent, uniformly distributed points inside a solid; the same for
-    the same `seed`."""
+    """`count` independent, uniformly distributed points inside a solid."""
     box, rng = working_box(solid), np.random.default_rng(seed)
     share = min(1.0, solid.volume / float(np.prod(box.sides)))
     batch = int(np.clip(1.2 * count / share + 16, 64, 1_000_000))
@@ -195,13 +189,7 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
                 fix="use a grid",
             )
         points = box.low + box.sides * rng.random((batch, 3))
-        one = np.ones(batch, dtype=np.int64)
-        inside = (
-            winding_numbers(
-                box.triangles, points[:, :2], points[:, 2], np.ones(batch), one
-            )
-            != 0
-        )
+        inside = points_inside(box.triangles, points)
         found.append(points[inside])
         total, drawn = total + int(inside.sum()), drawn + batch
     positions = np.concatenate(found)[:count]
@@ -211,12 +199,9 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
 
 def _volumes(box: WorkingBox, points: Array, cell: Array) -> Array:
     """Shares of volume near to equal ones that give the points the solid's centroid and
-    second moment.
-
-    Least squares in the nine moments, damped where the points cannot reach them (a
-    single layer, say) and shortened so that no share falls below a quarter of its equal
-    part.
-    """
+    second moment: least squares, damped where the points cannot reach them (a single
+    layer, say) and shortened so that no share falls below a quarter of its equal
+    part."""
     w = (points - box.centroid) @ box.whitening.T
     i, j = np.triu_indices(3)
     moments = np.column_stack(
@@ -224,10 +209,9 @@ def _volumes(box: WorkingBox, points: Array, cell: Array) -> Array:
     )
     mean = moments.mean(axis=0)
     moments -= mean  # so that whatever the shares, their sum stays one
-    gram = moments.T @ moments / len(w)
-    change = moments @ np.linalg.solve(
-        gram + 1e-3 * np.eye(9), np.append(np.zeros(3), np.eye(3)[i, j]) - mean
-    )
+    damped = moments.T @ moments / len(w) + 1e-3 * np.eye(9)
+    wanted = np.append(np.zeros(3), np.eye(3)[i, j])
+    change = moments @ np.linalg.solve(damped, wanted - mean)
     length = min(1.0, 0.75 / max(-float(change.min()), 1e-12))
     shares = 1 + length * change
     return shares / shares.sum()
@@ -241,23 +225,19 @@ def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
     # the pitch h at which min(h, side) multiply to the wanted volume
     for _ in range(60):
         middle = 0.5 * (low + high)
-        low, high = (
-            (middle, high)
-            if math.prod(min(middle, side) for side in sides) < cell
-            else (low, middle)
-        )
+        small = math.prod(min(middle, side) for side in sides) < cell
+        low, high = (middle, high) if small else (low, middle)
     pitch = high * np.exp(0.4 * np.linspace(-1, 1, 61) ** 3)[:, None, None]
     cells = np.floor(box.sides / pitch) + np.indices((3, 3, 3)).reshape(3, 27).T
     cells = np.maximum(cells, 1).reshape(-1, 3)
     cells = cells[np.lexsort(cells.T[::-1])]
     cells = cells[np.r_[True, (cells[1:] != cells[:-1]).any(axis=1)]]
     size = box.sides / cells
-    uneven = np.where(cells > 1, size, 0).max(axis=1) / np.where(
-        cells > 1, size, np.inf
-    ).min(axis=1)
+    longest = np.where(cells > 1, size, 0).max(axis=1)
+    uneven = longest / np.where(cells > 1, size, np.inf).min(axis=1)
     # a side of one cell may be short, but not long
-    thin = (size * (cells == 1) <= 1.6 * high).all(axis=1)
-    cells = cells[(uneven < 1.7) & thin] if ((uneven < 1.7) & thin).any() else cells
+    even = (uneven < 1.7) & (size * (cells == 1) <= 1.6 * high).all(axis=1)
+    cells = cells[even] if even.any() else cells
     off = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
     chosen = cells[np.argsort(off, kind="stable")[:number]].astype(int)
     return [(tuple(row), (0.5,) * 3) for row in chosen.tolist()]
@@ -291,17 +271,13 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
 
 
 def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
-    """The same of grids with their lines."""
     rays, start, step, count, inside = _inside(box, batch)
     found = np.flatnonzero(inside)
     end = np.cumsum(count)
     ray = np.searchsorted(end, found, "right")
     height = start[ray] + step[ray] * (found - end[ray] + count[ray])
-    number = np.diff(
-        np.searchsorted(
-            found, np.cumsum([0, *(math.prod(map(len, lines)) for _, lines in batch)])
-        )
-    )
+    ends = np.cumsum([0, *(math.prod(map(len, lines)) for _, lines in batch)])
+    number = np.diff(np.searchsorted(found, ends))
     w = (np.column_stack((rays[ray], height)) - box.centroid) @ box.whitening.T
     scores = _scores(w, number, target)
     return [
@@ -313,32 +289,25 @@ def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
 def _inside(
     box: WorkingBox, batch: list
 ) -> tuple[Array, Array, Array, np.ndarray, np.ndarray]:
-    """Rays (R, 2) of all grids with their lines, start, step and number of their cells;
-    which cells are inside."""
-    rays = np.empty((sum(len(x) * len(y) for _, (x, y, _) in batch), 2))
-    position = 0
-    for _, (x, y, _) in batch:
-        part = rays[position : position + len(x) * len(y)].reshape(len(x), len(y), 2)
+    """Rays (R, 2) of all grids, start, step and number of their cells; which are
+    inside."""
+    number = [len(x) * len(y) for _, (x, y, _) in batch]
+    rays, position = np.empty((sum(number), 2)), 0
+    for (_, (x, y, _)), length in zip(batch, number, strict=True):
+        part = rays[position : position + length].reshape(len(x), len(y), 2)
         part[..., 0], part[..., 1] = x[:, None], y
-        position += len(x) * len(y)
+        position += length
     lines = np.array(
         [(z[0], box.sides[2] / cells[2], len(z)) for (cells, _), (_, _, z) in batch]
     )
-    start, step, count = np.repeat(
-        lines, [len(x) * len(y) for _, (x, y, _) in batch], axis=0
-    ).T
+    start, step, count = np.repeat(lines, number, axis=0).T
     count = count.astype(np.int64)
-    return (
-        rays,
-        start,
-        step,
-        count,
-        winding_numbers(box.triangles, rays, start, step, count) != 0,
-    )
+    inside = winding_numbers(box.triangles, rays, start, step, count) != 0
+    return rays, start, step, count, inside
 
 
 def _points(box: WorkingBox, grid: tuple) -> tuple[Array, Lattice]:
-    """The points of a grid inside the solid, in the working frame, and its cells."""
+    """Points of a grid in the solid, in the working frame, and its cells."""
     cells, phases = grid
     sides = zip(*grid, box.low, box.sides, strict=True)
     lines = [_centres(*side) for side in sides]
@@ -358,13 +327,13 @@ def _centres(cells: int, phase: float, low: float, side: float) -> Array:
 
 
 def _scores(w: Array, number: np.ndarray, target: int) -> list[float]:
-    """Mismatch of grids: of centroid and second moment of equal point masses against
-    the solid's own (whitened: 0.1 is a tenth of the solid's standard deviation or
-    variance along some axis), plus the relative error in count.
+    """Mismatch of grids, the whitened points of each `number` of them after one
+    another: of centroid and second moment of equal point masses against the solid (0.1
+    is a tenth of its standard deviation or variance along some axis), plus the relative
+    error in count.
 
-    `w` are the whitened points of one grid after the other, `number` of them each. Mere
-    points, as PMD uses them: with the cells' own inertia counted, its median COM error
-    on twelve tools was 0.99 % in place of 0.77 %.
+    Mere points, as PMD uses them: with the cells' own inertia counted, its median COM
+    error on twelve tools was 0.99 % in place of 0.77 %.
     """
     grid = np.repeat(np.arange(len(number)), number)
     i, j = np.triu_indices(3)

@@ -15,14 +15,21 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import warning
 from hefting.core.spatial import Array, check_pose, frozen, own, tensor_to_vector
-from hefting.shapes.box import box_solid
 from hefting.shapes.checks import (
+    DEFAULT_POINTS,
+    REACH,
+    ROUGH,
+    SMALL_CAPS,
     arrays_of,
+    check_doubt,
     check_hull,
+    check_one_given,
     check_parts,
     check_positions,
     checked_labels,
     checked_numbers,
+    count_of_points,
+    doubt_of_caps,
     point_array,
     point_count,
     positive,
@@ -30,20 +37,11 @@ from hefting.shapes.checks import (
     suspicions,
     unit_scale,
 )
-from hefting.shapes.clouds import convex_hull, voxel_representatives
-from hefting.shapes.counts import DEFAULT_POINTS, count_of_points
-from hefting.shapes.doubt import (
-    REACH,
-    ROUGH,
-    SMALL_CAPS,
-    check_doubt,
-    doubt_of_caps,
-)
-from hefting.shapes.hull import Hull
-from hefting.shapes.ply import read_ply_vertices
+from hefting.shapes.clouds import Hull, convex_hull, voxel_representatives
+from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import sample
-from hefting.shapes.solid import Solid, solid_from_mesh
+from hefting.shapes.solid import Solid, box_solid, solid_from_mesh
 
 LABELS = ("segmentation", "label", "labels")
 """Names under which a PLY file may keep the part each point belongs to."""
@@ -116,7 +114,7 @@ class Shape(Shown):
             raise InputError("positions of point masses are not finite")
         keep("volumes", shares_of(self.volumes))
         keep("labels", checked_labels(self.labels, self.n))
-        keep("pose", frozen(np.eye(4) if self.pose is None else check_pose(self.pose)))
+        keep("pose", frozen(_pose_of(self.pose)))
         if self.extents is None:
             keep("extents", frozen(np.ptp(self.positions @ self.pose[:3, :3], axis=0)))
         if self.homogeneous is None:
@@ -139,19 +137,8 @@ class Shape(Shown):
         """M (10, n) with phi = M m; column i is [1, p, y²+z², -xy, -xz, x²+z², -yz,
         x²+y²] at p_i."""
         x, y, z = self.positions.T
-        rows = (
-            np.ones(self.n),
-            x,
-            y,
-            z,
-            y * y + z * z,
-            -x * y,
-            -x * z,
-            x * x + z * z,
-            -y * z,
-            x * x + y * y,
-        )
-        return frozen(rows)
+        tensor = y * y + z * z, -x * y, -x * z, x * x + z * z, -y * z, x * x + y * y
+        return frozen((np.ones(self.n), x, y, z, *tensor))
 
     @cached_property
     def cell_matrix(self) -> Array:
@@ -166,9 +153,8 @@ class Shape(Shown):
     def margin(self, center_of_mass: ArrayLike) -> float:
         """Depth of a point (3,) [m] in the object's convex hull over its largest side;
         negative outside."""
-        return self._solid_hull.depth(center_of_mass) / (
-            float(self.extents.max()) or 1.0
-        )
+        size = float(self.extents.max()) or 1.0
+        return self._solid_hull.depth(center_of_mass) / size
 
     @cached_property
     def _solid_hull(self) -> Hull:
@@ -230,15 +216,10 @@ class Shape(Shown):
 
         For clouds of the surface alone. Other parameters and errors as for `from_mesh`.
         """
-        where, arrays = (
-            (source, None)
-            if isinstance(source, str | Path)
-            else (None, arrays_of(source))
-        )
-        if arrays is not None:
-            cloud = arrays[0]
-        elif where is None:
-            cloud = point_array(source)
+        where = source if isinstance(source, str | Path) else None
+        if where is None:
+            arrays = arrays_of(source)
+            cloud = point_array(source) if arrays is None else arrays[0]
         elif Path(where).suffix.lower() in CLOUD_SUFFIXES:
             cloud = read_cloud(where)  # of a .ply the vertices are enough
         else:
@@ -266,33 +247,23 @@ class Shape(Shown):
         parameters and errors as for `from_mesh`.
         """
         where = cloud if isinstance(cloud, str | Path) else None
-        p = point_array(
-            cloud if where is None else read_cloud(where), where
-        ) * unit_scale(unit)
-        pose = np.eye(4) if pose is None else check_pose(pose)
-        if points is not None and points_per_cm3 is not None:
-            raise InputError(
-                "points and points_per_cm3 are both given", fix="give one of them"
-            )
-        pitch = (
-            None
-            if points_per_cm3 is None
-            else 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
-        )
-        chosen, pitch = voxel_representatives(
-            p, point_count(DEFAULT_POINTS if points is None else points), pitch
-        )
-        warnings = suspicions(p.min(axis=0), np.ptp(p, axis=0), pose, unit)
+        read = point_array(cloud if where is None else read_cloud(where), where)
+        p, pose = read * unit_scale(unit), _pose_of(pose)
+        check_one_given(points, points_per_cm3)
+        pitch = None
+        if points_per_cm3 is not None:
+            pitch = 0.01 * positive(points_per_cm3, "points_per_cm3") ** (-1 / 3)
+        count = point_count(DEFAULT_POINTS if points is None else points)
+        chosen, pitch = voxel_representatives(p, count, pitch)
         cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
-        positions = p[chosen] @ pose[:3, :3].T + pose[:3, 3]
-        hull = p @ pose[:3, :3].T + pose[:3, 3]
+        extents = np.ptp(p, axis=0)
         return cls(
-            positions,
+            _posed(p[chosen], pose),
             cell_inertia=cell,
-            extents=np.ptp(p, axis=0),
+            extents=extents,
             pose=pose,
-            hull=hull,
-            warnings=warnings,
+            hull=_posed(p, pose),
+            warnings=suspicions(p.min(axis=0), extents, pose, unit),
         )
 
     @classmethod
@@ -313,12 +284,12 @@ class Shape(Shown):
                 f"name a vertex property {LABELS[0]}, or use from_cloud",
             )
         points = point_array(vertices.positions, path) * unit_scale(unit)
-        pose = np.eye(4) if pose is None else check_pose(pose)
+        pose = _pose_of(pose)
         labels, volumes = vertices.columns[label], vertices.columns.get("volume")
         check_parts(labels, volumes, path)
         extents = np.ptp(points, axis=0)
         return cls(
-            points @ pose[:3, :3].T + pose[:3, 3],
+            _posed(points, pose),
             volumes,
             labels,
             extents=extents,
@@ -370,7 +341,7 @@ class Shape(Shown):
         seed: int,
         where: Any,
     ) -> Self:
-        matrix = np.eye(4) if pose is None else check_pose(pose)
+        matrix = _pose_of(pose)
         count = count_of_points(solid, points, points_per_cm3, where)
         samples = sample(solid, count, sampling, seed)
         warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
@@ -387,14 +358,23 @@ class Shape(Shown):
         inertia = np.trace(solid.second_moment) * np.eye(3) - solid.second_moment
         body = InertialParameters.from_com(1.0, solid.centroid, inertia)
         return cls(
-            samples.positions @ rotation.T + matrix[:3, 3],
+            _posed(samples.positions, matrix),
             samples.volumes,
             cell_inertia=tensor_to_vector(cell),
             extents=solid.extents,
             pose=matrix,
             homogeneous=body.moved(matrix),
-            hull=solid.vertices @ rotation.T + matrix[:3, 3],
+            hull=_posed(solid.vertices, matrix),
             faces=solid.faces,
             shape_std=doubt_of_caps(solid.cap_fraction),
             warnings=tuple(warnings),
         )
+
+
+def _pose_of(pose: ArrayLike | None) -> Array:
+    return np.eye(4) if pose is None else check_pose(pose)
+
+
+def _posed(points: Array, pose: Array) -> Array:
+    """Points (n, 3) from the frame of which this is the pose."""
+    return points @ pose[:3, :3].T + pose[:3, 3]

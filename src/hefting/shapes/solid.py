@@ -1,5 +1,4 @@
-"""Solids: a surface mesh closed, with volume and moments exact; and how deep a point
-lies in a convex hull."""
+"""Solids: a surface mesh closed, or a box, with volume and moments exact."""
 
 from dataclasses import dataclass
 
@@ -9,6 +8,13 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen
 
+LARGEST_DISTANCE = 1e3
+"""[m] No part of a box is further from the sensor."""
+BOX_FACES = (
+    *((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)),
+    *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
+)
+"""Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
 MERGE_TOLERANCE = 1e-6
 """Vertices closer than about this fraction of the diagonal are one vertex."""
 MAX_BOUNDARY = 500_000
@@ -25,41 +31,34 @@ class Solid:
     """
 
     vertices: Array
-    """Vertices (V, 3) [m] in the axes of the shape's file."""
+    """(V, 3) [m] in the axes of the shape's file"""
     faces: np.ndarray
-    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the
-    caps."""
+    """(F, 3), counter-clockwise seen from outside; the last ones are the caps"""
     volume: float
-    """Volume [m³], by the divergence theorem."""
+    """[m³]"""
     centroid: Array
-    """Centre of volume (3,) [m]."""
+    """(3,) [m]"""
     second_moment: Array
-    """Second moment of volume (3, 3) [m²] about the centroid, divided by the volume."""
+    """(3, 3) [m²] of volume about the centroid, over the volume"""
     cap_fraction: float
-    """Share of the surface's area that was added to close holes; 0 for a watertight
-    mesh."""
+    """Share of the surface's area that was added to close holes"""
 
     @property
     def lower(self) -> Array:
-        """Lower corner (3,) [m] of the bounding box along the axes of the file."""
+        """Lower corner (3,) [m] of the bounding box."""
         return self.vertices.min(axis=0)
 
     @property
     def extents(self) -> Array:
-        """Sides (3,) [m] of the bounding box along the axes of the file."""
+        """Sides (3,) [m] of the bounding box."""
         return np.ptp(self.vertices, axis=0)
 
 
 def solid_from_mesh(
     vertices: ArrayLike, faces: ArrayLike, where: object = None
 ) -> Solid:
-    """Solid bounded by a triangle mesh, closed where it has holes.
-
-    Parameters
-    ----------
-    vertices : (V, 3) in metres.
-    faces : (F, 3) vertex indices, in either orientation.
-    where : name of the shape for error messages.
+    """Solid bounded by a mesh of vertices (V, 3) [m] and faces (F, 3), in either
+    orientation, closed where it has holes; `where` names it in messages.
 
     Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its
     shape; faces of mixed orientation are turned alike first. Raises `InputError` for an
@@ -115,8 +114,8 @@ def solid_from_mesh(
 
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """The used vertices with near-duplicates merged, and the faces that keep three
-    distinct corners."""
+    """The used vertices, near-duplicates merged, and faces with three distinct
+    corners."""
     used, _, index = _unique(f.ravel())
     v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
@@ -140,12 +139,8 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The different keys (N,) in order, where each is first, and which of them each key
-    is.
-
-    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a
-    small mesh.
-    """
+    """The different keys (N,) in order, where each is first, and which of them each is:
+    `numpy.unique`, whose import of `numpy.ma` takes as long as reading a small mesh."""
     order = np.argsort(keys, kind="stable")
     new = np.r_[True, keys[order[1:]] != keys[order[:-1]]]
     first = order[new]
@@ -173,8 +168,8 @@ def _groups(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Keys of the 3 F undirected edges, and their directions (+1 from the lower to the
-    higher vertex)."""
+    """Keys of the 3 F undirected edges, and their directions, +1 to the higher
+    vertex."""
     start, end = f.ravel(), np.roll(f, -1, axis=1).ravel()
     return np.minimum(start, end) * count + np.maximum(start, end), np.where(
         start < end, 1, -1
@@ -184,9 +179,9 @@ def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 def _orient(f: np.ndarray, v: Array) -> np.ndarray:
     """Faces turned so that neighbours agree; most of the area keeps its orientation.
 
-    Two copies of every face, one in each orientation, fall into two separate components
-    wherever the surface is orientable; each component of the surface takes the copy
-    nearer to the mesh as it came.
+    Two copies of every face, one in each orientation, fall into separate components
+    wherever the surface is orientable; each component takes the copy nearer to the mesh
+    as it came.
     """
     keys, direction = _edges(f, len(v))
     order = np.argsort(keys, kind="stable")
@@ -215,8 +210,7 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 
 
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """Vertices and one apex more per hole; triangles that close it, from its edges to
-    the apex."""
+    """Vertices and one apex more per hole; triangles from its edges to the apex."""
     keys, direction = _edges(f, len(v))
     unique, _, index = _unique(keys)
     net = np.bincount(index, weights=direction).astype(int)
@@ -244,24 +238,14 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Decompose directed edges into simple closed loops that use each edge once.
+    """Decompose directed edges (E,) from vertices `start` to `end`, of which each has
+    as many incoming as outgoing, into simple closed loops that use each edge once; the
+    vertices of each in order.
 
     A walk along unused edges is followed until it reaches one of its own vertices; the
-    closed part is then cut off as a loop and the walk goes on from that vertex. The
-    decomposition is not unique, but the enclosed volume does not depend on it: along a
-    seam whose two sides have separate vertices, the caps of a loop and of its reverse
-    cancel.
-
-    Parameters
-    ----------
-    start, end : np.ndarray
-        (E,) vertex indices of the edges. Each vertex has as many incoming as outgoing
-        edges.
-
-    Returns
-    -------
-    list of np.ndarray
-        Vertex indices of each loop, in order.
+    closed part is cut off as a loop and the walk goes on from that vertex. Whatever the
+    decomposition, the enclosed volume is the same: along a seam whose two sides have
+    separate vertices, the caps of a loop and of its reverse cancel.
     """
     unused_ends: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):
@@ -284,7 +268,6 @@ def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
 
 
 def _area(triangles: Array) -> float:
-    """Total area of triangles (F, 3, 3)."""
     normal = np.cross(
         triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     )
@@ -292,13 +275,9 @@ def _area(triangles: Array) -> float:
 
 
 def _moments(triangles: Array) -> tuple[float, Array, Array]:
-    """Volume, centroid and second moment per volume about it, of a closed surface: a
-    sum of tetrahedra.
-
-    Each triangle spans a tetrahedron with the mean vertex; the second moment of a
-    tetrahedron with corners p1..p4 is V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon
-    2004).
-    """
+    """Volume, centroid and second moment per volume about it, of a closed surface: each
+    triangle spans a tetrahedron with the mean vertex; that with corners p1..p4 has the
+    second moment V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon 2004)."""
     origin = triangles.mean(axis=(0, 1))
     t = triangles - origin
     share = np.einsum("fi,fi->f", t[:, 0], np.cross(t[:, 1], t[:, 2])) / 6
@@ -315,3 +294,25 @@ def _moments(triangles: Array) -> tuple[float, Array, Array]:
         origin + centroid,
         second / (20 * volume) - np.outer(centroid, centroid),
     )
+
+
+def box_solid(lower: ArrayLike, upper: ArrayLike) -> Solid:
+    """The box between two corners (3,) [m], its sides along the axes of their frame.
+
+    Raises `InputError` for corners that are not finite, not in order, or far away.
+    """
+    low, high = np.asarray(lower, dtype=float), np.asarray(upper, dtype=float)
+    if not (np.isfinite((low, high)).all() and (low < high).all()):
+        raise InputError(
+            "a box needs x0 < x1, y0 < y1, z0 < z1",
+            "box",
+            "give X0,X1,Y0,Y1,Z0,Z1 in metres",
+        )
+    if max(-low.min(), high.max()) > LARGEST_DISTANCE:
+        raise InputError(
+            "a box is at most a kilometre from the sensor",
+            "box",
+            "give its sides in metres",
+        )
+    corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
+    return solid_from_mesh(corners, BOX_FACES, "box")

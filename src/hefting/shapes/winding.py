@@ -1,8 +1,12 @@
-"""Winding numbers: which points are inside a closed surface, by rays through it."""
+"""Winding numbers: which points are inside a closed surface, by rays through it, in the
+axes in which its bounding box is tight and rays meet few triangles."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from hefting.core.spatial import Array
+from hefting.shapes.solid import Solid
 
 PAIRS_AT_ONCE = 500_000
 """Ray-triangle pairs tested at once; bounds the memory."""
@@ -11,21 +15,14 @@ PAIRS_AT_ONCE = 500_000
 def winding_numbers(
     triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray
 ) -> np.ndarray:
-    """Winding numbers of equally spaced points on rays along z.
+    """Winding numbers (sum of `count`,), ray after ray, of points on rays along z
+    through a *closed* surface of triangles (F, 3, 3): +1 inside one oriented outward, 0
+    outside. Ray r, at x and y `rays` (R, 2), has the points z = start + step * (0 ..
+    count - 1), step > 0.
 
-    Parameters
-    ----------
-    triangles : (F, 3, 3) corners of a *closed* surface (each edge cancelled by another
-        one).
-    rays : (R, 2) x and y of every ray.
-    start, step, count : (R,) ray r carries the points z = start + step * (0 .. count -
-        1), step > 0.
-
-    Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface
-    oriented outward, 0 outside. Each is the signed number of triangles above the point.
-    Edges follow a half-open rule evaluated from the same two numbers for both triangles
-    that share them, so a ray through an edge or a corner is counted exactly once and no
-    tolerance is needed.
+    Each is the signed number of triangles above the point. Edges follow a half-open
+    rule evaluated from the same two numbers for both triangles that share them, so a
+    ray through an edge or a corner is counted exactly once and no tolerance is needed.
     """
     slot = np.concatenate(([0], np.cumsum(count + 1)))
     tally = np.zeros(slot[-1], dtype=np.int32)
@@ -63,32 +60,21 @@ def winding_numbers(
 
 
 def points_inside(triangles: Array, points: Array) -> np.ndarray:
-    """Booleans (n,): whether each of points (n, 3) is inside the closed surface of
-    triangles (F, 3, 3)."""
-    one = np.ones(len(points))
-    return (
-        winding_numbers(
-            triangles, points[:, :2], points[:, 2], one, one.astype(np.int64)
-        )
-        != 0
-    )
+    """Which points (n, 3) are inside a closed surface of triangles (F, 3, 3)."""
+    one, (rays, start) = np.ones(len(points)), (points[:, :2], points[:, 2])
+    return winding_numbers(triangles, rays, start, one, one.astype(np.int64)) != 0
 
 
 def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined into one
-    array."""
+    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined."""
     before = np.concatenate(([0], np.cumsum(length)[:-1]))
     return np.arange(length.sum()) + np.repeat(first - before, length)
 
 
 def _candidates(box_low: Array, box_high: Array, rays: Array):
     """Rays that can meet a triangle, given the triangles' bounding boxes, through bins
-    over the rays.
-
-    Returns the rays in order of their bins, and for every (triangle, row of bins) the
-    range of that order which the triangle's bounding box covers, with the triangle's
-    index.
-    """
+    over the rays: the rays in order of their bins, and for every (triangle, row of
+    bins) the range of that order which its box covers, with the triangle's index."""
     low, high = rays.min(axis=0), rays.max(axis=0)
     size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
     nx, ny = np.ceil(
@@ -121,7 +107,7 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
 
 
 def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):
-    """Of the given pairs: rays that do cross their triangle, the height z there, the
+    """Of pairs of a ray and a triangle: rays that cross it, the height z there, the
     sign (+1 upward).
 
     The line y = const of a ray meets the triangle where one corner is on the other side
@@ -155,3 +141,52 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
     left_z, right_z = np.where(ahead, last_z, next_z), np.where(ahead, next_z, last_z)
     height = left_z + (x[hit] - left_x) / (right_x - left_x) * (right_z - left_z)
     return ray[hit], height, np.where(ahead == is_low[hit], 1, -1).astype(np.int32)
+
+
+@dataclass(frozen=True)
+class WorkingBox:
+    """The solid in its working frame."""
+
+    axes: Array
+    """(3, 3), columns are the working axes in the axes of the file"""
+    low: Array
+    """(3,) [m] lower corner"""
+    sides: Array
+    """(3,) [m]"""
+    triangles: Array
+    """(F, 3, 3) [m]"""
+    centroid: Array
+    """(3,) [m]"""
+    whitening: Array
+    """(3, 3) W with W second_moment W' = I"""
+
+    @property
+    def outward(self) -> Array:
+        """The triangles, oriented outward here too where the working axes are
+        left-handed."""
+        right_handed = np.linalg.det(self.axes) > 0.0
+        return self.triangles if right_handed else self.triangles[:, ::-1]
+
+
+def working_box(solid: Solid) -> WorkingBox:
+    """The axes of the file, or the principal axes if their box is smaller by a tenth;
+    rays along the last."""
+    _, principal = np.linalg.eigh(solid.second_moment)
+    principal = principal * np.sign(
+        principal[np.abs(principal).argmax(axis=0), np.arange(3)]
+    )
+    turned = np.ptp(solid.vertices @ principal, axis=0)
+    axes = principal if np.prod(turned) < 0.9 * np.prod(solid.extents) else np.eye(3)
+    triangles = (solid.vertices @ axes)[solid.faces]
+    # the best rays meet the fewest triangles: smallest sum of projected boxes
+    spans = np.ptp(triangles, axis=1)
+    last = int(np.argmin([(spans[:, i - 2] * spans[:, i - 1]).sum() for i in range(3)]))
+    axes = np.roll(axes, 2 - last, axis=1)
+    vertices = solid.vertices @ axes
+    low, sides = vertices.min(axis=0), np.ptp(vertices, axis=0)
+    whitening = np.asarray(
+        np.linalg.inv(np.linalg.cholesky(axes.T @ solid.second_moment @ axes)), float
+    )
+    return WorkingBox(
+        axes, low, sides, vertices[solid.faces], solid.centroid @ axes, whitening
+    )

@@ -41,7 +41,8 @@ class Simulated:
     recording: Recording
     """the log, faults and all"""
     facts: dict[str, Any]
-    """the truth, as `hefting.identification.truth.load_truth` reads it"""
+    """the truth, ready for JSON, with the keys that
+    `hefting.identification.agreement.load_truth` reads"""
     warnings: tuple[str, ...]
     """what the real arm would not do"""
 

@@ -6,7 +6,6 @@
 Session and playback are plain data. What draws them needs viser.
 """
 
-from hefting.viewer.playback import Frame, Playback
-from hefting.viewer.session import Answer, Session, Settings
+from hefting.viewer.session import Answer, Frame, Playback, Session, Settings
 
 __all__ = ["Answer", "Frame", "Playback", "Session", "Settings"]

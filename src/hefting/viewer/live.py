@@ -15,13 +15,13 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.online import LiveEstimate
 from hefting.scene import headline_of, scene_of
-from hefting.scene.wrench import PARTS
+from hefting.scene.curves import PARTS
 from hefting.shapes import Shape
 from hefting.viewer.drawing import ObjectDrawing
-from hefting.viewer.follower import Follower
-from hefting.viewer.text import BAD, CARE, GOOD, LEVELS, block, bold, line, small
+from hefting.viewer.motion import HEIGHT, curves, scales_of
+from hefting.viewer.panel import BAD, CARE, GOOD, LEVELS, block, bold, line, small
+from hefting.viewer.server import Follower
 from hefting.viewer.viewer import FROM
-from hefting.viewer.wrench import HEIGHT, curves, scales_of
 
 if TYPE_CHECKING:
     from viser import GuiApi, ViserServer
@@ -29,7 +29,6 @@ if TYPE_CHECKING:
 LAST = 20.0
 """[s] of the wrench that are shown."""
 MOST_SAMPLES = 500
-"""Samples of the wrench that are drawn."""
 MOST_ESTIMATES = 600
 """Estimates that curves over time are drawn of; of more every second one goes."""
 COLOURS = {
@@ -43,21 +42,11 @@ AWAY = 2.2
 """Distance of the camera over the size of what is drawn."""
 MOST_MESSAGES = 4
 INTERVALS = (("mass", "kg"), ("COM, half-width", "mm"))
-"""What is drawn over time."""
 
 
 class LiveView:
-    """What a stream tells, as it is seen.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where it is shown.
-    shape : Shape, optional
-        Of the object.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """What a stream tells, as it is seen on a server; `say` turns names of arguments in
+    backquotes into the reader's."""
 
     def __init__(
         self,
@@ -118,13 +107,11 @@ class LiveView:
             camera.near = 1e-2 * size
 
     def _fail(self, error: Exception) -> None:
-        """Say in the panel what went wrong."""
         self.text.content = block(bold("cannot be shown", BAD) + line(str(error)))
 
 
 class Intervals:
-    """Mass with its interval, and half the interval of the COM, over the time of the
-    stream."""
+    """Mass and half the interval of the COM over the time of the stream."""
 
     def __init__(self, gui: "GuiApi"):
         self._rows: list[tuple[float, ...]] = []
@@ -168,8 +155,7 @@ class Intervals:
 
 
 class RecentWrench:
-    """Force and torque of the latest seconds, measured and as the estimate predicts
-    them."""
+    """Force and torque of the latest seconds, measured and predicted."""
 
     def __init__(self, gui: "GuiApi"):
         self._kept = np.empty((0, 13))
@@ -211,20 +197,11 @@ class RecentWrench:
 
 
 AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
-"""Of x, y and z."""
 
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
     """State, verdict, numbers with half their 95 % intervals, and what is to be said.
-    All text is escaped.
-
-    Parameters
-    ----------
-    found : LiveEstimate
-        What is known.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    All text is escaped."""
     state = f"{found.state}, {found.time:.1f} s"
     if found.object > 1:
         state += f", object {found.object}"

@@ -1,9 +1,24 @@
-"""Player: a recording as one page that plays without a server. Needs viser."""
+"""Players: a recording, or a planned motion, as one page that plays without a server.
+Needs viser."""
 
 from html import escape
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
-from hefting.viewer.text import answer_html, legend_html
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.logs.given import as_recording
+from hefting.planning.result import Plan
+from hefting.robots import Arm, Robot
+from hefting.viewer.drawing import COM, GREY, rgb
+from hefting.viewer.motion import ArmDrawing
+from hefting.viewer.panel import answer_html, legend_html
+from hefting.viewer.server import serving
 from hefting.viewer.viewer import Viewer
+
+if TYPE_CHECKING:
+    from viser import ViserServer
 
 POSES_A_SECOND = 2.0
 """Of a recording of static poses."""
@@ -22,13 +37,18 @@ SCHEME = (
     "{darkMode:matchMedia('(prefers-color-scheme: dark)').matches};"
 )
 """Lets the page follow the reader's colour scheme."""
+RATE = 20.0
+"""[Hz] of the frames."""
+EDGES = tuple((i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit)
+"""Of a box whose corner i is at the high end of an axis where the axis' bit is set."""
+THIN, THICK = 0.004, 0.008
+"""[m] of the lines of the path and of the box."""
+FROM = np.array((1.0, -1.3, 0.6))
 
 
 def player_of(viewer: Viewer, title: str) -> str:
-    """The page: the whole recording, played with the answer that is shown now.
-
-    It holds all it needs, and asks for nothing. `title` is escaped.
-    """
+    """The page: the whole recording, played with the answer that is shown now. It holds
+    all it needs. `title` is escaped."""
     playback = viewer.playback
     viewer.show_frame(0)
     recorded = viewer.server.get_scene_serializer()
@@ -43,7 +63,6 @@ def player_of(viewer: Viewer, title: str) -> str:
 
 
 def _answer(viewer: Viewer) -> str:
-    """The answer and the legend."""
     playback, answer = viewer.playback, viewer.answer
     used = f"all of {float(playback.times[-1]):.2f} s"
     if playback.static:
@@ -65,3 +84,68 @@ def dressed(page: str, title: str, inside: str) -> str:
     head, body = page.rsplit("</head>", 1)
     before, after = body.rsplit("</body>", 1)
     return f"{head}{STYLE}</head>{before}{box}</body>{after}"
+
+
+def plan_player(plan: Plan) -> str:
+    """The page: the plan's arm, read from `Plan.source`, along the motion, with the box
+    of the object, and the path of the tip.
+
+    Raises `InputError` where the robot cannot be read, `MissingDependencyError` without
+    viser.
+    """
+    count = max(round(plan.duration * RATE), 1)
+    motion = plan.at(np.linspace(0.0, plan.duration, count + 1))
+    columns = {f"q{i + 1}": q for i, q in enumerate(motion.position.T)}
+    recording = as_recording({"time": motion.time} | columns, wrench_needed=False)
+    arm = Arm.from_urdf(plan.source, plan.tip, recording)
+    place, turn = Robot.from_urdf(plan.source, plan.tip).poses(motion.position)
+    with serving() as server:
+        links = ArmDrawing(server.scene, arm, motion.position)
+        tip = _draw(server, plan, place)
+        _aim(server, np.vstack((place, links.position.reshape(-1, 3))))
+
+        def show(k: int) -> None:
+            links.show(k)
+            tip.position, tip.wxyz = place[k], turn[k, [3, 0, 1, 2]]
+
+        show(0)
+        recorded = server.get_scene_serializer()
+        for k in range(1, len(motion.time)):
+            recorded.insert_sleep(plan.duration / count)
+            show(k)
+        recorded.insert_sleep(PAUSE)
+        show(0)
+        page = recorded.as_html()
+    title = f"{Path(plan.source).name}: planned motion - Hefting"
+    return dressed(page, title, _text(plan))
+
+
+def _draw(server: "ViserServer", plan: Plan, place: Array) -> Any:
+    """Draw the path of the tip and the object's box; the node that moves it."""
+    api = server.scene
+    path = np.stack((place[:-1], place[1:]), axis=1).astype(np.float32)
+    api.add_line_segments("/path", path, rgb(GREY), thickness=THIN)
+    tip = api.add_frame("/tip", axes_length=0.06, axes_radius=0.002)
+    if len(box := plan.corners[-8:]) == 8:
+        edges = np.array([[box[i], box[j]] for i, j in EDGES], dtype=np.float32)
+        api.add_line_segments("/tip/box", edges, rgb(COM), thickness=THICK)
+    return tip
+
+
+def _aim(server: "ViserServer", points: Array) -> None:
+    low, high = points.min(axis=0), points.max(axis=0)
+    middle, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
+    server.scene.set_up_direction("+z")
+    camera = server.initial_camera
+    camera.look_at = middle
+    camera.position = middle + 1.3 * reach * FROM / np.linalg.norm(FROM)
+
+
+def _text(plan: Plan) -> str:
+    after = str(plan.forecast.accuracy[-1]).replace(",", ", ")
+    lines = [
+        f"{plan.duration:.4g} s; the corners of the orange box keep "
+        f"{1e3 * plan.limits.corner_speed:.4g} mm/s",
+        f"expected after it, ± 95 %: {after}",
+    ]
+    return "".join(f"<p style='margin:0.4em 0.8em'>{escape(x)}</p>" for x in lines)

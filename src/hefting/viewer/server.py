@@ -1,13 +1,14 @@
 """A server of viser that is quiet, listens where it is told to and nowhere else, and
-opens no tunnel. Needs viser."""
+opens no tunnel; and work that follows what its browsers want last. Needs viser."""
 
 import contextlib
 import io
 import re
 import socket
-from collections.abc import Iterator
+import threading
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
 from hefting.core.errors import InputError, MissingDependencyError
 
@@ -20,25 +21,16 @@ OWN_NAMES = ("127.0.0.1", "localhost", "[::1]")
 """How pages of this machine name it."""
 EVERYWHERE = ("0.0.0.0", "::", "")
 """Addresses by which a machine listens under all of its names."""
+T = TypeVar("T")
 
 
 @contextmanager
 def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
-    """A server while this is entered; its port is free again afterwards.
+    """A server at an address of this machine while this is entered; its port, any free
+    one for 0, is free again afterwards.
 
-    Parameters
-    ----------
-    host : str
-        Address or name of this machine to listen at.
-    port : int
-        0 is any that is free.
-
-    Raises
-    ------
-    InputError
-        If it cannot listen there.
-    MissingDependencyError
-        Without viser.
+    Raises `InputError` if it cannot listen there, `MissingDependencyError` without
+    viser.
     """
     try:
         import viser
@@ -89,7 +81,8 @@ def _in_use(host: str, port: int, why: str = "") -> InputError:
 @contextmanager
 def _own_pages_only(host: str) -> Iterator[None]:
     """Servers made while this is entered refuse pages of other sites, which a browser
-    lets connect to any port of this machine; viser does not ask where a page is from."""
+    lets connect to any port of this machine; viser does not ask where a page is
+    from."""
     from websockets.asyncio import server as websockets
 
     serve, own = websockets.serve, (re.escape(host), *map(re.escape, OWN_NAMES))
@@ -112,3 +105,52 @@ def _refuse_tunnels(server: "ViserServer") -> None:
 
     for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
         server._websock_server.unregister_handler(message)
+
+
+class Follower(Generic[T]):
+    """Calls `work`, in a thread of its own, with what was wanted last; what was wanted
+    while it worked is passed over. `failed` is told of an exception, and the follower
+    goes on."""
+
+    def __init__(self, work: Callable[[T], None], failed: Callable[[Exception], None]):
+        self._work, self._failed = work, failed
+        self._changed = threading.Condition()
+        self._wanted: list[T] = []
+        self._busy, self._closed = False, False
+        self._thread = threading.Thread(target=self._run, daemon=True)
+        self._thread.start()
+
+    def want(self, what: T) -> None:
+        """Work on this next."""
+        with self._changed:
+            self._wanted = [what]
+            self._changed.notify_all()
+
+    def settle(self, timeout: float = 60.0) -> bool:
+        """Wait until nothing is wanted any more [s]; whether that came about."""
+        with self._changed:
+            return self._changed.wait_for(
+                lambda: self._closed or not (self._wanted or self._busy), timeout
+            )
+
+    def close(self) -> None:
+        """End the thread after what it works on now."""
+        with self._changed:
+            self._closed = True
+            self._changed.notify_all()
+        if self._thread is not threading.current_thread():
+            self._thread.join(timeout=5.0)
+
+    def _run(self) -> None:
+        while True:
+            with self._changed:
+                self._busy = False
+                self._changed.notify_all()
+                self._changed.wait_for(lambda: self._closed or self._wanted)
+                if self._closed:
+                    return
+                what, self._busy = self._wanted.pop(), True
+            try:
+                self._work(what)
+            except Exception as error:
+                self._failed(error)

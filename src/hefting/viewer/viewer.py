@@ -10,47 +10,29 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.robots import Arm
-from hefting.viewer.arm import ArmDrawing
-from hefting.viewer.colours import GREY, rgb
-from hefting.viewer.controls import Controls
-from hefting.viewer.drawing import ObjectDrawing
-from hefting.viewer.follower import Follower
-from hefting.viewer.playback import Playback
-from hefting.viewer.session import Answer, Session, Settings
-from hefting.viewer.text import answer_html, legend_html
-from hefting.viewer.wrench import WrenchArrows, WrenchPlots
+from hefting.viewer.drawing import GREY, ObjectDrawing, rgb
+from hefting.viewer.motion import ArmDrawing, WrenchArrows, WrenchPlots
+from hefting.viewer.panel import Controls, answer_html, legend_html
+from hefting.viewer.server import Follower
+from hefting.viewer.session import Answer, Playback, Session, Settings
 
 if TYPE_CHECKING:
     from viser import ViserServer
 
 FIELD_OF_VIEW = np.radians(45.0)
 FROM = np.array((1.0, -1.3, 0.6))
-"""Direction in which the camera is at first: to the right, the front, and above."""
+"""Where the camera is at first: to the right, the front, and above."""
 ABOVE_PANEL = 0.17
 """How far below the object the camera looks where the panel takes the lower part of a
 narrow window, over its distance."""
 TICK = 0.05
 """[s] between the frames of what is played."""
 SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
-"""What can be hidden."""
 
 
 class Viewer:
-    """A session as it is seen and handled.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where it is shown.
-    session, playback
-        What is shown.
-    arm : Arm, optional
-        Drawn at the recorded joint positions.
-    settings : Settings, optional
-        At first; by default those of the session.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """A session as it is seen and handled in a browser; the arm moves with the recorded
+    joint positions. `say` turns names of arguments in backquotes into the reader's."""
 
     def __init__(
         self,
@@ -89,7 +71,6 @@ class Viewer:
         self.show(float(playback.times[-1]), settings)
 
     def _make_panel(self, settings: Settings, first: Answer) -> None:
-        """The widgets, from top to bottom."""
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.set_panel_label("Hefting")
@@ -175,13 +156,12 @@ class Viewer:
         self.show(*wanted)
 
     def _fail(self, error: Exception) -> None:
-        """Say in the panel what went wrong."""
         refused = Answer(None, self.session.scene(None), str(error))
         with self._lock:
             self.text.content = answer_html(refused, "", False, self.say)
 
     def _play(self) -> None:
-        """Move the time on as it went, from the start again at the end."""
+        """Move the time on, from the start again at the end."""
         times = self.playback.times
         pace = 2.0 if self.playback.static else 1.0  # poses a second
         while not self._closed.is_set():
@@ -196,13 +176,11 @@ class Viewer:
             slider.value = float(times[0]) if now > last else now
 
     def _used(self, time: float) -> str:
-        """How much of the recording the answer rests on, in words."""
         if self.playback.static:
             return f"poses up to {time:g}"
         return f"first {time:.2f} of {float(self.playback.times[-1]):.2f} s"
 
     def _hide(self) -> None:
-        """Hide what is not ticked."""
         with self._lock:
             hidden = {name for name, box in self.boxes.items() if not box.value}
             self.arrows.hidden = "wrench" in hidden
@@ -211,7 +189,6 @@ class Viewer:
             self.arrows.show(self.playback[index], self.answer.estimate)
 
     def _draw_path(self) -> None:
-        """The path of the sensor's origin."""
         path = self.playback.poses[0]
         if len(path) > 1 and np.ptp(path, axis=0).max() > 0.0:
             self.server.scene.add_line_segments(

@@ -1,5 +1,7 @@
-"""Arrows of the wrench at the sensor, and its curves over time. Needs viser."""
+"""What moves with a recording: the arm, and arrows and curves of the wrench. Needs
+viser."""
 
+import re
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -8,21 +10,99 @@ from hefting.core.estimate import Estimate
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.plots.style import COMPONENTS
-from hefting.scene.wrench import PARTS
-from hefting.viewer.colours import ARROWS, rgb
-from hefting.viewer.drawing import SENSOR
-from hefting.viewer.playback import Frame, Playback
+from hefting.robots import Arm
+from hefting.robots.visuals import Geometry
+from hefting.scene.curves import PARTS
+from hefting.scene.surface import LinkSurfaces, coarser
+from hefting.viewer.drawing import ARROWS, GREY, SENSOR, SURFACE, rgb
+from hefting.viewer.session import Frame, Playback
 
 if TYPE_CHECKING:
     from viser import GuiApi, SceneApi
 
+MOST_TRIANGLES = 4_000
+"""Of one mesh that are drawn."""
+THICKNESS = 0.012
+"""Of the lines [m]."""
 LONGEST = {"force": 1.0, "torque": 0.6}
 """Length of the longest arrow over the size of the scene."""
 APART = 0.02
-"""Distance between the arrows of the measured and the predicted, over the size of the
-scene: they would hide one another."""
+"""Between the arrows of the measured and the predicted, over the size of the scene:
+they would hide one another."""
 HEIGHT = 170
 """Of a plot [pixels]."""
+
+
+class ArmDrawing:
+    """Links of an arm as their geometries, those without any as lines from joint to
+    joint, at each of the joint positions (N, n) [rad], [m] of its frames."""
+
+    def __init__(self, api: "SceneApi", arm: Arm, joints: Array):
+        self.arm = arm
+        self.position, self.orientation = arm.poses(joints)
+        self.frames: list[Any] = []
+        self._surfaces = LinkSurfaces()
+        drawn: list[bool] = []
+        for i, link in enumerate(arm.links):
+            name = f"/arm/{i} {plain(link.name)}"
+            self.frames.append(api.add_frame(name, show_axes=False))
+            drawn.append(self._draw(api, name, link.geometries))
+        # what lies between two joints is the link that bears the second
+        parents = [link.parent for link in arm.links]
+        bare = [i for i, at in enumerate(parents) if at is not None and not drawn[at]]
+        self._bare = np.array(bare, dtype=np.intp)
+        self._bearers = np.array([parents[i] for i in bare], dtype=np.intp)
+        self.lines: Any = None
+        if len(bare):
+            self.lines = api.add_line_segments(
+                "/arm/lines", self._segments(0), rgb(GREY), thickness=THICKNESS
+            )
+
+    def show(self, index: int) -> None:
+        """Move the links to a frame."""
+        for i, node in enumerate(self.frames):
+            node.position = self.position[index, i]
+            node.wxyz = self.orientation[index, i, [3, 0, 1, 2]]
+        if self.lines is not None:
+            self.lines.points = self._segments(index)
+
+    def _segments(self, index: int) -> np.ndarray:
+        """Ends (n, 2, 3) of the lines [m]."""
+        origins = self.position[index]
+        ends = np.stack((origins[self._bearers], origins[self._bare]), axis=1)
+        return np.asarray(ends, dtype=np.float32)
+
+    def _draw(
+        self, api: "SceneApi", name: str, geometries: tuple[Geometry, ...]
+    ) -> bool:
+        """Draw the visual parts of a link; if none of them can be read, those for
+        collisions. Whether anything is drawn."""
+        for part in ("visual", "collision"):
+            meshes = [self._mesh(each) for each in geometries if each.part == part]
+            known = [mesh for mesh in meshes if mesh is not None]
+            for i, (vertices, faces) in enumerate(known):
+                api.add_mesh_simple(
+                    f"{name}/{i}",
+                    vertices,
+                    faces,
+                    color=rgb(SURFACE),
+                    flat_shading=False,
+                    side="double",
+                )
+            if known:
+                return True
+        return False
+
+    def _mesh(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
+        """Vertices (V, 3) [m] in the link's frame and triangles of a geometry; None
+        where its mesh cannot be read."""
+        surface = self._surfaces.read(geometry)
+        return None if surface is None else coarser(*surface, MOST_TRIANGLES)
+
+
+def plain(name: str) -> str:
+    """A name from a file as part of a node's name."""
+    return re.sub(r"[^\w .-]", "_", name)[:40]
 
 
 def arrow(vector: Array, scale: float, aside: float) -> Array:
@@ -35,18 +115,8 @@ def arrow(vector: Array, scale: float, aside: float) -> Array:
 
 
 class WrenchArrows:
-    """Force and torque on the object in sensor axes, measured and predicted, without
-    bias.
-
-    Parameters
-    ----------
-    api : viser.SceneApi
-        Where they are drawn.
-    playback : Playback
-        Whose largest force and torque have arrows of the lengths `LONGEST`.
-    size : float
-        Size of the scene [m].
-    """
+    """Force and torque on the object in sensor axes, without bias; `size` is that of
+    the scene [m], which the largest ones' lengths follow from (`LONGEST`)."""
 
     def __init__(self, api: "SceneApi", playback: Playback, size: float):
         self.playback, self.size = playback, size
@@ -67,7 +137,7 @@ class WrenchArrows:
         self.hidden = False
 
     def show(self, frame: Frame, estimate: Estimate | None) -> None:
-        """Draw the wrench at a frame, as an estimate explains it."""
+        """Draw the wrench at a frame."""
         wrenches = {"measured": frame.measured - self.playback.bias(estimate)}
         if estimate is not None:
             wrenches["predicted"] = self.playback.predicted(estimate, frame.sample)
@@ -83,9 +153,8 @@ class WrenchArrows:
 
 
 class WrenchPlots:
-    """Force and torque over the whole recording: measured, and as the estimate predicts
-    it with its bias. A vertical line stands at the instant up to which the estimate
-    goes."""
+    """Force and torque over the recording, measured and as the estimate predicts it
+    with its bias; a vertical line at the instant up to which it goes."""
 
     def __init__(self, gui: "GuiApi", playback: Playback):
         self.playback = playback
@@ -94,7 +163,7 @@ class WrenchPlots:
         self.handles = [self._plot(gui, *part) for part in PARTS]
 
     def show(self, index: int, estimate: Estimate | None) -> None:
-        """Draw the wrench that an estimate predicts, and the line at a frame."""
+        """Draw the wrench that an estimate predicts, and the line."""
         for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
             data = self._data(first, estimate, index)
             scales = scales_of(data)
@@ -134,8 +203,8 @@ class WrenchPlots:
 
 
 def scales_of(data: tuple[Array, ...]) -> dict[str, Any]:
-    """Scales on which the measured curves of a plot are whole, and the predicted ones
-    as far as they are of the same size. They change in steps, seldom."""
+    """Scales on which measured curves are whole, and predicted ones as far as they are
+    of the same size. They change in steps, seldom."""
     measured, predicted = np.array(data[1:4]), np.array(data[4:7])
     low, high = float(measured.min()), float(measured.max())
     step = 0.2 * (high - low) or 1.0

@@ -1,21 +1,41 @@
-"""PLY files: their header, and the columns of their vertices."""
+"""Files of shapes: their bytes, checked before anything is made of them as a small file
+can ask for a lot of memory and time; and the vertices of PLY files."""
 
 from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.files import check_readable
+from hefting.core.files import MAX_JSON, MAX_LISTS, check_readable
 from hefting.core.spatial import Array
-from hefting.shapes.limits import MAX_NUMBERS, check_text
 
+MAX_WORDS = 12_000_000
+"""Most words, and most lines, of a mesh or point cloud in text. A word takes up to 130
+bytes of memory while it is read (ASCII PLY, .off), which makes 1.6 GB; it is 570,000
+triangles of an ASCII .stl."""
+
+MAX_LINE = 10_000
+"""Longest line of a point cloud in text [characters]."""
+
+MAX_CLOUD = 1_000_000
+"""Most points of a cloud; the hull of so many takes some seconds."""
+
+MAX_NUMBERS = 50_000_000
+"""Most numbers that the vertices of a PLY file may have in all (0.4 GB)."""
+
+MAX_NODES = 10_000
+"""Most nodes of a scene: the time to place them can grow with the square of their
+number."""
+
+PART = 2**20
 MAX_BYTES = 200_000_000
 """Largest file read."""
 PlyKind = str | tuple[str, str]
 """Type of a property of a PLY file; of a list those of its length and its items."""
 PlyElement = tuple[str, int, list[tuple[str, PlyKind]]]
-"""Element of a PLY file: name, number, properties with their types."""
+"""Name, number, and properties with their types."""
 PLY_TYPES = {
     **{
         "char": "i1",
@@ -35,9 +55,54 @@ PLY_TYPES = {
     },
     **{"float": "f4", "double": "f8", "float32": "f4", "float64": "f8"},
 }
-
-
 PLY_ORDERS = {"binary_little_endian": "<", "binary_big_endian": ">"}
+
+
+def check_text(data: bytes, path: str | Path) -> None:
+    """`InputError` for a text of more than `MAX_WORDS` words or lines."""
+    lines, words, between = 0, 0, True
+    for first in range(0, len(data), PART):
+        text = np.frombuffer(data, np.uint8, min(PART, len(data) - first), first)
+        # blanks, commas and what ends a line
+        blank = (text <= ord(" ")) | (text == ord(",")) | (text == ord(";"))
+        starts = ~blank
+        starts[1:] &= blank[:-1]
+        starts[0] &= between
+        words += int(np.count_nonzero(starts))
+        lines += int(np.count_nonzero((text < ord(" ")) & (text != ord("\t"))))
+        between = bool(blank[-1])
+        if max(words, lines) > MAX_WORDS:
+            raise InputError(
+                f"holds more than {MAX_WORDS // 1_000_000} million words of text",
+                path,
+                "simplify or downsample it, or export it as a binary file",
+            )
+
+
+def check_count(count: int, path: str | Path) -> None:
+    """`InputError` for a cloud of more than `MAX_CLOUD` points."""
+    if count > MAX_CLOUD:
+        raise InputError(
+            f"the point cloud has more than {MAX_CLOUD:,} points", path, "downsample it"
+        )
+
+
+def check_scene(scene: Any, size: int) -> None:
+    """`ValueError` for a glTF scene with too many nodes, or arrays longer than the file
+    of `size` bytes, as glTF allows ones made of nothing."""
+    made_of_nothing = [a["count"] for a in scene["accessors"] if "bufferView" not in a]
+    if sum(accessor["count"] for accessor in scene["accessors"]) > size:
+        raise ValueError("arrays longer than the file")
+    if sum(made_of_nothing) > MAX_CLOUD:
+        raise ValueError("long arrays made of nothing")
+    if len(scene.get("nodes", ())) > MAX_NODES:
+        raise ValueError("too many nodes")
+
+
+def check_header(header: bytes) -> None:
+    """`ValueError` for a glTF header that is too large to be read as JSON."""
+    if len(header) > MAX_JSON or header.count(b"[") + header.count(b"{") > MAX_LISTS:
+        raise ValueError("the header is too large")
 
 
 @dataclass(frozen=True)
@@ -45,7 +110,7 @@ class PlyVertices:
     """Vertices of a PLY file."""
 
     columns: dict[str, Array]
-    """Every vertex property by its name, (n,)."""
+    """Vertex properties by name, (n,)."""
     has_faces: bool
     """Whether the file also lists faces."""
 
@@ -83,7 +148,7 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
 
 
 def _check_vertices(element: PlyElement) -> None:
-    """ValueError unless an element is vertices with x, y and z, and without lists."""
+    """ValueError for what is no vertices, or for lists among them."""
     name, count, properties = element
     names = {n for n, _ in properties}
     if name != "vertex" or count < 1 or not {"x", "y", "z"} <= names:
@@ -93,7 +158,6 @@ def _check_vertices(element: PlyElement) -> None:
 
 
 def _read_ascii(text: bytes, count: int, names: list[str]) -> dict[str, Array]:
-    """Columns of `count` vertices in lines of text; ValueError for fewer."""
     if count * (2 * len(names) - 1) > len(text):
         raise ValueError("truncated")
     lines = [line for line in text.decode("ascii").splitlines() if line.strip()]
@@ -104,22 +168,17 @@ def _read_ascii(text: bytes, count: int, names: list[str]) -> dict[str, Array]:
 
 
 def _ply_body(data: bytes) -> int:
-    """Where the header of a PLY file has ended; 0 if it does not."""
+    """Where the header has ended; 0 if it does not."""
     end = data.find(b"end_header", 0, 100_000)
     return 0 if end < 0 else data.find(b"\n", end) + 1
 
 
 def read_ply_header(data: bytes) -> tuple[str, list[PlyElement], int]:
-    """Form, elements (name, number, properties with their types) and length of the
-    header of a PLY file.
-
-    Raises ValueError, KeyError or IndexError for one that is none.
-    """
+    """Form, elements and length of the header of a PLY file; ValueError, KeyError or
+    IndexError for one that is none."""
     form, elements, start = "", [], _ply_body(data)
-    for words in (
-        line.split() for line in data[:start].decode("ascii", "replace").splitlines()
-    ):
-        match words:
+    for line in data[:start].decode("ascii", "replace").splitlines():
+        match line.split():
             case ["format", form, _]:
                 pass
             case ["element", name, count]:
@@ -159,12 +218,8 @@ def read_bytes(
         ) from error
     if not data.strip():
         raise InputError("the file is empty", path, "export it again")
-    if (
-        data[:512]
-        .lstrip()
-        .lower()
-        .startswith((b"<!doctype", b"<html", b"version https://git-lfs"))
-    ):
+    first = data[:512].lstrip().lower()
+    if first.startswith((b"<!doctype", b"<html", b"version https://git-lfs")):
         raise InputError(
             f"a web page or a placeholder, not {kind}", path, "download the file itself"
         )

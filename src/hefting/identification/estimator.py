@@ -1,0 +1,154 @@
+"""Estimator: made for a recording, or the user's own; what it must fit, and what it
+sees of the recording."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+from typing import Any
+
+from hefting.core.errors import InputError, NeedError, nearest
+from hefting.core.measurements import Measurements
+from hefting.estimators import Estimator, default_method, method_named, methods_with
+from hefting.estimators.base import Known
+from hefting.estimators.joint_state import State
+from hefting.ingest.ingested import Ingested
+from hefting.shapes import Shape
+
+SHAPES = {
+    "a bounding box": "box:X0,X1,Y0,Y1,Z0,Z1 or FILE",
+    "a shape": "FILE or box:X0,X1,Y0,Y1,Z0,Z1",
+    "labelled parts": "FILE.ply of points with a 'segmentation' property",
+}
+"""What to give for what a method needs."""
+
+
+def estimator_of(
+    method: str | Estimator,
+    found: Ingested,
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+) -> Estimator:
+    """The estimator of a name, by `estimator_for`; or the one given, `InputError` where
+    that has another bias than the recording."""
+    if isinstance(method, Estimator):
+        require_its_bias(method, found)
+        return method
+    kind, settings = method_named(method)
+    return estimator_for(kind, found, shape, hyperparameters | settings)
+
+
+def estimator_for(
+    kind: type[Estimator],
+    found: Ingested,
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+) -> Estimator:
+    """An estimator of a kind; hyperparameters that are not given follow from the
+    recording and the shape. The value "shape" stands for `shape` itself where the method
+    takes one for a hyperparameter.
+
+    Raises `InputError` if the method needs what is not given, or has no such
+    hyperparameter.
+    """
+    return estimator_knowing(kind, known_of(found, shape), hyperparameters)
+
+
+def estimator_knowing(
+    kind: type[Estimator], facts: Known, hyperparameters: dict[str, Any]
+) -> Estimator:
+    """The same for what is known before any method, from whatever sensor."""
+    shape, model = facts.shape, hyperparameters.get("model")
+    known = kind.hyperparameters(model)
+    for name in hyperparameters:
+        if name not in known:
+            others = methods_with(name)
+            what = f"{kind.__name__} has no '{name}'{nearest(name, known)}"
+            fix = f"it has {', '.join(known)}"
+            raise InputError(what, fix=f"{', '.join(others)} has it" if others else fix)
+    named_shape = [
+        name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
+    ]
+    _require_what_it_needs(kind, shape, hyperparameters, named_shape)
+    settings = kind.settings(facts, model)
+    if any(name in hyperparameters for name in kind.instead_of_shape):
+        settings.pop("shape", None)
+    return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))
+
+
+def _require_what_it_needs(
+    kind: type[Estimator],
+    shape: Shape | None,
+    hyperparameters: dict[str, Any],
+    standing: list[str],
+) -> None:
+    """`NeedError` where the shape is missing, or its labels; `standing` are
+    hyperparameters for which the shape stands."""
+    name, needs = kind.__name__, kind.needs
+    if standing:
+        name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
+    instead = any(key in hyperparameters for key in kind.instead_of_shape)
+    missing = shape is None and needs != "nothing" and not instead
+    unlabelled = shape is not None and shape.labels is None
+    if missing or (unlabelled and needs == "labelled parts"):
+        other = f", or use {default_method(False)}" if missing else ""
+        fix = f"give `shape` {SHAPES[needs]}{other}"
+        raise NeedError(f"{name} needs {needs}", fix=fix)
+
+
+def known_of(found: Ingested, shape: Shape | None) -> Known:
+    """What hyperparameters may follow from."""
+    return Known(
+        bias=found.bias,
+        noise=found.fit.noise,
+        motion_noise=None if found.source == "columns" else found.motion_noise,
+        smoothed=found.source in ("smooth", "inertial"),
+        systematic=found.common_errors,
+        carried=None if found.tool is None else found.tool.parameters.vector,
+        shape=shape,
+    )
+
+
+def shape_of(
+    estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
+) -> Shape | None:
+    """The estimator's own shape, if any of an object; `InputError` where another, or
+    hyperparameters, are given beside it."""
+    own = getattr(estimator, "shape", None)
+    for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
+        what = f"`{name}` is given beside an estimator that is complete"
+        fix = f"give it to {type(estimator).__name__}, or give the method's name"
+        raise InputError(what, fix=fix)
+    return own if isinstance(own, Shape) and own.known != "reach" else None
+
+
+def require_its_bias(estimator: Estimator, found: Ingested) -> None:
+    """`InputError` for an estimator without bias where the wrench has one."""
+    if found.bias == "estimate" and getattr(estimator, "bias", "estimate") == "none":
+        name = type(estimator).__name__
+        what = f"the wrench has a bias, which the {name} that is given does not find"
+        fix = f"make it {name}(..., bias='estimate'), or give `bias`='none'"
+        raise InputError(what, found.log, fix)
+
+
+def state_of(estimator: Estimator, part: Ingested) -> State:
+    """What a method sees of one recording; `InputError` where its samples are gone, and
+    what was kept is for another method."""
+    how = estimator.sampling
+    state = None if how is None else part.condensed.states.get(how)
+    if state is None and part.has_samples:
+        return estimator.update(estimator.start(), taken(estimator, part))
+    if state is None:
+        raise InputError(
+            f"was condensed for another method than {estimator.name}",
+            part.log,
+            "condense it with the method and hyperparameters that identify it",
+        )
+    if estimator.start().record is None:
+        state = replace(state, record=None)
+    count = part.samples / part.rows
+    return state.scaled(count) if estimator.depends_on_count else state
+
+
+def taken(estimator: Estimator, part: Ingested) -> Measurements:
+    """A recording's measurements, with the weights that a method goes by."""
+    return part.weighted_by_count if estimator.depends_on_count else part.measurements

@@ -1,0 +1,198 @@
+"""Kinds: what an estimate, several of them, or a shape shows of itself in a
+notebook."""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from hefting.core.estimate import Estimate
+from hefting.core.spatial import Array
+from hefting.identification import Comparison
+from hefting.identification.agreement import QUANTITIES, Agreement
+from hefting.identification.identify import Answer
+from hefting.notebook.html import (
+    beside,
+    block,
+    list_html,
+    paragraph,
+    picture_html,
+    table_html,
+    verdict_html,
+)
+from hefting.scene import half_widths, place_of, plus_minus, power_of_thousand, scene_of
+from hefting.shapes import Shape
+
+HEAD = ("quantity", "estimate ± 95 %", "from", "to", "unit")
+MOMENTS = {"Jxx": (0, 0), "Jyy": (1, 1), "Jzz": (2, 2)}
+PRODUCTS = {"Jxy": (0, 1), "Jxz": (0, 2), "Jyz": (1, 2)}
+MOST_WARNINGS = 12
+"""Warnings that are shown."""
+KNOWN = {
+    "object": "the object's own shape",
+    "bounds": "the object is somewhere inside",
+    "reach": "the object is somewhere about the sensor, of any size",
+}
+
+
+class Row(NamedTuple):
+    """One number of a body, as a row below `HEAD`."""
+
+    name: str
+    value: str
+    """With half the width of its interval, or ``open``."""
+    low: str
+    high: str
+    """Ends of its interval; empty where there is none."""
+    unit: str
+
+
+def rows_of(estimate: Estimate, products: bool = True) -> list[Row]:
+    """Mass, COM and inertia about the COM, in sensor axes; `products` of inertia only
+    where they are wanted."""
+    p = estimate.parameters
+    unit, scale = power_of_thousand(p.inertia_at_com.diagonal())
+
+    def row(name: str, quantity: str, at: tuple[int, ...], scale: float, unit: str):
+        values = np.asarray(getattr(p, quantity))
+        halves, value = half_widths(estimate, quantity, values), scale * values[at]
+        half = None if halves is None else scale * float(halves[at])
+        ends = ["", ""]
+        if estimate.intervals is not None and half is not None and np.isfinite(half):
+            ends = [scale * float(end[at]) for end in estimate.intervals[quantity]]
+            ends = [plus_minus(end, half).split(" ± ")[0] for end in ends]
+        return Row(name, plus_minus(float(value), half), *ends, unit)
+
+    rows = [row("mass", "mass", (), 1.0, "kg")]
+    for i, axis in enumerate("xyz"):
+        rows.append(row(f"COM {axis}", "center_of_mass", (i,), 1e3, "mm"))
+    unit = f"{unit}kg m²"
+    for name, at in (MOMENTS | PRODUCTS if products else MOMENTS).items():
+        rows.append(row(f"{name} at COM", "inertia_at_com", at, scale, unit))
+    return rows
+
+
+def answer_html(answer: Answer) -> str:
+    """What holds an estimate, as a block."""
+    return block(card(answer.estimate, type(answer).__name__))
+
+
+def estimate_html(estimate: Estimate) -> str:
+    """An estimate as a block."""
+    return block(card(estimate, "Estimate"))
+
+
+def card(estimate: Estimate, title: str) -> str:
+    """Verdict, numbers and warnings beside a picture."""
+    extent = "" if estimate.duration is None else f", {estimate.duration:.4g} s"
+    log = estimate.provenance.get("log")
+    source = f" of {log}" if isinstance(log, str) and log else ""
+    after = f"{title} by {estimate.method}: {estimate.samples} samples{extent}{source}"
+    what = "COM with its 95 % region and ellipsoid of equal inertia, in three views"
+    picture = picture_html(scene_of({"estimate": estimate}), what)
+    numbers = table_html(HEAD, rows_of(estimate))
+    reasons = estimate.verdict.reasons
+    more = [f"warning: {text}" for text in estimate.warnings if text not in reasons]
+    if len(more) > MOST_WARNINGS:
+        left = len(more) - MOST_WARNINGS
+        more[MOST_WARNINGS:] = [f"and {left} more in .warnings"]
+    verdict = verdict_html(estimate.verdict, after)
+    return verdict + list_html(more) + beside(numbers, picture)
+
+
+def comparison_html(comparison: Comparison) -> str:
+    """The recommended estimate, then what each method found."""
+    names = list(comparison.results)
+    first = next(iter(comparison.results.values()))
+    units = [f"{row.name} [{row.unit}]" for row in rows_of(first, products=False)]
+    head = ("method", "verdict", *units, "residual [N]", "[N m]", "time [ms]")
+    rows = []
+    for name, estimate in comparison.results.items():
+        numbers = [row.value for row in rows_of(estimate, products=False)]
+        residual = ["", ""]
+        if estimate.residual is not None:
+            residual = [f"{value:.3g}" for value in estimate.residual]
+        seconds = comparison.seconds.get(name)
+        took = "" if seconds is None else f"{1e3 * seconds:.3g}"
+        rows.append((name, str(estimate.verdict), *numbers, *residual, took))
+    skipped = [f"not used: {why}" for why in comparison.skipped.values()]
+    return block(
+        card(comparison.estimate, "Comparison"),
+        paragraph(f"recommended: {comparison.recommended}, as {comparison.reason}"),
+        table_html(head, rows, bold=names.index(comparison.recommended)),
+        list_html(skipped),
+    )
+
+
+def agreement_html(agreement: Agreement) -> str:
+    """In words, then each quantity of each estimate."""
+    head = ("quantity", *agreement.values, "standard deviations apart")
+    apart = np.max(list(agreement.apart.values()), axis=0)
+    rows = []
+    for i, (name, unit) in enumerate(QUANTITIES):
+        scale, unit = (1e3, "mm") if unit == "m" else (1.0, unit)
+        cells = [
+            _number(scale * values[i], scale * agreement.intervals[of][:, i])
+            for of, values in agreement.values.items()
+        ]
+        rows.append((f"{name} [{unit}]", *cells, f"{apart[i]:.1f}"))
+    return block(paragraph(_verdict(agreement)), table_html(head, rows))
+
+
+def _verdict(agreement: Agreement) -> str:
+    if not agreement.tested:
+        return "nothing to compare by: no two estimates determine the same quantity"
+    worst = agreement.largest
+    words = "agree" if agreement.agree else "contradict one another"
+    return (
+        f"the estimates {words}: {worst.first} and {worst.second} differ most, in "
+        f"{worst.name}, by {worst.deviations:.1f} standard deviations (limit "
+        f"{agreement.limit:.1f})"
+    )
+
+
+def _number(value: float, ends: Array) -> str:
+    """A value with half the width of its interval."""
+    half = float(np.max(np.abs(ends - value)))
+    if half > 0.0 and half < 1e-4:  # moments of a small object, in full
+        return f"{value:.3g} ± {half:.1g}".replace("-", "−")
+    return plus_minus(value, half)
+
+
+def shape_html(shape: Shape) -> str:
+    """A shape as a block."""
+    sides = " × ".join(f"{1e3 * side:.1f}" for side in shape.extents)
+    rows = [
+        ("known", KNOWN.get(shape.known, shape.known)),
+        ("points", f"{shape.n:,}"),
+        ("triangles", "none" if shape.faces is None else f"{len(shape.faces):,}"),
+        ("bounding box [mm]", sides),
+    ]
+    if shape.shape_std:
+        rows.append(("may differ by (std)", f"{shape.shape_std:.0%} of its size"))
+    scene = scene_of(shape=shape, known={"uniform shape": shape.homogeneous})
+    picture = picture_html(
+        scene.with_centers_only(), "the shape in three views, in sensor axes"
+    )
+    words = "".join(paragraph(line) for line in place_of(shape))
+    warnings = list_html(f"warning: {text}" for text in shape.warnings)
+    left = table_html(("Shape", "in sensor axes"), rows) + words
+    return block(warnings, beside(left, picture))
+
+
+KINDS: dict[type, Callable[[Any], str]] = {
+    Comparison: comparison_html,
+    Answer: answer_html,
+    Estimate: estimate_html,
+    Agreement: agreement_html,
+    Shape: shape_html,
+}
+"""What makes the HTML of each kind of value; the first that fits is taken."""
+
+
+def html_of(value: object) -> str | None:
+    """A value as HTML for a notebook; None for a kind that has none."""
+    for kind, make in KINDS.items():
+        if isinstance(value, kind):
+            return make(value)
+    return None
