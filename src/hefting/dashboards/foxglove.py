@@ -30,9 +30,9 @@ if TYPE_CHECKING:
     from hefting.logs.ros.serialising import Messages
 
 ARROW_RATE = 30.0
-"""A second, at most: as many as a screen shows."""
+"""Arrows a second, at most: as many as a screen shows."""
 BLOCK = 10_000
-"""Messages of a topic that are bytes at once."""
+"""Messages of a topic that are held as bytes at once."""
 PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
 LEVELS = {"note": "Info", "warning": "Warning", "error": "Error"}
 """Foxglove's level of each severity."""
@@ -94,7 +94,7 @@ def _writer(stream: BinaryIO) -> "Iterator[Context]":
 
 
 def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
-    """Times [s] as those of messages [ns]."""
+    """Times [s] of a recording as those of its messages [ns]."""
     from hefting.logs.ros.writing import EPOCH
 
     stamps = EPOCH + np.rint((time - recording.start) * 1e9).astype(np.int64)
@@ -102,7 +102,7 @@ def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
 
 
 def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]]:
-    """In ROS 2 messages."""
+    """The recording as it was logged, in ROS 2 messages."""
     from foxglove import Channel, Schema
     from rosbags.typesys import Stores, get_typestore
 
@@ -119,7 +119,7 @@ def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]
 
 
 def _rows(group: "Messages", store: Any, send: Callable[..., None]) -> Iterator[Line]:
-    """One topic, a block at a time."""
+    """The messages of one topic, serialised a block at a time."""
     from hefting.logs.ros.serialising import serialise
 
     for first in range(0, len(group.time), BLOCK):
@@ -175,6 +175,7 @@ def _scene(replay: Replay, context: "Context") -> Iterator[Line]:
 
 
 def _arrows(replay: Replay, context: "Context") -> Iterator[Line]:
+    """The forces on the object as arrows."""
     from foxglove.channels import SceneUpdateChannel
 
     from hefting.dashboards.foxglove_scene import COLOURS
@@ -210,7 +211,7 @@ def _arrow_lines(
 
 
 def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
-    """Each wrench as force and torque, at its own times."""
+    """Each wrench as a force and a torque, at its own times."""
     from foxglove.channels import Vector3Channel
 
     from hefting.dashboards.foxglove_scene import vector3
@@ -229,6 +230,7 @@ def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
 
 
 def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
+    """Verdict, numbers and warnings, once."""
     from foxglove.channels import LogChannel
     from foxglove.messages import Log, LogLevel
 
@@ -254,6 +256,7 @@ def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
 
 
 def _entities(replay: Replay) -> "Entities":
+    """What makes the parts of the scene, each with verdict and numbers."""
     from hefting.dashboards.foxglove_scene import Entities
     from hefting.logs.ros.streams import SENSOR
 

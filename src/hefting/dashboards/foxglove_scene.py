@@ -27,18 +27,28 @@ from hefting.plots.style import BLUE, PURPLE, SHADOW, VERMILION
 from hefting.scene import Ellipsoid, Scene, Surface
 
 SOLID, GLASS = 1.0, 0.35
-"""Opacity of marks, and of what others must be seen through."""
+"""How opaque what is drawn is: marks, and what others must be seen through."""
 PALE = 0.15
-"""Of a box that only holds the object."""
+"""The same of a box that only holds the object."""
 MARK = 0.02
-"""Diameter of the mark of a COM over the size of what is drawn."""
+"""Diameter of the mark of a COM over the size of all that is drawn."""
 ARROW = 0.75
-"""Length of the longest force over the size of what is drawn."""
+"""Length of the longest force over the size of all that is drawn."""
 COLOURS = {"measured": BLUE, "predicted": VERMILION}
 
 
 class Entities:
-    """Makes the parts of a scene in the sensor's `frame`, each with some facts."""
+    """Makes the parts of a scene, in a frame that they move with.
+
+    Parameters
+    ----------
+    scene : Scene
+        What is drawn.
+    frame : str
+        Name of the sensor's frame.
+    facts : Sequence of pairs of str
+        Names and values that go with each part.
+    """
 
     def __init__(self, scene: Scene, frame: str, facts: Sequence[tuple[str, str]]):
         self.scene, self.frame = scene, frame
@@ -76,7 +86,8 @@ class Entities:
         )
 
     def center(self, stamp: int) -> SceneUpdate | None:
-        """The COM as a small sphere, and its 95 % region; None where it is open."""
+        """The COM as a small sphere, and the ellipsoid that holds it with 95 %
+        probability; None where it is open."""
         (body,) = self.scene.bodies
         if np.isnan(body.center).any():
             return None
@@ -96,7 +107,8 @@ class Entities:
         return self._update(stamp, ("uniform ellipsoid of equal inertia", parts))
 
     def force(self, stamp: int, name: str, force: Array, largest: float) -> SceneUpdate:
-        """A force (3,) [N] on the object as an arrow from the sensor."""
+        """A force (3,) [N] on the object as an arrow from the sensor; the `largest` is
+        `ARROW` of the size of all that is drawn."""
         length = ARROW * self.size * float(np.linalg.norm(force)) / (largest or 1.0)
         width = 0.02 * self.size
         arrow = ArrowPrimitive(
@@ -145,6 +157,7 @@ def quaternion(values: Array) -> Quaternion:
 
 
 def _colour(text: str, opacity: float) -> Color:
+    """From ``"#RRGGBB"``."""
     r, g, b = (int(text[i : i + 2], 16) / 255.0 for i in (1, 3, 5))
     return Color(r=r, g=g, b=b, a=opacity)
 
@@ -182,7 +195,8 @@ def _box(surface: Surface) -> CubePrimitive:
 
 
 def _turn_to(direction: Array) -> Array:
-    """Quaternion (4,) of the smallest turn from x to a direction (3,) of any length."""
+    """Quaternion (4,), w last, of the smallest turn from the x axis to a direction (3,)
+    of any length."""
     size = float(np.linalg.norm(direction))
     x, y, z = direction / size if size > 0.0 else np.array((1.0, 0.0, 0.0))
     turn = np.array((0.0, -z, y, 1.0 + x))

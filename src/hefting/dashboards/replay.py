@@ -81,7 +81,8 @@ def replay_of(
 
 
 def _gravity_of(estimate: Estimate) -> Gravity:
-    """That an estimate was made with; standard gravity where it does not tell it."""
+    """The gravity that an estimate was made with; standard gravity where it does not
+    tell it."""
     try:
         vector = np.asarray(estimate.provenance.get("gravity"), dtype=float)
         return Gravity.of(vector)
@@ -100,5 +101,6 @@ class Dashboard:
     check: Callable[[], None]
     """Raises `MissingDependencyError` where what writes it is not installed."""
     write: Callable[[Replay, str | Path, Callable[[str], str]], tuple[str, ...]]
-    """Writes a replay, whole or not at all; returns the names of the streams that it
-    does not hold. The last argument is `say` of `write_dashboard`."""
+    """Writes a replay, whole or not at all, and returns the names of the streams that it
+    does not hold; the last argument turns names of arguments in messages into the
+    reader's."""

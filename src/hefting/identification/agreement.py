@@ -62,7 +62,7 @@ class Difference:
 
     @property
     def name(self) -> str:
-        """Of the quantity."""
+        """Name of the quantity."""
         return QUANTITIES[self.quantity][0]
 
 
@@ -119,7 +119,8 @@ class Agreement(Shown):
 
     @property
     def tested(self) -> bool:
-        """Whether two estimates determine the same quantity."""
+        """Whether there was anything to compare by: two estimates that determine the
+        same quantity."""
         known = [np.isfinite(ends).all(axis=0) for ends in self.intervals.values()]
         return bool((np.sum(known, axis=0) > 1).any())
 
@@ -163,7 +164,8 @@ def _values(body: InertialParameters) -> Array:
 
 
 def _intervals(estimate: Estimate) -> Array:
-    """(2, 7) ends; those of principal moments by the covariance, to first order."""
+    """(2, 7) ends of the intervals; those of principal moments follow from the
+    covariance, to first order."""
     values, ends = _values(estimate.parameters), np.full((2, 7), np.inf)
     ends[0] = -np.inf
     std = estimate.std
@@ -179,8 +181,8 @@ def _intervals(estimate: Estimate) -> Array:
 
 
 def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
-    """(3,) standard deviations of moments v' J v about the COM along columns v of
-    `axes` (3, 3); infinite where open or not known."""
+    """(3,) standard deviations of the moments about the COM, v' J v along each column v
+    of `axes` (3, 3); infinite where they are open, or nothing is known of them."""
     if estimate.covariance is None:
         return np.full(3, np.inf)
     along = np.einsum("ia,sij,ja->as", axes, vector_to_tensor(np.eye(6)), axes)

@@ -35,7 +35,7 @@ LARGEST_CHANGE_BY_SHAPE = 2.0
 standard deviations, that is attributed to chance."""
 LARGEST_HALF_WIDTH = 0.5
 """Half-width of an interval over the mass, or over the largest moment of inertia, up to
-which a number is known whatever least squares says of it."""
+which a number is known whatever least squares says of it: then its size is."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -203,8 +203,8 @@ def with_diagnostics(
 
 
 def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
-    """Depth of the COM in the hull, but where the method knows of an uncertain
-    shape."""
+    """Depth of the COM in the hull; where the shape is uncertain the method knows
+    better where that is."""
     if shape is None or estimate.hull_margin is not None:
         return estimate.hull_margin
     return shape.margin(estimate.parameters.center_of_mass)
@@ -213,9 +213,12 @@ def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
 def undetermined_by(
     estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
 ) -> Undetermined:
-    """What is open of an estimate: what unconstrained least squares leaves open and the
-    method does not take from the object's shape (a box around it is none), unless its
-    interval is narrow."""
+    """What is open of an estimate.
+
+    Open is what unconstrained least squares leaves open (`FreeFit.open_parameters`) and
+    the method does not take from the object's shape; a box around the object is no
+    shape. What the method knows by its interval is not open.
+    """
     if shape is not None and estimator.rests_on_shape and shape.known == "object":
         return Undetermined()
     size = TYPICAL_SIZE
@@ -229,6 +232,7 @@ def undetermined_by(
 def _less_what_is_known(
     open_: Undetermined, estimate: Estimate, size: float
 ) -> Undetermined:
+    """Without the numbers whose intervals are narrow."""
     if not open_:
         return open_
     mass, moments = estimate.parameters.mass, estimate.parameters.inertia_at_com

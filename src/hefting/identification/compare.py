@@ -42,7 +42,7 @@ SUFFICIENT = 0.2
 """Uncertainty of least squares up to which a body without a shape beats point
 masses."""
 LARGER_RESIDUAL = 1.1
-"""Over the least of all methods, from which on it is told."""
+"""Ratio of a residual to the least of all methods from which on it is told."""
 OUTSIDE = 0.02
 """Depth outside the shape's hull, over its largest side, from which the COM contradicts
 the shape."""
@@ -150,12 +150,13 @@ def compare(
 
 def misfit(estimate: Estimate, found: Ingested) -> float:
     """Sum of squared residuals above that of unconstrained least squares, in units of
-    the noise's variance: chi² distributed for the true parameters, with as many degrees
-    of freedom as the data determine parameters, at most ten. The residuals' correlation
-    in time is taken into account.
+    the noise's variance.
 
-    Where a scale told a gain of the sensor, or the user how accurate it is, that share
-    of the wrench is no misfit, as single channels may be wrong by as much.
+    For the true parameters this is chi² distributed with as many degrees of freedom as
+    the data determine parameters, at most ten; the residuals' correlation in time is
+    taken into account. Where a scale told a gain of the sensor, or the user how accurate
+    it is, single channels may be wrong by as much: that share of the wrench is no
+    misfit.
     """
     problem = Quadratic.of(found.state, found.fit.noise, found.bias == "estimate")
     excess = problem.square(estimate.sensed_vector) - problem.square(
@@ -171,9 +172,12 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
 
 def uncertainty(found: Ingested, shape: Shape) -> float:
     """Largest relative standard deviation of the ten parameters by unconstrained least
-    squares: of the mass over the mass m, of the first moment over m times the size of
-    the shape, of the inertia over a rod of mass m and that size. Infinite if a
-    parameter is undetermined."""
+    squares.
+
+    That of the mass is relative to the mass m, that of the first moment to m times the
+    size of the shape, that of the inertia to a rod of mass m and that size. Infinite if
+    a parameter is undetermined.
+    """
     std = np.sqrt(found.fit.covariance.diagonal()[:10])
     size = float(np.linalg.norm(shape.extents))
     scale = abs(float(found.fit.vector[0])) * np.concatenate(
@@ -188,8 +192,24 @@ def recommend(
     shape: Shape | None,
     seen: dict[str, Ingested] | None = None,
 ) -> tuple[str, str]:
-    """The method to trust, and a sentence that gives the reason; `seen` is the part of
-    the recording that each method used, by default all."""
+    """Choose an estimate.
+
+    Parameters
+    ----------
+    results : dict
+        Estimates by method.
+    found : Ingested
+        The recording as read and conditioned.
+    shape : Shape, optional
+        Shape of the object.
+    seen : dict, optional
+        The part of the recording that a method used, by method; by default all of it.
+
+    Returns
+    -------
+    tuple of str
+        Name of the method, and a sentence that gives the reason.
+    """
     bodies = {
         name: e
         for name, e in results.items()
@@ -255,14 +275,15 @@ def explanation(name: str, bodies: dict[str, Estimate]) -> str:
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
-    """The first method of a role whose estimate is among `bodies`, if any."""
+    """The first method of a role whose estimate is among `bodies`; None if there is
+    none."""
     names = (name for name, kind in METHODS.items() if kind.role == role)
     return next((name for name in names if name in bodies), None)
 
 
 def _is_outside(estimate: Estimate, found: Ingested, shape: Shape) -> bool:
-    """Whether a COM without the shape is outside its hull by more than `OUTSIDE` and
-    three standard deviations."""
+    """Whether a COM estimated without the shape is outside its hull by more than
+    `OUTSIDE` and three standard deviations."""
     variance = found.fit.covariance.diagonal()[1:4]
     if estimate.hull_margin is None or not np.isfinite(variance).all():
         return False

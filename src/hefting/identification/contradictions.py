@@ -84,7 +84,8 @@ def contradictions(found: JointIngested) -> list[Contradiction]:
 
 
 def _worst(parts: dict[str, Ingested], alone: dict[str, Estimate]) -> Contradiction:
-    """The recording that differs most from the rest; of many, of `MOST_SUSPECTS`."""
+    """The recording that differs most from the rest; of many, one of the
+    `MOST_SUSPECTS` that seem to."""
     about = dict.fromkeys(parts, np.inf)
     if len(parts) > FEW:
         ranked = deviations_from_rest(parts, alone)
@@ -114,7 +115,7 @@ def _against_the_rest(
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
-    """With its half interval and unit."""
+    """A quantity with its half interval and unit, as a reader takes it in."""
     unit = QUANTITIES[at][1]
     scale, unit = (MILLIMETRES, "mm") if unit == "m" else (1.0, unit)
     low, high = scale * agreement.intervals[name][:, at]
@@ -122,7 +123,8 @@ def _shown(agreement: Agreement, name: str, at: int) -> str:
 
 
 def least_squares_of(found: Ingested) -> Estimate:
-    """Unconstrained least squares with intervals of all errors that are allowed for."""
+    """Unconstrained least squares with the intervals of all errors that are allowed
+    for."""
     estimator = OLS(**OLS.settings(known_of(found, None)))
     states = [state_of(estimator, part) for part in found.recordings]
     state = estimator.merge_all(states)

@@ -35,8 +35,8 @@ class Convergence:
     """(n, 10) mass [kg], COM [m] and inertia at the COM [kg m²], as xx, xy, xz, yy, yz,
     zz"""
     low: Array | None
-    """(n, 10) lower ends of 95 % intervals, minus infinity where open; None where the
-    method has none"""
+    """(n, 10) lower ends of their 95 % intervals, minus infinity where open; None where
+    the method has none"""
     high: Array | None
     """(n, 10) upper ends"""
 
@@ -44,9 +44,20 @@ class Convergence:
 def convergence(
     estimator: Estimator, found: Ingested, final: Estimate, count: int = INSTANTS
 ) -> Convergence:
-    """How the `final` estimate of a recording came about, at `count` instants, evenly
-    over the measurements; those at which nothing can be told yet are left out. Several
-    recordings are seen one after the other."""
+    """How an estimate of a recording came about.
+
+    Parameters
+    ----------
+    estimator : Estimator
+        That made it.
+    found : Ingested
+        The recording as far as it was used; several are seen one after the other.
+    final : Estimate
+        Its estimate from all of that, which is the last one.
+    count : int
+        Instants, evenly over the measurements. Those at which nothing can be told yet
+        are left out.
+    """
     seen, estimates = [], []
     last: Estimate | None = None
     for rows, state in _states(estimator, found, count):
@@ -90,7 +101,7 @@ def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
 def _states(
     estimator: Estimator, found: Ingested, count: int
 ) -> Iterator[tuple[int, State]]:
-    """Measurements seen, and the state then, at all instants but the last."""
+    """Number of measurements seen, and the state then, at all instants but the last."""
     total = len(found.measurements)
     instants = np.unique(np.linspace(0, total, count + 1).astype(int))[1:-1]
     before, begin = estimator.start(), 0

@@ -28,8 +28,8 @@ def estimator_of(
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """The estimator of a name, by `estimator_for`; or the one given, `InputError` where
-    that has another bias than the recording."""
+    """The estimator that a name stands for, as `estimator_for` makes it; or the one
+    that is given. `InputError` where that has another bias than the recording."""
     if isinstance(method, Estimator):
         require_its_bias(method, found)
         return method
@@ -43,12 +43,29 @@ def estimator_for(
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """An estimator of a kind; hyperparameters that are not given follow from the
-    recording and the shape. The value "shape" stands for `shape` itself where the method
-    takes one for a hyperparameter.
+    """Create an estimator; hyperparameters that are not given follow from the recording
+    and the shape.
 
-    Raises `InputError` if the method needs what is not given, or has no such
-    hyperparameter.
+    Parameters
+    ----------
+    kind : type of Estimator
+        Class of the method.
+    found : Ingested
+        The recording as read and conditioned.
+    shape : Shape, optional
+        Shape of the object in the sensor frame.
+    hyperparameters : dict
+        Values by name. The value "shape" stands for `shape` itself where the method
+        takes one for that hyperparameter.
+
+    Returns
+    -------
+    Estimator
+
+    Raises
+    ------
+    InputError
+        If the method needs what is not given, or has no such hyperparameter.
     """
     return estimator_knowing(kind, known_of(found, shape), hyperparameters)
 
@@ -81,8 +98,8 @@ def _require_what_it_needs(
     hyperparameters: dict[str, Any],
     standing: list[str],
 ) -> None:
-    """`NeedError` where the shape is missing, or its labels; `standing` are
-    hyperparameters for which the shape stands."""
+    """`NeedError` where the shape is not there, or not as a method needs it; `standing`
+    are its hyperparameters for which the shape stands."""
     name, needs = kind.__name__, kind.needs
     if standing:
         name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
@@ -111,8 +128,8 @@ def known_of(found: Ingested, shape: Shape | None) -> Known:
 def shape_of(
     estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
 ) -> Shape | None:
-    """The estimator's own shape, if any of an object; `InputError` where another, or
-    hyperparameters, are given beside it."""
+    """The estimator's own shape, if it is one of an object; `InputError` where another
+    shape, or hyperparameters, are given beside it."""
     own = getattr(estimator, "shape", None)
     for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
         what = f"`{name}` is given beside an estimator that is complete"
@@ -131,8 +148,11 @@ def require_its_bias(estimator: Estimator, found: Ingested) -> None:
 
 
 def state_of(estimator: Estimator, part: Ingested) -> State:
-    """What a method sees of one recording; `InputError` where its samples are gone, and
-    what was kept is for another method."""
+    """What a method sees of one recording.
+
+    Raises `InputError` where the recording's samples are gone, and what was kept of
+    them is not what the method takes.
+    """
     how = estimator.sampling
     state = None if how is None else part.condensed.states.get(how)
     if state is None and part.has_samples:

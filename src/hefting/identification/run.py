@@ -142,10 +142,22 @@ def _with_stop_reason(
 
 
 def _sample_counts_at_checks(z: Measurements, static: bool) -> list[int]:
-    """Increasing numbers of the samples after which the estimate is checked; the last
-    is that of all. Static poses are checked one by one, others at intervals of
-    `SHORTEST_CHECK_INTERVAL`, or `CHECK_INTERVAL_SHARE` of the time elapsed where that
-    is longer."""
+    """Numbers of samples after which the estimate is computed and checked.
+
+    Parameters
+    ----------
+    z : Measurements
+        K samples in order of time, or K static poses.
+    static : bool
+        Whether the samples are static poses; these are checked one by one.
+
+    Returns
+    -------
+    list of int
+        Increasing counts; the last one is K. The interval between two checks is
+        `SHORTEST_CHECK_INTERVAL`, or `CHECK_INTERVAL_SHARE` of the time elapsed
+        where that is longer.
+    """
     K = len(z)
     if static:
         return list(range(1, K + 1))

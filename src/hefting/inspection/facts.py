@@ -16,7 +16,7 @@ from hefting.motion.measure import DESCRIPTIONS
 from hefting.motion.state import Motion
 
 GAP = 3.0
-"""Usual steps."""
+"""Steps longer than so many usual ones are gaps."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +52,7 @@ class StreamFacts:
 
 
 def stream_facts(stream: Stream, static: bool) -> StreamFacts:
-    """`static`: its times are only row numbers."""
+    """Facts of a stream; `static`: its times are only row numbers."""
     n = len(stream)
     repeated = (
         float((np.diff(stream.values, axis=0) == 0.0).all(axis=1).mean())
@@ -87,7 +87,7 @@ def stream_facts(stream: Stream, static: bool) -> StreamFacts:
 
 @dataclass(frozen=True)
 class Movement:
-    """Of the sensor origin."""
+    """Speeds are those of the sensor origin."""
 
     source: str
     """how velocities and accelerations are found, in words"""
@@ -110,7 +110,7 @@ class Movement:
 
 
 def movement(recording: Recording, found: Measured | Ingested) -> Movement:
-    """At the instants of its wrench."""
+    """How a recording moves, at the instants of its wrench."""
     z, motion = found.measurements, found.motion
     angular = np.linalg.norm(
         z.angular_velocity if motion is None else motion.angular_velocity, axis=1
@@ -137,9 +137,23 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """[s] during which values (K,) at `time` (K,) [s] exceed a limit. Each step counts
-    by half for either of its samples, one longer than `GAP` times the median as long as
-    that."""
+    """Time during which values exceed a limit.
+
+    Parameters
+    ----------
+    time : Array
+        (K,) [s].
+    values : Array
+        (K,).
+    limit : float
+        In the unit of the values.
+
+    Returns
+    -------
+    float
+        [s]; each step counts by half for either of its two samples. A step longer than
+        `GAP` times the median counts as long as the median.
+    """
     above = values > limit
     if len(time) < 2:
         return 0.0
@@ -154,8 +168,8 @@ def _mean_and_largest(values: Array) -> tuple[float, float]:
 
 
 def _widest(gravity: Array) -> float:
-    """[rad] between two directions (K, 3), to a few degrees: of those furthest along
-    many axes."""
+    """The largest angle [rad] between two directions (K, 3), to a few degrees: of those
+    furthest along many axes."""
     unit = gravity / np.maximum(np.linalg.norm(gravity, axis=1, keepdims=True), 1e-300)
     k = np.arange(200) + 0.5  # evenly over the sphere
     polar, azimuth = np.arccos(1.0 - k / 100.0), np.pi * (1.0 + 5.0**0.5) * k
@@ -172,7 +186,7 @@ def _widest(gravity: Array) -> float:
 
 @dataclass(frozen=True, eq=False)
 class Channels:
-    """Signal and noise along x, y and z in sensor axes."""
+    """Signal and noise of three channels, x, y and z in sensor axes."""
 
     unit: str
     signal: Array
@@ -223,8 +237,10 @@ class WrenchFacts:
 
 
 def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts:
-    """Of an unconstrained fit. `comparable`: a mass was found, and motion is modelled
-    beside gravity."""
+    """Facts of a recording and an unconstrained fit to it.
+
+    `comparable`: a mass was found, and motion is modelled beside gravity.
+    """
     z, turn = found.measurements, 1.0 if found.sign.on_object else -1.0
     explained = predict_wrench(z, fit.vector)
     left = z.wrench - explained if fit.bias is None else z.wrench - explained - fit.bias
@@ -290,4 +306,5 @@ def _dominance(z: Measurements, vector: Array, explained: Array) -> tuple[float,
 
 
 def _rms(values: Array) -> Array:
+    """(3,) of the columns of (K, 3)."""
     return np.sqrt(np.mean(np.square(values), axis=0))

@@ -70,7 +70,7 @@ def inspect(recording: Recording, gravity: GravityLike = ON_EARTH) -> Inspection
 
 
 def _obstacle(recording: Recording) -> str:
-    """Why it cannot be conditioned; empty if it has all that is needed."""
+    """Why the recording cannot be conditioned; empty if it has all that is needed."""
     if not recording.has("wrench"):
         return "there is no wrench"
     if not recording.has("orientation"):
@@ -90,6 +90,7 @@ def _inspection(
     gravity: Array,
     missing: dict[str, str],
 ) -> Inspection:
+    """The findings, without advice."""
     facts = identifiable = hint = None
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
     if found is None:
@@ -141,6 +142,7 @@ def _inspection(
 
 
 def _without_bias(found: Ingested) -> FreeFit:
+    """The free fit without a bias, in the project's sign."""
     return found.fit if found.bias == "none" else found.alone
 
 
@@ -176,19 +178,19 @@ def _reason(error: InputError) -> str:
 
 
 OFFSET = 0.005
-"""[s]"""
+"""s: a clock offset worth a sentence."""
 FEW_HERTZ = 50.0
 """Slower poses lose the accelerations of a hand's motion."""
 SHORT = 5.0
 """[s]"""
 SHARE = 0.02
-"""of samples missing, or left out"""
+"""of samples missing, or left out, that is worth a sentence"""
 BRISK = 0.2
 """[rad/s] on average that slow streams do not follow"""
 LITTLE = 0.5
 """[rad] that gravity should turn by in sensor axes"""
 WEAK = 1.0
-"""SNR of a channel that shows noise more than the object."""
+"""SNR below which a channel shows noise more than the object."""
 
 
 def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:

@@ -15,7 +15,7 @@ from hefting.core.verdict import Verdict
 from hefting.scene import Scene
 
 LONGEST = 400
-"""Characters of a text that are shown."""
+"""Characters of a text from outside that are shown."""
 LINE = "1px solid rgba(128,128,128,0.45)"
 CELL = f"padding:2px 8px 2px 0;text-align:left;border-bottom:{LINE};white-space:nowrap"
 HEAD = f"{CELL};font-weight:600"
@@ -23,7 +23,8 @@ BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b326
 """Colour of each verdict: white text on it is readable."""
 LARGEST = 100_000
 RESOLUTIONS = (150, 100, 60)
-"""Dots per inch of the shape that are tried, to stay below `LARGEST` characters."""
+"""Dots per inch of the shape; the first with which the picture is no larger than
+`LARGEST`."""
 CARD = "background:#fff;border-radius:4px;padding:4px;max-width:100%;height:auto"
 """Dark ink is drawn on white, whatever the page."""
 
@@ -114,7 +115,7 @@ def picture_html(scene: Scene, alt: str) -> str:
 
 
 def _svg(scene: Scene, resolution: float) -> bytes:
-    """The views; the shape itself as pixels."""
+    """The views as SVG; the shape itself as pixels of so many dots per inch."""
     from hefting.plots.style import FORMATS, figure_of, settled, style, subfigures_of
     from hefting.plots.views import draw_scene, height_of
 

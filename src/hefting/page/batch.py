@@ -78,6 +78,7 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
 
 
 def _title(summary: Summary) -> str:
+    """How many rows could be identified."""
     if not summary.total:
         return "No recordings"
     some = summary.total - summary.failed
@@ -85,6 +86,7 @@ def _title(summary: Summary) -> str:
 
 
 def _verdicts(summary: Summary) -> Section:
+    """How many rows have which verdict."""
     total = max(summary.total, 1)
 
     def row(name: str, count: int, colour: str) -> Count:
@@ -149,6 +151,7 @@ def _failures(
 
 
 def _left_out(summary: Summary, say: Say) -> Section | None:
+    """Recordings that the rows of their objects do without, and why."""
     section = _failures("left-out", "Left out of objects", summary.left_out, say)
     if section is None:
         return None
@@ -197,6 +200,7 @@ def _sizes(summary: Summary) -> Section | None:
 
 
 def _times(summary: Summary) -> Section:
+    """Where the time went, of all rows together."""
     total = sum(summary.seconds.values()) or 1.0
     rows = [
         Count(
@@ -226,8 +230,13 @@ def link(name: str, recording: str | None) -> Markup:
 
 
 def look_at(row: Mapping[str, Any]) -> str | None:
-    """The command that identifies what a row of the table is of once more, and writes
-    its report; None where it is of very many recordings."""
+    """The command that identifies what a row is of once more, and writes its report;
+    None where it is of very many recordings.
+
+    Parameters
+    ----------
+    row : columns `recording`, `name`, `object`, `recordings` and `options`.
+    """
     alone = row["recording"]
     recordings = [alone] if alone is not None else row["recordings"] or ()
     if not 0 < len(recordings) <= MOST_RECORDINGS:
@@ -239,6 +248,7 @@ def look_at(row: Mapping[str, Any]) -> str | None:
 
 
 def _options(options: Mapping[str, Any]) -> Sequence[str]:
+    """Options as they are typed."""
     words: list[str] = []
     for name, value in options.items():
         option = f"--{name.replace('_', '-')}"

@@ -174,8 +174,8 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
 def rows(
     titles: list[str], heights: list[float], x_title: str, gap: float = 0.06
 ) -> dict[str, Any]:
-    """A layout of rows with one x axis, from the top; axis ``y``, then ``y2`` and so
-    on."""
+    """A layout of rows that have their x axis in common, from the top; axis ``y``, then
+    ``y2`` and so on."""
     free = 1.0 - gap * (len(titles) - 1)
     shares = [height / sum(heights) * free for height in heights]
     layout: dict[str, Any] = {}
@@ -192,8 +192,10 @@ def rows(
 
 
 def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
-    """How many of the values (n,) are in which bin; None where none is positive. Others
-    are not counted."""
+    """How many of the values (n,) are in which bin; None where none is positive.
+
+    Values that are missing, zero or negative are not counted.
+    """
     known = values[np.isfinite(values) & (values > 0.0)]
     if not len(known):
         return None

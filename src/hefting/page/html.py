@@ -98,7 +98,7 @@ class Section:
     title: str
     content: Markup
     figures: tuple[Figure, ...] = ()
-    """Drawn after the content"""
+    """Drawn after the content, unless it has their `place`"""
 
     @property
     def html(self) -> Markup:

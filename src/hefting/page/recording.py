@@ -41,7 +41,8 @@ def wrench(estimate: Estimate, found: Ingested) -> Section:
 
 
 def spans_of(found: Ingested) -> tuple[Span, ...]:
-    """What was left out, on the time axis of the figures."""
+    """What was left out, on the time axis of the figures: of several recordings one
+    after the other, as their measurements are."""
     return tuple(
         Span(s.cause, s.start + shift, s.end + shift, s.samples)
         for part, shift in parts_of(found)
@@ -112,7 +113,7 @@ def _figure(
 def component_lines(
     time: Array, values: Array, kind: str, row: str, *, dots: bool = False
 ) -> Iterable[Trace]:
-    """Three components of a quantity; measured ones wide and pale."""
+    """The three components of a quantity; measured ones wide and pale."""
     shown = thinned(values)
     for axis, column in zip(AXES, values.T, strict=True):
         pale = kind == "measured"
@@ -129,7 +130,8 @@ def component_lines(
 
 
 def marks(spans: Sequence[Span]) -> Iterable[dict[str, Any]]:
-    """What was left out as areas; each cause is once in the legend."""
+    """What was left out as areas over the height of a figure, in its legend once for
+    each cause."""
     for cause in CAUSES:
         own = _fewer([span for span in spans if span.cause == cause])
         for i, span in enumerate(own):

@@ -70,6 +70,7 @@ def figure_of(scene: Scene) -> Figure:
 
 
 def _axis(name: str, step: float) -> dict[str, Any]:
+    """An axis of the scene, with a mark every so many millimetres."""
     return {
         "title": {"text": f"{name} [mm]", "font": {"size": 12}},
         "dtick": step,
@@ -128,6 +129,7 @@ def _surface(surface: Surface) -> Trace:
 
 
 def _points(points: PointSet) -> Trace:
+    """Points of a cloud; with masses coloured by them."""
     trace: Trace = {"type": "scatter3d", "mode": "markers", **_mm(points.positions)}
     if points.masses is None:
         look = {"color": "@shape", "size": 2}
@@ -156,6 +158,7 @@ def _points(points: PointSet) -> Trace:
 
 
 def _sensor(size: float) -> Iterable[Trace]:
+    """The sensor's origin and axes."""
     length = REACH_OF_AXES * size
     for name, unit in zip(AXES, np.eye(3), strict=True):
         yield {
@@ -190,6 +193,7 @@ def _gravity(scene: Scene) -> Trace:
 
 
 def _body(body: Body) -> Iterable[Trace]:
+    """COM, the region that holds it, and the ellipsoid of equal inertia."""
     colour = COLOURS.get(body.name, "@gravity")
     if not np.isnan(body.center).any():
         yield {

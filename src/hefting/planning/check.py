@@ -20,12 +20,12 @@ from hefting.planning.limits import (
 from hefting.planning.space import Space
 
 FINE = 1000.0
-"""[Hz] on which limits are kept."""
+"""[Hz] of the grid on which limits are kept."""
 CLEARANCE_RATE = 100.0
-"""[Hz] on which clearances are looked at: in half of its interval nothing moves farther
-than a quarter of the clearance that is kept."""
+"""[Hz] of the grid on which clearances are looked at: in half of its interval nothing
+moves farther than a quarter of the clearance that is kept."""
 BINDING = 0.97
-"""Share of a limit from which on it binds."""
+"""Share of a limit from which on it is said to bind."""
 NAMES = {
     **{name: f"the {name} of {{}}" for name in JointStates._fields},
     "position": "the range of {}",
@@ -47,9 +47,9 @@ class Usage:
     """What a motion uses of its limits."""
 
     shares: dict[str, float]
-    """largest of each limit"""
+    """largest share of each limit"""
     places: dict[str, tuple[str, float]]
-    """joint or corner, and when [s]"""
+    """joint or corner at which that is, and when [s]"""
     clearance: float | None
     """[m] least; None where nothing is around"""
     nearest: str
@@ -101,7 +101,7 @@ class Usage:
 
     @property
     def largest(self) -> float:
-        """Share of the limit that is used most."""
+        """Share of the limit that is used most; above one where a limit is broken."""
         clear = 1.0 + self._lacking / CLEARANCE
         return max(*self.shares.values(), clear)
 
@@ -113,7 +113,7 @@ class Usage:
 
     @property
     def beyond(self) -> dict[str, float]:
-        """How far limits are broken, by their names in `Look.excesses`."""
+        """How far each limit is broken that is, by its names in `Look.excesses`."""
         found = {
             name: share - 1.0
             for kind, share in self.shares.items()

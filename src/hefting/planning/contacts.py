@@ -15,7 +15,10 @@ from hefting.planning.solids import Solid
 
 
 class Contacts:
-    """Pairs of solids, and their distances. `MissingDependencyError` without coal."""
+    """Pairs of solids, and how far they are from each other.
+
+    Raises `MissingDependencyError` without coal.
+    """
 
     def __init__(self, solids: Sequence[Solid], pairs: Indices):
         try:
@@ -33,10 +36,12 @@ class Contacts:
     def nearest(
         self, position: Array, rotation: Array, below: Array
     ) -> tuple[Array, Indices]:
-        """Smallest distance (K,) [m] of any pair, and which pair it is; not beyond
-        `below` (K,) [m], of which the pair is -1.
+        """Smallest distance (K,) [m] of any pair, negative where two overlap, and which
+        pair it is (K,).
 
-        Solids' links have `position` (K, S, 3) and `rotation` (K, S, 3, 3).
+        `position` (K, S, 3) and `rotation` (K, S, 3, 3) are those of the solids' links.
+        Where no pair is nearer than `below` (K,) [m], that is the distance, and -1 the
+        pair.
         """
         bounds = self._bounds(position, rotation)
         distance, which = below.copy(), np.full(len(position), -1)
@@ -60,7 +65,8 @@ class Contacts:
         return touch
 
     def _bounds(self, position: Array, rotation: Array) -> Array:
-        """(K, P) [m] that no pair is nearer than, by spheres around the solids."""
+        """Distances (K, P) [m] that no pair is nearer than, from spheres around the
+        solids."""
         center = np.einsum("ksij,sj->ksi", rotation, self._centers) + position
         first, second = self.pairs.T
         apart = np.linalg.norm(center[:, first] - center[:, second], axis=2)
@@ -69,6 +75,7 @@ class Contacts:
     def _distance(
         self, pair: Indices, position: Array, rotation: Array, poses: dict[int, Any]
     ) -> float:
+        """Distance of one pair at one configuration; `poses` keeps what is made."""
         for s in pair:
             if s not in poses:
                 poses[s] = self._coal.Transform3s(rotation[s], position[s])
@@ -83,6 +90,7 @@ class Contacts:
 
 
 def _convex(coal: Any, solid: Solid) -> Any:
+    """A solid for coal."""
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     points.extend(list(np.asarray(solid.vertices)))
     faces.extend([coal.Triangle(*map(int, face)) for face in solid.faces])
@@ -90,14 +98,17 @@ def _convex(coal: Any, solid: Solid) -> Any:
 
 
 MOST = 200_000
-"""Elements that are read: pairs of a humanoid with hands are some 5,000."""
+"""Most pairs that are read: those of a humanoid with hands are some 5,000."""
 
 
 def read_disabled_pairs(
     path: str | Path, links: Collection[str]
 ) -> frozenset[frozenset[str]]:
-    """Pairs of `links` whose collisions an SRDF disables (https://wiki.ros.org/srdf);
-    `InputError` where it does so for none, and for another file."""
+    """Pairs of `links` whose collisions the file disables.
+
+    Raises `InputError` when the file cannot be read, is no XML, its root is not
+    ``<robot>``, it names no pair of these links, or more than `MOST`.
+    """
     pairs: set[frozenset[str]] = set()
     roots: list[str] = []
 

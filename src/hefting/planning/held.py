@@ -19,7 +19,8 @@ from hefting.shapes import Shape
 UNKNOWN_MASS = 1.0
 """[kg] of an object of which nothing is known."""
 UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
-"""[m] Opposite corners in the sensor frame: a hand tool in a gripper."""
+"""[m] Opposite corners of the box in the sensor frame that it is taken to be in: a hand
+tool in a gripper."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -30,7 +31,7 @@ class Held:
     corners: Array
     """(8, 3) [m] of its box, in the sensor frame"""
     information: Array
-    """(10, 10) of its parameters"""
+    """(10, 10) inverse of the covariance of its parameters"""
     shape: Shape | None
     estimate: Estimate | None
     notes: tuple[Message, ...]
@@ -38,9 +39,11 @@ class Held:
 
     @classmethod
     def of(cls, estimate: Estimate | None, shape: Shape | None) -> Self:
-        """From an earlier estimate, which knows the shape already, a shape, both or
-        neither. Raises `InputError` for an estimate without mass, and for a covariance
-        that is none."""
+        """From an earlier estimate, a shape, both or neither.
+
+        An estimate is taken to know the shape already. Raises `InputError` for one
+        without mass, and for a covariance that is none.
+        """
         notes: list[Message] = []
         if estimate is None:
             body = _body(shape)
@@ -68,8 +71,8 @@ class Held:
 
 
 def box_corners(shape: Shape) -> Array:
-    """(8, 3) [m] of the bounding box of a shape along its own axes, in the sensor
-    frame."""
+    """Corners (8, 3) [m] of the bounding box of a shape along its own axes, in the
+    sensor frame."""
     axes = shape.pose[:3, :3]
     own = np.vstack((shape.hull, shape.positions)) @ axes
     return _corners(own.min(axis=0), own.max(axis=0)) @ axes.T
@@ -82,7 +85,7 @@ def _corners(low: Array, high: Array) -> Array:
 
 
 def _unknown_corners(estimate: Estimate | None) -> Array:
-    """Wide enough to hold the COM in the middle."""
+    """Of the box where no shape is known, wide enough to hold the COM in the middle."""
     low, high = np.array(UNKNOWN_BOX)
     if estimate is not None:
         half, c = 0.5 * (high - low), estimate.center_of_mass
@@ -91,6 +94,7 @@ def _unknown_corners(estimate: Estimate | None) -> Array:
 
 
 def _body(shape: Shape | None) -> InertialParameters:
+    """1 kg, evenly spread."""
     if shape is not None:
         own = shape.homogeneous
         return InertialParameters(UNKNOWN_MASS / own.mass * own.vector)

@@ -49,9 +49,9 @@ class Slopes(NamedTuple):
     features: Array
     """(12, K)"""
     position: Array
-    """(K, n) by joint positions"""
+    """(K, n) by joint positions, at the same features"""
     velocity: Array
-    """(K, n) by joint velocities"""
+    """(K, n) by joint velocities, at the same features"""
 
 
 def features(tip: TipMotion) -> Array:
@@ -63,7 +63,7 @@ def features(tip: TipMotion) -> Array:
 
 def feature_gradient(tip: TipMotion, by: Array) -> tuple[Array, Array, Array]:
     """Derivatives (3, K) by acceleration, angular acceleration and angular velocity of
-    what has those `by` (12, K) by the features."""
+    what has the derivatives `by` (12, K) by the features."""
     w, rest = tip.angular_velocity, by[6:]
     turning = np.zeros_like(w)
     for row, column, own in zip(TENSOR_ROWS, TENSOR_COLUMNS, rest, strict=True):
@@ -73,7 +73,8 @@ def feature_gradient(tip: TipMotion, by: Array) -> tuple[Array, Array, Array]:
 
 
 def expected_wrench(x: Array, vector: Array) -> Array:
-    """(6, K) [N, N m] of a body of ten parameters and features (12, K)."""
+    """(6, K) [N, N m] that a body of ten parameters needs for motions of features (12,
+    K)."""
     return np.einsum("aip,p->ia", EFFECTS, vector) @ x
 
 
@@ -90,7 +91,7 @@ def noise_covariance(noise: Noise, motion: MotionNoise, vector: Array, rate: flo
 
 @dataclass(frozen=True, eq=False)
 class Information:
-    """Of the wrench, one sample a time."""
+    """Information of the wrench, one sample a time, of a given noise."""
 
     tensor: Array
     """(144, 100) D_a' S^-1 D_b"""
@@ -99,7 +100,7 @@ class Information:
 
     @classmethod
     def of(cls, covariance: Array, rate: float) -> Self:
-        """For noise of a covariance (6, 6)."""
+        """For samples at `rate` [Hz] with noise of a covariance (6, 6)."""
         weighed = np.einsum("ij,bjq->biq", np.linalg.inv(covariance), EFFECTS)
         tensor = np.einsum("aip,biq->abpq", EFFECTS, weighed).reshape(144, 100)
         return cls(frozen(tensor), rate)
@@ -134,12 +135,12 @@ MAP = EFFECTS.transpose(1, 2, 0).reshape(60, 12)
 
 @dataclass(frozen=True, eq=False)
 class JointInformation:
-    """Of the torques of n joints, one sample a time."""
+    """Information of the torques of n joints, one sample a time."""
 
     noise: Array
-    """(n,) [N m]"""
+    """(n,) standard deviations [N m]"""
     rate: float
-    """[Hz]"""
+    """of the samples that will be recorded [Hz]"""
 
     def gained(self, passed: Passed, x: Array, duration: float) -> Array:
         """As of `Information`."""
@@ -188,7 +189,7 @@ class _Columns:
 
     @cached_property
     def powers(self) -> Array:
-        """(n, K)"""
+        """(n, K) of the speeds"""
         return (self.passed.rates / STICTION_SPEED) ** STEEPNESS
 
     @cached_property

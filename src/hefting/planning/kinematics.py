@@ -33,18 +33,20 @@ from hefting.robots.robot import Robot
 
 DEGREE = 5
 AT_REST = 3
-"""Equal control points at each end."""
+"""Equal control points at each end: velocity and acceleration are zero there."""
 
 
 def knots_of(duration: float, pieces: int) -> Array:
-    """Of so many equal polynomial pieces over `duration` [s]."""
+    """Knots of so many equal polynomial pieces over `duration` [s], clamped at both
+    ends."""
     inner = np.linspace(0.0, duration, pieces + 1)
     return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
 
 
 @dataclass(frozen=True, eq=False)
 class Trajectory:
-    """q(t) = sum_i B_i(t) c_i, three times continuously differentiable and more."""
+    """q(t) = sum_i B_i(t) c_i, at rest at both ends, three times continuously
+    differentiable and more."""
 
     knots: Array
     """(m + 6,) [s]"""
@@ -62,7 +64,7 @@ class Trajectory:
 
     @property
     def start(self) -> Array:
-        """(n,) [rad]"""
+        """(n,) joint positions at the start [rad]"""
         return self.points[0]
 
     @cached_property
@@ -71,58 +73,60 @@ class Trajectory:
         return tuple(own.derivative(k) if k else own for k in range(4))
 
     def at(self, time: ArrayLike) -> JointMotion:
-        """At instants (K,) [s]; at rest before the start and after the end."""
+        """Position, velocity and acceleration at instants (K,) [s]; at rest before the
+        start and after the end."""
         t = np.asarray(time, dtype=float)
         inside = np.clip(t, 0.0, self.duration)
         q, v, a = (each(inside) for each in self._derivatives[:3])
         return JointMotion(t, q, v, a)
 
     def jerk(self, time: ArrayLike) -> Array:
-        """(K, n) [rad/s³]"""
+        """(K, n) [rad/s³] at instants (K,) [s]"""
         return self._derivatives[3](np.asarray(time, dtype=float))
 
     def sampled(self, rate: float) -> JointMotion:
-        """At `rate` [Hz], start and end among the samples."""
+        """At `rate` [Hz], from the start to the end, which are both among the
+        samples."""
         count = max(round(self.duration * rate), 1)
         return self.at(np.linspace(0.0, self.duration, count + 1))
 
 
 W, V, DW, A, P = range(5)
 """Vectors that are carried along the arm: angular and linear velocity, their
-derivatives, and the way from the root's origin."""
+derivatives, and the way from the root's origin to the frame's."""
 VECTORS = 5
 
 
 class TipMotion(NamedTuple):
-    """Of the sensor frame at K instants, in its axes."""
+    """Motion of the sensor frame at K instants, in sensor axes unless said."""
 
     angular_velocity: Array
     """(3, K) [rad/s]"""
     velocity: Array
-    """(3, K) [m/s]"""
+    """(3, K) of the origin [m/s]"""
     angular_acceleration: Array
     """(3, K) [rad/s²]"""
     acceleration: Array
-    """(3, K) classical, less gravity [m/s²]"""
+    """(3, K) of the origin, classical, less gravity [m/s²]"""
     position: Array
-    """(3, K) from the root's origin [m]"""
+    """(3, K) of the origin, from the root's [m]"""
     rotation: Array
-    """(3, 3, K) rows are the root's axes"""
+    """(3, 3, K) rows are the root's axes, in sensor axes"""
 
 
 @dataclass(frozen=True, eq=False)
 class Chain:
-    """The joints of a robot that move its sensor frame."""
+    """The joints of a robot that move its sensor frame, as `motion` needs them."""
 
     axes: Array
     """(n, 3) in root axes, the robot's joints at zero"""
     steps: Array
-    """(n + 1, 3) [m] from the root's origin to each joint's point, and to the sensor's
-    origin"""
+    """(n + 1, 3) [m] from each joint's point to the next, the first from the root's
+    origin, the last to the sensor's"""
     columns: tuple[int, ...]
     multipliers: Array
     offsets: Array
-    """joint position: multiplier * q[column] + offset"""
+    """of each joint's position: multiplier * q[column] + offset"""
     home: Array
     """(3, 3) sensor axes in root axes at zero"""
     gravity: Array
@@ -150,7 +154,7 @@ class Chain:
         return [(skew(axis), skew(axis) @ skew(axis)) for axis in self.axes]
 
     def forward(self, q: Array, dq: Array, ddq: Array) -> Passed:
-        """For joint motions (K, n)."""
+        """Motion of the tip for joint motions (K, n), and what the way back needs."""
         K = len(q)
         x = np.zeros((3, VECTORS, K))
         x[:, A] = -self.gravity[:, None]
@@ -215,13 +219,13 @@ class Passed:
 
     @cached_property
     def rates(self) -> Array:
-        """(n, K) [rad/s] of screws that move alone"""
+        """(n, K) [rad/s] of screws that move alone, as `screws` has them"""
         return np.array([rate for _, _, rate, _ in self.links])
 
     @cached_property
     def screws(self) -> Array:
-        """(3, 2, n, K) linear and angular: the twist of the sensor frame, in its axes,
-        by a unit speed of each joint."""
+        """(3, 2, n, K) screw axis of each joint, linear and angular: the twist of the
+        sensor frame, in its axes, by a unit speed of that joint."""
         chain, K = self.chain, self.motion.velocity.shape[1]
         found = np.zeros((3, 2, len(chain.columns), K))
         for i, (sin, cos, _, _) in enumerate(self.links):
@@ -299,11 +303,13 @@ class Passed:
 
 
 def _step(x: Array, step: Array) -> None:
+    """Move the vectors (3, 5, K) of a frame by a step (3,) [m]."""
     x[:, V] += cross(x[:, W], step[:, None])
     x[:, A] += cross(x[:, DW], step[:, None])
     x[:, P] += step[:, None]
 
 
 def _step_back(y: Array, step: Array) -> None:
+    """Move wrenches (3, 6, K) against a step (3,) [m]."""
     for pair in (0, 2, 4):
         y[:, pair] += cross(step[:, None], y[:, pair + 1])

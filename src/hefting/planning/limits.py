@@ -82,10 +82,15 @@ class Limits:
         """Positions and speeds of a URDF's `<limit>` elements, for the joints of
         `robot`.
 
-        `acceleration` and `jerk` are of all joints, or (n,) of each [rad/s²], [rad/s³];
-        by default `ACCELERATION` and `JERK`, as no URDF has them. Raises `InputError`
-        for a joint without limits, naming it, for a joint that slides, and for one that
-        others mimic.
+        Parameters
+        ----------
+        path : the URDF that `robot` was made from.
+        acceleration, jerk : of all joints, or (n,) of each [rad/s²], [rad/s³]; by
+            default `ACCELERATION` and `JERK`, as no URDF has them.
+        corner_speed, force, torque : as in `Limits`.
+
+        Raises `InputError` for a joint without limits, naming it, for a joint that
+        slides, and for one that others mimic.
         """
         tree = read_urdf(path)
         positions, speeds = [], []
@@ -125,9 +130,10 @@ def _of_each(values: ArrayLike, n: int) -> Array:
 
 
 CLEARANCE = 0.005
-"""[m] that is kept: what a corner moves at 0.25 m/s in a fiftieth of a second."""
+"""[m] from walls, and of the links and the object from each other: what a corner moves
+at 0.25 m/s in a fiftieth of a second."""
 CLEARANCE_SCALE = 0.1
-"""[m] into a wall that counts as much as a whole limit beyond it."""
+"""[m] into a wall that counts as much as going a whole limit beyond it."""
 
 
 class JointStates(NamedTuple):
@@ -141,13 +147,14 @@ class JointStates(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class Constraints:
-    """Limits as numbers that are at most zero where they are kept."""
+    """Limits as numbers that are at most zero where they are kept: a share of the limit
+    less one."""
 
     limits: Limits
     corners: Array
     """(c, 3) [m] in the sensor frame"""
     body: Array
-    """(10,) whose wrench is expected"""
+    """(10,) parameters of the body whose wrench is expected"""
     normals: Array
     """(p, 3) of half-spaces, in root axes"""
     offsets: Array
@@ -170,8 +177,8 @@ class Constraints:
 
     @property
     def joint_scales(self) -> tuple[tuple[Array, Array], ...]:
-        """Middle and half-width (n,) of what each of `JointStates` may be; infinite
-        where nothing binds."""
+        """Middle and half-width of what each of position, speed, acceleration and jerk
+        may be, (n,) each; infinite where nothing binds."""
         own = self.limits
         ends = own.position
         bounded = np.isfinite(ends).all(axis=1)
@@ -183,10 +190,12 @@ class Constraints:
 
     @property
     def _ways(self) -> Array:
+        """(3, c, 1) [m] to the corners"""
         return self.corners.T[:, :, None]
 
     def joint_shares(self, states: JointStates) -> list[Array]:
-        """Signed shares (K, n) of the limits of each of `JointStates`."""
+        """Signed shares (K, n) of the limits of each of position, speed, acceleration
+        and jerk."""
         pairs = zip(states, self.joint_scales, strict=True)
         return [(x - middle) / half for x, (middle, half) in pairs]
 
@@ -197,15 +206,16 @@ class Constraints:
 
     def corner_slopes(self, by: Array) -> tuple[Array, Array]:
         """Derivatives (3, K) by velocity and angular velocity of what has those `by`
-        (c, 3, K) by the corners' velocities."""
+        (c, 3, K) by the velocities of the corners."""
         return by.sum(axis=0), cross(self._ways, by.swapaxes(0, 1)).sum(axis=1)
 
     def corner_shares(self, velocities: Array) -> Array:
-        """(c, K) speeds over the limit."""
+        """(c, K) speeds of the corners over the limit."""
         return np.sqrt((velocities**2).sum(axis=1)) / self.limits.corner_speed
 
     def wrench_shares(self, x: Array) -> Array:
-        """(6, K) signed, of the sensor's range, for features (12, K)."""
+        """(6, K) signed shares of the sensor's range that the body is expected to use,
+        for features (12, K)."""
         return expected_wrench(x, self.body) / self.wrench_range[:, None]
 
     @property

@@ -19,7 +19,7 @@ from hefting.planning.problem import Basis, Cuts, Look, Problem
 from hefting.planning.space import Space
 
 HIGHEST = 1.2
-"""[Hz] of a random motion's terms."""
+"""[Hz] of a random motion's terms at most."""
 FILLED = 0.004
 """Share of the nearest limit that a motion may leave."""
 MOST_SHRINKS = 25
@@ -30,8 +30,8 @@ def random_ways(
     rng: np.random.Generator, time: Array, joints: int, terms: int, decay: float
 ) -> Array:
     """(K, n) ways of the joints from the start, of no unit: sum_k a_k (cos k w t - 1) +
-    b_k sin k w t, w one turn over the whole time, at rest at both ends; amplitudes fall
-    with k to the power of `decay`."""
+    b_k sin k w t, with w one turn over the whole time, velocity and acceleration zero at
+    both ends, and amplitudes falling with k to the power of `decay`."""
     k = np.arange(1, terms + 1)
     a, b = rng.normal(size=(2, terms, joints)) * (k**-decay)[:, None]
     a -= np.outer(k**2, k**2 @ a) / float(k**2 @ k**2)
@@ -41,7 +41,8 @@ def random_ways(
 
 
 def random_motion(problem: Problem, rng: np.random.Generator) -> Array:
-    """Control points (P, n) of a random motion that fills its limits on the grid."""
+    """Free control points (P, n) of a random motion that fills its limits, on the
+    optimisation's grid."""
     most = max(int(HIGHEST * problem.duration), 3)
     terms, decay = int(rng.integers(3, most + 1)), rng.uniform(0.0, 1.5)
     time = np.linspace(0.0, problem.duration, problem.basis.values.shape[1])
@@ -51,18 +52,20 @@ def random_motion(problem: Problem, rng: np.random.Generator) -> Array:
 
 
 def fitted(basis: Basis, ways: Array) -> Array:
-    """Control points (P, n) of the spline nearest to ways (K, n) on the grid."""
+    """Free control points (P, n) of the spline nearest to ways (K, n) on the grid."""
     return np.linalg.lstsq(basis.values[0], ways, rcond=None)[0]
 
 
 def filled(problem: Problem, x: Array) -> Array:
-    """The motion, scaled until it just keeps the limits on the grid."""
+    """The motion with all its ways multiplied by one number, so that it just keeps the
+    limits on the grid."""
     x = x / max(float(np.abs(x).max()), 1e-12)
     return fill_share(lambda scale: largest_share(problem, scale * x)) * x
 
 
 def fill_share(used: Callable[[float], float], first: float = 0.3) -> float:
-    """Largest scale found at which `used`, nearly proportional to it, is at most 1."""
+    """Largest number found by which a motion may be multiplied, if `used` is the
+    largest share of a limit then; that is nearly proportional to it."""
     low, high, scale = 0.0, np.inf, first
     for _ in range(MOST_SHRINKS):
         share = used(scale)
@@ -78,14 +81,14 @@ def fill_share(used: Callable[[float], float], first: float = 0.3) -> float:
 
 
 def largest_share(problem: Problem, x: Array) -> float:
-    """Of any limit that a motion uses on the grid."""
+    """Largest share of any limit that a motion uses on the grid."""
     excesses = problem.look(x).excesses()
     return 1.0 + max(float(g.max()) for g in excesses.values())
 
 
 AIM = 0.015
-"""Share of each limit that is left free, as the motion goes a little further between
-the grid's instants, and a round leaves a little beyond."""
+"""Share of each limit that is left free on the optimisation's grid, as the motion goes a
+little further between its instants, and a round leaves a little beyond."""
 FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 5.0, 3.0, 600.0
 """mu of the first round, its growth from round to round, and its largest value. Found
 on motions of 4 and 10 s of three arms."""
@@ -97,14 +100,14 @@ class Search:
 
     problem: Problem
     x: Array
-    """(P, n)"""
+    """(P, n) free control points"""
     space: Space | None
     multipliers: dict[str, Array] = field(default_factory=dict[str, Array])
     """lambda of each limit at each instant"""
     weight: float = FIRST_WEIGHT
     """mu"""
     aims: dict[str, float] = field(default_factory=dict[str, float])
-    """share of each limit that is left free, where not `AIM`"""
+    """share of each limit that is left free, where it is not `AIM`"""
 
     def next(self, steps: int) -> Search:
         """After one more round of so many steps of L-BFGS."""

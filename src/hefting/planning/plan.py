@@ -63,7 +63,8 @@ class Planner:
     seed: int
 
     def planned(self, duration: float, effort: str) -> tuple[Found, Forecast]:
-        """The motion of `duration` [s] and its forecast; errors as of `plan`."""
+        """The motion of `duration` [s], and what is expected of it; errors as of
+        `plan`."""
         rng = np.random.default_rng([self.seed, 7])
         searcher = Searcher(self.robot.joints, self.space, effort_named(effort), rng)
         problem = self.problem(duration)
@@ -84,7 +85,7 @@ class Planner:
         return best, forecast
 
     def problem(self, duration: float) -> Problem:
-        """With all joints at zero at the start."""
+        """The problem, with all joints at zero at the start."""
         vector = self.held.body.vector
         asked = asked_of_tour(self.asked) if self.stop_and_go else self.asked
         corners = np.vstack((np.zeros(3), self.held.corners))
@@ -257,6 +258,7 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
 
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
+    """What no URDF has."""
     given = {"acceleration": acceleration, "jerk": jerk}
     usual = {"acceleration": f"{ACCELERATION:g} rad/s²", "jerk": f"{JERK:g} rad/s³"}
     open_ = [name for name, value in given.items() if value is None]

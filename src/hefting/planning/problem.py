@@ -42,15 +42,15 @@ NORM_QUANTILE = 1.75
 """95 % quantile of the length of a random vector over the root of its mean square:
 1.96 where one axis alone is uncertain, 1.61 where three are alike."""
 SHARPNESS = 12.0
-"""Of the mean that stands for the largest of the shares."""
+"""Power of the mean that stands for the largest of the shares."""
 DOUBLE = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0)) ** 0.5
-"""Of a tensor's entries in its Frobenius norm."""
+"""Weights of a tensor's entries in its Frobenius norm."""
 
 
 @dataclass(frozen=True, eq=False)
 class Objective:
-    """The largest of deviation over tolerance after the motion, or the volume of the
-    deviations' ellipsoid."""
+    """With the covariance C of the parameters after the motion: the largest of
+    deviation over tolerance, or the volume of their ellipsoid."""
 
     rows: tuple[Array, ...]
     """(k, 10) each: deviations of a quantity, over its tolerance, by those of the
@@ -100,8 +100,8 @@ class Objective:
 
 
 def quantities(body: InertialParameters) -> dict[str, Array]:
-    """Deviations of mass (1, 10), as a share, COM (3, 10) [m] and inertia about it (6,
-    10), as a share of its norm, by those of the parameters."""
+    """Deviations of mass (1, 10) as a share, COM (3, 10) [m] and inertia about the COM
+    (6, 10) as a share of its norm, by those of the parameters."""
     J = com_jacobian(body)
     size = float(np.linalg.norm(body.inertia_at_com)) or 1e-12
     return {
@@ -112,9 +112,9 @@ def quantities(body: InertialParameters) -> dict[str, Array]:
 
 
 NEAR = 0.03
-"""[m] What is farther does not get near in one round."""
+"""[m] Clearances below are followed; what is farther does not get near in one round."""
 STEP = 1e-4
-"""[rad] of differences."""
+"""[rad] of the differences that tell how clearances change."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +122,7 @@ class Cuts:
     """Clearances of solids and walls at K instants, linear in the joint positions."""
 
     position: Array
-    """(K, n) about which [rad]"""
+    """(K, n) at which they were found [rad]"""
     clearance: Array
     """(K,) [m]"""
     slope: Array
@@ -147,11 +147,12 @@ class Cuts:
 
 
 GRID = 30.0
-"""[Hz] that the optimisation looks at: ten times what moves."""
+"""[Hz] of the samples that the optimisation looks at: ten times what moves."""
 FINEST_PIECE = 0.3
-"""[s] of a polynomial piece: motion up to some 1.5 Hz, which cobots follow."""
+"""[s] of a polynomial piece at least: motion up to some 1.5 Hz, which cobots follow."""
 MOST_PIECES = 100
-"""Longer motions are slower, as more would take the optimisation too long."""
+"""Polynomial pieces of a motion at most: longer ones move slower, as more of them would
+take the optimisation too long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -184,7 +185,7 @@ class Basis:
         return self.values.shape[2]
 
     def trajectory(self, start: Array, x: Array) -> Trajectory:
-        """Of control points (P, n), as ways from the start (n,)."""
+        """Of free control points (P, n), as ways from the start (n,)."""
         n = len(start)
         last = np.repeat(x[-1:], AT_REST - 1, axis=0)
         return Trajectory(
@@ -210,12 +211,12 @@ class Problem:
     basis: Basis
     start: Array
     known: Array
-    """(10, 10) there is already"""
+    """(10, 10) information there is already"""
     information: Information | JointInformation
     objective: Objective
     constraints: Constraints
     cuts: Cuts | None = None
-    """about the motion of the last round"""
+    """clearances, linear about the motion of the last round"""
 
     @property
     def duration(self) -> float:
@@ -254,7 +255,7 @@ class Look:
         return self.passed.motion
 
     def excesses(self) -> dict[str, Array]:
-        """Share of each limit that is used, less one."""
+        """Share of each limit that is used, less one; positive where it is broken."""
         own = self.problem.constraints
         shares = own.joint_shares(self.states)
         found = {}

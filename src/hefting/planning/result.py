@@ -163,15 +163,17 @@ class Plan:
 
 
 def corner_speeds(plan: Plan) -> Array:
-    """(K,) [m/s] of the fastest of the plan's corners. The robot is read from
-    `Plan.source`; `InputError` where that is gone."""
+    """(K,) [m/s] of the fastest of the plan's corners at each instant of its motion.
+
+    The robot is read from `Plan.source`; `InputError` where that is gone.
+    """
     robot = Robot.from_urdf(plan.source, plan.tip)
     sensor = sensor_motion(robot, plan.motion)
     return np.max([sensor.linear_speed(corner) for corner in plan.corners], axis=0)
 
 
 INSTANTS = {"full": 10, "next": 6, "quick": 2}
-"""Of the motion at which is told how sure one is expected to be."""
+"""At which is told how sure one is expected to be, besides before the motion."""
 SHORTEST = 1.0
 """[s] of a recording from which something is expected."""
 DRAWS = 1000
@@ -184,9 +186,11 @@ def forecast_by(
     duration: float,
     instants: int,
 ) -> Forecast:
-    """Before a motion of `duration` [s], and at so many instants. `after` gives the
-    covariance (10, 10) after so long a part of it [s], from that before it; None stands
-    for next to nothing."""
+    """Before a motion of `duration` [s], and at so many instants of it.
+
+    `after` gives the covariance (10, 10) after so long a part of the motion [s], from
+    that before it; None stands for next to nothing.
+    """
     times = np.linspace(min(SHORTEST, 0.5 * duration), duration, instants)
     if instants <= 2:
         times = times[-1:]
@@ -213,7 +217,8 @@ def _before(held: Held) -> Array | None:
 
 
 def _deviations(C: Array | None, body: InertialParameters) -> Array:
-    """(10,) of mass, COM and inertia about it; infinite where nothing is known."""
+    """(10,) standard deviations of mass, COM and inertia about it; infinite where
+    nothing is known."""
     if C is None:
         return np.full(10, np.inf)
     finite = np.where(np.isfinite(C), C, 0.0)
@@ -238,8 +243,8 @@ LONGER = 4.0
 
 
 def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
-    """[s] until what is asked is expected, linear between the instants; None where it
-    is not."""
+    """[s] after which what is asked is expected to be reached, linear between the
+    instants of the forecast; None where it is not."""
     shares = [_share(asked, each) for each in forecast.accuracy]
     if shares[0] <= 1.0:
         return 0.0
@@ -253,8 +258,8 @@ def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
 
 
 def out_of_reach(asked: Accuracy, forecast: Forecast, longer: Forecast) -> InputError:
-    """The error, which says how long it would take, by what a `longer` motion would
-    reach.
+    """The error of an accuracy that is not expected by the end, which says how long it
+    would take, by what a longer motion would reach.
 
     Variances are taken to fall as n / T + f: f is what the estimator is not sure of
     however long the recording, as the sensor's own accuracy.

@@ -19,17 +19,18 @@ from hefting.planning.problem import Problem
 from hefting.planning.space import Space
 
 MOST_REPAIRS = 5
-"""Rounds for a motion beyond its limits on the fine grid."""
+"""Rounds that a motion beyond its limits on the fine grid gets."""
 MOST_REPAIRED = 2
-"""Best of the optimised motions, and of the random ones where these cannot be."""
+"""Best of the optimised motions that are repaired, and of the random ones where none of
+these can be."""
 MORE = 0.003
-"""Share of a limit that is left free besides what a motion was beyond."""
+"""Share of a limit that is left free in a repair besides what it was beyond."""
 LEAST_SHARE = 1e-3
-"""Of a motion that has to be made smaller."""
+"""Share of a motion that must be left where it has to be made smaller."""
 STARTS_A_START = 4
 DRAWS = 400
 ELBOW_ROOM = 0.03
-"""[m] around a random place to start from, where there is one."""
+"""[m] that a random place to start from is free of everything, where there is one."""
 
 
 class Found(NamedTuple):
@@ -46,16 +47,17 @@ class Found(NamedTuple):
 
 @dataclass(frozen=True)
 class Effort:
-    """Numbers of steps, so that the same seed gives the same plan on any machine."""
+    """How long is searched: numbers of steps, so that the same seed gives the same
+    plan on any machine."""
 
     candidates: int
     """random motions that are looked at first"""
     starts: int
     """best of these that are optimised"""
     rounds: int
-    """of the multipliers"""
+    """of the multipliers, each of the starts"""
     steps: int
-    """of L-BFGS in each"""
+    """of L-BFGS in each round"""
     polish: int
     """rounds more for the best"""
 
@@ -65,8 +67,8 @@ EFFORTS = {
     "next": Effort(30, 2, 6, 50, 2),
     "quick": Effort(20, 1, 6, 40, 0),
 }
-"""Some 2,000 evaluations; of a plan from an estimate a third; a tenth, for use while a
-robot waits."""
+"""Full: some 2,000 evaluations; next: of a plan from an estimate, a third; quick: a
+tenth, for use while a robot waits."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,8 +88,10 @@ class Searcher:
         return None if empty else space
 
     def best(self, problem: Problem, starts: Array) -> Found:
-        """From one of the places `starts` (s, n); `InputError` where none keeps the
-        limits."""
+        """The best motion from one of the places `starts` (s, n).
+
+        Raises `InputError` where none keeps the limits.
+        """
         drafts = self._drafts(problem, starts)
         if not drafts:
             raise self._infeasible(problem, starts)
@@ -140,7 +144,8 @@ class Searcher:
         return found if found.usage.largest <= 1.0 else self._shrunk(search)
 
     def _shrunk(self, search: Search) -> Found | None:
-        """The motion with its ways made smaller until it keeps all limits."""
+        """The motion with its ways made smaller until it keeps all limits; None where
+        nothing is left of it."""
 
         def scaled(share: float) -> Found:
             return self.found(search.problem, share * search.x)
@@ -163,8 +168,11 @@ class Searcher:
         )
 
     def free_starts(self, problem: Problem, number: int) -> Array:
-        """Random places (s, n) to start from, within all limits and clear of
-        everything; `InputError` where none is found."""
+        """Places (s, n) to start from, at random, that are within all limits and clear
+        of everything.
+
+        Raises `InputError` where none is found.
+        """
         ends = np.clip(problem.constraints.limits.position, -np.pi, np.pi)
         middle, half = ends.mean(axis=1), 0.35 * (ends[:, 1] - ends[:, 0])
         draws = middle + half * self.rng.uniform(-1.0, 1.0, (DRAWS, len(ends)))
@@ -185,7 +193,8 @@ class Searcher:
         return np.array(found)
 
     def require_free(self, problem: Problem, start: Array) -> None:
-        """`InputError` for a start (n,) that is out of range or touches something."""
+        """`InputError` for a place to start from (n,) that is out of range or touches
+        something."""
         limits = problem.constraints.limits
         for name, q, (low, high) in zip(
             self.joints, start, limits.position, strict=True
@@ -204,11 +213,13 @@ class Searcher:
             raise InputError(what, fix="give another `start`, or relax that limit")
 
     def _is_within(self, problem: Problem, start: Array) -> bool:
+        """Whether a place to start from (n,) is within all limits."""
         own = replace(problem, start=start)
         excesses = own.look(np.zeros(own.size)).excesses()
         return max(float(g.max()) for g in excesses.values()) < 0.0
 
     def _infeasible(self, problem: Problem, starts: Array) -> InputError:
+        """Which limit leaves no room to move."""
         own = replace(problem, start=starts[0])
         still = self.found(own, np.zeros(own.size))
         what = f"no motion keeps all limits; the tightest is {still.usage.worst}"
@@ -216,7 +227,7 @@ class Searcher:
 
 
 def effort_named(name: str) -> Effort:
-    """`InputError` for another name."""
+    """One of `EFFORTS`; `InputError` for another name."""
     if name not in EFFORTS:
         raise InputError(f"effort is '{name}'", fix=f"use {' or '.join(EFFORTS)}")
     return EFFORTS[name]

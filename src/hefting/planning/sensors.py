@@ -36,23 +36,25 @@ from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import TorqueSamples
 
 MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
-"""Of the accelerations, by smoothing poses with 0.1 mm and 0.02° of noise at 100 Hz: as
-found on plans of 10 s for three arms, whose bandwidth is some 36 rad/s. Those of slower
-motions are smaller."""
+"""Errors of the accelerations that smoothing the poses of a planned motion leaves, with
+0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
+bandwidth is some 36 rad/s. Those of slower motions are smaller."""
 MOST_NOISE = 1e3
-"""[N], [N m] from which on that of an estimate's recording is not believed."""
+"""[N], [N m] Noise of an estimate's recording from which on it is not believed."""
 POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations along each axis that a cobot reports poses with: [m], [rad]."""
+"""Standard deviations along each axis of position [m] and orientation [rad] of the poses
+that a cobot reports."""
 GAIN = 0.0025
 """Standard deviation of a wrench sensor's gain, of which nothing is said
 (`hefting.core.sensor_accuracy.TYPICAL`): an error that two recordings share."""
 LARGEST_SHARE = 0.95
-"""Of an estimate's variance that is taken to be the sensor's gain."""
+"""Share of an estimate's variance that is taken to be the sensor's gain at most."""
 FIRST_NOISE, LAST_NOISE = 0.1, 0.05
-"""[N m] of the first and the last joint's torque, where nothing is said: those between
-lie between, by their logarithm."""
+"""[N m] Standard deviations of the noise of the first and the last joint, where nothing
+is said: those between lie between, by their logarithm."""
 MOST_INSTANTS = 6
-"""Of a forecast by torques: each takes some tenths of a second."""
+"""At which is told how sure one is expected to be: each takes some tenths of a
+second."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,9 +63,9 @@ class WristSensor:
 
     noise: Noise
     rate: float
-    """[Hz]"""
+    """of the samples [Hz]"""
     notes: tuple[Message, ...] = ()
-    """what was assumed"""
+    """where the noise was not given"""
     gain = GAIN
 
     @classmethod
@@ -165,7 +167,7 @@ def _without(information: Array, shared: Array) -> Array:
 
 
 def _is_level(value: object) -> TypeGuard[float]:
-    """Whether a value from a file can be a standard deviation."""
+    """Whether a value that was read from a file can be a standard deviation."""
     return isinstance(value, float | int) and 0.0 < value < MOST_NOISE
 
 
@@ -192,9 +194,9 @@ class JointTorques:
 
     dynamics: JointDynamics
     noise: Array
-    """(n,) [N m]"""
+    """(n,) standard deviations [N m]"""
     rate: float
-    """[Hz]"""
+    """of the samples [Hz]"""
     notes: tuple[Message, ...] = ()
     """what was assumed"""
     gain = 0.0
@@ -224,7 +226,7 @@ class JointTorques:
 
     @property
     def levels(self) -> dict[str, Any]:
-        """Of the noise [N m]."""
+        """Standard deviations [N m]."""
         return {"joint_torques": self.noise.tolist()}
 
     def information(self, vector: Array) -> JointInformation:

@@ -16,7 +16,7 @@ from hefting.robots.visuals import Geometry, read_geometries
 from hefting.scene.surface import LinkSurfaces
 
 MOST_SOLIDS = 12
-"""Of one link: where its URDF has more, one hull holds them all."""
+"""Solids of one link at most: where its URDF has more, one hull holds them all."""
 THIN = 1e-3
 """[m] Least thickness of a solid."""
 OBJECT = "the object"
@@ -29,11 +29,11 @@ class Solid:
     name: str
     """``link 'x'`` or `OBJECT`"""
     link: int
-    """index"""
+    """Index of the link that it moves with"""
     vertices: Array
     """(V, 3) [m] in the link's frame"""
     faces: np.ndarray
-    """(F, 3) triangles; none of a single point"""
+    """Triangles (F, 3), indices of `vertices`; none of a single point"""
     center: Array
     """(3,) [m] of a sphere that holds it"""
     radius: float
@@ -46,17 +46,17 @@ class MovingLink:
     name: str
     robot: Robot
     columns: tuple[int, ...]
-    """place of its robot's joints in the positions of the tip's; -1 of one that does
-    not move the tip"""
+    """Place of each of its robot's joints in the joint positions of the tip; -1 of one
+    that does not move the tip"""
     group: int
-    """of links that do not move against each other while the tip moves"""
+    """Links of one group do not move against each other while the tip moves"""
     neighbour: int | None
     """group that bears this one; None of the root's"""
 
     def pose(self, q: Array) -> tuple[Array, Array]:
         """Position (K, 3) [m] and rotation (K, 3, 3) in the root frame, at positions
-        (K, n) of the tip's joints; the others are at zero, or at the limit next to
-        it."""
+        (K, n) of the tip's joints. Joints that do not move the tip are at zero, or at
+        the limit next to it."""
         own = np.empty((len(q), len(self.columns)))
         for i, column in enumerate(self.columns):
             own[:, i] = self._resting(i) if column < 0 else q[:, column]
@@ -69,8 +69,8 @@ class MovingLink:
 
 
 def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
-    """Links that have a pose at given positions of the tip's joints, those that bear
-    others first."""
+    """The links of a robot that have a pose at given positions of the tip's joints,
+    those that bear others first; at most `MOST_LINKS`."""
     group = {tree.root: 0}
     bearer: dict[int, int | None] = {0: None}
     moved = {tree.root: 0}
@@ -93,7 +93,8 @@ def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
 
 
 def solids_of_links(path: str, links: Sequence[MovingLink]) -> list[Solid]:
-    """Their collision geometry, else what they look like, where it can be read."""
+    """What the links are for collisions: their collision geometry, else what they look
+    like. Links without either, or whose meshes cannot be read, have none."""
     surfaces, every = LinkSurfaces(), read_geometries(path)
     found = []
     for i, link in enumerate(links):
@@ -109,8 +110,8 @@ def solids_of_links(path: str, links: Sequence[MovingLink]) -> list[Solid]:
 
 
 def solid_of(name: str, link: int, points: Array) -> Solid:
-    """Of points (N, 3) [m] in a link's frame; of points in a plane the box around
-    them."""
+    """The convex hull of points (N, 3) [m] in a link's frame; of a single point that,
+    of points in a plane the box around them, `THIN` at least."""
     points, faces = _hull(points)
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = float(np.linalg.norm(points - center, axis=1).max())
@@ -118,7 +119,7 @@ def solid_of(name: str, link: int, points: Array) -> Solid:
 
 
 def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Array]:
-    """Points (N, 3) whose convex hulls hold the geometries."""
+    """Points (N, 3) whose convex hulls hold the geometries that can be read."""
     clouds = []
     for geometry in geometries:
         surface = surfaces.read(geometry)
@@ -130,7 +131,8 @@ def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Arra
 
 
 def _around(geometry: Geometry, vertices: Array) -> Array:
-    """Vertices whose hull holds a geometry: of a round one they are moved outwards."""
+    """The vertices of a geometry; of a round one moved outwards, so that their hull
+    holds it."""
     if geometry.kind not in ("cylinder", "sphere"):
         return vertices
     turn = rotation_matrices(geometry.orientation)
@@ -145,7 +147,7 @@ def _around(geometry: Geometry, vertices: Array) -> Array:
 
 
 def _hull(points: Array) -> tuple[Array, np.ndarray]:
-    """Vertices and triangles of the convex hull of points."""
+    """Vertices and triangles of the convex hull of points, none of a single one."""
     if len(points) == 1:
         return points, np.empty((0, 3), dtype=np.intp)
     try:
@@ -167,7 +169,7 @@ def _hull(points: Array) -> tuple[Array, np.ndarray]:
 
 
 def _box_around(points: Array) -> Array:
-    """Corners (8, 3)."""
+    """Corners (8, 3) of the box around points, along the axes of the link."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, THIN)
     return middle + half * np.array(list(product((-1.0, 1.0), repeat=3)))
@@ -177,15 +179,17 @@ SMALLER = 0.9
 """Share of the hull's volume that the hulls of two parts may have together for a
 surface to be cut in two."""
 DEEPEST = 2
-"""Cuts, so that there are four parts at most. Base and upper arm of a UR5 then touch in
-7 % of random configurations, uncut in 33 %, and their meshes in 5 %."""
+"""How often a part is cut, so that there are four at most. Base and upper
+arm of a UR5 then touch in 7 % of random configurations, uncut in 33 %, and their
+meshes in 5 %."""
 MOST_TRIANGLES = 50_000
-"""Of a surface that is cut; collision meshes have some thousands."""
+"""Triangles of a surface that is cut at most; collision meshes have some thousands."""
 PLACES = (0.2, 0.4, 0.6, 0.8)
 """Where it is cut, as shares of its extent."""
 
 
 def _directions(count: int) -> Array:
+    """Unit vectors (count, 3), evenly over the sphere by the golden angle."""
     i = np.arange(count)
     z = (2.0 * i + 1.0) / count - 1.0
     turn = i * np.pi * (3.0 - np.sqrt(5.0))
@@ -195,14 +199,18 @@ def _directions(count: int) -> Array:
 
 DIRECTIONS = _directions(100)
 """In which the farthest points of a large surface stand for all: volumes are a few
-hundredths too small, and take a fifth of the time."""
+hundredths too small, of the whole as of the parts, and take a fifth of the time."""
 
 
 def convex_parts(
     vertices: Array, faces: Indices, deepest: int = DEEPEST
 ) -> list[Array]:
-    """Points (N, 3) of parts of a surface of vertices (V, 3) and triangles (F, 3), cut
-    where the hulls of both parts are smallest together, while that pays."""
+    """Points (N, 3) of each part of a surface of vertices (V, 3) and triangles (F, 3).
+
+    The surface is cut across the axis, and at the place, where the hulls of both parts
+    are smallest together, while that pays. The hulls cover the surface. One of more
+    than `MOST_TRIANGLES` stays whole.
+    """
     if not deepest or len(faces) > MOST_TRIANGLES:
         return [vertices]
     edges = np.unique(
@@ -224,7 +232,7 @@ def _plane(vertices: Array, axis: int, place: float) -> tuple[int, float]:
 
 
 def _volume_cut(vertices: Array, edges: Indices, axis: int, at: float) -> float:
-    """[m³] of the hulls of both parts together."""
+    """Volume [m³] of the hulls of both parts together."""
     height = vertices[:, axis] - at
     first, second = edges.T
     crossed = height[first] * height[second] < 0.0
@@ -238,6 +246,7 @@ def _volume_cut(vertices: Array, edges: Indices, axis: int, at: float) -> float:
 def _cut(
     vertices: Array, faces: Indices, axis: int, at: float
 ) -> list[tuple[Array, Indices]]:
+    """Both parts of a surface."""
     from trimesh.intersections import slice_faces_plane
 
     normal = np.eye(3)[axis]
@@ -251,7 +260,8 @@ def _cut(
 
 
 def _volume(points: Array) -> float:
-    """[m³] of the hull of points; zero where they are in a plane."""
+    """Volume [m³] of the hull of points, of those that are farthest in `DIRECTIONS`;
+    zero where they are in a plane."""
     if len(points) > len(DIRECTIONS):
         points = points[np.unique((DIRECTIONS @ points.T).argmax(axis=1))]
     try:

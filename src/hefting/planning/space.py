@@ -42,7 +42,7 @@ class HalfSpace:
     """
 
     text: str
-    """as it was written"""
+    """As it was written, for messages."""
     normal: Array
     """(3,) unit vector into it"""
     offset: float
@@ -51,8 +51,11 @@ class HalfSpace:
     @classmethod
     def parse(cls, text: str) -> Self:
         """From an inequality: ``z>=0.05``, ``x<=0.6``, or with the factors of x, y and
-        z, ``0.7,0.7,0>=-0.3``. `InputError` for another text, and for a plane more than
-        `LARGEST` from the origin."""
+        z, ``0.7,0.7,0>=-0.3``, which is 0.7 x + 0.7 y >= -0.3 m.
+
+        Raises `InputError` for another text, factors that are all zero, and a plane
+        more than `LARGEST` metres from the origin.
+        """
         match = re.fullmatch(r"\s*([^<>=]+?)\s*(>=|<=)\s*([^<>=]+?)\s*", text)
         words = [*AXES.get(match[1], match[1]).split(","), match[3]] if match else []
         try:
@@ -73,24 +76,33 @@ class HalfSpace:
         return cls(plain, frozen(sign * factors / size), sign * bound / size)
 
     def clearance(self, points: Array) -> Array:
-        """(...) [m] of points (..., 3) from its boundary, negative outside."""
+        """Signed distance (...) [m] of points (..., 3) from its boundary, negative
+        outside."""
         return np.asarray(points) @ self.normal - self.offset
 
 
 SAMPLES = 200
 """Random configurations in which it is seen what touches always."""
 MOSTLY = 0.95
-"""Share of these; solids that touch in more are drawn too large, and are not checked,
-as by MoveIt's setup assistant."""
+"""Share of random configurations; two solids that touch in more are taken to be drawn
+too large, and are not checked, as by MoveIt's setup assistant."""
 SAME = 1e-9
 """[m] Distances that differ by less are the same."""
 FAR = 0.1
-"""[m] beyond which no clearance is told, as looking takes most of the time."""
+"""[m] No clearance is told beyond: what is farther away need not be looked at, which
+takes most of the time."""
 
 
 @dataclass(frozen=True, eq=False)
 class Space:
-    """Half-spaces and solids of one robot and what it holds."""
+    """Half-spaces and solids of one robot and what it holds.
+
+    Examples
+    --------
+    >>> space = Space.of("robot.urdf", "tool0", keep=["z>=0.02"])  # doctest: +SKIP
+    >>> space.clearance(q).min()  # doctest: +SKIP
+    0.083
+    """
 
     half_spaces: tuple[HalfSpace, ...]
     links: tuple[MovingLink, ...]
@@ -99,7 +111,7 @@ class Space:
     outside: tuple[tuple[int, int], ...]
     """solid and half-space of each pair that is checked"""
     contacts: Contacts | None
-    """None without coal, or where no pair is checked"""
+    """Pairs of solids that are checked; None without coal, or where there are none"""
     messages: tuple[Message, ...] = field(default=())
     """what is not checked"""
 
@@ -112,12 +124,20 @@ class Space:
         corners: ArrayLike | None = None,
         srdf: str | Path | None = None,
     ) -> Self:
-        """Of a robot whose link `tip` holds an object with a box of `corners` (8, 3)
-        [m]; arguments and errors as of `plan`.
+        """The space of a robot.
+
+        Parameters
+        ----------
+        urdf, tip : the robot, and the link whose frame holds the object.
+        keep : half-spaces in the axes of its root link, see `HalfSpace.parse`. Links
+            that no joint moves are not held to them.
+        corners : (8, 3) [m] of the object's box in the tip's frame.
+        srdf : file that says which links not to check against each other.
 
         Solids are the convex hulls of the collision geometry. Links that one joint
         connects are not checked against each other, nor is the object against the link
-        that holds it.
+        that holds it. Raises `InputError` as `read_urdf`, `Robot.from_tree`,
+        `read_geometries`, `HalfSpace.parse` and `read_disabled_pairs` do.
         """
         tree = read_urdf(urdf)
         robot = Robot.from_tree(tree, tip)
@@ -146,13 +166,13 @@ class Space:
         )
 
     def clearance(self, q: Array) -> Array:
-        """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints,
-        `FAR` at most."""
+        """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints:
+        negative where something is hit, `FAR` at most."""
         return self._nearest(q)[0]
 
     def nearest(self, q: Array) -> tuple[float, str]:
-        """The smallest of these, and what it is between, as in ``"link 'elbow' and
-        z>=0.02"``."""
+        """Smallest signed distance [m] at joint positions (n,), or the smallest of
+        (K, n), and what it is between, as in ``"link 'elbow' and z>=0.02"``."""
         distance, outside, pair = self._nearest(np.atleast_2d(q))
         k = int(np.argmin(distance))
         if pair[k] >= 0 and self.contacts is not None:
@@ -166,8 +186,8 @@ class Space:
         return float(distance[k]), names
 
     def _nearest(self, q: Array) -> tuple[Array, Indices, Indices]:
-        """Smallest distance (K,), and the index of what it is between: in `outside` and
-        among the pairs of `contacts`, or -1."""
+        """Smallest distance (K,), and the index of what it is between: in `outside`, or
+        -1, and among the pairs of `contacts`, or -1."""
         position, rotation = _poses(self.links, self.solids, np.asarray(q, float))
         distance, which = np.full(len(position), FAR), np.full(len(position), -1)
         for i, (s, half) in enumerate(self.outside):
@@ -182,7 +202,7 @@ class Space:
 
 
 def _finite(limits: Any) -> Array:
-    """(n, 2); half a turn to each side where there is no limit."""
+    """Ranges (n, 2) of joints: half a turn to each side where there is no limit."""
     ends = [(0.0, 0.0) if own is None else own for own in limits]
     return np.nan_to_num(np.array(ends, dtype=float), posinf=np.pi, neginf=-np.pi)
 
@@ -190,7 +210,7 @@ def _finite(limits: Any) -> Array:
 def _poses(
     links: Sequence[MovingLink], solids: Sequence[Solid], q: Array
 ) -> tuple[Array, Array]:
-    """(K, S, 3) and rotations (K, S, 3, 3) of the solids' links."""
+    """Positions (K, S, 3) and rotations (K, S, 3, 3) of the solids' links."""
     known = {i: links[i].pose(q) for i in {solid.link for solid in solids}}
     if not solids:
         return np.empty((len(q), 0, 3)), np.empty((len(q), 0, 3, 3))
@@ -209,8 +229,8 @@ def _inside(solid: Solid, half: HalfSpace, pose: tuple[Array, Array]) -> Array:
 def _solids(
     tree: Tree, tip: str, links: list[MovingLink], corners: Array | None
 ) -> tuple[list[Solid], list[Message]]:
-    """Of links that move and have none, as nothing that moves with them has, the
-    origins of their frames."""
+    """Solids of the links and the object; of links that move and have none, as nothing
+    that moves with them has, the origins of their frames."""
     solids = solids_of_links(tree.source, links)
     drawn = {links[solid.link].group for solid in solids}
     bare = {
@@ -302,8 +322,8 @@ def _may_meet(
     other: Solid,
     disabled: frozenset[frozenset[str]],
 ) -> bool:
-    """Whether both are solid, on links that move against each other and are no
-    neighbours."""
+    """Whether two solids are checked against each other: both solid, on links that move
+    against each other and are no neighbours."""
     if not (len(one.faces) and len(other.faces)):
         return False
     first, second = links[one.link], links[other.link]

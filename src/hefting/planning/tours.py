@@ -21,22 +21,22 @@ from hefting.planning.problem import GRID, Problem
 from hefting.planning.search import Found, Searcher
 
 COUNTS = (4, 5, 6)
-"""Of poses. Mass, COM and a free bias need three at least."""
+"""Poses that are tried. Mass, COM and a free bias need three at least."""
 STEPS = 600
-"""Of the search for each count."""
+"""Of the search for the poses of each count."""
 FIRST_STEP = 0.5
-"""[rad] Standard deviation by which poses are moved in the first step."""
+"""[rad] by which poses are moved in the first step, one standard deviation."""
 GROWTH, SHRINKAGE = 1.4, 0.92
 """Of that after a better and after a worse try, so that a fifth succeeds."""
 ALONG = 8
-"""Instants of each move."""
+"""Instants of each move that are looked at."""
 SHORTEST_REST = 0.3
 """[s] in each pose: what shakes has settled."""
 PEAKS = 15.0 / 8.0, 10.0 / 3.0**0.5, 60.0
 """Largest speed, acceleration and jerk of a minimum-jerk move of 1 rad in 1 s (Flash &
 Hogan 1985)."""
 SLACK = 1.02
-"""Of a move's time over the least, for what happens between instants."""
+"""Factor of a move's time over the least, for what happens between instants."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -51,8 +51,8 @@ class Tour:
     """[s] in each pose"""
 
     def trajectory(self) -> Trajectory:
-        """A spline of degree five with three equal control points for each knot, which
-        is at rest there."""
+        """The motion: a spline of degree five with three equal control points for each
+        knot, which is at rest there."""
         spans = np.full(2 * len(self.poses) - 1, self.rest)
         spans[1::2] = self.moves
         inner = np.concatenate(([0.0], np.cumsum(spans)))
@@ -68,16 +68,18 @@ def best_tour(
     is_free: Callable[[Array], bool],
     steps: int = STEPS,
 ) -> Tour | None:
-    """From the problem's start, of its duration, with the least uncertainty; None where
-    none was found. `is_free` tells of joint positions (K, n) whether they touch
-    nothing."""
+    """The tour from the problem's start, of its duration, that leaves the least
+    uncertainty by its objective; None where none was found.
+
+    `is_free` tells of joint positions (K, n) whether they touch nothing.
+    """
     found = [_search(problem, rng, is_free, count, steps) for count in COUNTS]
     known = [each for each in found if each is not None]
     return min(known, key=lambda each: each[0])[1] if known else None
 
 
 def minimum_jerk(share: Array) -> tuple[Array, Array, Array]:
-    """Way, speed and acceleration of a move of 1 in 1 s."""
+    """Way, speed and acceleration at shares of the time of a move of 1 in 1 s."""
     u = share
     way = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
     speed = 30.0 * u**2 * (1.0 - u) ** 2
@@ -91,7 +93,8 @@ def _search(
     count: int,
     steps: int,
 ) -> tuple[float, Tour] | None:
-    """Value and tour of the best of a random walk that goes only where it is better."""
+    """The best of a random walk that goes only where it is better: its value and
+    tour."""
     best: tuple[float, Tour] | None = None
     poses = np.repeat(problem.start[None], count, axis=0)
     step = FIRST_STEP
@@ -111,8 +114,8 @@ def _search(
 
 
 def timed(problem: Problem, poses: Array) -> Tour | None:
-    """Through poses (N, n) with moves as quick as the limits allow; None where no time
-    is left to rest."""
+    """The tour through poses (N, n) with moves as quick as the limits allow; None where
+    no time is left to rest."""
     limits = problem.constraints.limits
     way = np.abs(np.diff(poses, axis=0))
     speed, acceleration, jerk = PEAKS
@@ -130,7 +133,7 @@ def timed(problem: Problem, poses: Array) -> Tour | None:
 
 
 def _corner_times(problem: Problem, poses: Array) -> Array:
-    """(N - 1,) [s] at least, for the speed of the corners."""
+    """Least times (N - 1,) [s] of the moves that keep the speed of the corners."""
     q, dq = _along(poses)
     own = problem.constraints
     tip = problem.chain.forward(q, dq, np.zeros_like(q)).motion
@@ -149,6 +152,7 @@ def _along(poses: Array) -> tuple[Array, Array]:
 
 
 def _value(problem: Problem, tour: Tour) -> float:
+    """What the rests leave of the uncertainty."""
     still = np.zeros_like(tour.poses)
     passed = problem.chain.forward(tour.poses, still, still)
     resting = tour.rest * len(tour.poses)
@@ -157,12 +161,12 @@ def _value(problem: Problem, tour: Tour) -> float:
 
 
 USUAL = Accuracy(mass=0.01, center_of_mass=0.002)
-"""Where nothing is asked."""
+"""Whose worst is made least, where nothing is asked."""
 MOST_SLOWED = 4
 
 
 def asked_of_tour(asked: Accuracy | None) -> Accuracy:
-    """`InputError` where an inertia is asked."""
+    """What rests are planned for; `InputError` where that is an inertia."""
     if asked is not None and asked.inertia is not None:
         what = "rests do not tell an inertia"
         raise InputError(what, fix="ask for mass and com alone, or plan a motion")
@@ -170,7 +174,8 @@ def asked_of_tour(asked: Accuracy | None) -> Accuracy:
 
 
 def planned_tour(searcher: Searcher, problem: Problem, start: Array) -> Found:
-    """The best rests from a start (n,); `InputError` where no move keeps the limits."""
+    """The best rests from a place to start from (n,). `InputError` where no move keeps
+    the limits."""
     problem = replace(problem, start=start)
     tour = best_tour(problem, searcher.rng, lambda q: _is_free(searcher, q))
     for _ in range(MOST_SLOWED):

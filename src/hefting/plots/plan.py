@@ -38,7 +38,7 @@ QUANTITIES = {
 }
 """Of each quantity of an `Accuracy`: name, unit, its factor, its colour."""
 HEIGHTS = {"joints": 1.7, "shares": 1.1, "corner": 0.9, "widths": 1.3}
-"""[in]"""
+"""Of the rows [in]."""
 LIMIT = {"linewidth": 0.6, "linestyle": (0, (4, 2))}
 """A limit."""
 LINE_OF_NAMES, BESIDE_NAME, LONGEST_NAME = 62, 6, 24
@@ -72,6 +72,7 @@ def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
 
 
 def _headline(plan: Plan) -> Headline:
+    """What is planned, how sure one is expected to be, and whether that suffices."""
     after = plan.forecast.accuracy[-1]
     numbers = [
         f"{label} ± {_written(factor * value)} {unit}"
@@ -91,6 +92,7 @@ def _written(value: float) -> str:
 
 
 def _draw_joints(axes: "Axes", plan: Plan) -> None:
+    """Positions of the joints, and the limits that are in view."""
     motion = plan.motion
     shown = chosen(len(motion.time))
     time, position = motion.time[shown], motion.position[shown].T
@@ -107,7 +109,7 @@ def _draw_joints(axes: "Axes", plan: Plan) -> None:
 
 
 def _draw_shares(axes: "Axes", plan: Plan) -> None:
-    """Of the joint that is nearest to its limit."""
+    """Speed and acceleration of the joint that is nearest to its limit."""
     motion, limits = plan.motion, plan.limits
     shown = chosen(len(motion.time))
     time = motion.time[shown]
@@ -125,6 +127,7 @@ def _draw_shares(axes: "Axes", plan: Plan) -> None:
 
 
 def _draw_corner(axes: "Axes", plan: Plan) -> None:
+    """Speed of the fastest corner, and its limit."""
     speed, time = corner_speeds(plan), plan.motion.time
     shown = chosen(len(time))
     most = plan.limits.corner_speed
@@ -137,6 +140,7 @@ def _draw_corner(axes: "Axes", plan: Plan) -> None:
 
 
 def _draw_widths(axes: "Axes", plan: Plan) -> None:
+    """Half-widths of the intervals, and what was asked for."""
     forecast = plan.forecast
     for name, (label, unit, factor, colour) in QUANTITIES.items():
         known = [getattr(each, name) for each in forecast.accuracy]
@@ -158,12 +162,13 @@ def _draw_widths(axes: "Axes", plan: Plan) -> None:
 
 
 def _columns(names: tuple[str, ...]) -> int:
-    """Names that fit a line of the legend."""
+    """How many names fit a line of the legend."""
     longest = max(min(len(name), LONGEST_NAME) for name in names)
     return min(max(LINE_OF_NAMES // (longest + BESIDE_NAME), 1), len(names))
 
 
 def _draw_legend(figure: "SubFigure", axes: "Axes") -> None:
+    """Names of the joints, below the picture."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
         handles,

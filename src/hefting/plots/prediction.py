@@ -73,12 +73,14 @@ def plot_prediction(
 
 
 def _rows_of_part(prediction: Prediction) -> list[Any]:
+    """What draws each row of the force, and of the torque."""
     rows = [_whole]
     rows += [] if prediction.agreement is None else [_difference]
     return rows + ([] if prediction.std is None else [_half_width])
 
 
 def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
+    """Verdict, its gravest reason, and the peaks."""
     verdict = prediction.verdict
     units = [unit for _, unit, _ in PARTS]
     peaks = tuple(
@@ -94,8 +96,8 @@ def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
 def _whole(
     axes: "Axes", prediction: Prediction, shown: Indices, first: int, unit: str
 ) -> None:
-    """Force or torque with its band, over what was measured; and with the constant that
-    is most of a difference."""
+    """The predicted force or torque with its band, over what was measured; with the
+    constant that is most of a difference as well."""
     a = prediction.agreement
     time, wrench = prediction.time[shown] + prediction.static, prediction.wrench[shown]
     band = None if prediction.std is None else Z95 * _finite(prediction.std[shown])
@@ -121,10 +123,12 @@ def _whole(
 
 
 def _has_constant(prediction: Prediction) -> bool:
+    """Whether a constant is most of the difference, as a warning then says."""
     return "constant-difference" in codes(prediction.warnings)
 
 
 def _dashed(prediction: Prediction) -> dict[str, Any]:
+    """A dashed line, or small crosses for static poses."""
     return (
         {"marker": "x", "markersize": 2.5, "markeredgewidth": 0.5, "linestyle": "none"}
         if prediction.static
@@ -166,6 +170,7 @@ def _difference(
 
 
 def _finite(values: Array) -> Array:
+    """NaN, which is not drawn, for infinity."""
     return np.where(np.isfinite(values), values, np.nan)
 
 

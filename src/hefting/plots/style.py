@@ -31,7 +31,7 @@ WIDTH = 3.5
 TALLEST = 6.5
 """Greatest height of a picture [in]."""
 DRAWN = 1500
-"""Samples drawn of a long recording, at most."""
+"""Most samples drawn of a long recording, evenly chosen."""
 MEASURED: dict[str, Any] = {"linewidth": 1.8, "alpha": 0.35}
 """A measured line, wide and pale, below the computed one."""
 FORMATS: dict[str, dict[str, None]] = {
@@ -66,11 +66,11 @@ NO_LAYOUT: dict[Any, Any] = {
     "figure.constrained_layout.use": False,
 }
 LINE = 0.15
-"""Of the headline, or of a legend [in]."""
+"""Height of a line of the headline, or of a legend [in]."""
 COLUMN = 62
 """Characters in the width of a column, about."""
 MOST_LINES = 3
-"""Of the reason."""
+"""Lines of the reason that are shown."""
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
@@ -141,8 +141,8 @@ def settled(figure: "Figure") -> "Figure":
 def lines_of(
     headline: Headline, width: float = WIDTH, say: Callable[[str], str] = str
 ) -> list[str]:
-    """Lines of a headline over a picture of a width [in]; `say` is as for
-    `plot_object`."""
+    """Lines of a headline over a picture of a width [in]; `say` turns the library's way
+    of naming its arguments into the reader's."""
     columns = int(COLUMN * width / WIDTH)
     reason = wrap(say(headline.reason), columns)
     if len(reason) > MOST_LINES:
@@ -155,7 +155,8 @@ def lines_of(
 
 
 def _wrapped(text: str, columns: int) -> list[str]:
-    """Lines that keep a name, its number and its interval together."""
+    """Lines of at most so many characters that keep a name, its number and its interval
+    together."""
     kept = re.sub(r"(\w+) (\S+) ± (\S+)", "\\1\xa0\\2\xa0±\xa0\\3", text)
     return [line.replace("\xa0", " ") for line in wrap(kept, columns)]
 
@@ -201,7 +202,7 @@ def write_headline(figure: "Figure", lines: list[str], usable: bool) -> "SubFigu
 
 
 def subfigures_of(figure: "FigureBase", count: int) -> "list[SubFigure]":
-    """Parts of a figure from left to right."""
+    """A figure divided from left to right into so many parts."""
     return list(np.atleast_1d(np.asarray(figure.subfigures(1, count))))
 
 

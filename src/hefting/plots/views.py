@@ -31,15 +31,15 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 """How each body is drawn, by its name."""
 OTHER: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 1)), "marker": "x"}
-"""Of another name; over an estimate it makes a star of its mark."""
+"""How one of another name is drawn; over an estimate it makes a star of its mark."""
 MARK = 0.06
-"""Of a COM [in]."""
+"""Size of the mark of a COM [in]."""
 DOWN = 0.8
-"""Length of gravity's directions over that of the axes."""
+"""Length of gravity's directions over that of the sensor's axes."""
 NARROWEST = 0.35
 """Least side of a view over the longest."""
 SIDES, ROOM = 0.75, 0.95
-"""Width and height [in] of axes' labels."""
+"""Width and height [in] that axes and their labels take."""
 SHADES = 0.78, 0.93
 """Grey of a surface seen from the side, and from the front."""
 MOST_VECTORS = 3_000
@@ -63,7 +63,7 @@ def size_of(scene: Scene) -> tuple[Array, Array, float]:
 
 
 def _axis_length(scene: Scene) -> float:
-    """Of the sensor's axes [mm]."""
+    """Length at which the sensor's axes are drawn [mm]."""
     return 150.0 * float(np.ptp(scene.corners, axis=0).max()) or 10.0
 
 
@@ -76,7 +76,7 @@ def height_of(scene: Scene) -> float:
 
 def draw_scene(figure: "SubFigure", scene: Scene) -> None:
     """Three views of a scene and their legend, on an empty figure of the width of a
-    column and the height of `height_of`."""
+    column and the height that `height_of` says."""
     low, high, scale = size_of(scene)
     x, y, z = high - low
     layout = figure.add_gridspec(2, 2, width_ratios=(x, z), height_ratios=(y, z))
@@ -102,6 +102,7 @@ def draw_scene(figure: "SubFigure", scene: Scene) -> None:
 
 
 def _legend_lines(scene: Scene) -> int:
+    """Lines that the legend has."""
     parts: list[Any] = [scene, scene.surface, scene.points, scene.gravity]
     for body in scene.bodies:
         parts += [body, body.region, body.ellipsoid or body.missing or None]
@@ -116,8 +117,8 @@ def _nothing() -> Any:
 
 
 def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
-    """All that a scene holds, projected on axes `i` and `j`; a COM's `mark` is in
-    mm."""
+    """All that a scene holds, projected on axes `i` and `j`; `mark` is the size of a
+    COM's mark [mm]."""
     if scene.surface is not None:
         _draw_surface(axes, scene.surface, i, j)
     if scene.points is not None:
@@ -173,7 +174,7 @@ def _draw_surface(axes: "Axes", surface: Surface, i: int, j: int) -> None:
 
 
 def _draw_points(axes: "Axes", points: PointSet, i: int, j: int) -> None:
-    """Points of a cloud, or circles of the area of their masses."""
+    """Points of a cloud, all alike; or circles of the area of their masses."""
     places = 1e3 * points.positions[:, [i, j]].T
     if points.masses is None:
         axes.scatter(
@@ -199,6 +200,7 @@ def _draw_points(axes: "Axes", points: PointSet, i: int, j: int) -> None:
 
 
 def _draw_gravity(axes: "Axes", directions: Array, length: float) -> None:
+    """Directions of gravity, as lines from the sensor."""
     ends = length * directions
     gaps = np.full(len(ends), np.nan)
     zeros = np.zeros(len(ends))
@@ -218,6 +220,7 @@ def _look(body: Body) -> dict[str, Any]:
 
 
 def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
+    """COM, the region that holds it, and the ellipsoid of equal inertia."""
     look = _look(body)
     _draw_center(axes, body, i, j, look)
     if body.region is not None:
@@ -238,7 +241,8 @@ def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
 def _draw_center(
     axes: "Axes", body: Body, i: int, j: int, look: dict[str, Any]
 ) -> None:
-    """The COM as a mark, or a line along the one axis on which it is open."""
+    """The COM as a mark, or a line along the one axis on which it is open; nothing
+    where it is open on both."""
     center = 1e3 * body.center
     name = f"COM, {body.name}"
     if np.isnan(center).any():
@@ -284,8 +288,8 @@ def _draw_ellipsoid(
 
 
 def _draw_triad(axes: "Axes", i: int, j: int, length: float) -> None:
-    """Sensor origin and its two axes in the view, each letter beside its tip: a COM is
-    often straight ahead."""
+    """Sensor origin and its two axes that lie in the view, each letter beside its tip:
+    a COM is often straight ahead."""
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=2.0, foreground="white")]

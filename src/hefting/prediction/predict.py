@@ -35,9 +35,11 @@ from hefting.prediction.result import Agreement, Peak, Prediction, agreement
 from hefting.prediction.spread import Spread, motion_spread, reading_std, regressor
 
 MOST = 500_000
-"""Eight minutes at 1 kHz. Numbers and their text are held in memory."""
+"""Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text
+are held in memory."""
 ANOTHER_GRAVITY = 0.01
-"""Difference over its size that is worth a word: half a degree."""
+"""Difference between two gravities over their size that is worth a word: half a
+degree."""
 
 
 def predict(
@@ -171,7 +173,8 @@ def _compared(
     accuracy: SensorAccuracy | None,
     motion: Source,
 ) -> tuple[Ingested | None, Agreement | None, tuple[Message, ...]]:
-    """What is found of the recording's wrench, and a warning where that fails."""
+    """What is found of the recording's wrench, if it has one, and a warning where that
+    fails."""
     if not recording.has("wrench") or not recording["wrench"].values.any():
         return None, None, ()
     try:
@@ -189,9 +192,27 @@ def _peak(
     reading: Array,
     part: slice,
 ) -> Peak:
-    """The largest force or torque of a predicted wrench (K, 6); to first order its
-    standard deviation is that of the component along it. `reading` (K, 6) are those of
-    a sensor's reading."""
+    """The largest force or torque of a predicted wrench, and its standard deviation.
+
+    Parameters
+    ----------
+    z : Measurements
+        K samples of the motion.
+    wrench : Array
+        (K, 6) predicted [N, N m].
+    spread : Spread, optional
+        Uncertainty of the parameters; None where it is not known.
+    reading : Array
+        (K, 6) standard deviations of a sensor's reading [N, N m].
+    part : slice
+        Columns of the force or of the torque.
+
+    Returns
+    -------
+    Peak
+        Magnitude, time [s] and, to first order, the standard deviation: that of the
+        component along the predicted direction.
+    """
     magnitude = np.linalg.norm(wrench[:, part], axis=1)
     k = int(np.argmax(magnitude))
     std = None
@@ -254,7 +275,8 @@ def _open(spread: Spread | None, std: Array | None) -> Iterator[Message]:
 
 
 def _numbers(value: Any, count: int, largest: float) -> Array | None:
-    """Of an estimate's file, none larger than `largest`; None for anything else."""
+    """So many numbers of an estimate's file, none larger than `largest`; None for
+    anything else."""
     try:
         values = np.asarray(value, dtype=float)
     except (TypeError, ValueError, OverflowError):

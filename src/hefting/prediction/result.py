@@ -109,7 +109,7 @@ def agreement(
 
 
 def _rms(difference: Array) -> Array:
-    """(2,) an axis of forces and torques (L, 6)."""
+    """Root mean square (2,) an axis of forces and torques (L, 6)."""
     return np.sqrt(np.mean(difference.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
 
 
@@ -299,6 +299,7 @@ class Prediction:
 
 
 def _rows(values: Array | None) -> list | None:
+    """An array as lists, None for what is not finite."""
     if values is None:
         return None
     return values.tolist() if np.isfinite(values).all() else json_ready(values)

@@ -20,9 +20,9 @@ from hefting.motion.weighting import (
 
 
 def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
-    """(K, 6) [N, N m] of the reading of a sensor that bears wrenches (K, 6): by gain,
-    cross-talk and offset, without noise and bias. Zeros where nothing is said of the
-    sensor."""
+    """(K, 6) standard deviations [N, N m] of the reading of a sensor that bears wrenches
+    (K, 6): by gain, cross-talk and offset, without noise and bias. Zeros where nothing
+    is said of the sensor."""
     if accuracy is None:
         return np.zeros_like(wrench)
     variance = np.square(wrench) @ np.square(accuracy.channel_stds).T
@@ -38,8 +38,8 @@ makes of a sensor that does not turn; a micronewton metre for 1 kg m²."""
 
 @dataclass(frozen=True, eq=False)
 class Spread:
-    """Covariance of the ten parameters as a root, and which are not determined at
-    all."""
+    """Covariance of the ten parameters as a root, and which of them are not determined
+    at all."""
 
     root: Array
     """(10, 10): root @ root.T is the covariance of the others"""
@@ -48,21 +48,23 @@ class Spread:
 
     @classmethod
     def of(cls, covariance: Array) -> Self:
-        """From a covariance (10, 10), infinite on its diagonal where open; `InputError`
-        for what is none."""
+        """From a covariance (10, 10), infinite on its diagonal where open.
+
+        Raises `InputError` for what is no covariance.
+        """
         own = Covariance.of(covariance)
         return cls(own.root, own.open)
 
     def std(self, rows: Array) -> Array:
-        """(...) of ``rows @ phi``, rows (..., 10); infinite where an open parameter
-        matters."""
+        """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where
+        an open parameter matters."""
         std = np.sqrt(np.square(rows @ self.root).sum(axis=-1))
         return np.where(
             (np.abs(rows) > TOUCHES)[..., self.open].any(axis=-1), np.inf, std
         )
 
     def of_wrench(self, measurements: Measurements) -> Array:
-        """(K, 6) [N, N m] of the wrench that the motion needs."""
+        """Standard deviations (K, 6) [N, N m] of the wrench that the motion needs."""
         std = np.empty((len(measurements), 6))
         for first in range(0, len(std), CHUNK):
             part = slice(first, first + CHUNK)
@@ -71,13 +73,17 @@ class Spread:
 
 
 def regressor(measurements: Measurements) -> Array:
-    """(K, 6, 10) A of the motion alone, with no regard to weights."""
+    """A (K, 6, 10) of each instant; of the motion alone, with no regard to weights."""
     return (motion_features(measurements) @ FULL_MAP).reshape(-1, 6, 10)
 
 
 def motion_spread(vector: Array, motion: Motion | None) -> Array | None:
-    """(2,) What the errors of a smoothed motion add, by its own account: root mean
-    square an axis of force and torque."""
+    """What the errors of a smoothed motion add to the wrench (2,): root mean square an
+    axis of force and torque.
+
+    By the motion's own deviations; None where the log gave the motion, or does not tell
+    them.
+    """
     if motion is None:
         return None
     spread = np.sqrt(

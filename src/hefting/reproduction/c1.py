@@ -34,7 +34,7 @@ VALUES = (10.0, 30.0, 100.0, 300.0, 1000.0, 5000.0, 25000.0)
 """Of c1, among them the paper's 300 (simulation), 5e3 and 25e3 (robot)."""
 COLOURS = (SKY, BLUE, GREEN, BLACK, ORANGE, VERMILION, PURPLE)
 TIMES = (0.25, 0.5, 1.0, 1.5, 2.5, 4.0, 6.5, 10.0, 15.0, 23.0, 35.0)
-"""Of estimates [s]."""
+"""When an estimate is made [s]."""
 SHOWN = (1.5, 10.0)
 """In the table [s]."""
 SEEDS = 8
@@ -135,6 +135,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
+    """How far the paper's choice is from the best."""
     own, parts = VALUES.index(C1), []
     for t, k in zip(SHOWN, places, strict=True):
         for name, label in (

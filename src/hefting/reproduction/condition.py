@@ -24,11 +24,12 @@ PUBLISHED = {
 }
 """By arm and average angular speed [rad/s]."""
 ROBOT = ("xarm7", 1.1, 1.5)
-"""Arm, average angular speed [rad/s] and duration [s] in the paper."""
+"""Arm, average angular speed [rad/s] and duration [s] of the paper's robot
+experiments."""
 SIZES = (0.1, 0.15, 0.2, 0.3)
 """[m] of the body whose units scale the columns: its sides are 0.05, 0.2 and 0.3 m."""
 EXACT, AVERAGED = 0.2, 0.15
-"""[m] of the two readings beside the published figures."""
+"""Sizes [m] of the two readings beside the published figures."""
 TICKS = (10, 20, 50, 100, 200, 400)
 SEEDS = 5
 WINDOW = 150

@@ -29,9 +29,9 @@ DENSITIES = (0.01, 0.02, 0.04, 0.09, 0.2, 0.5)
 COMPARED = (0.04, 0.09)
 """Of which the paper says that the second is no better for the COM."""
 SPEED = 1.5
-"""[rad/s] The fastest of the paper's within ISO 10218-1."""
+"""Average angular speed [rad/s]: the fastest of the paper's within ISO 10218-1."""
 TIMES = (1.5, 35.0)
-"""Of estimates [s]."""
+"""When an estimate is made [s]."""
 SEEDS = 10
 LAMBDA, USUAL = 0.1, 56
 """Of PMD in the paper, for so many points."""
@@ -93,8 +93,8 @@ def run(job: Job) -> Result:
 
 @cache
 def points(density: float) -> Shape:
-    """The grid of a density [points/cm³], in the sensor frame: all eight objects have
-    the same shape."""
+    """The grid of a density [points/cm³], in the sensor frame: the shape of all eight
+    objects is the same."""
     return paper_points(thing("uniform").held, density)
 
 

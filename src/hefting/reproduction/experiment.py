@@ -12,9 +12,10 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Job = dict[str, Any]
-"""JSON-ready, its seed among them: the result depends on nothing else."""
+"""Parameters of one job, JSON-ready, its seed among them: the result depends on nothing
+else."""
 Result = dict[str, Any]
-"""JSON-ready."""
+"""Numbers a job found, JSON-ready."""
 Cell = str | float | int | None
 PLAIN = 1e6
 """Numbers below it are shown without an exponent."""
@@ -37,7 +38,7 @@ class Table:
         return text.getvalue()
 
     def json(self) -> str:
-        """An object a row."""
+        """A list of objects, one a row."""
         return (
             json.dumps(
                 [dict(zip(self.columns, row, strict=True)) for row in self.rows],
@@ -47,7 +48,7 @@ class Table:
         )
 
     def markdown(self) -> str:
-        """A table with numbers of three digits."""
+        """A Markdown table, numbers with three digits."""
         lines = [
             " | ".join(map(str, self.columns)),
             " | ".join("---" for _ in self.columns),
@@ -57,7 +58,8 @@ class Table:
 
 
 def shown(cell: Cell) -> str:
-    """A cell with three significant digits, nothing for what is not known."""
+    """A cell as a person reads it: three significant digits, nothing for what is not
+    known."""
     if cell is None:
         return ""
     if not isinstance(cell, float):
@@ -74,7 +76,8 @@ class Report:
     figures: dict[str, "Figure"] = field(default_factory=dict)
     """By the name of its files."""
     notes: tuple[str, ...] = ()
-    """Where a figure differs from the published one, and why; one sentence each."""
+    """What to know when reading them: where a figure differs from the published one,
+    and why; one sentence each."""
 
 
 @dataclass(frozen=True)

@@ -32,7 +32,7 @@ from hefting.simulation.wield import POSE_NOISE
 OBSERVATIONS = 150
 """Of each window: 1.5 s at 100 Hz."""
 EARLIEST, STEP = 2.0, 1.6
-"""[s] to the first window, and from each to the next."""
+"""When the first window begins, and after how long the next [s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -42,7 +42,7 @@ class Observed:
     time: Array
     """(K,) [s]"""
     position: Array
-    """(K, 3) in world axes [m]"""
+    """(K, 3) of the sensor's origin in world axes [m]"""
     orientation: Array
     """(K, 4) xyzw, sensor in world"""
     wrench: Array
@@ -56,8 +56,8 @@ class Observed:
         seed: tuple[int, ...],
         pose_noise: tuple[float, float] = POSE_NOISE,
     ) -> Self:
-        """With seeded `wrench_noise` (6,) [N, N m] and `pose_noise` [m], [rad] per
-        axis."""
+        """With seeded Gaussian noise: `wrench_noise` (6,) [N, N m], and `pose_noise`
+        [m], [rad] per axis."""
         from scipy.spatial.transform import Rotation
 
         motion, rng = wielding.motion, np.random.default_rng(seed)
@@ -72,11 +72,12 @@ class Observed:
         )
 
     def __getitem__(self, window: slice) -> Self:
+        """The instants of a window."""
         arrays = (self.time, self.position, self.orientation, self.wrench)
         return type(self)(*(values[window] for values in arrays))
 
     def with_motion(self, motion: Motion) -> Measurements:
-        """At those instants at which it is known."""
+        """Measurements at those instants at which the motion is known."""
         kept = np.isin(self.time, motion.time)
         g = in_sensor_axes(motion.orientation, STANDARD_GRAVITY)
         a, wrench = motion.linear_acceleration, self.wrench[kept]
@@ -86,7 +87,7 @@ class Observed:
 
 
 def windows(duration: float) -> list[slice]:
-    """Of a motion of so many seconds."""
+    """All windows of a motion of so many seconds."""
     most = int((duration - EARLIEST) / STEP) + 1
     starts = [round(RATE * (EARLIEST + STEP * i)) for i in range(most)]
     return [
@@ -109,7 +110,7 @@ def causal_filter(observed: Observed) -> PoseFilter:
 
 
 def warm(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
-    """Each window of a motion which the filter has followed."""
+    """Each window of a motion which the filter has followed from the start."""
     _, motion = live.update(
         live.start(), observed.time, observed.position, observed.orientation
     )
@@ -126,7 +127,7 @@ def cold(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
 
 
 def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
-    """Measurements by a filter that begins with them."""
+    """All of what is observed, by a filter that begins with it."""
     begun = replace(live, cold_start=True)
     _, motion = begun.update(
         begun.start(), observed.time, observed.position, observed.orientation
@@ -135,7 +136,8 @@ def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
 
 
 def smoothed(observed: Observed) -> Iterator[Measurements]:
-    """Each window by this project's smoother and sample weights, from its own poses."""
+    """Each window by this project's smoother and sample weights, from its own poses
+    alone."""
     for window in _windows_of(observed):
         part = observed[window]
         motion = fit_poses(part.time, part.position, part.orientation).at(part.time)
@@ -154,7 +156,7 @@ WEAK = 1e-3
 
 
 def weak_geo(shape: Shape, z: Measurements) -> Estimator:
-    """At a weight that leaves the answer to the data, as long as it is a body."""
+    """GEO at a weight that leaves the answer to the data, as long as it is a body."""
     gamma = WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A)
     return GEO(shape, gamma=gamma, intervals=False)
 
@@ -163,7 +165,8 @@ SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "cons
 
 
 def score(subject: Thing, method: Estimator, z: Measurements) -> list[float]:
-    """Errors [%], four digits; and 1 if a body with them can exist."""
+    """Errors [%] of mass, COM, inertia about sensor and COM, four digits; and 1 if a
+    body with them can exist."""
     estimate = method.fit(z)
     errors = subject.errors(estimate)
     return [

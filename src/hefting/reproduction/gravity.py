@@ -25,14 +25,15 @@ HUMAN = {
     "object mass kg": (0.257, 0.110),
     "object radius m": (0.081, 0.068),
 }
-"""Means and medians in daily living (Nadeau et al. 2022, table I)."""
+"""Means and medians of human manipulation in daily living (Nadeau et al. 2022, table
+I)."""
 YCB_OBJECTS = 63
 """Of the 77 of the Yale-CMU-Berkeley set that the paper averages over."""
 DOMINANCE = 5.0
-"""Of gravity, "about", by the paper."""
+"""Factor by which gravity dominates, "about", by the paper."""
 MOTION = ("sensor_speed", "com_speed", "linear_acceleration", "angular_acceleration")
 BALL = 0.4
-"""Moment of inertia over mass and squared radius."""
+"""Moment of inertia of a homogeneous ball over mass and squared radius."""
 G = float(np.linalg.norm(STANDARD_GRAVITY))
 
 

@@ -25,13 +25,13 @@ from hefting.reproduction.setting import (
 )
 
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 35.0)
-"""Of estimates [s]."""
+"""When an estimate is made [s]."""
 SHOWN = 10.0
 """[s] after which the paper compares the methods."""
 LINES = {"OLS": "-", "RTLS": (0, (2, 2)), "GEO": "-", "PMD": "-"}
 """RTLS often lies on OLS."""
 RANGE, SNR_RANGE = (0.1, 1e3), (1.0, 1e4)
-"""Of errors [%] and ratios drawn."""
+"""Of errors [%] and signal-to-noise ratios drawn."""
 
 
 def jobs(quick: bool) -> list[Job]:

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PRINT, STEEL, AIR = "#CFCFCF", "#303030", "#FFFFFF"
-"""ABS weights are blue."""
+"""Colours of the print, steel weights and what is hollow; ABS weights are blue."""
 TITLES = {"half-n-half": "Half-N-Half"}
 
 
@@ -153,6 +153,7 @@ def _depth(part: Part) -> int:
 
 
 def _draw(axes: "Axes", part: Part) -> None:
+    """Seen along z, in millimetres."""
     from matplotlib.patches import Circle, Rectangle
 
     x, y = 1e3 * part.center[0], 1e3 * part.center[1]

@@ -31,9 +31,9 @@ from hefting.simulation import WRENCH_NOISE, Wielding
 from hefting.simulation.wield import POSE_NOISE
 
 ANGULAR = (1.0, 1.5, 2.0)
-"""[rad/s]"""
+"""Average angular speeds [rad/s]."""
 STARTS = 10
-"""Of the motion, each time with other noise."""
+"""How often the motion is started, each time with other noise."""
 SHARPER = 0.1
 """Of the pose noise: in a simulator poses are exact."""
 QUICK = ("tee", "half-n-half")
@@ -138,6 +138,7 @@ def run(job: Job) -> Result:
 def _motions(
     job: Job, exact: Wielding
 ) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
+    """Each kind of motion: windows and their measurements."""
     seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
     observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
     live, places = causal_filter(observed), windows(job["duration"])
@@ -154,8 +155,8 @@ def _motions(
 def _first(
     exact: Wielding, seed: tuple[int, ...], count: int, share: float
 ) -> Iterator[tuple[slice, Measurements]]:
-    """The first observations with a filter that begins with them, `count` times with
-    other noise."""
+    """The motion's first observations, with a filter that begins with them, `count`
+    times with other noise."""
     window, live = slice(0, OBSERVATIONS), None
     for k in range(count):
         noise = share * POSE_NOISE[0], share * POSE_NOISE[1]

@@ -23,7 +23,8 @@ from hefting.simulation.wield import POSE_NOISE
 def notes(
     results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]
 ) -> tuple[str, ...]:
-    """What the tables say; what it may mean is in ``docs/reproduction.md``."""
+    """What the tables say, worked out from them; what it may mean is in
+    ``docs/reproduction.md``."""
     return (
         _against_the_published(scores, speeds),
         _consistency(scores, speeds),
@@ -52,7 +53,7 @@ def _means(scores: Scores, kind: str, method: str, speeds: list[float]) -> Array
 
 
 def _against_the_published(scores: Scores, speeds: list[float]) -> str:
-    """In how many cells PMD is worse than the published row."""
+    """In how many cells PMD is worse than the published row, by kind of motion."""
     cells = [
         (q, s, PUBLISHED["PMD"][q][list(SPEEDS).index(s)])
         for q in range(len(LABELS))
@@ -85,7 +86,7 @@ def _consistency(scores: Scores, speeds: list[float]) -> str:
 
 
 def _motion_errors(results: list[tuple[Job, Result]]) -> str:
-    """Over those with the warm filter."""
+    """How much larger errors of the accelerations are than with the warm filter."""
     rms = {
         kind: np.mean([r["kinds"][kind]["accelerations"] for _, r in results], axis=0)[
             2:
@@ -101,8 +102,8 @@ def _motion_errors(results: list[tuple[Job, Result]]) -> str:
 
 
 def _alike(scores: Scores, speeds: list[float]) -> str:
-    """How many published figures each kind of motion comes near, and which none of them
-    does."""
+    """How many published figures each kind of motion comes near, and which error none
+    of them does."""
     rows = differences(scores, speeds).rows
     near = {
         kind: sum(kind in str(row[-1]).split("; ") for row in rows) for kind in COMPARED
@@ -120,7 +121,8 @@ def _alike(scores: Scores, speeds: list[float]) -> str:
 
 
 def _single_windows(scores: Scores, speeds: list[float]) -> str:
-    """Which method's mean is ruled most by single windows, at the lowest speed."""
+    """Of which method single windows rule the mean of the inertia's error most, at the
+    lowest speed."""
     errors = {
         key: values[:, 2] for key, values in scores.items() if key[2] == speeds[0]
     }
@@ -156,7 +158,7 @@ def _ordering(scores: Scores, speeds: list[float]) -> str:
 
 
 def _evenness(results: list[tuple[Job, Result]]) -> str:
-    """How near the objects are to GEO's prior."""
+    """How near the objects are to homogeneous ones, which GEO's prior is."""
     even = {job["object"]: result["homogeneous"] for job, result in results}
     worst = max(even, key=lambda name: even[name])
     return (
@@ -166,7 +168,8 @@ def _evenness(results: list[tuple[Job, Result]]) -> str:
 
 
 def _least(scores: Scores, speeds: list[float]) -> str:
-    """The method of least inertia error by kind of motion."""
+    """The method of least inertia error, in the mean over the speeds, by kind of
+    motion."""
     methods = list(dict.fromkeys(method for _, method, _ in scores))
     means = {
         (kind, m): _means(scores, kind, m, speeds) for kind in KINDS for m in methods

@@ -35,21 +35,21 @@ PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "GEO": ((1.45, 2.65, 4.09), (33.0, 33.1, 32.6), (MOSTLY_WRONG, 252.0, 109.0)),
     "PMD": ((1.34, 2.15, 1.91), (9.83, 15.5, 16.4), (44.1, 43.5, 43.6)),
 }
-"""[%] of mass, COM and inertia at 1.0, 1.5 and 2.0 rad/s; 500 where the paper says ">
-500"."""
+"""Errors [%] of mass, COM and inertia at 1.0, 1.5 and 2.0 rad/s; 500 where the paper
+says "> 500"."""
 LABELS = tuple(QUANTITIES.values())
 FIRST, SHARP = "cold, first 1.5 s", "cold, first 1.5 s, sharper poses"
 KINDS = ("warm", "cold", "smoother", FIRST, SHARP)
-"""Windows anywhere in a motion by the paper's filter and this project's smoother, and
-its first 1.5 s."""
+"""Of motion: windows anywhere in it by the paper's filter and this project's smoother,
+and its first 1.5 s."""
 COMPARED = ("warm", "cold", FIRST, SHARP)
-"""Those by the paper's filter."""
+"""With the published figures: those by the paper's filter."""
 ALIKE = 2.0
 """Factor up to which our figure counts as the published one."""
 GEOS = ("GEO, weak", "GEO, literature", "GEO, noise found")
 MAIN = ("OLS", "RTLS", *GEOS, "PMD")
 TOPS = (20.0, 500.0, 5e3)
-"""Of the panels [%]: what is above is drawn there."""
+"""Of the figure's panels [%]: what is above is drawn there."""
 DRAWN = {"published": (BLACK, "x"), "warm": (BLUE, "o"), "cold": (ORANGE, "^")}
 DRAWN |= {FIRST: (VERMILION, "s"), SHARP: (PURPLE, "v"), "smoother": (GREEN, "d")}
 
@@ -96,7 +96,7 @@ def tables(
 
 
 def pooled(results: list[tuple[Job, Result]]) -> Scores:
-    """Of all objects together."""
+    """All windows of all objects together."""
     found: dict[tuple[str, str, float], list] = {}
     for job, result in results:
         for kind, part in result["kinds"].items():
@@ -141,7 +141,7 @@ def consistent(scores: Scores, kind: str, method: str, speeds: list[float]) -> f
 
 
 def error(scores: Scores, kind: str, method: str, speed: float, quantity: int) -> float:
-    """Mean [%] over windows; `quantity` counts in `LABELS`."""
+    """Mean error [%] over windows; `quantity` counts in `LABELS`."""
     return float(scores[kind, method, speed][:, quantity].mean())
 
 
@@ -193,6 +193,7 @@ def _is_alike(ratio: float, theirs: float) -> bool:
 
 
 def _motion(results: list[tuple[Job, Result]], speeds: list[float]) -> Table:
+    """Errors of the accelerations, the cause of all."""
     rows = []
     for kind, s in product(KINDS, speeds):
         parts = [result["kinds"][kind] for job, result in results if job["speed"] == s]

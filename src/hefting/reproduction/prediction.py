@@ -14,11 +14,11 @@ from hefting.simulation import WRENCH_NOISE, XARM7, random_smooth, wield_in_mujo
 SHOWN = "tee"
 C1 = 5e3
 ENOUGH = 5.0
-"""[s] identified on, for the filter to settle."""
+"""Of the motion identified on, for the filter to settle in [s]."""
 DURATION = 10.0
-"""[s] predicted."""
+"""Of the motion predicted [s]."""
 DRAWN = 4
-"""Every how manieth sample."""
+"""Every how manieth sample is kept for the figure."""
 KINDS = ("warm", "cold")
 
 

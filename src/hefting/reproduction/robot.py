@@ -45,9 +45,9 @@ from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE
 
 SPEED = 1.1
-"""[rad/s]"""
+"""Average angular speed [rad/s]."""
 LONG = 27.0
-"""[s] from which 15 windows are cut."""
+"""Of the motion that the windows are cut from [s]: 15 of them."""
 PUBLISHED = {
     "OLS": (3.18, 24.9, MOSTLY_WRONG),
     "RTLS": (11.7, MOSTLY_WRONG, MOSTLY_WRONG),
@@ -55,7 +55,7 @@ PUBLISHED = {
     "PMD-5K": (4.51, 8.12, 36.75),
     "PMD-25K": (4.45, 4.50, 29.11),
 }
-"""[%] of mass, COM and inertia; 500 where the paper says "> 500"."""
+"""Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
 METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
     "OLS": lambda shape, z: OLS(intervals=False),
     "RTLS": lambda shape, z: RTLS(intervals=False),
@@ -67,13 +67,14 @@ METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
 """GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
 it."""
 TURNED, SHIFTED = np.radians(1.0), 2e-3
-"""[rad], [m] that the shape is from where it is assumed to be."""
+"""How far the shape is assumed to be from where it is [rad], [m]."""
 BIAS = (0.3, 0.015)
-"""What taring leaves [N], [N m]: three times the FT-300's noise."""
+"""What taring leaves of the wrench's bias [N], [N m]: three times the FT-300's
+noise."""
 LATE = 2
-"""Samples of the wrench: 20 ms."""
+"""Samples the wrench comes later than the poses: 20 ms."""
 GAIN = 1.04
-"""Of a sensor whose calibration is 4 % off."""
+"""Of the sensor, where its calibration is 4 % off."""
 CAUSES = {
     "none": "ideal arm and sensor",
     "pose": "shape 1° and 2 mm off",
@@ -131,7 +132,7 @@ def run(job: Job) -> Result:
 def _troubled(
     subject: Thing, z: Measurements, rng: np.random.Generator
 ) -> dict[str, tuple[Shape, Measurements]]:
-    """What each cause leaves one with."""
+    """The shape and the measurements that each cause leaves one with."""
     from scipy.spatial.transform import Rotation
 
     pose = np.eye(4)
@@ -165,7 +166,7 @@ def _direction(rng: np.random.Generator) -> Array:
 
 
 def _moved(shape: Shape, pose: Array) -> Shape:
-    """Only what the methods here use of a shape is moved."""
+    """The shape in another place; only what the methods here use of it is moved."""
     return replace(
         shape,
         positions=shape.positions @ pose[:3, :3].T + pose[:3, 3],

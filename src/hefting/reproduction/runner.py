@@ -46,7 +46,8 @@ FILES = (
     "robot",
     "prediction",
 )
-"""In the order of the page; each ends with its `EXPERIMENT`."""
+"""The file of each experiment, in the order of the page; each ends with its
+`EXPERIMENT`."""
 
 
 EXPERIMENTS: dict[str, Experiment] = {
@@ -59,7 +60,8 @@ EXPERIMENTS: dict[str, Experiment] = {
 
 
 class Bars:
-    """Progress by name; nothing unless `shown` and standard error is a terminal."""
+    """Bars by name, updated by calling; nothing unless `shown` and standard error is a
+    terminal."""
 
     def __init__(self, shown: bool):
         from rich.console import Console
@@ -89,14 +91,15 @@ class Bars:
         self.bars.stop()
 
     def __call__(self, name: str, done: int, total: int) -> None:
-        """Of `name`, so many jobs of so many are done."""
+        """Of the experiment called `name`, so many jobs of so many are done."""
         if name not in self.tasks:
             self.tasks[name] = self.bars.add_task(name, total=total)
         self.bars.update(self.tasks[name], completed=done)
 
 
 Progress = Callable[[str, int, int], None]
-"""An experiment's name, how many of its jobs are done, and how many there are."""
+"""Called with an experiment's name, how many of its jobs are done, and how many there
+are."""
 
 
 def run_experiments(
@@ -107,11 +110,20 @@ def run_experiments(
     scheduler: str | None = None,
     progress: Progress = lambda name, done, total: None,
 ) -> dict[str, list[tuple[Job, Result]]]:
-    """All results, each with its job, in the order of `jobs`; those in ``results``
-    below `folder` are not computed again. Arguments and errors as of
-    `hefting.reproduction.reproduce`; `HeftingError` when the scheduler is lost or its
-    workers have another source, or when all else is done but a job by which its worker
-    dies, and whatever a job raises."""
+    """All results by experiment, each with its job, in the order of the experiment's
+    `jobs`.
+
+    Parameters
+    ----------
+    folder : where results are kept, below ``results``; those found there are not
+        computed again.
+    workers : local processes, by default one a core.
+    scheduler : address of a Dask scheduler to use instead (extra ``batch``).
+
+    Raises `InputError` when `folder` cannot be written or the scheduler cannot be
+    reached, `HeftingError` when it is lost or its workers have another source, or when
+    all else is done but a job by which its worker dies, and whatever a job raises.
+    """
     make_folder(folder / "results")
     wanted = {experiment.name: experiment.jobs(quick) for experiment in experiments}
     found = {
@@ -145,7 +157,7 @@ def run_experiments(
 
 
 def make_folder(path: Path) -> None:
-    """`InputError` when that fails."""
+    """Make a folder and those above it; `InputError` when that fails."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -153,7 +165,7 @@ def make_folder(path: Path) -> None:
 
 
 def do(task: tuple[str, Job]) -> Result:
-    """Do one job, in whichever process."""
+    """Do one job of the experiment of that name, in whichever process."""
     name, job = task
     # the same as when read back from a file
     return json.loads(json.dumps(EXPERIMENTS[name].run(job)))
@@ -207,8 +219,8 @@ nav li { margin: 0.1rem 0; }
 def write_page(
     reports: list[tuple[Experiment, Report]], folder: Path, seconds: float, quick: bool
 ) -> Path:
-    """Every table (CSV, JSON, Markdown) and figure (SVG, PNG) below `folder`, and the
-    page; returns its path."""
+    """Write every table (CSV, JSON, Markdown) and figure (SVG, PNG) below `folder`, and
+    the page; returns its path."""
     for experiment, report in reports:
         place = folder / experiment.name
         make_folder(place)
@@ -227,7 +239,7 @@ def write_page(
 
 
 def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) -> str:
-    """Its pictures are the files that `write_page` writes."""
+    """The HTML page; its pictures are the files `write_page` writes."""
     made = ", ".join(f"{name} {number}" for name, number in versions().items())
     kind = "A reduced run: few seeds, short lists. " if quick else ""
     parts = [
@@ -267,7 +279,7 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
 
 
 def versions() -> dict[str, str]:
-    """Of what the figures depend on, as far as it is installed."""
+    """Versions of what the figures depend on, as far as it is installed."""
     found = {"hefting": hefting.__version__}
     for name in PACKAGES:
         try:
@@ -278,7 +290,7 @@ def versions() -> dict[str, str]:
 
 
 def _jobs(experiment: Experiment, quick: bool) -> str:
-    """How many there are, and the values of their parameters."""
+    """How many jobs there are, and the values of their parameters, seeds among them."""
     jobs = experiment.jobs(quick)
     found: dict[str, list[str]] = {}
     for job in jobs:

@@ -35,19 +35,19 @@ SPEEDS = {1.0: 0.14, 1.5: 0.2, 2.0: 0.27, 3.0: 0.41, 4.0: 0.54}
 """Average angular speeds [rad/s] and the linear ones [m/s] that the paper pairs with
 them."""
 RATE = 100.0
-"""[Hz]"""
+"""Samples a second."""
 DURATION = 35.0
 C1 = 300.0
 """Of PMD in the paper's simulations."""
 QUANTITIES = {"mass": "mass", "center_of_mass": "COM", "inertia_at_origin": "inertia"}
-"""Errors that the paper gives, and what tables and figures call them."""
+"""Errors that the paper gives, and what they are called in tables and figures."""
 MOSTLY_WRONG = 500.0
-"""[%] The paper says "> 500" above it."""
+"""Percent: the paper says "> 500" above it."""
 
 
 @dataclass(frozen=True, eq=False)
 class Thing:
-    """A modular object."""
+    """A modular object with the 56 points the paper describes it by."""
 
     held: HeldObject
 
@@ -78,8 +78,8 @@ def wielded(
     duration: float = DURATION,
     rate: float = RATE,
 ) -> Wielding:
-    """On the paper's sinusoids at an average angular speed [rad/s], exact, from
-    MuJoCo."""
+    """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s],
+    exact, from MuJoCo."""
     robot = {"ur5": UR5, "xarm7": XARM7}[arm]
     return wield_in_mujoco(
         robot, sinusoids(duration, rate, speed, robot), thing(name).held.parameters
@@ -92,20 +92,20 @@ METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
     "GEO": lambda thing, z: GEO(thing.shape, intervals=False),
     "PMD": lambda thing, z: PMD(thing.shape, c1=C1, intervals=False),
 }
-"""At the paper's hyperparameters; GEO with its authors' weight and the homogeneous
-body."""
+"""The paper's four, at its hyperparameters; GEO with its authors' weight and the
+homogeneous body."""
 COLOURS = {"OLS": BLUE, "RTLS": ORANGE, "GEO": GREEN, "PMD": VERMILION}
 MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
 
 
 def mean(values: Iterable[float | None]) -> float | None:
-    """Of those that are there; None of none."""
+    """Mean of those that are there; None of none."""
     known = [v for v in values if v is not None and np.isfinite(v)]
     return float(np.mean(known)) if known else None
 
 
 def printed(value: float) -> str | float:
-    """[%] as the paper prints it."""
+    """An error [%] as the paper prints it: "> 500" above that."""
     return "> 500" if value >= MOSTLY_WRONG else value
 
 
@@ -141,11 +141,12 @@ def grouped(
 
 
 LIMIT = float(np.interp(SPEED_LIMIT, list(SPEEDS.values()), list(SPEEDS)))
-"""[rad/s] that the paper's pairs put beside ISO 10218-1's 0.25 m/s."""
+"""Angular speed [rad/s] that the paper's pairs put beside ISO 10218-1's 0.25 m/s."""
 
 
 def mark_limit(axes: "Axes") -> None:
-    """A dotted line, where x is the angular speed [rad/s]."""
+    """ISO 10218-1's largest TCP speed as a dotted line, where x is the angular speed
+    [rad/s]."""
     axes.axvline(
         LIMIT,
         color="#777777",
@@ -157,7 +158,8 @@ def mark_limit(axes: "Axes") -> None:
 
 
 def over_limit(speed: float) -> bool:
-    """Whether the linear speed that the paper pairs with it is above ISO 10218-1's."""
+    """Whether the linear speed the paper pairs with an angular one [rad/s] is above ISO
+    10218-1's."""
     return SPEEDS[speed] > SPEED_LIMIT
 
 
@@ -183,7 +185,7 @@ def group(axes: "Axes", methods: Sequence[str], top: float) -> None:
 
 
 def legend_above(figure: "Figure", axes: "Axes", columns: int) -> None:
-    """Of what is in `axes`, above everything."""
+    """A legend of what is in `axes`, above everything."""
     figure.legend(
         *axes.get_legend_handles_labels(),
         loc="outside upper center",

@@ -20,18 +20,18 @@ from hefting.reproduction.setting import (
 from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
 
 DURATION, DWELL, MOVE = 40.0, 0.75, 1.25
-"""[s] of the motion, a rest and a move: 20 poses."""
+"""Of the motion, of a rest and of a move [s]: 20 poses."""
 SEEDS = 10
 BOUND = 0.1
-"""[%] The paper's errors of mass and COM are below it."""
+"""Percent: the paper's errors of mass and COM are below it."""
 MODERATE = NOISE_LEVELS["moderate"]
 SETTINGS = {
     "noise-free": Noise(),
     "moderate": Noise(MODERATE.force, MODERATE.torque),
     "moderate, motion too": MODERATE,
 }
-"""Of the wrench alone, as a robot knows that it rests; and of the accelerations as
-well."""
+"""Noise of the wrench alone, as a robot knows that it rests; and of the accelerations
+as well."""
 
 
 def jobs(quick: bool) -> list[Job]:
@@ -56,7 +56,8 @@ def run(job: Job) -> Result:
 
 @cache
 def rests(name: str, seed: int) -> Measurements:
-    """Samples in which the arm stands still, from MuJoCo."""
+    """All samples of a stop-and-go motion in which the arm stands still, from
+    MuJoCo."""
     joints = stop_and_go(DURATION, RATE, DWELL, MOVE, seed)
     still = ~np.any((joints.velocity != 0.0) | (joints.acceleration != 0.0), axis=1)
     joints = JointMotion(

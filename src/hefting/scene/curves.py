@@ -45,9 +45,17 @@ class WrenchCurves:
 def wrench_curves(
     measurements: Measurements, estimate: Estimate, start: float | None = None
 ) -> WrenchCurves:
-    """The wrench measured and the wrench an estimate explains; `start` is the time [s]
-    that counts as zero, by default that of the first measurement. Static is an estimate
-    without a duration."""
+    """The wrench measured and the wrench an estimate explains.
+
+    Parameters
+    ----------
+    measurements : Measurements
+        That the estimate was made from.
+    estimate : Estimate
+        Static is one without a duration.
+    start : float, optional
+        Time [s] that counts as zero, by default that of the first measurement.
+    """
     static = estimate.duration is None
     predicted = predict_wrench(measurements, estimate.parameters.vector)
     predicted = predicted + _bias_of_each(estimate, len(measurements))
@@ -83,11 +91,17 @@ def gaps_between(time: Array, shown: Indices) -> Indices:
 
 
 def thinned(values: ArrayLike, most: int = MOST) -> Indices:
-    """Indices of at most `most` samples of c curves, values (K,) or (K, c), that have
-    their time in common; what is not finite is passed over.
+    """Indices of at most `most` samples of curves that have their time in common.
 
     Of short curves all. Else the first and the last, and of consecutive parts of equal
     length the lowest and the highest sample of each curve: no peak is lost.
+
+    Parameters
+    ----------
+    values : ArrayLike
+        (K,) or (K, c) of c curves; what is not finite is passed over.
+    most : int
+        At least 2 c + 2.
     """
     columns = np.asarray(values, dtype=float)
     columns = columns.reshape(len(columns), -1)

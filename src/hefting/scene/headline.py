@@ -12,7 +12,7 @@ from hefting.scene.surface import com_half_widths, half_widths
 from hefting.shapes import Shape
 
 MOST_DIGITS = 6
-"""After the point."""
+"""Digits after the point at most."""
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -69,8 +69,8 @@ def power_of_thousand(values: Array) -> tuple[str, float]:
 
 def inertia_doubt(estimate: Estimate) -> float | None:
     """Half the width of the widest 95 % interval of the moments at the COM over the
-    largest moment, infinite where the tensor is open; None where the method has no
-    intervals."""
+    largest moment, infinite where an entry of the tensor is open; None where the method
+    has no intervals."""
     tensor = estimate.parameters.inertia_at_com
     half = half_widths(estimate, "inertia_at_com", tensor)
     if half is None:
@@ -119,8 +119,8 @@ def _each(names: tuple[str, ...] | str, values: Array, halves: Array | None) -> 
 
 
 def place_of(shape: Shape) -> tuple[str, ...]:
-    """Where a shape reaches along the sensor's axes, and where its COM is if its
-    density is uniform."""
+    """Where a shape reaches along the axes of the sensor, and where its COM is if its
+    density is uniform; a line each."""
     low, high = 1e3 * shape.hull.min(axis=0), 1e3 * shape.hull.max(axis=0)
     reach = ", ".join(
         f"{axis} {_mm(a)} to {_mm(b)}"

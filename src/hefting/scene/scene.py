@@ -41,7 +41,7 @@ class PointSet:
     positions: Array
     """(n, 3) [m]"""
     masses: Array | None = None
-    """(n,) [kg]; others have the same ten parameters"""
+    """(n,) [kg]; other masses have the same ten parameters"""
 
 
 @dataclass(frozen=True, eq=False)
@@ -58,7 +58,8 @@ class Body:
     """Of uniform density and equal inertia; None where inertia is not determined, or no
     body has it"""
     inertia_doubt: float | None = None
-    """See `hefting.scene.headline.inertia_doubt`."""
+    """Half the width of the widest 95 % interval of the moments over the largest
+    moment; None where it is not known, infinite where open"""
     missing: str = ""
     """Why there is no ellipsoid, where inertia was asked for"""
 
@@ -71,7 +72,8 @@ class Scene:
     surface: Surface | None = None
     points: PointSet | None = None
     gravity: Array | None = None
-    """(K, 3) unit vectors of gravity in sensor axes; None where no log tells them"""
+    """(K, 3) directions of gravity in sensor axes, unit vectors; None where no log
+    tells them"""
 
     def with_centers_only(self) -> Self:
         """The same scene without what is said of inertia."""
@@ -161,7 +163,7 @@ def _found(name: str, estimate: Estimate) -> Body:
 
 
 def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
-    """The first masses for the points of the shape."""
+    """The first masses that an estimate has for the points of the shape."""
     for estimate in estimates.values():
         if estimate.point_masses is not None:
             if len(estimate.point_masses) != shape.n:
@@ -175,7 +177,7 @@ def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
 
 
 def _directions(gravity: ArrayLike) -> Array | None:
-    """At most `MOST_DIRECTIONS` unit vectors along gravity, evenly chosen."""
+    """Unit vectors along at most `MOST_DIRECTIONS` rows of gravity, evenly chosen."""
     rows = np.asarray(gravity, dtype=float).reshape(-1, 3)
     rows = rows[np.linalg.norm(rows, axis=1) > 0.0]
     if not len(rows):

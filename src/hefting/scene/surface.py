@@ -46,17 +46,20 @@ class Ellipsoid:
 
     @property
     def principal(self) -> tuple[Array, Array]:
-        """Lengths (3,) [m] of half-axes that are perpendicular to one another, the
-        longest first, and the rotation (3, 3) whose columns they lie along, by a
-        singular value decomposition of those given."""
+        """Lengths (3,) [m] of the half-axes that are perpendicular to one another, the
+        longest first, and the rotation (3, 3) whose columns they lie along.
+
+        The half-axes given need not be perpendicular: those that are follow from a
+        singular value decomposition.
+        """
         rotation, lengths, _ = np.linalg.svd(self.half_axes)
         if np.linalg.det(rotation) < 0.0:
             rotation[:, 2] = -rotation[:, 2]
         return lengths, rotation
 
     def triangles(self, rings: int = 16) -> tuple[Array, np.ndarray]:
-        """Vertices (V, 3) [m] and triangles (F, 3) of its surface, on `rings` circles
-        of latitude."""
+        """Its surface: vertices (V, 3) [m] and triangles (F, 3) of their indices, on
+        so many circles of latitude, twice as many points on each."""
         polar = np.pi * (np.arange(rings) + 0.5) / rings
         azimuth = np.pi * np.arange(2 * rings) / rings
         p, a = (grid.ravel() for grid in np.meshgrid(polar, azimuth, indexing="ij"))
@@ -67,7 +70,8 @@ class Ellipsoid:
         return self.center + ball @ self.half_axes.T, _ball_faces(rings)
 
     def shadow(self, i: int, j: int, count: int = 120) -> Array:
-        """Outline (count, 2) [m] of the ellipsoid projected on axes `i` and `j`."""
+        """Outline (count, 2) [m] of the ellipsoid seen along the third axis, projected
+        on axes `i` and `j`."""
         # the shadow of {A u} is {B u}, B the two rows of A: an ellipse of matrix B B'
         rows = self.half_axes[[i, j]]
         values, vectors = np.linalg.eigh(rows @ rows.T)
@@ -78,7 +82,8 @@ class Ellipsoid:
 
 
 def _ball_faces(rings: int) -> np.ndarray:
-    """(F, 3) indices of a grid of points on a ball and of its two poles, the last."""
+    """(F, 3) indices of a grid of points on a ball and of its two poles, which come
+    last."""
     around = 2 * rings
     row, column = np.divmod(np.arange(around * (rings - 1)), around)
     here, beside = around * row + column, around * row + (column + 1) % around
@@ -127,7 +132,8 @@ def com_region(estimate: Estimate) -> Ellipsoid | None:
 
 
 def com_half_widths(estimate: Estimate) -> Array | None:
-    """(3,) [m] of the COM, see `half_widths`."""
+    """(3,) [m] half-widths of the 95 % intervals of the COM, the larger side of each;
+    infinite where it is open, None where the method has no uncertainty."""
     return half_widths(estimate, "center_of_mass", estimate.parameters.center_of_mass)
 
 
@@ -149,7 +155,7 @@ def half_widths(estimate: Estimate, name: str, value: Array | float) -> Array | 
 
 
 def _com_correlation(estimate: Estimate) -> Array:
-    """(3, 3) of the COM's errors; the identity where the covariance does not tell
+    """Correlation (3, 3) of the COM's errors; none where the covariance does not tell
     it."""
     covariance = estimate.covariance
     if covariance is None or not np.isfinite(covariance[:4, :4]).all():
@@ -181,8 +187,8 @@ class Surface:
 
 
 def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:
-    """The surface of a shape with at most about so many triangles; None where there is
-    none."""
+    """The surface of a shape with at most about so many triangles; None for a cloud,
+    and where no shape is known."""
     if shape.faces is None or shape.known == "reach":
         return None
     vertices, faces = coarser(shape.hull, shape.faces, most)
@@ -191,7 +197,7 @@ def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:
 
 def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.ndarray]:
     """The same surface with at most `most` triangles: vertices in one cell of a grid
-    are merged, which is made coarser until that is enough."""
+    are merged, and the grid made coarser until that is enough."""
     size = float(np.ptp(vertices, axis=0).max())
     pitch = size / FINEST
     merged, left = vertices, faces
@@ -204,8 +210,8 @@ def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.nd
 def _merged(
     vertices: Array, faces: np.ndarray, pitch: float
 ) -> tuple[Array, np.ndarray]:
-    """Vertices merged by cells of side `pitch` to their mean; triangles that vanish and
-    those that occur twice are left out."""
+    """Vertices merged by cells of side `pitch`, each at its vertices' mean; triangles
+    that vanish and those that occur twice are left out."""
     i, j, k = ((vertices - vertices.min(axis=0)) / pitch).astype(np.int64).T
     cell = (i * 2 * FINEST + j) * 2 * FINEST + k
     _, index, count = np.unique(cell, return_inverse=True, return_counts=True)
@@ -231,9 +237,11 @@ class LinkSurfaces:
         self._left = MOST_BYTES
 
     def read(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
-        """Vertices (V, 3) [m] in the link's frame and triangles (F, 3) of a geometry;
-        None where its mesh cannot be read, has no extent or is larger than a robot, and
-        where the meshes are too large together."""
+        """Vertices (V, 3) [m] in the link's frame and triangles (F, 3) of a geometry.
+
+        None where its mesh cannot be read, holds no triangle, has no extent, or is
+        larger than a robot, and where the meshes are too large together.
+        """
         try:
             vertices, faces = self._own(geometry)
         except InputError:
@@ -258,8 +266,8 @@ class LinkSurfaces:
 
 
 def simple_solid(geometry: Geometry) -> tuple[Array, np.ndarray]:
-    """Vertices (V, 3) [m] and triangles of a box, cylinder along z, or sphere about its
-    own origin."""
+    """Vertices (V, 3) [m] and triangles of a box, cylinder or sphere about its own
+    origin; a cylinder stands along z."""
     from trimesh import creation
 
     if geometry.kind == "box":

@@ -32,13 +32,13 @@ class Moments:
     volume: Array
     """(n,) [m³]"""
     first: Array
-    """(n, 3) [m⁴]"""
+    """(n, 3) [m⁴] about the origin"""
     second: Array
-    """(n, 3, 3) [m⁵]"""
+    """(n, 3, 3) [m⁵] about the origin"""
 
     def together(self, group: np.ndarray, count: int) -> "Moments":
-        """Sums over the bodies of each of `count` groups; those of a negative `group`
-        (n,) belong to none."""
+        """Sums over the bodies of each of `count` groups; `group` (n,) is negative for
+        those that belong to none."""
         chosen = group >= 0
         index = group[chosen]
 
@@ -65,10 +65,18 @@ class Moments:
 def moments_in_cells(
     triangles: Array, low: Array, size: Array, shape: tuple[int, int, int]
 ) -> Moments:
-    """Moments of a solid in each cell of a grid, in the order of ``numpy.ravel``;
-    negative volumes where the surface is inside out. `triangles` (F, 3, 3) [m] are of a
-    closed surface, oriented outward, inside the grid with the lower corner `low` (3,)
-    and cells of a `size` (3,) [m]."""
+    """Moments of a solid in each cell of a grid.
+
+    Parameters
+    ----------
+    triangles : (F, 3, 3) of a closed surface, oriented outward [m].
+    low : (3,) lower corner of the grid [m], which holds the solid.
+    size : (3,) sides of a cell [m].
+    shape : numbers of cells along the axes.
+
+    Returns those of all cells, in the order of ``numpy.ravel``; negative volumes where
+    the surface is inside out.
+    """
     pieces, index = (triangles - low) / size, np.zeros((len(triangles), 3), np.int64)
     for axis in range(3):
         pieces, index = _cut(pieces, index, axis, shape[axis])
@@ -148,9 +156,12 @@ def _cut(
 def _half_space(
     triangles: Array, axis: int, bound: Array, side: float
 ) -> tuple[Array, np.ndarray]:
-    """What of triangles (n, 3, 3) is above (`side` 1) or below (-1) a `bound` (n,)
-    along an axis each, as triangles of the same orientation, and which triangle each is
-    part of."""
+    """What of triangles (n, 3, 3) is on one side of a plane each, as triangles, and
+    which triangle each is part of.
+
+    `bound` (n,) is the coordinate along `axis`; `side` is 1 for what is above it, -1
+    for what is below. Orientations are kept.
+    """
     depth = side * (triangles[:, :, axis] - bound[:, None])
     inside = depth > 0.0
     number = inside.sum(axis=1)

@@ -34,7 +34,8 @@ DEFAULT_POINTS = 56
 
 
 def arrays_of(source: Any) -> tuple[Array, np.ndarray] | None:
-    """Vertices and faces of a mesh as trimesh or Open3D have it, else None."""
+    """Vertices and faces of an object that has both (a trimesh or Open3D-like mesh),
+    else None."""
     vertices, faces = getattr(source, "vertices", None), getattr(source, "faces", None)
     if vertices is None or faces is None:
         return None
@@ -54,14 +55,14 @@ def unit_scale(unit: str | None) -> float:
 
 
 def positive(value: float, name: str) -> float:
-    """`value` if it is a positive number."""
+    """`value` if it is a positive number, else `InputError`."""
     if not (np.isfinite(value) and value > 0):
         raise InputError(f"{name} must be positive, not {value}")
     return float(value)
 
 
 def point_count(points: int) -> int:
-    """`points` if it is a sensible number of them."""
+    """`points` if it is a sensible number of points, else `InputError`."""
     if not isinstance(points, int | np.integer) or not 1 <= points <= MAX_POINTS:
         raise InputError(
             f"the number of points must be 1 to {MAX_POINTS}, not {points!r}"
@@ -94,7 +95,7 @@ def point_array(points: Any, where: Any = None) -> Array:
 
 
 def check_positions(positions: Array) -> None:
-    """`InputError` unless point masses are at (n, 3), n > 0."""
+    """`InputError` unless `positions` of point masses are an array (n, 3), n > 0."""
     if positions.ndim != 2 or positions.shape[1] != 3 or len(positions) == 0:
         raise InputError(f"point masses are an array (n, 3), not {positions.shape}")
 
@@ -102,7 +103,8 @@ def check_positions(positions: Array) -> None:
 def checked_numbers(
     values: Any, name: str, shape: tuple[int, ...], count: int
 ) -> Array | None:
-    """`values` of `count` point masses as a finite array of that shape, or None."""
+    """`values` of `count` point masses as a finite array of that shape, else
+    `InputError`; None stays None."""
     if values is None:
         return None
     values = frozen(values)
@@ -116,7 +118,8 @@ def checked_numbers(
 
 
 def shares_of(volumes: Array | None) -> Array | None:
-    """`volumes` of point masses over their sum, or None."""
+    """`volumes` of point masses over their sum, `InputError` for negative ones; None
+    stays None."""
     if volumes is None:
         return None
     if volumes.min() < 0 or volumes.sum() <= 0:
@@ -125,7 +128,8 @@ def shares_of(volumes: Array | None) -> Array | None:
 
 
 def checked_labels(labels: Any, count: int) -> np.ndarray | None:
-    """`labels` of `count` point masses as whole numbers (n,), or None."""
+    """`labels` of `count` point masses as whole numbers (n,), else `InputError`; None
+    stays None."""
     if labels is None:
         return None
     labels = np.array(labels, dtype=np.int64)
@@ -136,7 +140,7 @@ def checked_labels(labels: Any, count: int) -> np.ndarray | None:
 
 
 def check_hull(hull: Array) -> None:
-    """`InputError` unless the hull is a finite array (V, 3)."""
+    """`InputError` unless the `hull` of point masses is a finite array (V, 3)."""
     if hull.ndim != 2 or hull.shape[1:] != (3,) or not np.isfinite(hull).all():
         raise InputError(
             f"the hull of point masses is a finite array (V, 3), not {hull.shape}"
@@ -164,7 +168,7 @@ def suspicions(
 
 
 def check_parts(labels: Array, volumes: Array | None, path: str | Path) -> None:
-    """`InputError` unless labels (n,) are whole numbers and volumes (n,) usable."""
+    """Raise `InputError` unless labels (n,) are integers and volumes (n,) usable."""
     if not (np.abs(labels) < 2**31).all() or (labels != np.round(labels)).any():
         raise InputError("labels of parts are whole numbers", path)
     if volumes is not None and (
@@ -179,7 +183,8 @@ def doubt_of_caps(share: float) -> float:
 
 
 def check_doubt(known: str, shape_std: float) -> None:
-    """`InputError` for what cannot be known of a shape."""
+    """`InputError` for what cannot be known of a shape, or a deviation that is no
+    share."""
     if known not in KNOWN:
         raise InputError(
             f"what is known of a shape is one of {', '.join(KNOWN)}, not {known}"
@@ -198,7 +203,10 @@ def check_one_given(points: int | None, points_per_cm3: float | None) -> None:
 def count_of_points(
     solid: Solid, points: int | None, points_per_cm3: float | None, where: Any
 ) -> int:
-    """Number of points of a solid, as given, by density [1/cm³], or by default."""
+    """Number of points, as given, by density [1/cm³], or by default.
+
+    Raises `InputError` where both are given, and for what is no number of points.
+    """
     check_one_given(points, points_per_cm3)
     if points_per_cm3 is None:
         return point_count(DEFAULT_POINTS if points is None else points)

@@ -41,11 +41,11 @@ def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]
 def voxel_representatives(
     points: Array, target: int, pitch: float | None
 ) -> tuple[np.ndarray, float]:
-    """Indices of one point from every occupied voxel, that nearest to their mean, and
-    the pitch used.
+    """Indices of one point from every occupied voxel, and the pitch used.
 
-    Without a `pitch`, one that leaves about `target` points is searched for; a cloud of
-    no more points than that is kept whole.
+    The point is the one nearest to the mean of those in its voxel. Without a `pitch`,
+    one that leaves about `target` points is searched for; a cloud of no more points
+    than that is kept whole.
     """
     low, sides = points.min(axis=0), np.ptp(points, axis=0)
     longest = float(sides.max())
@@ -70,8 +70,8 @@ def voxel_representatives(
 
 
 def _voxels(points: Array, low: Array, sides: Array, pitch: float) -> np.ndarray:
-    """Number (n,) of the voxel each point is in, of a lattice centred on the bounding
-    box."""
+    """Number (n,) of the voxel each point is in, of a lattice of some `pitch` centred
+    on the bounding box."""
     shift = 0.5 * (np.ceil(sides / pitch) - sides / pitch)
     index = np.minimum(np.floor((points - low) / pitch + shift), 2**20).astype(np.int64)
     return (index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2]
@@ -109,14 +109,16 @@ class Hull:
         return cls(center, axes, normals, offsets)
 
     def depth(self, x: ArrayLike) -> float:
-        """Distance [m] from x (3,) to the nearest face, negative outside; `InputError`
-        unless x is finite.
+        """Distance [m] from x (3,) to the nearest face, negative outside.
 
-        Outside it is that of the plane of the face that is violated most: less than
-        that to the hull beside an edge or a corner. A flat hull has faces on both
-        sides: the depth is 0 on it, and off it minus the larger of the distances from
-        its plane and beyond its outline; likewise for collinear points, and minus the
-        distance for a single point. The frame does not matter.
+        Outside it is that of the plane of the face that is violated most, which is the
+        distance to the hull itself only where the nearest point is inside that face,
+        and less beside an edge or a corner. A flat hull has faces on
+        both sides: the depth is 0 on it, and off it minus the larger of the distances
+            from its plane and beyond its outline; likewise for collinear points, and
+            minus the distance for a single point. The frame does not matter.
+
+        Raises `InputError` unless x is finite.
         """
         target = np.asarray(x, dtype=float)
         if target.shape != (3,) or not np.isfinite(target).all():
@@ -148,8 +150,10 @@ def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
 
 def _planes(points: Array) -> Array | None:
     """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides: n x + b
-    <= 0 inside; None where it has more than `LARGEST_HULL` corners, or rounding leaves
-    a point outside of a plane.
+    <= 0 inside, normals outward.
+
+    None where it has more than `LARGEST_HULL` corners, or rounding leaves a point
+    outside of a plane.
 
     Point after point, those far out first: the faces that see it give way to a cone
     from their outline to it.
@@ -193,7 +197,7 @@ def _planes(points: Array) -> Array | None:
 
 
 def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
-    """Which points (V, 3) are outside of any plane (F, 4)."""
+    """Which points (V, 3) are further outside of any of the planes (F, 4) than that."""
     number = 1 + len(planes) * len(points) // 1_000_000  # bounds the memory
     parts = np.array_split(planes[planes[:, :3].any(axis=1)], number)
     return np.logical_or.reduce(
@@ -205,7 +209,7 @@ def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
 
 
 def _tetrahedron(points: Array) -> np.ndarray:
-    """Four points, far from one another, not in a plane."""
+    """Four of the points (V, 3), far from one another, not in a plane."""
     first = int(np.argmin(points[:, 0]))
     away = points - points[first]
     second = int(np.argmax(np.einsum("vi,vi->v", away, away)))

@@ -35,7 +35,7 @@ MAX_BYTES = 200_000_000
 PlyKind = str | tuple[str, str]
 """Type of a property of a PLY file; of a list those of its length and its items."""
 PlyElement = tuple[str, int, list[tuple[str, PlyKind]]]
-"""Name, number, and properties with their types."""
+"""Element of a PLY file: name, number, properties with their types."""
 PLY_TYPES = {
     **{
         "char": "i1",
@@ -88,8 +88,9 @@ def check_count(count: int, path: str | Path) -> None:
 
 
 def check_scene(scene: Any, size: int) -> None:
-    """`ValueError` for a glTF scene with too many nodes, or arrays longer than the file
-    of `size` bytes, as glTF allows ones made of nothing."""
+    """`ValueError` for a glTF scene whose arrays are longer than the file of `size`
+    bytes that holds them (glTF allows ones made of nothing), or that has too many
+    nodes."""
     made_of_nothing = [a["count"] for a in scene["accessors"] if "bufferView" not in a]
     if sum(accessor["count"] for accessor in scene["accessors"]) > size:
         raise ValueError("arrays longer than the file")
@@ -110,7 +111,7 @@ class PlyVertices:
     """Vertices of a PLY file."""
 
     columns: dict[str, Array]
-    """Vertex properties by name, (n,)."""
+    """Every vertex property by its name, (n,)."""
     has_faces: bool
     """Whether the file also lists faces."""
 
@@ -148,7 +149,7 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
 
 
 def _check_vertices(element: PlyElement) -> None:
-    """ValueError for what is no vertices, or for lists among them."""
+    """ValueError unless an element is vertices with x, y and z, and without lists."""
     name, count, properties = element
     names = {n for n, _ in properties}
     if name != "vertex" or count < 1 or not {"x", "y", "z"} <= names:
@@ -158,6 +159,7 @@ def _check_vertices(element: PlyElement) -> None:
 
 
 def _read_ascii(text: bytes, count: int, names: list[str]) -> dict[str, Array]:
+    """Columns of `count` vertices in lines of text; ValueError for fewer."""
     if count * (2 * len(names) - 1) > len(text):
         raise ValueError("truncated")
     lines = [line for line in text.decode("ascii").splitlines() if line.strip()]
@@ -168,14 +170,17 @@ def _read_ascii(text: bytes, count: int, names: list[str]) -> dict[str, Array]:
 
 
 def _ply_body(data: bytes) -> int:
-    """Where the header has ended; 0 if it does not."""
+    """Where the header of a PLY file has ended; 0 if it does not."""
     end = data.find(b"end_header", 0, 100_000)
     return 0 if end < 0 else data.find(b"\n", end) + 1
 
 
 def read_ply_header(data: bytes) -> tuple[str, list[PlyElement], int]:
-    """Form, elements and length of the header of a PLY file; ValueError, KeyError or
-    IndexError for one that is none."""
+    """Form, elements (name, number, properties with their types) and length of the
+    header of a PLY file.
+
+    Raises ValueError, KeyError or IndexError for one that is none.
+    """
     form, elements, start = "", [], _ply_body(data)
     for line in data[:start].decode("ascii", "replace").splitlines():
         match line.split():

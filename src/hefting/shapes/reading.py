@@ -33,7 +33,8 @@ CLOUD_SUFFIXES = (".xyz", ".csv", ".txt", ".npy", ".ply")
 MAX_FACES = 3_000_000
 """Most triangles of a mesh, after the instances of a scene are laid out."""
 STL_HEADER = 84
-"""Bytes before the triangles of a binary STL file: a comment of 80, their number."""
+"""Bytes of a binary STL file before its triangles: a comment of 80, and their
+number."""
 STL_TRIANGLE = np.dtype(
     [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )
@@ -89,7 +90,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
 
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
-    """Three vertices a face."""
+    """Vertices and faces of a binary STL file, three vertices a face."""
     triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
     _check_faces(len(triangles), path)
     with np.errstate(invalid="ignore"):  # what is not finite is refused later
@@ -98,7 +99,8 @@ def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
 
 
 def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | None:
-    """Of a whole binary PLY file of vertices and triangles; None for any other."""
+    """Vertices and faces of a whole binary PLY file of vertices and triangles; None for
+    any other."""
     try:
         form, ((vertex, count, properties), (face, number, entries)), start = (
             read_ply_header(data)
@@ -126,8 +128,8 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
 def _triangle_record(
     entries: list[tuple[str, PlyKind]], order: str
 ) -> tuple[np.dtype, str]:
-    """Layout of a triangle, and the name of its corners; ValueError for another
-    face."""
+    """Layout of a triangle in a binary PLY file, and the name of its corners;
+    ValueError for a face of another kind."""
     lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
     ((corners, (length, index)),) = lists
     fields: list[tuple] = [
@@ -166,8 +168,8 @@ def _is_binary_stl(data: bytes) -> bool:
 
 
 def _as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8; what is not is Latin-1, which only comments and names differ
-    in."""
+    """Text in UTF-8; what is not is taken as Latin-1, which only comments and names can
+    differ in."""
     try:
         data.decode()
     except UnicodeDecodeError:
@@ -200,7 +202,8 @@ def read_cloud(path: str | Path) -> Array:
 
 
 def _array_of(data: bytes, path: str | Path) -> Array:
-    """The first three columns of a NumPy file; ValueError for no numbers."""
+    """The first three columns of a NumPy file; ValueError for one that holds no
+    numbers."""
     if not data.startswith(b"\x93NUMPY"):
         raise ValueError("not an array")
     with np.errstate(over="ignore"):  # the size that a header says
@@ -215,13 +218,14 @@ def _array_of(data: bytes, path: str | Path) -> Array:
 
 
 def _text_of(data: bytes, path: str | Path) -> Array:
+    """Numbers of a text table in UTF-8 of bearable size."""
     check_text(data, path)
     return _text_table(data.decode("utf-8-sig"), path)
 
 
 def _text_table(text: str, path: str | Path) -> Array:
     """Numbers of a text table; a header naming x, y and z picks the columns.
-    `ValueError` for too long a row."""
+    `InputError` for too many rows, `ValueError` for too long a row."""
     lines = [line for line in text.splitlines() if line.strip()]
     lines = [line for line in lines if not line.lstrip().startswith("#")]
     check_count(len(lines), path)

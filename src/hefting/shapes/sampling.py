@@ -33,12 +33,12 @@ MAX_POINTS = 1_000_000
 MAX_CELLS = 20_000_000
 """Most grid cells looked at for one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000
-"""Grid cells tested in search of the best grid; more points leave fewer to choose
+"""Grid cells tested in search of the best grid; more points leave fewer grids to choose
 from."""
 GOOD = 0.01
-"""Score below which no better grid is looked for."""
+"""Mismatch (see `_score`) below which no better grid is looked for."""
 FEWEST, MOST = 0.9, 1.3
-"""Points a grid may have over the wanted number, where there is such a grid."""
+"""Points a grid may have, relative to the wanted number, where there is such a grid."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
 """Where the first grid point lies in the first cell; 0.5 centres the grid in the
 bounding box."""
@@ -69,7 +69,7 @@ class Samples:
     """(n,) share of the solid's volume that each point stands for, summing to one."""
     cell_second_moment: Array
     """(3, 3) or (n, 3, 3) [m²] second moment per unit mass of the cell of one point
-    about it, of all alike or of each."""
+    about it, of all alike or of each, same axes."""
     missed: bool = False
     """Whether the grid may miss parts of the solid that could not be looked for."""
 
@@ -135,8 +135,8 @@ def grid_points(solid: Solid, target: int) -> Samples:
 
 
 def _mismatch(box: WorkingBox, points: Array, shares: Array, cell: Array) -> float:
-    """Difference of centroid and second moment between points and the solid, in radii
-    of gyration and in squares of them."""
+    """Difference of centroid and second moment between points of these shares and the
+    solid, in radii of gyration and in squares of them."""
     offset = points - box.centroid
     mean = shares @ offset
     second = (offset * shares[:, None]).T @ offset + cell
@@ -148,8 +148,8 @@ def _mismatch(box: WorkingBox, points: Array, shares: Array, cell: Array) -> flo
 
 
 def _cells_alone(box: WorkingBox, target: int) -> Samples:
-    """About `target` points in a solid so thin that no grid has a point inside: shares
-    of the cells of a grid."""
+    """About `target` points in a solid so thin that no grid has a point inside: its
+    shares of the cells of a grid."""
     cell, pieces = float(np.prod(box.sides)) / target, None
     for _ in range(FINER_GRIDS):
         cells = _centred(box, cell, 1)[0][0]
@@ -168,6 +168,7 @@ def _cells_alone(box: WorkingBox, target: int) -> Samples:
 
 
 def _samples_of(box: WorkingBox, pieces: Moments) -> Samples:
+    """A point for each piece of a solid."""
     volume = pieces.volume
     return Samples(
         pieces.centroids @ box.axes.T,
@@ -177,7 +178,8 @@ def _samples_of(box: WorkingBox, pieces: Moments) -> Samples:
 
 
 def random_points(solid: Solid, count: int, seed: int) -> Samples:
-    """`count` independent, uniformly distributed points inside a solid."""
+    """`count` independent, uniformly distributed points inside a solid; the same for
+    the same `seed`."""
     box, rng = working_box(solid), np.random.default_rng(seed)
     share = min(1.0, solid.volume / float(np.prod(box.sides)))
     batch = int(np.clip(1.2 * count / share + 16, 64, 1_000_000))
@@ -199,9 +201,12 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
 
 def _volumes(box: WorkingBox, points: Array, cell: Array) -> Array:
     """Shares of volume near to equal ones that give the points the solid's centroid and
-    second moment: least squares, damped where the points cannot reach them (a single
-    layer, say) and shortened so that no share falls below a quarter of its equal
-    part."""
+    second moment.
+
+    Least squares in the nine moments, damped where the points cannot reach them (a
+    single layer, say) and shortened so that no share falls below a quarter of its equal
+    part.
+    """
     w = (points - box.centroid) @ box.whitening.T
     i, j = np.triu_indices(3)
     moments = np.column_stack(
@@ -271,6 +276,7 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
 
 
 def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
+    """The same of grids with their lines."""
     rays, start, step, count, inside = _inside(box, batch)
     found = np.flatnonzero(inside)
     end = np.cumsum(count)
@@ -289,8 +295,8 @@ def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
 def _inside(
     box: WorkingBox, batch: list
 ) -> tuple[Array, Array, Array, np.ndarray, np.ndarray]:
-    """Rays (R, 2) of all grids, start, step and number of their cells; which are
-    inside."""
+    """Rays (R, 2) of all grids with their lines, start, step and number of their cells;
+    which cells are inside."""
     number = [len(x) * len(y) for _, (x, y, _) in batch]
     rays, position = np.empty((sum(number), 2)), 0
     for (_, (x, y, _)), length in zip(batch, number, strict=True):
@@ -307,7 +313,7 @@ def _inside(
 
 
 def _points(box: WorkingBox, grid: tuple) -> tuple[Array, Lattice]:
-    """Points of a grid in the solid, in the working frame, and its cells."""
+    """The points of a grid inside the solid, in the working frame, and its cells."""
     cells, phases = grid
     sides = zip(*grid, box.low, box.sides, strict=True)
     lines = [_centres(*side) for side in sides]
@@ -327,13 +333,13 @@ def _centres(cells: int, phase: float, low: float, side: float) -> Array:
 
 
 def _scores(w: Array, number: np.ndarray, target: int) -> list[float]:
-    """Mismatch of grids, the whitened points of each `number` of them after one
-    another: of centroid and second moment of equal point masses against the solid (0.1
-    is a tenth of its standard deviation or variance along some axis), plus the relative
-    error in count.
+    """Mismatch of grids: of centroid and second moment of equal point masses against
+    the solid's own (whitened: 0.1 is a tenth of the solid's standard deviation or
+    variance along some axis), plus the relative error in count.
 
-    Mere points, as PMD uses them: with the cells' own inertia counted, its median COM
-    error on twelve tools was 0.99 % in place of 0.77 %.
+    `w` are the whitened points of one grid after the other, `number` of them each. Mere
+    points, as PMD uses them: with the cells' own inertia counted, its median COM error
+    on twelve tools was 0.99 % in place of 0.77 %.
     """
     grid = np.repeat(np.arange(len(number)), number)
     i, j = np.triu_indices(3)

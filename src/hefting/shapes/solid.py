@@ -31,34 +31,41 @@ class Solid:
     """
 
     vertices: Array
-    """(V, 3) [m] in the axes of the shape's file"""
+    """Vertices (V, 3) [m] in the axes of the shape's file."""
     faces: np.ndarray
-    """(F, 3), counter-clockwise seen from outside; the last ones are the caps"""
+    """Vertex indices (F, 3), counter-clockwise seen from outside; the last ones are the
+    caps."""
     volume: float
-    """[m³]"""
+    """Volume [m³], by the divergence theorem."""
     centroid: Array
-    """(3,) [m]"""
+    """Centre of volume (3,) [m]."""
     second_moment: Array
-    """(3, 3) [m²] of volume about the centroid, over the volume"""
+    """Second moment of volume (3, 3) [m²] about the centroid, divided by the volume."""
     cap_fraction: float
-    """Share of the surface's area that was added to close holes"""
+    """Share of the surface's area that was added to close holes; 0 for a watertight
+    mesh."""
 
     @property
     def lower(self) -> Array:
-        """Lower corner (3,) [m] of the bounding box."""
+        """Lower corner (3,) [m] of the bounding box along the axes of the file."""
         return self.vertices.min(axis=0)
 
     @property
     def extents(self) -> Array:
-        """Sides (3,) [m] of the bounding box."""
+        """Sides (3,) [m] of the bounding box along the axes of the file."""
         return np.ptp(self.vertices, axis=0)
 
 
 def solid_from_mesh(
     vertices: ArrayLike, faces: ArrayLike, where: object = None
 ) -> Solid:
-    """Solid bounded by a mesh of vertices (V, 3) [m] and faces (F, 3), in either
-    orientation, closed where it has holes; `where` names it in messages.
+    """Solid bounded by a triangle mesh, closed where it has holes.
+
+    Parameters
+    ----------
+    vertices : (V, 3) in metres.
+    faces : (F, 3) vertex indices, in either orientation.
+    where : name of the shape for error messages.
 
     Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its
     shape; faces of mixed orientation are turned alike first. Raises `InputError` for an
@@ -114,8 +121,8 @@ def solid_from_mesh(
 
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """The used vertices, near-duplicates merged, and faces with three distinct
-    corners."""
+    """The used vertices with near-duplicates merged, and the faces that keep three
+    distinct corners."""
     used, _, index = _unique(f.ravel())
     v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
@@ -139,8 +146,12 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The different keys (N,) in order, where each is first, and which of them each is:
-    `numpy.unique`, whose import of `numpy.ma` takes as long as reading a small mesh."""
+    """The different keys (N,) in order, where each is first, and which of them each key
+    is.
+
+    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a
+    small mesh.
+    """
     order = np.argsort(keys, kind="stable")
     new = np.r_[True, keys[order[1:]] != keys[order[:-1]]]
     first = order[new]
@@ -168,8 +179,8 @@ def _groups(rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
-    """Keys of the 3 F undirected edges, and their directions, +1 to the higher
-    vertex."""
+    """Keys of the 3 F undirected edges, and their directions (+1 from the lower to the
+    higher vertex)."""
     start, end = f.ravel(), np.roll(f, -1, axis=1).ravel()
     return np.minimum(start, end) * count + np.maximum(start, end), np.where(
         start < end, 1, -1
@@ -179,9 +190,9 @@ def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 def _orient(f: np.ndarray, v: Array) -> np.ndarray:
     """Faces turned so that neighbours agree; most of the area keeps its orientation.
 
-    Two copies of every face, one in each orientation, fall into separate components
-    wherever the surface is orientable; each component takes the copy nearer to the mesh
-    as it came.
+    Two copies of every face, one in each orientation, fall into two separate components
+    wherever the surface is orientable; each component of the surface takes the copy
+    nearer to the mesh as it came.
     """
     keys, direction = _edges(f, len(v))
     order = np.argsort(keys, kind="stable")
@@ -210,7 +221,8 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 
 
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """Vertices and one apex more per hole; triangles from its edges to the apex."""
+    """Vertices and one apex more per hole; triangles that close it, from its edges to
+    the apex."""
     keys, direction = _edges(f, len(v))
     unique, _, index = _unique(keys)
     net = np.bincount(index, weights=direction).astype(int)
@@ -238,14 +250,24 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Decompose directed edges (E,) from vertices `start` to `end`, of which each has
-    as many incoming as outgoing, into simple closed loops that use each edge once; the
-    vertices of each in order.
+    """Decompose directed edges into simple closed loops that use each edge once.
 
     A walk along unused edges is followed until it reaches one of its own vertices; the
-    closed part is cut off as a loop and the walk goes on from that vertex. Whatever the
-    decomposition, the enclosed volume is the same: along a seam whose two sides have
-    separate vertices, the caps of a loop and of its reverse cancel.
+    closed part is then cut off as a loop and the walk goes on from that vertex. The
+    decomposition is not unique, but the enclosed volume does not depend on it: along a
+    seam whose two sides have separate vertices, the caps of a loop and of its reverse
+    cancel.
+
+    Parameters
+    ----------
+    start, end : np.ndarray
+        (E,) vertex indices of the edges. Each vertex has as many incoming as outgoing
+        edges.
+
+    Returns
+    -------
+    list of np.ndarray
+        Vertex indices of each loop, in order.
     """
     unused_ends: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):
@@ -268,6 +290,7 @@ def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
 
 
 def _area(triangles: Array) -> float:
+    """Total area of triangles (F, 3, 3)."""
     normal = np.cross(
         triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
     )
@@ -275,9 +298,13 @@ def _area(triangles: Array) -> float:
 
 
 def _moments(triangles: Array) -> tuple[float, Array, Array]:
-    """Volume, centroid and second moment per volume about it, of a closed surface: each
-    triangle spans a tetrahedron with the mean vertex; that with corners p1..p4 has the
-    second moment V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon 2004)."""
+    """Volume, centroid and second moment per volume about it, of a closed surface: a
+    sum of tetrahedra.
+
+    Each triangle spans a tetrahedron with the mean vertex; the second moment of a
+    tetrahedron with corners p1..p4 is V/20 (sum p_i p_i' + s s'), s = sum p_i (Tonon
+    2004).
+    """
     origin = triangles.mean(axis=(0, 1))
     t = triangles - origin
     share = np.einsum("fi,fi->f", t[:, 0], np.cross(t[:, 1], t[:, 2])) / 6

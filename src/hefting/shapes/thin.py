@@ -18,7 +18,7 @@ from hefting.shapes.cells import Moments, moments_in_cells
 SPACING = 0.5
 """Distance of the points at which the surface is looked at, in sides of a cell."""
 MOST_SURFACE_POINTS = 2_000_000
-"""Of finer grids only some of these points are looked at."""
+"""Most points at which the surface is looked at; of finer grids only some of them."""
 MOST_DIVIDED_CELLS = 2_000_000
 REACH = 2
 """Cells by which a part may reach beyond those with a point; tips and edges of tools
@@ -26,13 +26,14 @@ reach one further."""
 NEGLIGIBLE_CELL = 1e-9
 """Share of a cell below which it counts as empty: rounding."""
 NEGLIGIBLE_PART = 1e-5
-"""Of the solid's volume that parts without points may have."""
+"""Share of the solid's volume that parts without points may have."""
 POINTS_OVER_SHARE = 1.0
-"""Points of thin parts, at most, over what their volume would get."""
+"""Largest number of points of thin parts over what their volume would get."""
 POINTS_OF_PART = 3
-"""Points of a thin part that may be more, so that its inertia does not rest on one."""
+"""Number of points of a thin part that may be more than that, so that its inertia does
+not rest on one."""
 PIECE_SIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256)
-"""Sides of a piece that are tried [cells]."""
+"""Sides of a piece that are tried, in cells."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -49,7 +50,7 @@ class Lattice:
 
     @property
     def shape(self) -> tuple[int, int, int]:
-        """Numbers of cells."""
+        """Numbers of cells along the axes."""
         x, y, z = self.occupied.shape
         return x, y, z
 
@@ -73,9 +74,12 @@ def misses_a_part(triangles: Array, lattice: Lattice) -> bool:
 def divided(
     triangles: Array, lattice: Lattice, target: int, count: int | None = None
 ) -> Moments:
-    """The solid as pieces, each for a point: those of the cells with a point, then
-    those that the grid misses, at most `count`, by default as many as suit their volume
-    where `target` points are wanted of the whole."""
+    """The solid as pieces, each for a point: those of the cells with a point, then those
+    that the grid misses.
+
+    `target` is the number of points wanted of the whole solid, `count` the most points
+    of thin parts, by default as many as suit their volume.
+    """
     shares = moments_in_cells(triangles, lattice.low, lattice.size, lattice.shape)
     full = shares.volume > NEGLIGIBLE_CELL * float(np.prod(lattice.size))
     occupied = lattice.occupied.ravel() & full
@@ -98,8 +102,8 @@ def has_missed(pieces: Moments, lattice: Lattice) -> bool:
 
 
 def _pieces(missed: np.ndarray, suitable: float, count: int | None) -> np.ndarray:
-    """Number of the piece of each missed cell, in the order of ``numpy.nonzero``: the
-    finest division that has not too many."""
+    """Number of the piece each missed cell is part of, in the order of
+    ``numpy.nonzero``: the finest division that has not too many."""
     from scipy.ndimage import label
 
     parts, number = label(missed, structure=np.ones((3, 3, 3)))  # pyright: ignore[reportGeneralTypeIssues]
@@ -118,8 +122,8 @@ def _pieces(missed: np.ndarray, suitable: float, count: int | None) -> np.ndarra
 
 
 def _joined(owner: np.ndarray) -> np.ndarray:
-    """Owners of cells (nx, ny, nz), cells without joined to neighbours: across a face
-    first, then an edge, then a corner."""
+    """Owners of cells (nx, ny, nz), with those of neighbours for cells without: across
+    a face first, then an edge, then a corner."""
     found = owner
     padded = np.pad(owner, 1, constant_values=-1)
     steps = [s for s in np.ndindex(3, 3, 3) if s != (1, 1, 1)]
@@ -132,6 +136,7 @@ def _joined(owner: np.ndarray) -> np.ndarray:
 
 
 def _widened(mask: Mask) -> Mask:
+    """The cells of a mask and all cells around them."""
     for axis in range(3):
         moved = np.moveaxis(mask, axis, 0)
         wide = moved.copy()
@@ -142,8 +147,8 @@ def _widened(mask: Mask) -> Mask:
 
 
 def _points_on_large(triangles: Array, spacing: float) -> Array:
-    """Points about `spacing` [m] apart on larger triangles: rows parallel to the
-    longest edge."""
+    """Points on the triangles that are larger than `spacing` [m], about so far apart:
+    rows parallel to the longest edge."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     large = (np.maximum(np.abs(b - a), np.abs(c - a)) > spacing).any(axis=1)
     t = triangles[large]

@@ -15,14 +15,21 @@ PAIRS_AT_ONCE = 500_000
 def winding_numbers(
     triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray
 ) -> np.ndarray:
-    """Winding numbers (sum of `count`,), ray after ray, of points on rays along z
-    through a *closed* surface of triangles (F, 3, 3): +1 inside one oriented outward, 0
-    outside. Ray r, at x and y `rays` (R, 2), has the points z = start + step * (0 ..
-    count - 1), step > 0.
+    """Winding numbers of equally spaced points on rays along z.
 
-    Each is the signed number of triangles above the point. Edges follow a half-open
-    rule evaluated from the same two numbers for both triangles that share them, so a
-    ray through an edge or a corner is counted exactly once and no tolerance is needed.
+    Parameters
+    ----------
+    triangles : (F, 3, 3) corners of a *closed* surface (each edge cancelled by another
+        one).
+    rays : (R, 2) x and y of every ray.
+    start, step, count : (R,) ray r carries the points z = start + step * (0 .. count -
+        1), step > 0.
+
+    Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface
+    oriented outward, 0 outside. Each is the signed number of triangles above the point.
+    Edges follow a half-open rule evaluated from the same two numbers for both triangles
+    that share them, so a ray through an edge or a corner is counted exactly once and no
+    tolerance is needed.
     """
     slot = np.concatenate(([0], np.cumsum(count + 1)))
     tally = np.zeros(slot[-1], dtype=np.int32)
@@ -60,21 +67,27 @@ def winding_numbers(
 
 
 def points_inside(triangles: Array, points: Array) -> np.ndarray:
-    """Which points (n, 3) are inside a closed surface of triangles (F, 3, 3)."""
+    """Booleans (n,): whether each of points (n, 3) is inside the closed surface of
+    triangles (F, 3, 3)."""
     one, (rays, start) = np.ones(len(points)), (points[:, :2], points[:, 2])
     return winding_numbers(triangles, rays, start, one, one.astype(np.int64)) != 0
 
 
 def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
-    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined."""
+    """first[0], first[0]+1, .. (length[0] of them), first[1], .. joined into one
+    array."""
     before = np.concatenate(([0], np.cumsum(length)[:-1]))
     return np.arange(length.sum()) + np.repeat(first - before, length)
 
 
 def _candidates(box_low: Array, box_high: Array, rays: Array):
     """Rays that can meet a triangle, given the triangles' bounding boxes, through bins
-    over the rays: the rays in order of their bins, and for every (triangle, row of
-    bins) the range of that order which its box covers, with the triangle's index."""
+    over the rays.
+
+    Returns the rays in order of their bins, and for every (triangle, row of bins) the
+    range of that order which the triangle's bounding box covers, with the triangle's
+    index.
+    """
     low, high = rays.min(axis=0), rays.max(axis=0)
     size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
     nx, ny = np.ceil(
@@ -107,7 +120,7 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
 
 
 def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):
-    """Of pairs of a ray and a triangle: rays that cross it, the height z there, the
+    """Of the given pairs: rays that do cross their triangle, the height z there, the
     sign (+1 upward).
 
     The line y = const of a ray meets the triangle where one corner is on the other side
@@ -162,7 +175,7 @@ class WorkingBox:
 
     @property
     def outward(self) -> Array:
-        """The triangles, oriented outward here too where the working axes are
+        """The triangles (F, 3, 3), oriented outward here too where the working axes are
         left-handed."""
         right_handed = np.linalg.det(self.axes) > 0.0
         return self.triangles if right_handed else self.triangles[:, ::-1]

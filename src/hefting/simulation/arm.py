@@ -20,20 +20,24 @@ from hefting.robots.joint_motion import (
 from hefting.robots.robot import Screw
 
 SLACK = 1e-6
-"""[rad] or [rad/s] that is rounding."""
+"""Excess over a joint's limit that is rounding [rad] or [rad/s]."""
 
 
 @dataclass(frozen=True, eq=False)
 class Arm:
-    """Any chain of joints that turn or slide, with a force-torque sensor at its end.
-    The base is the world frame."""
+    """A robot with a force-torque sensor at its end: any chain of joints that turn or
+    slide.
+
+    The base is the world frame. Joint i turns (or slides) about its screw axis at rest,
+    moved by those before it.
+    """
 
     robot: Robot
-    """joints, their screws at rest, their limits, and the pose of the sensor frame"""
+    """Joints, their screws at rest, their limits, and the pose of the sensor frame."""
     start: Array
-    """(n,) that motions start from [rad] or [m]"""
+    """(n,) joint positions that motions start from [rad] or [m]"""
     joint_speeds: Array | None = None
-    """(n,) [rad/s]; None where not known"""
+    """(n,) highest joint speeds [rad/s]; None where not known"""
 
     def __post_init__(self):
         object.__setattr__(self, "start", frozen(self.start))
@@ -85,9 +89,12 @@ class Arm:
     def from_urdf(
         cls, path: str | Path, sensor_frame: str, start: ArrayLike | None = None
     ) -> Self:
-        """Of a URDF whose link `sensor_frame` carries the sensor; errors as of
-        `Robot.from_urdf`. It starts from `start` (n,), by default from the middle of
-        each joint's range."""
+        """The arm of a URDF whose link `sensor_frame` carries the sensor; see
+        `Robot.from_urdf` for errors.
+
+        It starts from `start` (n,), by default from the middle of each joint's range,
+        from zero where there is none.
+        """
         robot = Robot.from_urdf(path, sensor_frame)
         if not robot.joints:
             raise InputError(
@@ -103,7 +110,8 @@ class Arm:
 
     @property
     def room(self) -> Array:
-        """(n,) [rad] from `start` to the nearer limit; zero for joints that slide."""
+        """(n,) angle each joint can turn from `start` before a limit [rad]; zero for
+        joints that slide."""
         return np.array(
             [
                 0.0 if pair is None else max(min(at - pair[0], pair[1] - at), 0.0)
@@ -112,7 +120,7 @@ class Arm:
         )
 
     def exceeded(self, joints: JointMotion) -> tuple[str, ...]:
-        """What the real joints could not do, one line each."""
+        """What the joints of the real arm could not do, one line each."""
         lines = []
         for i, (name, pair) in enumerate(
             zip(self.robot.joints, self.robot.limits, strict=True)
@@ -129,7 +137,7 @@ class Arm:
         return tuple(lines)
 
     def motion(self, joints: JointMotion) -> SensorMotion:
-        """Exact motion of the sensor frame."""
+        """Exact motion of the sensor frame; see `sensor_motion`."""
         return sensor_motion(self.robot, joints)
 
     def angular_velocity(self, joints: JointMotion) -> Array:
@@ -151,9 +159,9 @@ UR5 = Arm.from_dh(
     limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
     joint_speeds=[np.pi] * 6,
 )
-"""The sensor frame is the flange. The maker's nominal values ("DH parameters for
-calculations of kinematics and dynamics", Universal Robots support; limits from the user
-manual). It starts as in the paper's simulations."""
+"""Universal Robots UR5 with the sensor frame at its flange; the maker's nominal values
+("DH parameters for calculations of kinematics and dynamics", Universal Robots support;
+limits from the user manual). It starts as in the paper's simulations."""
 
 XARM7 = Arm.from_dh(
     "xArm 7",
@@ -172,5 +180,5 @@ XARM7 = Arm.from_dh(
     ),
     joint_speeds=[np.pi] * 7,
 )
-"""The sensor frame is the flange; offsets, limits and speeds as in the maker's URDF
-(xArm-Developer/xarm_ros, xarm_description)."""
+"""uFactory xArm 7 with the sensor frame at its flange; offsets, limits and speeds as in
+the maker's URDF (xArm-Developer/xarm_ros, xarm_description)."""

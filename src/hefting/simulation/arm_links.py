@@ -25,7 +25,7 @@ LEAST_LENGTH = 0.05
 """[m] of a link whose joints meet in a point."""
 WRONG_MASS, WRONG_COM, WRONG_INERTIA = 0.1, 0.008, 0.2
 """Standard deviations of the true links from the published ones: of mass and moments of
-inertia as shares, of the COM [m]."""
+inertia relative to them, of the COM in metres."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -36,7 +36,7 @@ class MassiveArm:
     masses: tuple[float, ...]
     """[kg] of the links, published"""
     torque_noise: tuple[float, float]
-    """standard deviations [N m] of the first and the last joint's"""
+    """standard deviations [N m] of the first and the last joint's torque"""
 
     def __post_init__(self):
         if len(self.masses) != len(self.arm.robot.screws):
@@ -66,7 +66,8 @@ class MassiveArm:
         return urdf(self.arm, self.links)
 
     def per_joint(self, first: float, last: float) -> Array:
-        """(n,) values from the base to the end, evenly by their logarithm."""
+        """(n,) values that fall evenly, by their logarithm, from the base to the
+        end."""
         return np.geomspace(first, last, self.arm.n)
 
 
@@ -142,8 +143,8 @@ UR5E = Arm.from_dh(
     limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
     joint_speeds=[np.pi] * 6,
 )
-"""The maker's nominal values ("DH parameters for calculations of kinematics and
-dynamics", Universal Robots support)."""
+"""Universal Robots UR5e; the maker's nominal values ("DH parameters for calculations of
+kinematics and dynamics", Universal Robots support)."""
 
 PANDA = Arm.from_dh(
     "Panda",
@@ -162,12 +163,12 @@ PANDA = Arm.from_dh(
     ),
     joint_speeds=(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
 )
-"""Parameters and limits as in the maker's control interface documentation, in standard
-form."""
+"""Franka Emika Panda; Denavit-Hartenberg parameters and limits as in the maker's
+control interface documentation, in standard form."""
 
 TORQUE_ARMS = {
     "ur5e": MassiveArm(UR5E, (3.7, 8.4, 2.3, 1.2, 1.2, 0.2), (0.1, 0.05)),
     "panda": MassiveArm(PANDA, (3.1, 2.4, 3.2, 2.5, 3.4, 1.5, 0.7), (0.1, 0.05)),
     "xarm7": MassiveArm(XARM7, (2.4, 1.9, 1.7, 1.8, 1.5, 1.1, 0.3), (0.1, 0.05)),
 }
-"""By name; masses are rounded, of the size of the makers'."""
+"""Arms with masses, by name: rounded, of the size of the makers'."""

@@ -43,7 +43,7 @@ class Demo:
     speeds: tuple[float, float]
     """Mean angular [rad/s] and linear [m/s] speed of the sensor."""
     truth: InertialParameters
-    """In the sensor frame."""
+    """True parameters in the sensor frame."""
     estimate: Estimate
     errors: Errors
 

@@ -16,7 +16,8 @@ Six = tuple[float, float, float, float, float, float]
 ZERO: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 FT300: Six = (0.1, 0.1, 0.1, 0.005, 0.005, 0.003)
-"""Of the signal of a Robotiq FT 300; the paper's moderate level, but about z."""
+"""Standard deviations of the signal of a Robotiq FT 300 [N (3), N m (3)]; the paper's
+moderate level, but about z."""
 
 WRENCH_NOISE: dict[str, Six] = {
     **{
@@ -25,7 +26,8 @@ WRENCH_NOISE: dict[str, Six] = {
     },
     "ft300": FT300,
 }
-"""Standard deviations [N (3), N m (3)] by name: the paper's levels, and a sensor's."""
+"""Standard deviations of wrench noise by name [N (3), N m (3)]: the paper's levels, and
+a sensor's."""
 
 SHARES = ("spikes", "dropped", "contacts", "pose_glitches", "pose_stalls")
 
@@ -42,52 +44,54 @@ class Faults:
     """
 
     wrench_noise: Six = ZERO
-    """[N (3), N m (3)]"""
+    """standard deviations [N (3), N m (3)]"""
     noise_correlation: float = 0.0
-    """from sample to sample: 0 white, near 1 slow (first-order autoregressive)"""
+    """of the wrench noise from sample to sample: 0 white, near 1 slow (first-order
+    autoregressive)"""
     pose_noise: tuple[float, float] = POSE_NOISE
     pose_glitches: float = 0.0
     """share of poses that are wrong"""
     pose_glitch_size: tuple[float, float] = (0.3, 1.0)
-    """standard deviations"""
+    """their standard deviation per axis of position [m] and orientation [rad]"""
     pose_glitch_duration: float = 0.0
-    """[s] of each; 0: a single pose"""
+    """how long each of them lasts [s]; a single pose by default"""
     pose_stalls: float = 0.0
     """share of the time that the last pose is repeated, in three stalls"""
     pose_startup: float = 0.0
-    """[s] at the start during which the pose is the identity"""
+    """time at the start during which the pose is the identity [s]"""
     pose_shutdown: float = 0.0
-    """[s] at the end"""
+    """the same at the end [s]"""
     joint_noise: float = 0.0
-    """[rad]"""
+    """standard deviation of joint angles [rad]"""
     bias: Six = ZERO
-    """[N (3), N m (3)] as the sensor shows it"""
+    """of the wrench, as the sensor shows it [N (3), N m (3)]"""
     drift: Six = ZERO
-    """of the bias, from the start to the end [N (3), N m (3)]"""
+    """of the bias, from the start to the end of the motion [N (3), N m (3)]"""
     drift_kind: Literal["linear", "exponential"] = "linear"
     """exponential: it settles, with a time constant of a third of the motion"""
     wrench_delay: float = 0.0
-    """[s] that the wrench is stamped later than the poses"""
+    """the wrench is stamped so much later than the poses [s]"""
     spikes: float = 0.0
     """share of wrench samples that are wrong"""
     spike_size: tuple[float, float] = (20.0, 1.0)
-    """standard deviations"""
+    """their standard deviation per axis [N], [N m]"""
     dropped: float = 0.0
-    """share of messages of every kind"""
+    """share of messages of every kind that are lost"""
     contacts: float = 0.0
     """share of the time that the object touches something, in ten bouts"""
     contact_force: tuple[float, float] = (3.0, 8.0)
-    """lowest and highest [N]"""
+    """lowest and highest force of a contact [N]"""
     saturation: tuple[float, float] | None = None
-    """largest that the sensor shows"""
+    """largest force and torque the sensor shows, per axis [N], [N m]"""
     on_sensor: bool = False
-    """the sensor shows the wrench exerted on itself"""
+    """the sensor shows the wrench exerted on itself, the opposite of the project's
+    sign"""
     gyroscope_noise: float = 0.005
-    """[rad/s]"""
+    """standard deviation per axis [rad/s]"""
     gyroscope_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """[rad/s]"""
     accelerometer_noise: float = 0.05
-    """[m/s²]"""
+    """standard deviation per axis [m/s²]"""
     accelerometer_bias: tuple[float, float, float] = (0.0, 0.0, 0.0)
     """[m/s²]"""
 
@@ -122,8 +126,11 @@ class Faults:
 
 @dataclass(frozen=True)
 class Rates:
-    """Of each sensor [Hz], which divide that of the motion: None as often as that, 0
-    never."""
+    """How often each sensor is read [Hz]: None as often as the motion was computed, 0
+    never.
+
+    Each must divide the rate of the motion: nothing is interpolated.
+    """
 
     wrench: float | None = None
     pose: float | None = None
@@ -131,7 +138,8 @@ class Rates:
     imu: float | None = 0.0
 
     def stride(self, name: str, own: float) -> int:
-        """Every how manieth sample of a motion of rate `own` [Hz] is read."""
+        """Every how manieth sample of a motion of rate `own` [Hz] is read; 0 for
+        none."""
         rate = getattr(self, name)
         if rate is None:
             return 1
@@ -154,8 +162,8 @@ class Rates:
 def tilted_gravity(
     angle: float, heading: float = 0.0, gravity: tuple[float, ...] = STANDARD_GRAVITY
 ) -> Array:
-    """(3,) [m/s²] in the axes of a base tilted by `angle` [rad] about its axis at
-    `heading` [rad] from x."""
+    """Gravity (3,) [m/s²] in the axes of a base tilted by `angle` [rad] about its axis
+    at `heading` [rad] from x."""
     from scipy.spatial.transform import Rotation
 
     turn = angle * np.array((np.cos(heading), np.sin(heading), 0.0))

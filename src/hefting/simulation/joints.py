@@ -15,18 +15,18 @@ from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.simulation.arm import UR5, Arm, JointMotion
 
 START = tuple(UR5.start.tolist())
-"""In the paper's simulations [rad]."""
+"""Initial joint angles in the paper's simulations [rad]."""
 
 FREQUENCIES = (0.10, 0.13, 0.16)
-"""Of the paper's sinusoids [Hz], of the arm's last joints, before they are scaled to
-the wanted speed."""
+"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are
+scaled to the wanted speed."""
 
 LARGEST_SCALE = 1e4
 """Of the clock, over the wanted angular speed [1 / (rad/s)]: beyond, a motion that
 starts from rest has no time to."""
 
 FASTEST_TURN = 1.5
-"""[rad/s] in the mean, where the speed of the sensor's origin allows it."""
+"""[rad/s] Mean angular speed of the sensor, where its origin's speed allows it."""
 
 BETWEEN = 0.999
 """Share of a speed limit that samples may reach, so that it is kept between them
@@ -69,7 +69,10 @@ def random_smooth(
     speed_limit: float | None = None,
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids of 5° to 15°, starting from rest
-    within a second. Speed, its limit and sampling as in `sinusoids`."""
+    within a second.
+
+    Speed, its limit and sampling as in `sinusoids`; the same for the same `seed`.
+    """
     time = _instants(duration, rate, angular_speed)
     return _random_sums(time, seed, arm, (5.0, 15.0), angular_speed, speed_limit)
 
@@ -81,9 +84,13 @@ def wide_smooth(
     arm: Arm = UR5,
     speed_limit: float = SPEED_LIMIT,
 ) -> JointMotion:
-    """The same of 15° to 30° of the last three joints and of 5° to 12° of the others,
-    as fast as `speed_limit` allows: for joint torques, which tell the centre of mass
-    from how the wrist turns it."""
+    """All joints follow sums of three random sinusoids, the last three of 15° to 30°
+    each and the others of 5° to 12°, starting from rest within a second: for joint
+    torques, which tell the centre of mass from how the wrist turns it.
+
+    It is as fast as the `speed_limit` [m/s] of the sensor's origin allows, and the same
+    for the same `seed`.
+    """
     time = _instants(duration, rate, speed_limit)
     wrist = np.arange(arm.n) >= arm.n - 3
     sizes = np.where(wrist, 15.0, 5.0), np.where(wrist, 30.0, 12.0)
@@ -121,8 +128,13 @@ def stop_and_go(
     speed_limit: float | None = None,
 ) -> JointMotion:
     """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose
-    near the start (`_reach`), and so on. With a `speed_limit` [m/s] of the sensor's
-    origin all moves take longer, as much as the fastest needs."""
+    near the start, and so on.
+
+    Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk
+    jumps where a move begins and ends. With a `speed_limit` [m/s] of the sensor's
+    origin all moves take longer, as much as the fastest needs. The same for the same
+    `seed`.
+    """
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
     if not dwell >= 0.0:
         raise InputError(f"the dwell must not be negative, but is {dwell} s")
@@ -147,6 +159,7 @@ def _reach(arm: Arm) -> Array:
 
 
 def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
+    """Through all `poses` (m, n) in turn."""
     number, within = np.divmod(time, dwell + move)
     number = number.astype(int)
     u = np.clip((within - dwell) / move, 0.0, 1.0)[:, None]
@@ -182,6 +195,7 @@ def _from_rest(time: Array) -> tuple[Array, Array, Array]:
 
 
 def _fastest(arm: Arm, joints: JointMotion) -> float:
+    """Highest speed of the sensor's origin [m/s]."""
     return float(arm.motion(joints).linear_speed().max())
 
 
@@ -258,12 +272,13 @@ def trapezoids(
     seed: int = 0,
     arm: Arm = UR5,
 ) -> JointMotion:
-    """Moves of a teach pendant between random poses near the start, with a rest of
-    `dwell` [s] before each.
+    """Moves between random poses near the start, with a rest before each.
 
-    Joints of a move start and stop together, the one with the longest way at
-    `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are those of a UR's
-    programs. The acceleration jumps up to four times a move.
+    All joints of a move start and stop together. The one with the longest way
+    accelerates at `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are
+    those of a UR's programs. The acceleration jumps up to four times a move. Rests last
+    between the two times of `dwell` [s]. The same for the same `seed`. Raises
+    `InputError` for numbers that are not positive.
     """
     for name, value in (
         ("duration", duration),

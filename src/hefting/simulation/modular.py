@@ -26,7 +26,7 @@ SLOTS = (
     (-65.0, 125.0), (0.0, 125.0), (65.0, 125.0), (0.0, 75.0), (0.0, 25.0),
     (0.0, -25.0), (0.0, -75.0), (-65.0, -125.0), (0.0, -125.0), (65.0, -125.0),
 )  # fmt: skip
-"""Pockets W0 to W9 in the H [mm]."""
+"""Where pockets W0 to W9 are in the H [mm]."""
 
 BOLT_HOLES = (
     *((0.0, y) for y in (-150.0, -100.0, -50.0, 0.0, 50.0, 100.0, 150.0)),
@@ -46,7 +46,7 @@ PAPER_VOLUME = 1400.0
 """[cm³] of which the paper's 56 points are 0.04 points/cm³."""
 
 PAPER_DENSITIES = (0.04, 0.09)
-"""[points/cm³] that the paper compares; it settles on the first."""
+"""points/cm³ the paper compares, the first of which it settles on."""
 
 GRASPED = 5
 """Slot the object is held at by its authors."""
@@ -78,7 +78,11 @@ MODULAR = {
 
 
 def modular(name: str) -> Assembly:
-    """One of `MODULAR`, in the frame of its mesh: origin in the middle of one face."""
+    """One of the eight configurations (`MODULAR`), in the frame of its mesh: origin in
+    the middle of one face.
+
+    Raises `InputError` for another name.
+    """
     if name.lower() not in MODULAR:
         fix = f"choose one of {', '.join(MODULAR)}"
         raise InputError(
@@ -109,27 +113,29 @@ def modular(name: str) -> Assembly:
 
 
 def grasp(slot: int = GRASPED) -> Array:
-    """Pose (4, 4) in the sensor frame: the face at z = 0 on the flange, the slot above
-    its middle."""
+    """Pose (4, 4) of the object in the sensor frame: the face at z = 0 on the flange,
+    the slot above its middle."""
     pose = np.eye(4)
     pose[:2, 3] = -1e-3 * np.array(SLOTS[slot])
     return pose
 
 
 def held_modular(name: str, slot: int = GRASPED) -> HeldObject:
-    """A configuration, held, with the mesh one would scan: bolt holes show, pockets do
-    not."""
+    """A configuration held at a slot, with the mesh one would scan: bolt holes show,
+    pockets do not."""
     return HeldObject.of(modular(name), grasp(slot), sections=SECTIONS)
 
 
 def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -> Shape:
-    """A regular grid in the object, in the sensor frame: 56 points at 0.04 points/cm³,
-    126 at 0.09.
+    """A regular grid in a modular object, in the sensor frame: 56 points at 0.04
+    points/cm³, 126 at 0.09.
 
     The paper counts points as if the object had `PAPER_VOLUME`; 56 cells of 40 x 25 x
     25 mm are 0.04 points/cm³ to the digit. Of all centred grids of nearly cubic cells
     with the wanted number of centres in the H, the one whose equal point masses have
-    the second moments nearest to the H's; else that of `Shape.from_mesh`.
+    the second moments nearest to the H's; where none has that number, the grid of
+    `Shape.from_mesh` of about as many. Raises `InputError` unless there is to be one
+    point at least.
     """
     wanted = round(PAPER_VOLUME * points_per_cm3)
     base = held.points(points=wanted)
@@ -154,7 +160,8 @@ def _bars() -> tuple[Part, ...]:
 
 
 def _grids(count: int) -> Iterator[tuple[Array, Array]]:
-    """Centres (count, 3) and cells (3,) [m] of those with so many centres in the H."""
+    """Centres (count, 3) and cells (3,) [m] of the grids with so many centres in the
+    H."""
     corners = [
         (
             np.array(bar.center) - np.divide(bar.size, 2),
@@ -181,7 +188,7 @@ def _grids(count: int) -> Iterator[tuple[Array, Array]]:
 
 
 def _mismatch(points: Array) -> float:
-    """Of the second moments of equal point masses and of the H."""
+    """Relative difference of the second moments of equal point masses and of the H."""
     bars = reduce(add, (bar.parameters for bar in _bars()))
     second = bars.pseudo_inertia[:3, :3] / bars.mass
     return float(

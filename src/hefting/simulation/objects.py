@@ -32,13 +32,13 @@ small."""
 
 @dataclass(frozen=True, eq=False)
 class Part:
-    """A homogeneous solid in the assembly's frame."""
+    """A homogeneous solid, its centre and axes given in the assembly's frame."""
 
     solid: Literal["box", "cylinder", "half cylinder"]
     size: tuple[float, ...]
-    """box: its three sides; cylinders: radius and height [m]"""
+    """Box: its three sides; cylinders: radius and height [m]."""
     density: float
-    """[kg/m³]; negative for a hole"""
+    """[kg/m³]; negative for a hole in a solid of that density"""
     center: tuple[float, float, float]
     """[m]; of a half cylinder, the middle of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
@@ -50,7 +50,7 @@ class Part:
 
     @property
     def parameters(self) -> InertialParameters:
-        """In the assembly's frame."""
+        """Closed-form parameters in the assembly's frame."""
         if self.solid == "box":
             square = np.square(self.size)
             mass = self.density * float(np.prod(self.size))
@@ -77,7 +77,8 @@ class Part:
         return pose
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """[m] in the assembly's frame; a cylinder is a prism of `sections` sides."""
+        """Closed surface [m] in the assembly's frame; a cylinder is a prism of that
+        many sides."""
         import trimesh
 
         if self.solid == "box":
@@ -97,20 +98,22 @@ class Part:
 
 @dataclass(frozen=True, eq=False)
 class Assembly:
-    """Parts rigidly joined; they do not overlap, but for holes."""
+    """Parts rigidly joined; they do not overlap, but for holes, which are inside other
+    parts."""
 
     name: str
     parts: tuple[Part, ...]
     outline: tuple[Part, ...] | None = None
-    """what of it shows; by default all parts"""
+    """What of it shows, holes among it; by default all parts"""
 
     @property
     def parameters(self) -> InertialParameters:
-        """Exact, in the assembly's frame."""
+        """Exact parameters in the assembly's frame."""
         return reduce(add, (part.parameters for part in self.parts))
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """A watertight surface [m] around what shows."""
+        """One watertight surface [m] around what shows, which says nothing of materials
+        and of what is inside."""
         import trimesh
 
         shown = self.parts if self.outline is None else self.outline
@@ -139,8 +142,8 @@ def hammer() -> Assembly:
     """A joiner's hammer: handle of ash wood along z from its lower end at the origin,
     steel head along x.
 
-    Its centre of mass is 0.25 m up; a homogeneous body of the same shape would have it
-    at 0.175 m.
+    It has 0.67 kg, five sixths of it in the head, and its centre of mass 0.25 m up; a
+    homogeneous body of the same shape would have it at 0.175 m.
     """
     along_x = np.array(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
     return Assembly(
@@ -156,11 +159,12 @@ def hammer() -> Assembly:
 
 @dataclass(frozen=True, eq=False)
 class HeldObject:
-    """Its true inertial parameters and its surface, held in a known pose."""
+    """A rigid object, its true inertial parameters and its surface, held in a known
+    pose."""
 
     name: str
     in_object: InertialParameters
-    """true, in the frame of its surface"""
+    """True parameters in the object's frame, that of its surface."""
     surface: "trimesh.Trimesh"
     """As one would scan it [m]."""
     pose: Array
@@ -171,7 +175,8 @@ class HeldObject:
 
     @classmethod
     def of(cls, assembly: Assembly, pose: ArrayLike, sections: int = SECTIONS) -> Self:
-        """Its cylinders are prisms of `sections` sides."""
+        """An assembly of parts; `sections` are the sides of the prisms for its
+        cylinders."""
         return cls(
             assembly.name, assembly.parameters, assembly.mesh(sections), frozen(pose)
         )
@@ -184,8 +189,11 @@ class HeldObject:
         pose: ArrayLike | None = None,
     ) -> Self:
         """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and
-        `pose` as for `Shape`. `InputError` for a mesh that cannot be read or is not
-        watertight, and for a density that is not positive."""
+        `pose` as for `Shape`.
+
+        The truth is the integral over the meshes. Raises `InputError` for a mesh that
+        cannot be read or is not watertight, and for a density that is not positive.
+        """
         import trimesh
 
         if not parts:
@@ -208,7 +216,7 @@ class HeldObject:
 
     @cached_property
     def parameters(self) -> InertialParameters:
-        """True, in the sensor frame."""
+        """True parameters in the sensor frame."""
         return self.in_object.moved(self.pose)
 
     @property
@@ -219,7 +227,8 @@ class HeldObject:
     def points(
         self, points: int | None = None, points_per_cm3: float | None = None
     ) -> Shape:
-        """Point masses in the sensor frame, as of `Shape.from_mesh`."""
+        """Point masses in the surface, in the sensor frame, as `Shape.from_mesh`
+        chooses them."""
         return Shape.from_mesh(
             self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3
         )
@@ -243,6 +252,7 @@ class HeldObject:
 
 
 def _filled(solid: Solid, density: float, where: str | Path) -> InertialParameters:
+    """A solid of one material, in the frame of its mesh."""
     if not 0.0 < density < np.inf:
         raise InputError(
             f"the density is {density} kg/m³, which is not positive", where=where

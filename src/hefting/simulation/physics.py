@@ -33,16 +33,17 @@ its wrench."""
 
 @dataclass(frozen=True, eq=False)
 class Wielding:
-    """Exact motion and wrench of an arm that wields a body, at K instants."""
+    """An arm that wields a body: exact motion and exact wrench at K instants."""
 
     arm: Arm
     joints: JointMotion
     body: InertialParameters
-    """in the sensor frame"""
+    """In the sensor frame."""
     motion: SensorMotion
-    """in world axes"""
+    """Of the sensor frame, in world axes."""
     measurements: Measurements
-    """in sensor axes"""
+    """The same in sensor axes, with gravity and the wrench exerted by the sensor on the
+    body."""
     gravity: Array
     """(3,) in world axes [m/s²]"""
 
@@ -53,11 +54,12 @@ def wield_in_mujoco(
     body: InertialParameters,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Wielding:
-    """Inverse dynamics of an `arm` that holds `body` (in the sensor frame), read from
-    MuJoCo's sensors; `gravity` (3,) is in world axes [m/s²].
+    """MuJoCo's inverse dynamics of an `arm` that holds `body` (given in the sensor
+    frame) and moves as prescribed.
 
-    Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that cannot
-    exist.
+    All of motion and wrench is read from MuJoCo's sensors at the sensor frame.
+    `gravity` (3,) is in world axes [m/s²]. Raises `MissingDependencyError` without
+    MuJoCo, `InputError` for a body that cannot exist.
     """
     mujoco = _mujoco()
     if joints.position.shape[1] != arm.n:
@@ -130,7 +132,8 @@ def _wield(
 
 
 def mujoco_version() -> str:
-    """`MissingDependencyError` when none is installed."""
+    """Version of the MuJoCo that is installed; `MissingDependencyError` when none
+    is."""
     return _mujoco().__version__
 
 
@@ -157,7 +160,8 @@ def mjcf(
     reads.
 
     Bodies stand in base axes where the arm's screws are at rest, about a point of the
-    screw's axis: so do the `links`, one a screw. The held body is in the sensor frame.
+    screw's axis: so do the `links`, one a screw, where they are known. The last is the
+    held body, in the sensor frame.
     """
     robot = arm.robot
     inertial = "" if body is None else _inertial(body)
@@ -196,8 +200,8 @@ def inverse_dynamics(
     body: InertialParameters | None,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Array:
-    """(K, n) torques [N m] of an arm of these `links`, as of `mjcf`, that holds `body`
-    (in the sensor frame), or nothing.
+    """(K, n) torques [N m] by which the motors move an arm of these `links`, as of
+    `mjcf`, that holds `body` (given in the sensor frame), or nothing.
 
     Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that MuJoCo
     cannot hold, and for joints that mimic others.

@@ -10,7 +10,7 @@ from hefting.simulation.faults import Faults, Rates
 from hefting.simulation.physics import Wielding
 
 STALLS = 3
-"""Stalls in a recording that has any."""
+"""Number of stalls in a recording that has any."""
 
 
 def with_pose_faults(
@@ -20,8 +20,15 @@ def with_pose_faults(
     faults: Faults,
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
-    """Position (K, 3) [m] and orientation (K, 4) at `time` (K,) [s] with the faults of
-    their stream."""
+    """Poses with the faults of their stream, the same for the same generator.
+
+    Parameters
+    ----------
+    time : (K,) [s].
+    position, orientation : (K, 3) [m] and quaternions (K, 4).
+    faults : of which those of the pose stream are applied.
+    rng : generator of what is random.
+    """
     since = time - time[0]
     position, orientation = position.copy(), orientation.copy()
     for mask in _bouts(since, faults, rng):
@@ -60,7 +67,7 @@ BOUTS = 10
 """Contacts in a recording that has any."""
 
 LEVER = 0.10
-"""[m] of contacts from the centre of mass along each axis."""
+"""m: contacts are within so much of the centre of mass along each axis."""
 
 
 def record(
@@ -149,7 +156,7 @@ def _wrench(
     faults: Faults,
     draws: dict[str, np.random.Generator],
 ) -> Array:
-    """(K, 6)"""
+    """(K, 6) what the sensor shows at each instant."""
     from scipy.signal import lfilter
 
     shown = (exact - push) * (-1.0 if faults.on_sensor else 1.0)
@@ -175,8 +182,8 @@ def _wrench(
 
 
 def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array:
-    """(K, 6) [N, N m] that contacts exert on the object, in sensor axes about the
-    sensor origin."""
+    """(K, 6) force [N] and torque [N m] that contacts exert on the object, in sensor
+    axes about the sensor origin."""
     time = wielding.motion.time - wielding.motion.time[0]
     push = np.zeros((len(time), 6))
     if not faults.contacts:
@@ -200,7 +207,7 @@ def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array
 def _pose(
     wielding: Wielding, faults: Faults, rng: np.random.Generator
 ) -> tuple[Array, Array]:
-    """(K, 3) and orientation (K, 4)"""
+    """Position (K, 3) and orientation (K, 4) with noise."""
     from scipy.spatial.transform import Rotation
 
     motion = wielding.motion

@@ -49,16 +49,16 @@ class Simulated:
 
 @dataclass(frozen=True, eq=False)
 class Scenario:
-    """What is simulated, the same for the same `seed`."""
+    """What is simulated; `run` does it. The same for the same `seed`."""
 
     held: HeldObject
     arm: Arm = UR5
     motion: str = "sinusoids"
     """one of `MOTIONS`"""
     angular_speed: float | None = None
-    """mean [rad/s]; by default 1, and of no meaning for stop-and-go"""
+    """mean over the motion [rad/s]; by default 1, and of no meaning for stop-and-go"""
     speed_limit: float | None = None
-    """of the sensor's origin [m/s]"""
+    """of the sensor's origin, not to be exceeded [m/s]"""
     duration: float = 10.0
     """[s]"""
     rates: Rates = field(default_factory=lambda: Rates(wrench=100.0, pose=100.0))
@@ -69,7 +69,7 @@ class Scenario:
     seed: int = 0
 
     def joints(self) -> JointMotion:
-        """At the lowest rate of which all `rates` are parts.
+        """The motion of the joints, at the lowest rate of which all `rates` are parts.
 
         Raises `InputError` for a motion that is not known, numbers out of range, less
         than two samples, and more than `MOST_SAMPLES`.
@@ -97,7 +97,11 @@ class Scenario:
         raise InputError(what, fix=f"choose one of {', '.join(MOTIONS)}")
 
     def run(self) -> Simulated:
-        """Wield in MuJoCo, else `MissingDependencyError`; `InputError` as `joints`."""
+        """Wield the object in MuJoCo and record it.
+
+        Raises `MissingDependencyError` without MuJoCo, and `InputError` as `joints`
+        does.
+        """
         joints = self.joints()
         wielding = wield_in_mujoco(self.arm, joints, self.held.parameters, self.gravity)
         recording = record(wielding, self.faults, self.rates, self.seed)
@@ -126,8 +130,12 @@ class Scenario:
 
 
 def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
-    """One of `ARMS`, or that of a URDF file whose link `sensor_frame` carries the
-    sensor; `InputError` for another name, and as `Arm.from_urdf`."""
+    """One of `ARMS`, or the arm of a URDF file whose link `sensor_frame` carries the
+    sensor.
+
+    Raises `InputError` for another name, for a URDF without `sensor_frame`, and as
+    `Arm.from_urdf` does.
+    """
     if name.lower() in ARMS:
         if sensor_frame is not None:
             what = f"the {name} has its sensor at its flange"
@@ -152,9 +160,10 @@ def named_object(
     """One of `OBJECTS`, or mesh files separated by commas, each with its density
     [kg/m³].
 
-    `pose` (4, 4) is that in the sensor frame: by default how the named ones are held,
-    and the identity for meshes. Raises `InputError` for another name, for a number of
-    densities that is not that of the meshes, and as `HeldObject.from_meshes`.
+    `pose` (4, 4) is that of the object in the sensor frame: by default how the named
+    ones are held, and the identity for meshes. Raises `InputError` for another name,
+    for a number of densities that is not that of the meshes, and as
+    `HeldObject.from_meshes` does.
     """
     lower = name.lower()
     if lower in OBJECTS:
@@ -180,14 +189,14 @@ def named_object(
 
 
 def random_six(force: float, torque: float, seed: int | Sequence[int]) -> Array:
-    """(6,) a force [N] and a torque [N m] of these sizes in random directions."""
+    """A force [N] and a torque [N m] of these magnitudes in random directions, (6,)."""
     directions = np.random.default_rng(seed).normal(size=(2, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     return np.concatenate((force * directions[0], torque * directions[1]))
 
 
 def _common_rate(rates: Rates) -> float:
-    """The lowest [Hz] that all rates divide."""
+    """The lowest rate [Hz] that all rates divide."""
     wanted = []
     for name, rate in asdict(rates).items():
         if rate is None or not (np.isfinite(rate) and rate >= 0.0):

@@ -29,18 +29,18 @@ from hefting.simulation.objects import HeldObject
 from hefting.simulation.physics import inverse_dynamics, mujoco_version
 
 SMOOTH = 0.002
-"""[rad/s] over which friction changes its sign."""
+"""[rad/s] Speed over which friction changes its sign."""
 
 
 @dataclass(frozen=True)
 class TorqueFaults:
     """What a joint's torque has besides that of rigid bodies; pairs are of the first
-    and the last joint."""
+    and the last joint, those between lie between."""
 
     noise: float = 1.0
-    """times that of the arm"""
+    """times that of the arm (`MassiveArm.torque_noise`)"""
     noise_correlation: float = 0.0
-    """over a hundredth of a second"""
+    """of the noise from one hundredth of a second to the next"""
     coulomb: tuple[float, float] = (1.5, 0.3)
     """[N m]"""
     load_friction: float = 0.03
@@ -52,18 +52,18 @@ class TorqueFaults:
     offset: tuple[float, float] = (0.5, 0.1)
     """standard deviations [N m]"""
     drift: tuple[float, float] = (0.05, 0.02)
-    """standard deviations from cold to warm [N m]"""
+    """standard deviations of what offsets change by from cold to warm [N m]"""
     softening: float = 0.1
     """share of the Coulomb friction that goes from cold to warm"""
     warm_up: float = 300.0
-    """tau [s]"""
+    """time constant tau [s]"""
     joint_noise: float = 2e-5
-    """of angles [rad]"""
+    """standard deviation of joint angles [rad]"""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueRobot:
-    """Its true links, frictions and offsets follow from `seed`."""
+    """One robot of a kind: its true links, frictions and offsets follow from `seed`."""
 
     massive: MassiveArm
     faults: TorqueFaults = TorqueFaults()
@@ -77,9 +77,14 @@ class TorqueRobot:
         gravity: ArrayLike = STANDARD_GRAVITY,
         seed: int = 0,
     ) -> Recording:
-        """Positions and torques along a motion that begins at `start` [s] after the
-        robot was switched on, with `body` (in the sensor frame) or nothing at its end;
-        the noise follows from both seeds. Errors as of `inverse_dynamics`."""
+        """Positions and torques of the joints along a motion that begins at `start` [s]
+        after the robot was switched on, with `body` (in the sensor frame) or nothing at
+        its end.
+
+        The noise follows from both seeds, all else from the robot's own. Raises
+        `MissingDependencyError` without MuJoCo, and `InputError` as
+        `inverse_dynamics`.
+        """
         rng = np.random.default_rng([self.seed, seed, 43])
         links = self.massive.true_links(self.seed)
         rigid = inverse_dynamics(self.massive.arm, joints, links, body, gravity)
@@ -122,8 +127,8 @@ class TorqueRobot:
 
 
 BETWEEN = 60.0
-"""[s] at least from the start of the empty run to that of the loaded one; gears warm up
-meanwhile."""
+"""[s] From the start of the empty run to that of the loaded one, at least; gears warm
+up meanwhile."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -131,18 +136,18 @@ class TorquesSimulated:
     """What came of a scenario."""
 
     loaded: Recording
-    """angles and torques with the object"""
+    """angles and torques of the joints with the object"""
     empty: Recording
     """of another motion, without it, before"""
     urdf: str
-    """the arm as published"""
+    """the arm as published; its flange is the link ``flange``"""
     facts: dict[str, Any]
     """as of `hefting.simulation.scenario.Simulated`"""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueScenario:
-    """What is simulated, the same for the same `seed`."""
+    """What is simulated; `run` does it. The same for the same `seed`."""
 
     held: HeldObject
     arm: str = "ur5e"
@@ -156,8 +161,11 @@ class TorqueScenario:
     seed: int = 0
 
     def run(self) -> TorquesSimulated:
-        """Both runs, in MuJoCo, else `MissingDependencyError`; `InputError` for another
-        arm and for numbers out of range."""
+        """Move the arm in MuJoCo, empty and loaded.
+
+        Raises `MissingDependencyError` without MuJoCo, and `InputError` for another arm
+        and for numbers out of range.
+        """
         if self.arm not in TORQUE_ARMS:
             what = f"there is no arm '{self.arm}' with torques"
             fix = f"choose one of {', '.join(TORQUE_ARMS)}"

@@ -13,8 +13,8 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose
 from hefting.simulation.arm import SensorMotion
 
 POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations, along each axis, of poses that a cobot reports: [m] and [rad]
-(0.02°)."""
+"""Standard deviations, per axis, of the pose a cobot reports: position [m] and
+orientation [rad] (0.02°)."""
 
 
 def wield(
@@ -59,12 +59,14 @@ def simulate(
     seed: int = 0,
     exact: bool = False,
 ) -> Recording:
-    """The log of a robot that wields `body` (in the sensor frame) along `motion`.
+    """The log of a robot that wields `body` (given in the sensor frame) along `motion`.
 
-    Seeded Gaussian `noise` is on the wrench, `pose_noise` on position [m] and
-    orientation [rad], along each axis. With `on_sensor` the sensor shows the wrench
-    exerted on itself; `bias` (6,) [N, N m] is added to that. With `exact` it records
-    velocities, without noise, and accelerations, with their levels of `noise`, as well.
+    Pose and wrench are recorded at the times of `motion` with seeded Gaussian noise:
+    `noise` on the wrench, `pose_noise` on position [m] and orientation [rad], along
+    each axis. With `on_sensor` the sensor shows the wrench exerted on itself, the
+    opposite of the project's sign; `bias` (6,) [N, N m] is added to that. With `exact`
+    it records velocities, without noise, and accelerations, with their levels of
+    `noise`, as well.
     """
     from scipy.spatial.transform import Rotation
 

@@ -23,9 +23,10 @@ from hefting.sources.zenoh_router import ros_type
 
 @lru_cache
 def type_for(name: str) -> Any:
-    """A class that `cyclonedds` takes as the type ``pkg/msg/Name`` of a topic, which
-    publishers of ROS tell by its name alone. Its `deserialize` gives a `RawMessage`, as
-    decoding takes cyclonedds a millisecond for each."""
+    """A class for ``pkg/msg/Name`` that `cyclonedds` takes as the type of a topic, and
+    whose `deserialize` gives a `RawMessage`: decoding takes cyclonedds a millisecond for
+    each. Publishers of ROS tell nothing of their type but its name, which is therefore
+    the same."""
     made = _struct(name)
 
     def deserialize(
@@ -38,7 +39,7 @@ def type_for(name: str) -> Any:
 
 
 class RawMessage:
-    """Bytes of a message, with their encapsulation."""
+    """The bytes of a message, with their encapsulation."""
 
     sample_info: Any = None
 
@@ -48,7 +49,7 @@ class RawMessage:
 
 @lru_cache
 def struct_for(name: str) -> Any:
-    """A class for ``pkg/msg/Name``, which cyclonedds decodes."""
+    """A class for ``pkg/msg/Name`` by `cyclonedds`, which it decodes."""
     return _struct(name)
 
 
@@ -89,10 +90,10 @@ HIGHEST_DOMAIN = 232
 """DDS has no more: higher ones have no port."""
 
 DEPTH = 5000
-"""Messages of a topic that wait to be read."""
+"""Most messages of a topic that wait to be read."""
 
 LOOKING = 0.2
-"""[s] between looks for new topics."""
+"""How often new topics are looked for [s]."""
 
 MAX_TOPICS = 10_000
 
@@ -173,6 +174,7 @@ class DdsTransport(Transport):
         return found
 
     def _subscribe(self) -> None:
+        """Subscribe to new topics that are wanted."""
         for endpoint in self._found.take(N=1000):
             # of a publisher that went away they are None
             name = getattr(endpoint, "topic_name", None) or ""
@@ -188,7 +190,7 @@ class DdsTransport(Transport):
                 self._readers[name] = (topic, self._listen(topic, name, endpoint.qos))
 
     def _listen(self, topic: Topic, name: str, offered: Any) -> Any:
-        """As reliable as its publisher."""
+        """A reader of a topic, as reliable as its publisher."""
         from cyclonedds.core import (
             InstanceState,
             Policy,

@@ -25,10 +25,10 @@ if TYPE_CHECKING:
 PORT = 8765
 
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
-"""They are the same for what is used here."""
+"""Subprotocols that are offered; they are the same for what is used here."""
 
 MAX_FRAME = 16_000_000
-"""[bytes] The list of channels comes in one, with all their schemas."""
+"""Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
 
 MAX_CHANNELS = 10_000
 
@@ -109,7 +109,7 @@ class FoxgloveTransport(Transport):
             self._connection = None
 
     def _message(self, frame: bytes) -> list[RosMessage]:
-        """If it is one of a channel."""
+        """The message in a binary frame, if it is one of a channel."""
         if frame[:1] != b"\1":
             return []  # a service's answer, the time, an asset
         if len(frame) < MESSAGE.size:
@@ -122,7 +122,7 @@ class FoxgloveTransport(Transport):
         return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
 
     def _tell(self, text: str) -> None:
-        """Subscribe to channels that the server tells of."""
+        """Take what the server says of itself; subscribe to new channels."""
         try:
             said: Any = json.loads(text)
         except (ValueError, RecursionError):

@@ -22,13 +22,14 @@ from hefting.sources.played_log import PlayedLog
 from hefting.sources.registry import Request, check, source_of
 
 SHORTEST_WAIT, LONGEST_WAIT = 0.1, 5.0
-"""[s] before the first attempt to connect again, doubled with each."""
+"""Wait before the first attempt to connect again, doubled with each, and the longest
+[s]."""
 
 STEP = 0.1
-"""[s] between looks whether to stop."""
+"""Longest wait for samples before it is looked whether to stop [s]."""
 
 SILENCE = 5.0
-"""[s] that nothing may come at first."""
+"""How long nothing may come at first [s]."""
 
 State = Literal["opening", "open", "lost", "ended", "failed"]
 
@@ -36,10 +37,19 @@ State = Literal["opening", "open", "lost", "ended", "failed"]
 class Pump:
     """Reads a source in a thread of its own until the source ends or `close`.
 
-    `deliver` is given samples that were checked, and must not wait for long; `tell`
-    messages on the connection, and what was chosen. `patience` is how long nothing may
-    come at first [s]. `state` is of the connection, `error` what ended it, `counts` are
-    samples delivered, and connections lost.
+    Parameters
+    ----------
+    source : is opened, read and closed by the thread alone.
+    deliver : is given samples that were checked; must not wait for long.
+    tell : is given messages on the connection, and what was chosen, as they come.
+    patience : how long nothing may come at first before that is an error [s]; infinite
+        for a source that may begin whenever it likes.
+
+    Attributes
+    ----------
+    state : of the connection.
+    error : what ended it; None while nothing has, and where the source just ended.
+    counts : samples delivered, and connections lost.
     """
 
     def __init__(
@@ -64,11 +74,12 @@ class Pump:
         return self
 
     def wait(self, timeout: float) -> bool:
-        """Whether it is over, after at most `timeout` [s]."""
+        """Whether it is over, after waiting at most `timeout` [s]."""
         return self._over.wait(timeout)
 
     def close(self) -> None:
-        """Wait until the thread has closed the source."""
+        """End it, and wait until the thread has closed the source; again does
+        nothing."""
         self._stop.set()
         if self._thread.is_alive():
             self._thread.join(LONGEST_WAIT)
@@ -115,6 +126,7 @@ class Pump:
                 self._check_silence(time.monotonic() - begin)
 
     def _check_silence(self, passed: float) -> None:
+        """`InputError` when nothing has come for too long."""
         if passed < self._patience:
             return
         if skipped := self.source.skipped:
@@ -131,6 +143,7 @@ class Pump:
         )
 
     def _connect_again(self, lost: HeftingError) -> None:
+        """Open the source again, however often it takes."""
         self.counts["lost"] += 1
         self.state = "lost"
         self._tell(warning("source-lost", f"{lost}; it is connected again"))
@@ -152,7 +165,7 @@ class Pump:
 
 
 LONGEST_STEP = 0.5
-"""[s] between looks whether the source has ended."""
+"""[s] Longest wait for an estimate before it is looked whether the source has ended."""
 
 
 def live(
@@ -265,6 +278,7 @@ def _with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
 
 
 def _source(source: Any, speed: float) -> Source:
+    """What the user means."""
     if isinstance(source, Recording):
         return PlayedLog(source.source, Request(speed=speed), source)
     if isinstance(source, str | Path):

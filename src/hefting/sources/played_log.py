@@ -12,11 +12,11 @@ from hefting.online.samples import EndOfSource, Samples
 from hefting.sources.registry import Request
 
 STEP = 0.01
-"""[s] of the log's time that is given at once."""
+"""What is given at once lasts so long [s] of the log's time, at most."""
 
 
 class PlayedLog:
-    """A recording, each stream when its time has come."""
+    """The samples of a recording, each stream when its time has come."""
 
     def __init__(self, name: str, request: Request, recording: Recording | None = None):
         if not request.speed > 0:
@@ -64,15 +64,15 @@ class PlayedLog:
         return found
 
     def close(self) -> None:
-        """Nothing is held."""
+        """Stop; nothing is held."""
 
     def _elapsed(self) -> float:
-        """[s] that have been given."""
+        """What has been given so far [s]."""
         assert self._recording is not None
         return max(self._done - self._recording.start, 0.0)
 
     def _due(self) -> float:
-        """[s] up to which samples are due."""
+        """The time up to which samples are due [s]."""
         assert self._recording is not None
         if np.isinf(self._request.speed):
             return float(self._done + STEP)
@@ -82,7 +82,7 @@ class PlayedLog:
 
 
 def _between(recording: Recording, after: float, until: float) -> list[Samples]:
-    """Later than `after`, up to `until` [s]."""
+    """Samples later than `after`, up to `until` [s]."""
     found: list[Samples] = []
     for name, stream in recording.streams.items():
         first, last = np.searchsorted(stream.time, (after, until), side="right")

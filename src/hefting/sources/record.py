@@ -20,22 +20,33 @@ from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
 from hefting.online.samples import Samples
 
 BLOCK = 0.1
-"""[s] that are written at once; a file that is cut off lacks about as much."""
+"""Samples are written when they span so long [s]; a file that is cut off lacks about as
+much."""
 
 FAR_BACK = 1.0
-"""[s] by which a stamp is of a clock that was set back: a new file is begun, as readers
-refuse such logs."""
+"""A stamp that is further back than this [s] is of a clock that was set back: a new file
+is begun, as readers refuse such logs."""
 
 POSES = ("position", "orientation")
 
 
 class Recorder:
-    """Writes samples to an .mcap file, which is replaced; a thread at a time.
+    """Writes samples to a file; a thread at a time.
 
-    `paths` are the files so far: another is begun where the source's clock is set back.
-    `left_out` counts samples that no message holds, by stream; `count` all.
-    `InputError` where it cannot be written, `MissingDependencyError` without
-    foxglove-sdk or rosbags.
+    Parameters
+    ----------
+    path : ends in .mcap; what is there is replaced.
+
+    `paths` are the files written so far: a second one is begun where the source's clock
+    is set back. `left_out` counts samples that no message holds, by stream; `count` all
+    that came.
+
+    Raises
+    ------
+    InputError
+        Where the file cannot be written.
+    MissingDependencyError
+        Without foxglove-sdk or rosbags.
     """
 
     def __init__(self, path: str | Path):
@@ -62,7 +73,8 @@ class Recorder:
         self._waiting.setdefault(samples.stream, []).append(samples)
 
     def close(self) -> None:
-        """Write what waits; `InputError` where that fails."""
+        """Write what waits, and end the file; `InputError` where that fails. Again does
+        nothing."""
         self._write()
         self._file.close()
 
@@ -78,7 +90,7 @@ class Recorder:
         self._file = _File(self._next_path())
 
     def _is_due(self) -> bool:
-        """A block is full, and no pose waits for its other half."""
+        """Whether a block is full, and no pose waits for its other half."""
         counts = [sum(len(s.time) for s in self._waiting.get(n, ())) for n in POSES]
         spans = [
             parts[-1].time[-1] - parts[0].time[0] for parts in self._waiting.values()
@@ -115,6 +127,8 @@ class Recorder:
 
 
 class _File:
+    """One MCAP file with ROS 2 messages."""
+
     def __init__(self, path: Path):
         try:
             from foxglove import Context, open_mcap
@@ -154,7 +168,7 @@ class _File:
             send(data, log_time=stamp)
 
     def close(self) -> None:
-        """`InputError` where it could not be written."""
+        """End the file; `InputError` where it could not be written."""
         writer, self._writer = self._writer, None
         if writer is None:
             return
@@ -164,6 +178,7 @@ class _File:
             raise self._error(self._output.error)
 
     def _channel(self, group: Messages) -> Callable[..., None]:
+        """What writes to the topic of a group."""
         from foxglove import Channel, Schema
 
         if group.topic not in self._channels:
@@ -183,7 +198,7 @@ class _File:
 
 
 def _joined(parts: list[Samples]) -> Stream:
-    """Of a width that changes, those of the first."""
+    """Samples in order of arrival; of a width that changes, those of the first."""
     width = parts[0].values.shape[1]
     same = [part for part in parts if part.values.shape[1] == width]
     time = np.concatenate([part.time for part in same])
@@ -191,6 +206,7 @@ def _joined(parts: list[Samples]) -> Stream:
 
 
 def _nanoseconds(time: Array) -> NDArray[np.int64]:
+    """Times [s] as stamps, to the last digit."""
     whole = np.floor(time)
     part = np.rint((time - whole) * 1e9).astype(np.int64)
     return whole.astype(np.int64) * 1_000_000_000 + part

@@ -27,12 +27,23 @@ class Address(NamedTuple):
     host: str
     port: int
     path: str
-    """without slashes around it"""
+    """What follows, without slashes around it."""
 
 
 def address_of(name: str, port: int | None, example: str) -> Address:
-    """Of ``scheme://HOST[:PORT][/PATH]``, as in `example`; `port` is the usual one, if
-    any. `InputError` without a host or port, and for a port that cannot be."""
+    """Host, port and path of ``scheme://HOST[:PORT][/PATH]``.
+
+    Parameters
+    ----------
+    name : as the user gave it.
+    port : where none is given; None for a transport that has no usual one.
+    example : what such a name looks like, for the error.
+
+    Raises
+    ------
+    InputError
+        For a name without a host, or with a port that cannot be.
+    """
     try:
         parts = urlsplit(name)
     except ValueError:
@@ -55,11 +66,11 @@ class Request:
     """by role (wrench, pose, joint, imu), or "none", as in
     `hefting.logs.ros.read_bag`"""
     world_frame: str | None = None
-    """of the poses; by default the root of tf"""
+    """Frame the poses are in; by default the root of tf."""
     sensor_frame: str | None = None
-    """by default that of the wrench"""
+    """Frame of the sensor; by default that of the wrench."""
     speed: float = 1.0
-    """of a log that is played; infinity is as fast as it is read"""
+    """How fast a log is played; infinity is as fast as it is read."""
     read: Callable[[str], Recording] | None = None
     """reads a log to be played; by default `hefting.read_log`"""
 
@@ -72,8 +83,8 @@ SCHEMES = {
     "dds": "hefting.sources.dds",
     "rtde": "hefting.sources.rtde",
 }
-"""By what stands before ``://``; what is slow to import belongs inside their
-functions."""
+"""Module of each transport, by what stands before ``://``; what is slow to import
+belongs inside their functions."""
 
 
 def source_of(name: str, request: Request | None = None) -> Source:
@@ -98,18 +109,19 @@ def source_of(name: str, request: Request | None = None) -> Source:
 
 
 MAX_MESSAGE = 1_000_000
-"""[bytes] A wrench has a hundred, a transform tree of a humanoid ten thousand."""
+"""Largest message that is read [bytes]. A wrench has a hundred, a transform tree of a
+humanoid ten thousand."""
 
 MAX_JOINTS = 1000
 
 MAX_QUEUED = 50_000
-"""Messages that wait for being read: ten seconds of all that a robot sends."""
+"""Most messages that wait for being read: ten seconds of all that a robot sends."""
 
 UNIT_NORM = 1e-2
 """From one, as `hefting.Recording` refuses quaternions."""
 
 TOO_LARGE = "larger than 1 MB"
-"""Why a message was skipped."""
+"""Why a message was skipped: it is longer than `MAX_MESSAGE`."""
 
 UNREADABLE = "does not fit its definition"
 
@@ -118,7 +130,10 @@ QUEUE_FULL = "not read in time"
 
 def check(samples: Samples, skipped: Counter[str]) -> Samples | None:
     """The samples that can be: finite, of a width and size that the stream has, with
-    unit quaternions. Others are counted in `skipped`, by the reason."""
+    unit quaternions; None where none is left.
+
+    The others are counted in `skipped`, by the reason.
+    """
     time = np.asarray(samples.time, dtype=float)
     values = np.asarray(samples.values, dtype=float)
     if not _has_shape(samples.stream, time, values):
@@ -141,7 +156,7 @@ def _has_shape(stream: str, time: Array, values: Array) -> bool:
 
 
 def _checks(stream: str, time: Array, values: Array):
-    """Reasons to leave samples out, and which are good (n,)."""
+    """Reasons to leave samples out, each with which of them are good (n,)."""
     everything = np.concatenate([time[:, None], values], axis=1)
     yield "values that are not finite", np.isfinite(everything).all(axis=1)
     yield "times that cannot be", np.abs(time) <= LARGEST_TIME

@@ -19,15 +19,15 @@ from hefting.online.samples import Samples
 from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
 
 RosMessage = tuple[Topic, int, bytes]
-"""Topic, when it was sent or came [ns], bytes."""
+"""A message: its topic, when it was sent or came [ns], its bytes."""
 
 POSE_STREAMS = ("position", "orientation")
 
 UNFITTING = "frames or times that do not fit the others"
-"""Of a message that makes no sense with what was chosen."""
+"""Why a message was skipped: taken with what was chosen, it makes no sense."""
 
 ROLES = ("wrench", "pose", "joint", "imu", "twist")
-"""Of topics that can be chosen by name."""
+"""Roles of topics that can be chosen by name."""
 
 NOT_FINITE = "values that are not finite"
 
@@ -35,7 +35,13 @@ NOT_FINITE = "values that are not finite"
 class RosDecoder:
     """Chooses topics and frames from the first messages, then decodes what comes.
 
-    `skipped` counts what is left out, by the reason; `chosen` tells what was chosen.
+    Parameters
+    ----------
+    name : of the source, for messages.
+    request : topics and frames that were asked for.
+    skipped : counts what is left out, by the reason.
+
+    `chosen` tells what was chosen, once `choose` has.
     """
 
     def __init__(self, name: str, request: Request, skipped: Counter[str]):
@@ -50,7 +56,10 @@ class RosDecoder:
         self._given = -np.inf
 
     def wants(self, topic: Topic) -> bool:
-        """`InputError` for a topic that is, and whose messages cannot be decoded."""
+        """Whether messages of a topic are to be had.
+
+        `InputError` for one that is, and whose messages cannot be decoded.
+        """
         if not Collector(self.name, self._named).wants(topic):
             return False
         self._check_schema(topic)
@@ -58,8 +67,10 @@ class RosDecoder:
 
     def choose(self, messages: Sequence[RosMessage]) -> list[Samples] | None:
         """The samples in the first messages, with which topics and frames are chosen;
-        None where wrench, or poses and joints, are still to come. `InputError` where
-        the choice is the user's to make."""
+        None where wrench, or poses and joints, are still to come.
+
+        Raises `InputError` where the choice is the user's to make.
+        """
         counted: Counter[str] = Counter()
         gathered = self._gather(messages, counted)
         transforms = [each for each in gathered if each.role == "tf"]
@@ -76,8 +87,11 @@ class RosDecoder:
         return self._give(streams)
 
     def decode(self, messages: Sequence[RosMessage]) -> list[Samples]:
-        """Later samples. A batch that makes no sense is taken apart until the message
-        is found that is to blame."""
+        """The samples in messages, once `choose` has found its choice.
+
+        A batch that makes no sense is taken apart until the message is found that is
+        to blame.
+        """
         try:
             return self._decode(messages)
         except InputError:
@@ -174,7 +188,7 @@ class RosDecoder:
         return gathered
 
     def _is_of_the_arm(self, key: tuple[str, ...]) -> bool:
-        """Whether a series is of the joints that were chosen, or of none."""
+        """Whether a series is of the joints that were chosen; of others, True."""
         what, *names = key
         if not self._joints or what not in JOINT_STREAMS:
             return True
@@ -212,6 +226,7 @@ class RosDecoder:
         ]
 
     def _check_schema(self, topic: Topic) -> None:
+        """`InputError` for messages that cannot be decoded."""
         try:
             if topic.encoding in ("cdr", "ros1"):
                 definitions_for(topic)
@@ -226,6 +241,7 @@ class RosDecoder:
 
 
 def _finite(series: Series, counted: Counter[str]) -> Series:
+    """Samples whose values are; the others are counted."""
     good = np.asarray(np.isfinite(series.values).all(axis=1))
     if good.all():
         return series
@@ -234,7 +250,7 @@ def _finite(series: Series, counted: Counter[str]) -> Series:
 
 
 def _seconds(series: Series) -> np.ndarray:
-    """Each part to the last digit it has."""
+    """Stamps [s], each part to the last digit it has."""
     whole, part = np.divmod(series.time, 1_000_000_000)
     return whole + part * 1e-9
 
@@ -244,10 +260,10 @@ def _stripped(name: str | None) -> str | None:
 
 
 MAX_LINKS = 2000
-"""A humanoid with its sensors has some hundred."""
+"""Most links that are kept: a humanoid with its sensors has some hundred."""
 
 KEPT = 10
-"""Samples of a link before what has been given."""
+"""Samples of a link that are kept of before what has been given."""
 
 
 class Transforms:
@@ -258,7 +274,7 @@ class Transforms:
         self._kept = {topic: dict(links) for topic, links in (kept or {}).items()}
 
     def following(self, gathered: Iterable[Gathered]) -> "Transforms":
-        """These, and those of a batch."""
+        """These, and what the tf messages of a batch gave."""
         found = Transforms(self._kept)
         for each in gathered:
             kept = found._kept.setdefault(each.topic, {})
@@ -268,11 +284,11 @@ class Transforms:
         return found
 
     def all(self) -> list[Gathered]:
-        """As the stream finder of bags takes it."""
+        """Everything that is kept, as the stream finder of bags takes it."""
         return [Gathered(topic, "tf", dict(kept)) for topic, kept in self._kept.items()]
 
     def forget(self, before: float) -> None:
-        """What is not needed once poses up to `before` [ns] are given."""
+        """Drop what is no longer needed once poses up to `before` [ns] are given."""
         for topic, kept in self._kept.items():
             for key, series in kept.items():
                 if topic.name.endswith("static"):
@@ -284,7 +300,7 @@ class Transforms:
 
 
 def _following(kept: Series | None, series: Series) -> Series:
-    """Only the newer one where the clock was set back between them."""
+    """Both; only the newer one where the clock was set back between them."""
     if kept is None or series.time.min() < kept.time.max() - FAR_BACK:
         return series
     return Series.joined([kept, series])

@@ -13,11 +13,11 @@ from hefting.sources.registry import Pace, Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
-"""[s] from the first message on until topics are chosen: latched transforms, and rivals
-for the same role, come later."""
+"""How long topics are watched from the first message on before they are chosen [s]:
+latched transforms, and rivals for the same role, come later than the first."""
 
 PATIENCE = 5.0
-"""[s] that wrench, and poses or joints, are waited for."""
+"""How long wrench, and poses or joints, are waited for [s]."""
 
 STEP = 0.05
 
@@ -35,13 +35,13 @@ class Transport(ABC):
 
     @abstractmethod
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """Connect, and from then on subscribe to the topics that are wanted;
+        """Connect, and from then on subscribe to the topics that are wanted; raises
         `InputError` where that fails."""
 
     @abstractmethod
     def receive(self, timeout: float) -> list[RosMessage]:
-        """What came, after at most `timeout` [s]; `SourceLostError` when the connection
-        is gone."""
+        """What came, after waiting at most `timeout` [s] for it; raises
+        `SourceLostError` when the connection is gone."""
 
     @abstractmethod
     def close(self) -> None:
@@ -95,7 +95,7 @@ class RosSource:
         self._transport.close()
 
     def _choose(self, decoder: RosDecoder) -> list[Samples]:
-        """What the first messages hold."""
+        """What the first messages hold, with which topics and frames are chosen."""
         messages: list[RosMessage] = []
         end, due = time.monotonic() + PATIENCE, None
         while (now := time.monotonic()) < end:

@@ -22,13 +22,13 @@ from hefting.sources.registry import UNREADABLE, Pace, Request, address_of
 from hefting.sources.tcp import connected, received
 
 HEAD = struct.Struct(">HB")
-"""Length of a package with this, and its kind."""
+"""Begin of a package: its length with this, and its kind."""
 
 VERSION = 2
-"""Controllers speak it from 3.3 on."""
+"""Of the protocol; controllers speak it from 3.3 on."""
 
 REQUEST_VERSION, SETUP_OUTPUTS, START, DATA = map(ord, "VOSU")
-"""Kinds of packages."""
+"""Kinds of packages that are sent or read."""
 
 CODES = {"DOUBLE": "d", "VECTOR6D": "6d", "VECTOR3D": "3d", "INT32": "i", "UINT32": "I"}
 """How the values of a type are packed."""
@@ -45,8 +45,8 @@ class Packages:
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """Kind and content of those that are whole now. `RtdeError` for a length that
-        cannot be."""
+        """The packages that are whole now: kind and content. `RtdeError` for a length
+        that cannot be."""
         self._rest += data
         position = 0
         while len(self._rest) - position >= HEAD.size:
@@ -71,13 +71,13 @@ class Recipe:
         self.fields = tuple(fields)
 
     def blank(self) -> dict[str, Array]:
-        """Fields of one package that is all zero."""
+        """The fields of one package that is all zero."""
         data = bytes((self.number,)).ljust(self._format.size, b"\0")
         return self.read([data])[0]
 
     def read(self, contents: Sequence[bytes]) -> tuple[dict[str, Array], int]:
-        """Fields of n data packages, each (n, its width), and how many packages were
-        not of this recipe."""
+        """The fields of n data packages, each (n, its width), and how many packages
+        were not of this recipe."""
         good = [
             content
             for content in contents
@@ -90,7 +90,7 @@ class Recipe:
 
 
 class Dialogue:
-    """Questions, one answer each."""
+    """Questions to a controller, one answer each."""
 
     def __init__(self, connection: socket.socket, patience: float):
         self._connection, self._patience = connection, patience
@@ -99,8 +99,10 @@ class Dialogue:
         """Of data packages that came with the last answer."""
 
     def start(self, wishes: Sequence[str], rate: float) -> Recipe:
-        """Ask for those of the fields that the controller has. `RtdeError`; `OSError`
-        where the connection fails."""
+        """Ask for those of the fields that the controller has, and start the data.
+
+        Raises `RtdeError`; `OSError` where the connection fails.
+        """
         self._agree(REQUEST_VERSION, struct.pack(">H", VERSION))
         recipe, missing = self._setup(wishes, rate)
         if missing:
@@ -112,7 +114,7 @@ class Dialogue:
         return recipe
 
     def _setup(self, fields: Sequence[str], rate: float) -> tuple[Recipe, list[str]]:
-        """The recipe, and the fields that the controller does not have."""
+        """The recipe of fields, and those that the controller does not have."""
         names = ",".join(fields).encode()
         answer = self._ask(SETUP_OUTPUTS, struct.pack(">d", rate) + names)
         types = answer[1:].decode("ascii", "replace").split(",")
@@ -130,6 +132,7 @@ class Dialogue:
             raise RtdeError(f"the controller refuses request {chr(kind)}")
 
     def _ask(self, kind: int, content: bytes) -> bytes:
+        """The answer to a request."""
         self._connection.sendall(HEAD.pack(HEAD.size + len(content), kind) + content)
         end = time.monotonic() + self._patience
         while (left := end - time.monotonic()) > 0:
@@ -151,7 +154,7 @@ class Dialogue:
 PORT = 30004
 
 RATE = 500.0
-"""[Hz] that is asked for; CB3 sends 125."""
+"""Packages a second that are asked for; CB3 sends 125."""
 
 PATIENCE = 3.0
 """[s] for an answer."""
@@ -176,8 +179,8 @@ class RtdeSource:
         self._pace = Pace()
 
     def open(self) -> None:
-        """`InputError` where the host refuses, speaks something else, or has no wrench
-        of its sensor."""
+        """Connect; `InputError` where the host refuses, speaks something else, or has
+        no wrench of its sensor."""
         connection = connected(self.name, self._address[:2])
         try:
             dialogue = Dialogue(connection, PATIENCE)
@@ -230,6 +233,7 @@ class RtdeSource:
             self._socket = None
 
     def _samples(self, values: dict[str, Array]) -> list[Samples]:
+        """The flange's motion, its wrench, and the joints."""
         everything = np.concatenate(list(values.values()), axis=1)
         good = np.isfinite(everything).all(axis=1)
         if not good.all():

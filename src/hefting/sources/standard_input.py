@@ -14,7 +14,7 @@ from hefting.sources.tcp import JsonLines
 PIECE = 1 << 16
 
 PIECES = 64
-"""Then the writer of the pipe waits, and nothing is lost."""
+"""Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""
 
 
 class StandardInput:
@@ -49,7 +49,7 @@ class StandardInput:
         raise EndOfSource("standard input has ended")
 
     def close(self) -> None:
-        """The pipe belongs to whoever made it."""
+        """Nothing: the pipe belongs to whoever made it."""
 
     def _read(self) -> None:
         handle = sys.stdin.fileno()

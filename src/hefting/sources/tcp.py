@@ -27,12 +27,12 @@ from hefting.sources.registry import (
 )
 
 NO_JSON = "not a JSON object"
-"""Why a line was skipped."""
+"""Why a line was skipped: it cannot be read."""
 
 NO_TIME = "no time in seconds"
 
 NO_STREAM = "no stream of numbers"
-"""None of its keys is one, or its values are no numbers."""
+"""Why a line was skipped: none of its keys is a stream, or its values are no numbers."""
 
 
 class JsonLines:
@@ -44,7 +44,7 @@ class JsonLines:
         self._is_overlong = False
 
     def feed(self, data: bytes) -> list[Samples]:
-        """The samples in the lines that `data` ends."""
+        """The samples in the lines that `data` ends, stream by stream."""
         *lines, rest = (self._rest + data).split(b"\n")
         if lines and self._is_overlong:
             lines, self._is_overlong = lines[1:], False
@@ -85,7 +85,7 @@ class JsonLines:
 
 
 def joined(entries: Iterator[tuple[str, float, list[float]]]) -> list[Samples]:
-    """Single samples, as those of each stream and width."""
+    """Single samples as samples of each stream and width."""
     gathered: dict[tuple[str, int], tuple[list[float], list[list[float]]]] = {}
     for name, time, values in entries:
         times, rows = gathered.setdefault((name, len(values)), ([], []))
@@ -128,7 +128,7 @@ class TcpSource:
         self._lines = JsonLines(self.skipped)
 
     def open(self) -> None:
-        """`InputError` where the host refuses."""
+        """Connect; `InputError` where the host refuses."""
         self._lines = JsonLines(self.skipped)
         self._socket = connected(self.name, self._address[:2])
         self.chosen = (note("live-source", f"lines of JSON from {self.name}"),)
@@ -146,7 +146,7 @@ class TcpSource:
 
 
 def connected(name: str, address: tuple[str, int]) -> socket.socket:
-    """`InputError` where the host refuses."""
+    """A socket that is connected; `InputError` where the host refuses."""
     try:
         return socket.create_connection(address, PATIENCE)
     except (OSError, UnicodeError) as error:
@@ -159,8 +159,10 @@ def connected(name: str, address: tuple[str, int]) -> socket.socket:
 
 
 def received(connection: socket.socket | None, name: str, timeout: float) -> bytes:
-    """What came, after at most `timeout` [s]; `SourceLostError` when the other end has
-    closed."""
+    """What came, after at most `timeout` [s]; empty where nothing did.
+
+    Raises `SourceLostError` when the other end has closed.
+    """
     if connection is None:
         raise SourceLostError(f"{name}: is closed")
     connection.settimeout(max(timeout, 1e-3))

@@ -41,14 +41,14 @@ class Inbox:
         self._queue: queue.Queue[RosMessage] = queue.Queue(MAX_QUEUED)
 
     def put(self, message: RosMessage) -> None:
-        """Never waits."""
+        """Add a message; never waits."""
         try:
             self._queue.put_nowait(message)
         except queue.Full:
             self.skipped[QUEUE_FULL] += 1
 
     def take(self, timeout: float) -> list[RosMessage]:
-        """Messages, after waiting at most `timeout` [s] for the first."""
+        """What is there, after waiting at most `timeout` [s] for the first."""
         found: list[RosMessage] = []
         try:
             found.append(self._queue.get(timeout=max(timeout, 1e-3)))
@@ -64,10 +64,10 @@ PORT = 7447
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
-"""Of what zenoh-bridge-ros2dds brings in."""
+"""Liveliness tokens of what zenoh-bridge-ros2dds brings in."""
 
 CHECK = 1.0
-"""[s] between looks whether the router is still there."""
+"""How often it is asked whether the router is still there [s]."""
 
 MAX_TOPICS = 10_000
 
@@ -139,12 +139,13 @@ class ZenohTransport(Transport):
             session.close()
 
     def _hear(self, sample: Any) -> None:
-        """By a thread of Zenoh: a publisher is there."""
+        """A publisher is there; called by a thread of Zenoh."""
         with self._lock:
             if len(self._found) < MAX_TOPICS:
                 self._found.append(str(sample.key_expr))
 
     def _subscribe(self) -> None:
+        """Subscribe to new topics that are wanted."""
         with self._lock:
             found, self._found = self._found, []
         for token in found:
@@ -173,7 +174,8 @@ class ZenohTransport(Transport):
 
 
 def parse_token(token: str) -> tuple[Topic, str] | None:
-    """The topic of a publisher's liveliness token, and the key of its messages."""
+    """The topic of a publisher's liveliness token, and the key of its messages; None
+    for other tokens."""
     parts = token.split("/")
     if parts[0] == "@ros2_lv" and len(parts) >= 12 and parts[5] == "MP":
         name, kind = parts[9].replace("%", "/"), parts[10]

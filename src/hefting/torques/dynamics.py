@@ -34,23 +34,25 @@ from hefting.robots import Robot
 from hefting.robots.urdf import SCALAR, read_urdf
 
 DRAWS = 200
-"""Random states: each gives n equations, and an arm of n joints has at most 10 n
-columns."""
+"""Number of random states that tell which columns span the others: each gives n
+equations, and an arm of n joints has at most 10 n columns."""
 DEPENDENT = 1e-8
-"""Part of a column that those before leave, over its length, that is rounding."""
+"""Part of a column that those before leave, relative to its length, below which it is
+rounding."""
 ORDER = np.array((0, 1, 2, 3, 4, 5, 7, 6, 8, 9))
-"""Of the project's parameters in Pinocchio: m, mc, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz."""
+"""Where Pinocchio, which has m, mc, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz, keeps each of the
+project's parameters."""
 
 
 @dataclass(frozen=True, eq=False)
 class JointDynamics:
-    """Rigid-body columns of the n joints that move a sensor frame; the others stay at
-    zero."""
+    """Rigid-body columns of the n joints that move a sensor frame; all other joints of
+    the robot stay at zero."""
 
     robot: Robot
-    """by the project's own URDF reader"""
+    """Kinematics by the project's own URDF reader."""
     model: Any = field(repr=False)
-    """Pinocchio's, of these joints"""
+    """Pinocchio's, of these joints alone"""
 
     @classmethod
     def from_urdf(
@@ -88,7 +90,7 @@ class JointDynamics:
 
     @property
     def joints(self) -> int:
-        """n"""
+        """Number of joints n."""
         return len(self.robot.joints)
 
     @property
@@ -97,8 +99,8 @@ class JointDynamics:
         return self.robot.joints
 
     def regressor(self, q: Array, dq: Array, ddq: Array) -> Array:
-        """(K, n, 10 n) W for `q`, `dq` and `ddq` (K, n): ten columns a link from the
-        base on, each in the axes of its joint."""
+        """(K, n, 10 n) W: ten columns a link from the base on, each in the axes of its
+        joint; `q`, `dq` and `ddq` are (K, n) [rad, rad/s, rad/s²]."""
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         data = self.model.createData()
@@ -113,31 +115,33 @@ class JointDynamics:
 
     @cached_property
     def arm(self) -> Array:
-        """(10 n,) as the URDF has it."""
+        """(10 n,) the links' parameters as the URDF has them."""
         inertias = list(self.model.inertias)[1:]
         return np.concatenate([each.toDynamicParameters()[ORDER] for each in inertias])
 
     @cached_property
     def base(self) -> Indices:
-        """Columns of W that span the others in any motion."""
+        """Indices of the columns of W that span the others in any motion."""
         return independent_columns(self._drawn)
 
     @cached_property
     def _drawn(self) -> Array:
+        """(DRAWS n, 10 n) W in random states."""
         rng = np.random.default_rng(0)
         q, dq, ddq = rng.uniform(-1.5, 1.5, (3, DRAWS, self.joints))
         return self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
 
     @cached_property
     def base_parameters(self) -> Array:
-        """(b,) of the `base` columns that give the torques of the URDF's arm."""
+        """(b,) parameters of the `base` columns that give the torques of the URDF's
+        arm."""
         W = self._drawn
         found = np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
         return np.asarray(found, dtype=float)
 
     @cached_property
     def payload(self) -> Array:
-        """(10, 10) T of a payload's parameters, in sensor axes about the sensor's
+        """(10, 10) map T of a payload's parameters, in sensor axes about the sensor's
         origin, to those of the last link: Y = W[:, :, -10:] T."""
         position, rotation = self._frame
         return transfer(position, rotation)
@@ -145,7 +149,7 @@ class JointDynamics:
     @cached_property
     def _frame(self) -> tuple[Array, Array]:
         """Position (3,) [m] and orientation (3, 3) of the sensor frame in the axes of
-        the last joint."""
+        the last joint; by the project's reader, beside Pinocchio's joint."""
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         zero = np.zeros((1, self.joints))
@@ -178,8 +182,8 @@ class JointDynamics:
 
 
 def transfer(position: Array, rotation: Array) -> Array:
-    """(10, 10) map of parameters in one frame to those in another, in which the first
-    has `position` (3,) [m] and `rotation` (3, 3)."""
+    """(10, 10) map of a body's parameters in one frame to those in another, in which
+    the first has `position` (3,) [m] and `rotation` (3, 3)."""
     unit, P = np.eye(10), skew(position)
     m = unit[:, :1]
     moment = unit[:, 1:4] @ rotation.T
@@ -191,7 +195,8 @@ def transfer(position: Array, rotation: Array) -> Array:
 
 
 def independent_columns(A: Array) -> Indices:
-    """Of A (r, c), which span the others: the later ones are left out."""
+    """Indices, in order, of columns of A (r, c) that span the others: the later ones
+    are left out."""
     lengths = np.sqrt((A * A).sum(axis=0))
     lengths = np.where(lengths > DEPENDENT * lengths.max(), lengths, np.inf)
     left, kept = A / lengths, []
@@ -206,6 +211,7 @@ def independent_columns(A: Array) -> Indices:
 
 
 def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
+    """Pinocchio's model of these joints, the others fixed at zero."""
     try:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
     except ImportError as error:

@@ -42,9 +42,9 @@ FRICTION_BY_LOAD = OWN.index("friction by load")
 OFFSET_CHANGE = OWN.index("change of the offset under load")
 FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
 SIGN_SPEED = 0.01
-"""[rad/s] over which the smoothed sign changes."""
+"""[rad/s] Speed over which the smoothed sign changes."""
 STICTION_SPEED = 0.05
-"""[rad/s] below which a joint's friction has no law."""
+"""[rad/s] Speed below which a joint's friction has no law."""
 RATE = 100.0
 """[Hz] of the rows: held objects move below some 10 Hz."""
 ROWS_TOGETHER = 4096
@@ -53,7 +53,8 @@ ROWS_TOGETHER = 4096
 
 @dataclass(frozen=True, eq=False)
 class Load:
-    """About how large the rigid bodies' torques are, by which friction grows."""
+    """Parameters that tell about how large the rigid bodies' torques are, by which
+    friction grows."""
 
     arm: Array
     """(10 n,) of the links, as of `JointDynamics.arm`"""
@@ -86,9 +87,11 @@ class Rows:
         arm_known: bool = False,
         load: Load | None = None,
     ) -> Self:
-        """Of a run with (`loaded`) or without the payload. With `arm_known` the URDF's
-        inertias are the arm's, and its columns left out. `load` is by default the
-        published one."""
+        """Of a run with (`loaded`) or without the payload.
+
+        With `arm_known` the URDF's inertias are taken for the arm's, and the columns of
+        its parameters left out. `load` is by default the published one.
+        """
         load = Load.published(dynamics) if load is None else load
         starts = samples.bins(RATE)
         parts = [
@@ -108,7 +111,7 @@ def columns(
     arm_known: bool,
     load: Load,
 ) -> Array:
-    """(K, n, c) of every sample, unfiltered."""
+    """(K, n, c) columns of every sample, unfiltered."""
     dq, ddq = samples.velocity, samples.acceleration
     W = dynamics.regressor(samples.position, dq, ddq)
     arm = 0 if arm_known else len(dynamics.base)
@@ -154,7 +157,7 @@ def _averages(
     arm_known: bool,
     load: Load,
 ) -> tuple[Array, Array, Array]:
-    """Columns, time and velocity between `edges`."""
+    """Columns, time and velocity, averaged between `edges`."""
     chosen = samples[int(edges[0]) : int(edges[-1])]
     starts = edges[:-1] - edges[0]
     counts = np.diff(edges)
@@ -167,7 +170,8 @@ def _averages(
 
 
 LEVELS = 7
-"""Of differences; the last is of 2^6 and 2^6 rows, 0.64 s and 0.64 s at 100 Hz."""
+"""Scales whose differences are kept apart; the last is of 2^6 and 2^6 rows, 0.64 s and
+0.64 s at 100 Hz."""
 HALF = 0.5**0.5
 
 
@@ -188,7 +192,7 @@ class TorqueScales:
 
     @classmethod
     def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
-        """Arguments as of `TorqueMoments.empty`."""
+        """No samples yet; for the arguments see `TorqueMoments.empty`."""
         none = TorqueMoments.empty(joints, own, arm)
         return cls((none,) * (LEVELS + 1))
 
@@ -215,7 +219,7 @@ class TorqueScales:
         return type(self)(tuple(levels))
 
     def merge(self, other: TorqueScales) -> Self:
-        """As `TorqueMoments.merge`."""
+        """Of the samples of both, see `TorqueMoments.merge`."""
         if len(self.levels) != len(other.levels):
             raise InputError("moments of different time scales do not merge")
         pairs = zip(self.levels, other.levels, strict=True)
@@ -242,13 +246,13 @@ def _added(moments: TorqueMoments, rows: Array, share: Array) -> TorqueMoments:
 
 
 def _padded(values: Array) -> Array:
-    """To a whole number of the longest blocks."""
+    """With zeros at the end, to a whole number of the longest blocks."""
     more = -len(values) % 2**LEVELS
     return np.concatenate((values, np.zeros((more, *values.shape[1:]))))
 
 
 TOGETHER = 2**LEVELS
-"""Whole blocks of the longest time scale."""
+"""Rows that are folded at once: whole blocks of the longest time scale."""
 
 
 class LiveTorques:
@@ -265,11 +269,12 @@ class LiveTorques:
 
     @classmethod
     def empty(cls, joints: int, own: int, arm: int = 0) -> LiveTorques:
-        """Arguments as of `TorqueMoments.empty`."""
+        """No samples yet; for the arguments see `TorqueMoments.empty`."""
         return cls(TorqueScales.empty(joints, own, arm))
 
     def add(self, row: Array, time: float, used: Mask) -> None:
-        """Equations (n, c) at `time` [s], of which joints `used` (n,) count."""
+        """One sample more: equations (n, c) at `time` [s], of which joints `used` (n,)
+        count."""
         k = self._waiting
         self._values[k], self._time[k], self._used[k] = row, time, used
         self._waiting += 1
@@ -279,12 +284,12 @@ class LiveTorques:
 
     @property
     def scales(self) -> TorqueScales:
-        """Of all samples so far."""
+        """Moments of all samples so far."""
         return self._folded.fold(self._rows) if self._waiting else self._folded
 
     @property
     def size(self) -> int:
-        """[bytes]"""
+        """Memory [bytes]."""
         own = self._values.nbytes + self._used.nbytes + self._time.nbytes
         return own + sum(
             m.factors.nbytes + m.counts.nbytes for m in self._folded.levels

@@ -33,28 +33,29 @@ from hefting.estimators.whitened_state import WhitenedState
 from hefting.torques.equations import TorqueScales
 
 PASSES = 3
-"""Weights depend on the noise."""
+"""Number of times the noise of the joints is found: their weights depend on it."""
 NEIGHBOURS = 8.0
-"""Freedoms that the variance at the next shorter scale is worth."""
+"""Freedoms that the variance at the next shorter scale is worth for that at a scale."""
 FIRST = 0.02
-"""Standard deviation over the torque's root mean square, to begin with."""
+"""Standard deviation of the noise over the torque's root mean square, to begin with."""
 FLOOR = 1e-6
-"""The least: smaller values are due to rounding."""
+"""Least standard deviation of the noise over the torque's root mean square: smaller
+values are due to rounding."""
 
 LEAST_VARIANCE = 0.25
-"""Of a combination of the payload's parameters over that by white noise: noise at the
-scales that tell it is hardly smaller than on average by more."""
+"""Least variance of a combination of the payload's parameters over that by white noise:
+noise at the scales that tell it is hardly smaller than on average by more."""
 
 
 @dataclass(frozen=True, eq=False)
 class TorqueFit:
-    """Of all unknowns, for one standard deviation of the noise a joint."""
+    """Least squares of all unknowns for one standard deviation of the noise a joint."""
 
     scales: TorqueScales
     std: Array
     """(n,) [N m]"""
     prior: Array
-    """(own, n) of the nuisances, infinite where nothing is known"""
+    """(own, n) standard deviations of the nuisances, infinite where nothing is known"""
 
     @cached_property
     def moments(self) -> TorqueMoments:
@@ -88,7 +89,8 @@ class TorqueFit:
 
     @cached_property
     def nuisances(self) -> Array:
-        """(n, own, m + 1): at their best they are this times (-arm, -payload, 1)."""
+        """(n, own, m + 1): the nuisances of each joint at their best are this
+        times (-arm, -payload, 1)."""
         own = self.moments.own
         inverse = [pseudo_inverse_half(R[:own, :own]) for R in self.moments.factors]
         return np.array(
@@ -108,7 +110,7 @@ class TorqueFit:
 
     @cached_property
     def regressors(self) -> Array:
-        """(levels, n, c, m) Z."""
+        """(levels, n, c, m) Z: of arm and payload, the nuisances taken out."""
         own = self.moments.own
         factors = np.array([m.factors for m in self.scales.levels])
         M = self.nuisances[:, :, :-1]
@@ -129,7 +131,7 @@ class TorqueFit:
 
     @cached_property
     def variances(self) -> Array:
-        """(levels, n) [N² m²]."""
+        """(levels, n) of the noise at each time scale [N² m²]."""
         found = np.empty_like(self.squares)
         before = self.std**2
         for level, (square, freedom) in enumerate(
@@ -142,12 +144,14 @@ class TorqueFit:
 
     @property
     def slow_std(self) -> Array:
-        """(n,) [N m] at the two longest scales, where a wrong model shows."""
+        """(n,) standard deviation of the residuals at the two longest scales, where a
+        wrong model shows [N m]."""
         return np.sqrt(self.variances[-2:].mean(axis=0))
 
     @cached_property
     def covariance(self) -> Array:
-        """(10, 10) of the payload's parameters, where the samples tell them."""
+        """(10, 10) of the payload's parameters by noise of each scale's variance, where
+        the samples tell them."""
         weights = self.variances / self.std**4
         inverse = self.half @ self.half[-PAYLOAD:].T
         Z = self.regressors @ inverse * np.sqrt(weights)[:, :, None, None]
@@ -174,8 +178,11 @@ class TorqueFit:
 
 
 def fit(scales: TorqueScales, prior: Callable[[Array], Array]) -> TorqueFit:
-    """Least squares with each joint's noise found from its residuals. `prior` gives the
-    standard deviations (own, n) of the nuisances for those of the noise (n,)."""
+    """Least squares with each joint's noise found from its residuals.
+
+    `prior` gives the standard deviations (own, n) of the nuisances for those of the
+    noise (n,), infinite where nothing is known.
+    """
     whole = scales.whole
     counts = np.maximum(whole.counts, 1.0)
     size = np.sqrt((whole.factors[:, :, -1] ** 2).sum(axis=1) / counts)

@@ -32,20 +32,20 @@ from hefting.torques.noise import TorqueFit, fit
 from hefting.torques.samples import TorqueSamples
 
 OFFSET_CHANGE = 0.2
-"""Standard deviation between two runs, over that of the joint's noise: 0.02 N m of a
-shoulder, by a minute of warm-up."""
+"""Standard deviation of an offset's change between two runs, over that of the joint's
+noise: 0.02 N m of a shoulder, by a minute of warm-up."""
 FRICTION_CHANGE = 1.0
 """The same of the Coulomb friction."""
 FRICTION_BY_LOAD = 0.03
-"""Standard deviation, over the torque that causes it: of strain wave gears some
-percent."""
+"""Standard deviation of the friction over the torque that causes it: of strain wave
+gears some percent."""
 NO_CHANGE = 1e-3
 """The same where there is none."""
 PUBLISHED_ERROR = 0.5
 """Standard deviation of the arm's base parameters from the published ones, over their
-size."""
+size: where the samples do not tell them better."""
 TYPICAL_PAYLOAD = np.repeat((5.0, 0.5, 0.1), (1, 3, 6))
-"""(10,) standard deviations [kg, kg m, kg m²]."""
+"""(10,) standard deviations of a payload's parameters [kg, kg m, kg m²]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,11 +88,11 @@ class LoadedRuns:
 
     @property
     def arm_known(self) -> bool:
-        """Whether the URDF's inertias must serve."""
+        """Whether the URDF's inertias must serve for the arm's."""
         return not self.empty and self.calibration is None
 
     def fit(self) -> TorqueFit:
-        """Its `state` holds the payload's equations."""
+        """Least squares of everything; its `state` holds the payload's equations."""
         known = self.calibration
         load = Load.published(self.dynamics) if known is None else known.load
         prior = drifting if self.drift else steady
@@ -115,7 +115,7 @@ def drifting(std: Array) -> Array:
 
 
 def steady(std: Array) -> Array:
-    """Of parts of one recording."""
+    """The same of parts of one recording, between which nothing changes."""
     return _prior(std, NO_CHANGE, NO_CHANGE)
 
 
@@ -148,7 +148,7 @@ def _folded(
 
 
 def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:
-    """(10 n,) by a fit, near the published one where that leaves it open."""
+    """(10 n,) the arm by a fit, near the published one where that leaves it open."""
     size = len(dynamics.base)
     published = dynamics.base_parameters
     scale = PUBLISHED_ERROR * (np.abs(published) + np.abs(published).mean() + 1e-6)
@@ -161,7 +161,7 @@ def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:
 
 
 def _payload_of(found: TorqueFit) -> Array:
-    """(10,) by a fit, small where that leaves it open."""
+    """(10,) the payload by a fit, small where that leaves it open."""
     R = np.vstack((found.payload, _payload_rows(0)))
     body = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0]
     return np.asarray(body, dtype=float)
@@ -200,9 +200,11 @@ def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None
 
 
 def load_arm(path: str | Path, dynamics: JointDynamics) -> EmptyRuns:
-    """The calibration in a file, of the same arm. `InputError` for a file that is none,
-    and for that of another robot, of other joints or another order of them, or of
-    another frame."""
+    """The calibration in a file, of the same arm.
+
+    Raises `InputError` for a file that is not one, and for that of another robot, of
+    other joints or another order of them, or of another frame.
+    """
     data = read_json(path)
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
         raise InputError(

@@ -38,8 +38,11 @@ class TorqueSamples:
         cls, joint_time: Array, position: Array, time: Array, torque: Array
     ) -> Self:
         """From joint positions (L, n) at `joint_time` (L,) and torques (K, n) at `time`
-        (K,) [s], by a spline for each joint; torques outside their time, or in gaps,
-        are left out. `InputError` for fewer than `FEWEST` samples."""
+        (K,) [s]: each joint's motion is a spline through its positions.
+
+        Torques outside the positions' time, or in gaps, are left out. Raises
+        `InputError` for fewer than `FEWEST` samples.
+        """
         for kind, many in (("positions", len(joint_time)), ("torques", len(time))):
             if many < FEWEST:
                 what = f"{many} samples of joint {kind} are too few"
@@ -66,7 +69,8 @@ class TorqueSamples:
         return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
 
     def bins(self, rate: float) -> Indices:
-        """First samples of each 1 / `rate` seconds; each, where they come no faster."""
+        """Index of the first sample of each 1 / `rate` seconds that has any; each
+        sample's own, where they come no faster."""
         interval = float(np.median(np.diff(self.time)))
         if interval * rate > 0.7:
             return np.arange(len(self.time))
@@ -75,20 +79,20 @@ class TorqueSamples:
 
 
 UR_JOINT = "shoulder_pan_joint"
-"""Of a Universal Robots driver, whose efforts are currents unless it was told
-otherwise."""
+"""Name of a joint by which a Universal Robots driver is known, whose efforts are
+currents unless it was told otherwise."""
 LEAST_TURN = 0.02
-"""[rad] of a joint that moves."""
+"""[rad] A joint that turns less does not move."""
 
 
 def samples_of(
     recording: Recording, dynamics: JointDynamics, gains: Array | None = None
 ) -> TorqueSamples:
-    """Of the joints of `dynamics`.
+    """Motion and torques of the joints of `dynamics`.
 
-    `gains` [N m/A], (n,) or one for all, say that currents are recorded. `InputError`
-    where positions or torques are not there, are of other joints, or currents have no
-    gains.
+    `gains` [N m/A], (n,) or one number for all, say that the recorded values are the
+    motors' currents. Raises `InputError` where positions or torques are not there, are
+    of other joints, or currents have no gains.
     """
     if not recording.has("joint_positions"):
         raise InputError(
@@ -108,7 +112,7 @@ def samples_of(
 def still_joints(
     samples: TorqueSamples, dynamics: JointDynamics, source: str
 ) -> tuple[Message, ...]:
-    """A warning about joints that never move."""
+    """A warning about joints that never move, if any."""
     turned = np.ptp(samples.position, axis=0)
     names = [n for n, by in zip(dynamics.names, turned, strict=True) if by < LEAST_TURN]
     if not names:
@@ -121,6 +125,7 @@ def still_joints(
 
 
 def _torques(recording: Recording, gains: Array | None) -> str:
+    """The stream that has them."""
     source = recording.source
     if recording.has("joint_torques"):
         if UR_JOINT in recording.joint_names and gains is None:

@@ -31,10 +31,10 @@ MASSES = ("#7B5EA7", "#3B8BC2", "#2BA58D", "#8CC63F", "#F2B705")
 SENSOR = "/sensor"
 """Node that moves with the sensor; all that is drawn of the object is below it."""
 LEAST_SIZE = 0.05
-"""Of a scene that holds nothing [m]."""
+"""Size of a scene that holds nothing [m]."""
 MOST_REACH = 3.0
-"""Sizes of the scene that a region for the COM may reach: a larger one would hide all
-else."""
+"""A region for the COM that reaches farther than so many sizes of the scene would hide
+all else, and is not drawn."""
 STROKES = {
     "x": (((0, 0), (1, 1)), ((0, 1), (1, 0))),
     "y": (((0, 1), (0.5, 0.5)), ((1, 1), (0.5, 0.5)), ((0.5, 0.5), (0.5, 0))),
@@ -66,8 +66,8 @@ def size_of(scene: Scene) -> float:
 
 
 def axes_length(size: float) -> float:
-    """Length of the sensor's axes [m] for a size of the scene: 1, 2 or 5 times a power
-    of ten."""
+    """Length at which the sensor's axes are drawn [m]: 1, 2 or 5 times a power of ten,
+    that suits a scene of a size."""
     power = 10.0 ** np.floor(np.log10(AXES_SHARE * size))
     return float(
         max(n * power for n in (1.0, 2.0, 5.0) if n * power <= AXES_SHARE * size)
@@ -75,8 +75,15 @@ def axes_length(size: float) -> float:
 
 
 class ObjectDrawing:
-    """The object, as nodes below `SENSOR`; the surface of the first scene does not
-    change later."""
+    """The object, as nodes below `SENSOR`.
+
+    Parameters
+    ----------
+    api : viser.SceneApi
+        Where it is drawn.
+    scene : Scene
+        Its surface and what is known of the object do not change later.
+    """
 
     def __init__(self, api: "SceneApi", scene: Scene):
         self._api = api
@@ -108,6 +115,7 @@ class ObjectDrawing:
             node.visible = name not in self._absent and not parts & self.hidden
 
     def _draw_axes(self) -> None:
+        """The sensor's axes, with their names."""
         length = axes_length(self.size)
         self.sensor = self._api.add_frame(
             SENSOR, axes_length=length, axes_radius=0.02 * length, show_axes=False
@@ -130,7 +138,7 @@ class ObjectDrawing:
             )
 
     def _draw_surface(self, surface: Surface) -> None:
-        """The object's own surface, half transparent; a box as a wire frame."""
+        """The object's own surface, half transparent; a box around it as a wire frame."""
         self._nodes["shape"] = self._api.add_mesh_simple(
             f"{SENSOR}/shape",
             surface.vertices,
@@ -144,6 +152,7 @@ class ObjectDrawing:
         )
 
     def _draw_points(self, points: PointSet | None) -> None:
+        """Points of the shape; by their masses, where a method put masses there."""
         if points is None:
             self._absent.add("masses")
             return
@@ -170,6 +179,7 @@ class ObjectDrawing:
         node.colors = colours
 
     def _draw_body(self, body: Body) -> None:
+        """COM, the region that holds it, and the ellipsoid of equal inertia."""
         known = body.name != "estimate"
         place = f"{body.name}/truth" if known else body.name
         self._draw_center(f"{place}/com", body.center, TRUTH if known else COM)
@@ -221,14 +231,15 @@ class ObjectDrawing:
         self._node(name, add).vertices = np.asarray(vertices, dtype=np.float32)
 
     def _node(self, name: str, add: Callable[[], Any]) -> Any:
+        """A node, which is made the first time."""
         if name not in self._nodes:
             self._nodes[name] = add()
         return self._nodes[name]
 
 
 def letter(axis: str, length: float) -> Array:
-    """Strokes (n, 2, 3) [m] of the letter x, y or z beyond the end of an axis: viser's
-    labels lag behind nodes that move."""
+    """Strokes (n, 2, 3) [m] of the letter x, y or z beyond the end of an axis of some
+    length [m]: viser's labels lag behind nodes that move."""
     i = "xyz".index(axis)
     right, up = np.roll(np.eye(3), -i, axis=0)[:2]
     ends = np.array(STROKES[axis]) - 0.5
@@ -238,7 +249,7 @@ def letter(axis: str, length: float) -> Array:
 
 @cache
 def unit_sphere() -> tuple[Array, np.ndarray]:
-    """Vertices (642, 3) and triangles."""
+    """Vertices (642, 3) and triangles of a sphere of radius 1 about the origin."""
     from trimesh.creation import icosphere
 
     sphere = icosphere(subdivisions=3)

@@ -45,8 +45,17 @@ INTERVALS = (("mass", "kg"), ("COM, half-width", "mm"))
 
 
 class LiveView:
-    """What a stream tells, as it is seen on a server; `say` turns names of arguments in
-    backquotes into the reader's."""
+    """What a stream tells, as it is seen.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where it is shown.
+    shape : Shape, optional
+        Of the object.
+    say : callable
+        Turns names of arguments in backquotes into the reader's.
+    """
 
     def __init__(
         self,
@@ -107,11 +116,13 @@ class LiveView:
             camera.near = 1e-2 * size
 
     def _fail(self, error: Exception) -> None:
+        """Say in the panel what went wrong."""
         self.text.content = block(bold("cannot be shown", BAD) + line(str(error)))
 
 
 class Intervals:
-    """Mass and half the interval of the COM over the time of the stream."""
+    """Mass with its interval, and half the interval of the COM, over the time of the
+    stream."""
 
     def __init__(self, gui: "GuiApi"):
         self._rows: list[tuple[float, ...]] = []
@@ -155,7 +166,8 @@ class Intervals:
 
 
 class RecentWrench:
-    """Force and torque of the latest seconds, measured and predicted."""
+    """Force and torque of the latest seconds, measured and as the estimate predicts
+    them."""
 
     def __init__(self, gui: "GuiApi"):
         self._kept = np.empty((0, 13))
@@ -201,7 +213,15 @@ AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
     """State, verdict, numbers with half their 95 % intervals, and what is to be said.
-    All text is escaped."""
+    All text is escaped.
+
+    Parameters
+    ----------
+    found : LiveEstimate
+        What is known.
+    say : callable
+        Turns names of arguments in backquotes into the reader's.
+    """
     state = f"{found.state}, {found.time:.1f} s"
     if found.object > 1:
         state += f", object {found.object}"

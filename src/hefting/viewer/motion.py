@@ -21,21 +21,32 @@ if TYPE_CHECKING:
     from viser import GuiApi, SceneApi
 
 MOST_TRIANGLES = 4_000
-"""Of one mesh that are drawn."""
+"""Triangles of one mesh that are drawn at most."""
 THICKNESS = 0.012
-"""Of the lines [m]."""
+"""Of the line from joint to joint [m]."""
 LONGEST = {"force": 1.0, "torque": 0.6}
 """Length of the longest arrow over the size of the scene."""
 APART = 0.02
-"""Between the arrows of the measured and the predicted, over the size of the scene:
-they would hide one another."""
+"""Distance between the arrows of the measured and the predicted, over the size of the
+scene: they would hide one another."""
 HEIGHT = 170
 """Of a plot [pixels]."""
 
 
 class ArmDrawing:
-    """Links of an arm as their geometries, those without any as lines from joint to
-    joint, at each of the joint positions (N, n) [rad], [m] of its frames."""
+    """Links of an arm as their geometries, those without any as lines from their joint
+    to the next ones.
+
+    Parameters
+    ----------
+    api : viser.SceneApi
+        Where they are drawn.
+    arm : Arm
+        The links.
+    joints : (N, n)
+        Joint positions at each frame, in the columns that the arm's links name [rad],
+        [m].
+    """
 
     def __init__(self, api: "SceneApi", arm: Arm, joints: Array):
         self.arm = arm
@@ -75,8 +86,8 @@ class ArmDrawing:
     def _draw(
         self, api: "SceneApi", name: str, geometries: tuple[Geometry, ...]
     ) -> bool:
-        """Draw the visual parts of a link; if none of them can be read, those for
-        collisions. Whether anything is drawn."""
+        """Draw what a link looks like: its visual parts; if none of them can be read,
+        those for collisions. Whether anything is drawn."""
         for part in ("visual", "collision"):
             meshes = [self._mesh(each) for each in geometries if each.part == part]
             known = [mesh for mesh in meshes if mesh is not None]
@@ -94,8 +105,8 @@ class ArmDrawing:
         return False
 
     def _mesh(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
-        """Vertices (V, 3) [m] in the link's frame and triangles of a geometry; None
-        where its mesh cannot be read."""
+        """Vertices (V, 3) [m] in the link's frame and triangles of a geometry, no more
+        than are drawn; None where its mesh cannot be read."""
         surface = self._surfaces.read(geometry)
         return None if surface is None else coarser(*surface, MOST_TRIANGLES)
 
@@ -115,8 +126,18 @@ def arrow(vector: Array, scale: float, aside: float) -> Array:
 
 
 class WrenchArrows:
-    """Force and torque on the object in sensor axes, without bias; `size` is that of
-    the scene [m], which the largest ones' lengths follow from (`LONGEST`)."""
+    """Force and torque on the object in sensor axes, measured and predicted, without
+    bias.
+
+    Parameters
+    ----------
+    api : viser.SceneApi
+        Where they are drawn.
+    playback : Playback
+        Whose largest force and torque have arrows of the lengths `LONGEST`.
+    size : float
+        Size of the scene [m].
+    """
 
     def __init__(self, api: "SceneApi", playback: Playback, size: float):
         self.playback, self.size = playback, size
@@ -137,7 +158,7 @@ class WrenchArrows:
         self.hidden = False
 
     def show(self, frame: Frame, estimate: Estimate | None) -> None:
-        """Draw the wrench at a frame."""
+        """Draw the wrench at a frame, as an estimate explains it."""
         wrenches = {"measured": frame.measured - self.playback.bias(estimate)}
         if estimate is not None:
             wrenches["predicted"] = self.playback.predicted(estimate, frame.sample)
@@ -153,8 +174,9 @@ class WrenchArrows:
 
 
 class WrenchPlots:
-    """Force and torque over the recording, measured and as the estimate predicts it
-    with its bias; a vertical line at the instant up to which it goes."""
+    """Force and torque over the whole recording: measured, and as the estimate predicts
+    it with its bias. A vertical line stands at the instant up to which the estimate
+    goes."""
 
     def __init__(self, gui: "GuiApi", playback: Playback):
         self.playback = playback
@@ -163,7 +185,7 @@ class WrenchPlots:
         self.handles = [self._plot(gui, *part) for part in PARTS]
 
     def show(self, index: int, estimate: Estimate | None) -> None:
-        """Draw the wrench that an estimate predicts, and the line."""
+        """Draw the wrench that an estimate predicts, and the line at a frame."""
         for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
             data = self._data(first, estimate, index)
             scales = scales_of(data)
@@ -203,8 +225,8 @@ class WrenchPlots:
 
 
 def scales_of(data: tuple[Array, ...]) -> dict[str, Any]:
-    """Scales on which measured curves are whole, and predicted ones as far as they are
-    of the same size. They change in steps, seldom."""
+    """Scales on which the measured curves of a plot are whole, and the predicted ones
+    as far as they are of the same size. They change in steps, seldom."""
     measured, predicted = np.array(data[1:4]), np.array(data[4:7])
     low, high = float(measured.min()), float(measured.max())
     step = 0.2 * (high - low) or 1.0

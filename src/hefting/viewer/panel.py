@@ -28,7 +28,8 @@ GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
 """Of the verdict, read on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}
 TYPICAL_POSE_STD = (5.0, 5.0)
-"""[mm] and [°], what Bayes reckons with where the pose is not exact."""
+"""[mm] and [°] shown before any is set: what Bayes reckons with where the pose is not
+exact."""
 NUMBERS = {
     "c1": ("c1", "dynamism at which the full model takes over"),
     "regularization": ("lambda", "pull to equal masses [N/kg]"),
@@ -42,7 +43,19 @@ def answer_html(
     answer: Answer, used: str, static: bool, say: Callable[[str], str] = str
 ) -> str:
     """Verdict, reasons for doubt, numbers with half their 95 % intervals, and what they
-    rest on, of which `used` is said. All text is escaped."""
+    rest on. All text is escaped.
+
+    Parameters
+    ----------
+    answer : Answer
+        What is known at the instant.
+    used : str
+        How much of the recording that is.
+    static : bool
+        Whether the recording consists of static poses.
+    say : callable
+        Turns names of arguments in backquotes into the reader's.
+    """
     if answer.estimate is None:
         return block(bold("no answer yet", BAD) + line(say(answer.refusal)))
     headline, verdict = answer.headline, answer.estimate.verdict
@@ -121,6 +134,7 @@ def _mark(colour: str, text: str) -> str:
 
 
 def _scale(largest: float) -> str:
+    """A bar of the colours of masses."""
     bar = (
         "display:inline-block;width:6em;height:0.8em;margin:0 0.5em;"
         f"border-radius:2px;background:linear-gradient(to right,{','.join(MASSES)})"
@@ -132,8 +146,17 @@ def _scale(largest: float) -> str:
 
 
 class Controls:
-    """Widgets that say which instant and which settings are wanted; `changed` is
-    called, in any thread, when others are."""
+    """Widgets that say which instant and which settings are wanted.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Whose panel they are in.
+    session, playback
+        What is chosen from.
+    changed : callable
+        Called, in any thread, when something else is wanted.
+    """
 
     def __init__(
         self,
@@ -207,7 +230,7 @@ class Controls:
         return Settings(method, chosen)
 
     def _hyperparameters(self, method: str) -> set[str]:
-        """Those for which there are controls."""
+        """Those of a method for which there are controls."""
         if method in self._session.given:
             return set()
         estimator = self._session.estimator(Settings(method))
@@ -217,6 +240,8 @@ class Controls:
         return names & {*NUMBERS, "pose_std"}
 
     def _listen(self) -> None:
+        """Follow every widget."""
+
         @self.method.on_update
         def _(_: Any) -> None:
             self._show_settings()
@@ -246,7 +271,7 @@ class Controls:
             number.visible = "pose_std" in names and bool(self.pose_known.value)
 
     def _set_defaults(self, own: dict[str, Any]) -> None:
-        """Set the numbers to what the method would take."""
+        """Set the numbers of a method to what it would take by itself."""
         method = str(self.method.value)
         if method in self._session.given:
             return

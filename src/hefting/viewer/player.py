@@ -47,8 +47,10 @@ FROM = np.array((1.0, -1.3, 0.6))
 
 
 def player_of(viewer: Viewer, title: str) -> str:
-    """The page: the whole recording, played with the answer that is shown now. It holds
-    all it needs. `title` is escaped."""
+    """The page: the whole recording, played with the answer that is shown now.
+
+    It holds all it needs, and asks for nothing. `title` is escaped.
+    """
     playback = viewer.playback
     viewer.show_frame(0)
     recorded = viewer.server.get_scene_serializer()
@@ -63,6 +65,7 @@ def player_of(viewer: Viewer, title: str) -> str:
 
 
 def _answer(viewer: Viewer) -> str:
+    """The answer and the legend."""
     playback, answer = viewer.playback, viewer.answer
     used = f"all of {float(playback.times[-1]):.2f} s"
     if playback.static:
@@ -133,6 +136,7 @@ def _draw(server: "ViserServer", plan: Plan, place: Array) -> Any:
 
 
 def _aim(server: "ViserServer", points: Array) -> None:
+    """Let the camera see all of the points (N, 3)."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
     server.scene.set_up_direction("+z")

@@ -26,11 +26,21 @@ T = TypeVar("T")
 
 @contextmanager
 def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
-    """A server at an address of this machine while this is entered; its port, any free
-    one for 0, is free again afterwards.
+    """A server while this is entered; its port is free again afterwards.
 
-    Raises `InputError` if it cannot listen there, `MissingDependencyError` without
-    viser.
+    Parameters
+    ----------
+    host : str
+        Address or name of this machine to listen at.
+    port : int
+        0 is any that is free.
+
+    Raises
+    ------
+    InputError
+        If it cannot listen there.
+    MissingDependencyError
+        Without viser.
     """
     try:
         import viser
@@ -108,9 +118,16 @@ def _refuse_tunnels(server: "ViserServer") -> None:
 
 
 class Follower(Generic[T]):
-    """Calls `work`, in a thread of its own, with what was wanted last; what was wanted
-    while it worked is passed over. `failed` is told of an exception, and the follower
-    goes on."""
+    """Calls `work` with what was wanted last; what was wanted in between, while it
+    worked, is passed over.
+
+    Parameters
+    ----------
+    work : callable
+        Called in the follower's thread.
+    failed : callable
+        Told of an exception that `work` raised; the follower goes on.
+    """
 
     def __init__(self, work: Callable[[T], None], failed: Callable[[Exception], None]):
         self._work, self._failed = work, failed

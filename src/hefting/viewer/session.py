@@ -48,8 +48,15 @@ class Frame:
 
 
 class Playback:
-    """A recording as it is played: `len` frames of the samples of `found`, which are
-    conditioned; the last one is at the last sample."""
+    """A recording as it is played: `len` frames, the last one at the last sample.
+
+    Parameters
+    ----------
+    recording : Recording
+        As read, with the sensor's poses.
+    found : Ingested
+        The same as conditioned; its samples are those that are played.
+    """
 
     def __init__(self, recording: Recording, found: Ingested):
         self.recording, self.found = recording, found
@@ -94,22 +101,23 @@ class Playback:
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
-        """Position (N, 3) [m] and orientation (N, 4) of the sensor, logged nearest to
-        each frame."""
+        """Position (N, 3) [m] and orientation (N, 4) of the sensor at each frame, those
+        that were logged nearest to it."""
         turned = self.at("orientation")
         place = self.at("position")
         return np.zeros((len(self), 3)) if place is None else place, turned  # type: ignore[return-value]
 
     def at(self, name: str) -> Array | None:
-        """Values (N, d) of a stream nearest to each frame; None without such a
-        stream."""
+        """Values (N, d) of a stream logged nearest to each frame; None where there is
+        no such stream."""
         if not self.recording.has(name):
             return None
         stream = self.recording[name]
         return stream.values[_nearest(stream, self.instants)]
 
     def bias(self, estimate: Estimate | None) -> Array:
-        """(6,) bias that an estimate found [N, N m]; zero where it found none."""
+        """(6,) bias of the wrench that an estimate found [N, N m]; zero where it found
+        none."""
         known = None if estimate is None else estimate.common_bias
         return np.zeros(6) if known is None else known
 
@@ -120,8 +128,8 @@ class Playback:
 
     @cached_property
     def largest(self) -> Array:
-        """(2,) largest force [N] and torque [N m] measured, less a constant bias of
-        least squares."""
+        """(2,) largest force [N] and torque [N m] of the measured wrench less a
+        constant bias that least squares found."""
         bias = self.found.fit.bias
         wrench = self.found.measurements.wrench - (0.0 if bias is None else bias)
         sizes = np.linalg.norm(wrench.reshape(-1, 2, 3), axis=2).max(axis=0)
@@ -129,6 +137,7 @@ class Playback:
 
 
 def _chosen(found: Ingested) -> Indices:
+    """Samples that are drawn, evenly chosen, with the first and the last."""
     count = len(found.measurements)
     most = MOST_FRAMES
     if not found.static:
@@ -138,7 +147,7 @@ def _chosen(found: Ingested) -> Indices:
 
 
 def _nearest(stream: Stream, instants: Array) -> Indices:
-    """Index of the sample nearest to each instant."""
+    """Index of the sample of a stream nearest to each instant."""
     time = stream.time
     after = np.clip(np.searchsorted(time, instants), 1, max(len(time) - 1, 1))
     after = np.minimum(after, len(time) - 1)
@@ -181,10 +190,23 @@ class Answer:
 class Session:
     """A recording that was read and conditioned, and what methods find from it.
 
-    `hyperparameters` are values by name, for methods that have them, where `Settings`
-    say nothing else; `given` are estimates made elsewhere, by the name they are to have
-    among the methods; `truth` is drawn beside the estimate. Raises `InputError` if the
-    recording determines no object.
+    Parameters
+    ----------
+    found : Ingested
+        One recording. Refused where it determines no object.
+    shape : Shape, optional
+        Where the object may have mass, in the sensor frame.
+    hyperparameters : mapping, optional
+        Values by name, for methods that have them, where `Settings` say nothing else.
+    given : mapping of str to Estimate, optional
+        Estimates made elsewhere, by the name that they are to have among the methods.
+    truth : InertialParameters, optional
+        Drawn beside the estimate.
+
+    Raises
+    ------
+    InputError
+        If the recording determines no object.
     """
 
     def __init__(
@@ -205,8 +227,8 @@ class Session:
 
     @cached_property
     def methods(self) -> tuple[str, ...]:
-        """Estimates that were given, then methods for which enough is known of the
-        object."""
+        """Names of the methods for which enough is known of the object, after those of
+        the estimates that were given."""
         return (*self.given, *(name for name in METHODS if self._serves(name)))
 
     @property
@@ -234,7 +256,7 @@ class Session:
 
     def estimate(self, instant: float, settings: Settings) -> Estimate:
         """The estimate from the samples up to an instant [s], see `estimate_until`; one
-        that was given does not depend on it."""
+        that was given does not depend on it. Errors are those of `estimate_until`."""
         if settings.method in self.given:
             return self.given[settings.method]
         estimator = self.estimator(settings)
@@ -260,17 +282,20 @@ class Session:
         return Answer(estimate, self.scene(estimate))
 
     def scene(self, estimate: Estimate | None) -> Scene:
-        """What is drawn of the object, with point masses that an estimate has."""
+        """What is drawn of the object, with the masses that a method put at the points
+        of the shape."""
         found = {} if estimate is None else {"estimate": estimate}
         known = {} if self.truth is None else {"truth": self.truth}
         return scene_of(found, self.shape, known, masses=self._has_masses(estimate))
 
     def _has_masses(self, estimate: Estimate | None) -> bool:
+        """Whether an estimate has a mass for each point of the shape."""
         if estimate is None or estimate.point_masses is None or self.shape is None:
             return False
         return len(estimate.point_masses) == self.shape.n
 
     def _serves(self, name: str) -> bool:
+        """Whether enough is known for a method."""
         needs = METHODS[name].needs
         if needs == "labelled parts":
             return self.shape is not None and self.shape.labels is not None

@@ -31,8 +31,21 @@ SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
 
 
 class Viewer:
-    """A session as it is seen and handled in a browser; the arm moves with the recorded
-    joint positions. `say` turns names of arguments in backquotes into the reader's."""
+    """A session as it is seen and handled.
+
+    Parameters
+    ----------
+    server : viser.ViserServer
+        Where it is shown.
+    session, playback
+        What is shown.
+    arm : Arm, optional
+        Drawn at the recorded joint positions.
+    settings : Settings, optional
+        At first; by default those of the session.
+    say : callable
+        Turns names of arguments in backquotes into the reader's.
+    """
 
     def __init__(
         self,
@@ -71,6 +84,7 @@ class Viewer:
         self.show(float(playback.times[-1]), settings)
 
     def _make_panel(self, settings: Settings, first: Answer) -> None:
+        """The widgets, from top to bottom."""
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.set_panel_label("Hefting")
@@ -156,12 +170,13 @@ class Viewer:
         self.show(*wanted)
 
     def _fail(self, error: Exception) -> None:
+        """Say in the panel what went wrong."""
         refused = Answer(None, self.session.scene(None), str(error))
         with self._lock:
             self.text.content = answer_html(refused, "", False, self.say)
 
     def _play(self) -> None:
-        """Move the time on, from the start again at the end."""
+        """Move the time on as it went, from the start again at the end."""
         times = self.playback.times
         pace = 2.0 if self.playback.static else 1.0  # poses a second
         while not self._closed.is_set():
@@ -176,11 +191,13 @@ class Viewer:
             slider.value = float(times[0]) if now > last else now
 
     def _used(self, time: float) -> str:
+        """How much of the recording the answer rests on, in words."""
         if self.playback.static:
             return f"poses up to {time:g}"
         return f"first {time:.2f} of {float(self.playback.times[-1]):.2f} s"
 
     def _hide(self) -> None:
+        """Hide what is not ticked."""
         with self._lock:
             hidden = {name for name, box in self.boxes.items() if not box.value}
             self.arrows.hidden = "wrench" in hidden
@@ -189,6 +206,7 @@ class Viewer:
             self.arrows.show(self.playback[index], self.answer.estimate)
 
     def _draw_path(self) -> None:
+        """The path of the sensor's origin."""
         path = self.playback.poses[0]
         if len(path) > 1 and np.ptp(path, axis=0).max() > 0.0:
             self.server.scene.add_line_segments(

@@ -18,7 +18,7 @@ class MotionFile:
     """One format."""
 
     suffix: str
-    """of its files, in lower case, with the dot"""
+    """Of its files, in lower case, with the dot."""
     description: str
     content: Callable[[Plan], bytes]
     """The file of a plan; `InputError` where it cannot hold it."""

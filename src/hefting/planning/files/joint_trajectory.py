@@ -39,7 +39,7 @@ def message_of(plan: Plan) -> dict[str, Any]:
 
 
 def duration_of(time: float) -> dict[str, int]:
-    """``builtin_interfaces/msg/Duration``."""
+    """``builtin_interfaces/msg/Duration`` of seconds."""
     sec, nanosec = divmod(round(time * 1e9), 1_000_000_000)
     return {"sec": sec, "nanosec": nanosec}
 

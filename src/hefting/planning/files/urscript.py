@@ -14,13 +14,14 @@ from hefting.planning.result import Plan
 
 JOINTS = 6
 STEP = 0.008
-"""[s] between positions: one cycle of a CB3 controller, four of an e-Series."""
+"""[s] between positions: one cycle of a CB3 controller, four of an e-Series, so that
+the file is for both."""
 LOOKAHEAD = 0.1
 """[s] over which the controller smooths; its default."""
 GAIN = 300
 """Of the position controller; its default."""
 APPROACH = (0.3, 0.25)
-"""[rad/s²] and [rad/s] of the way to the start."""
+"""Acceleration [rad/s²] and speed [rad/s] of the way to the start."""
 END = 1.0
 """[rad/s²] of the stop at the end, where the arm is at rest anyway."""
 
