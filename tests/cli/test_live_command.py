@@ -152,6 +152,30 @@ def test_a_pipe_is_read_to_its_end(recording, log, run):
     assert last["counts"]["skipped"] == {"not a JSON object": 1}
 
 
+@pytest.mark.parametrize(
+    ("given", "status", "said"),
+    [
+        (b"", 3, "no answer: no sample came in"),
+        (b"nonsense\n" * 3, 2, "3 skipped (not a JSON object)"),
+        (b'{"wrench": [0, 0, 1, 0, 0, 0]}\n', 2, "1 skipped (no time in seconds)"),
+        (
+            b'{"time": 0, "wrench": [0, 0, 1, 0, 0, 0]}\nnonsense\n',
+            3,
+            "1 skipped (not a JSON object)",
+        ),
+    ],
+)
+def test_a_pipe_without_an_answer_says_why(run, monkeypatch, given, status, said):
+    read, write = os.pipe()
+    os.write(write, given)
+    os.close(write)
+    with os.fdopen(read) as pipe:
+        monkeypatch.setattr("sys.stdin", pipe)
+        result = run("live", "-")
+    assert result[0] == status
+    assert said in result[2].splitlines()[-1]
+
+
 @pytest.mark.skipif(os.name == "nt", reason="sends a signal of POSIX")
 def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run):
     """Typed when there is an answer from all samples."""

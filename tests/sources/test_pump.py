@@ -116,6 +116,18 @@ def test_silence_with_bad_messages_says_why_they_are_bad():
     assert "7 skipped (not a JSON object)" in str(pump.error)
 
 
+def test_a_source_that_ends_with_nothing_but_bad_messages_says_so():
+    source = Script(EndOfSource("over"))
+    source.skipped["not a JSON object"] = 7
+    _, _, pump = pumped(source)
+    assert pump.state == "failed"
+    assert "7 skipped (not a JSON object)" in str(pump.error)
+    # one sample that could be read is a stream, however short
+    source = Script(some(0), EndOfSource("over"))
+    source.skipped["not a JSON object"] = 7
+    assert pumped(source)[2].error is None
+
+
 def test_later_silence_is_none_of_its_business():
     source = Script(some(0))
     with Pump(source, lambda samples: None, patience=0.02) as pump:

@@ -15,7 +15,7 @@ from hefting.online.understanding import Settings
 
 def final_estimate(
     last: LiveEstimate,
-    recordings: Sequence[Recording | str | Path],
+    recordings: Sequence[Recording | str | Path] | None,
     settings: Settings,
     since: float | None,
 ) -> LiveEstimate:
@@ -25,7 +25,8 @@ def final_estimate(
     ----------
     last : LiveEstimate
         What was known at the end.
-    recordings : of each clock of the stream; none where it was not kept.
+    recordings : of each clock of the stream that has wrench and poses; None where it was
+        too long to be kept.
     settings : as the stream was identified with.
     since : [s] Stamp since when the last object is held; None where it is the first.
 
@@ -34,11 +35,13 @@ def final_estimate(
     LiveEstimate
         `last` where the whole cannot be identified, or is not there.
     """
-    if not recordings:
+    if recordings is None:
         what = (
             "the stream is too long to be kept: the final answer is the last live one"
         )
         return replace(last, messages=(*last.messages, note("live-not-kept", what)))
+    if not recordings:
+        return last
     start = 0.0
     try:
         logs = [as_recording(each) for each in recordings]

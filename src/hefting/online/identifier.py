@@ -244,9 +244,10 @@ class LiveIdentifier:
             last = self._pipeline.told()
         if last is None:
             return None
-        recordings = (
-            self._pipeline.history.kept.recordings("live") if log is None else [log]
-        )
+        recordings: list[Any] | None = [log]
+        if log is None:
+            kept = self._pipeline.history.kept
+            recordings = kept.recordings("live") if kept.whole else None
         self._tell(
             final_estimate(last, recordings, self.settings, self._pipeline.object_since)
         )

@@ -6,6 +6,7 @@ import threading
 import time
 from collections import Counter
 from collections.abc import Callable, Iterator
+from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, Literal
@@ -92,11 +93,12 @@ class Pump:
 
     def _run(self) -> None:
         try:
-            self.source.open()
-            self._open()
-            self._read_until_stopped()
-            self.state = "ended"
-        except EndOfSource:
+            with suppress(EndOfSource):
+                self.source.open()
+                self._open()
+                self._read_until_stopped()
+            if not self.counts["samples"]:
+                self._check_readable()
             self.state = "ended"
         except Exception as error:  # whatever it is, who waits is told
             self.state, self.error = "failed", error
@@ -129,6 +131,15 @@ class Pump:
         """`InputError` when nothing has come for too long."""
         if passed < self._patience:
             return
+        self._check_readable()
+        raise InputError(
+            f"nothing arrives for {self._patience:g} s",
+            self.source.name,
+            "check that the robot's driver runs and sends",
+        )
+
+    def _check_readable(self) -> None:
+        """`InputError` where all that came was skipped."""
         if skipped := self.source.skipped:
             (reason, count), *_ = skipped.most_common(1)
             raise InputError(
@@ -136,11 +147,6 @@ class Pump:
                 self.source.name,
                 "see docs/sources.md for what is read",
             )
-        raise InputError(
-            f"nothing arrives for {self._patience:g} s",
-            self.source.name,
-            "check that the robot's driver runs and sends",
-        )
 
     def _connect_again(self, lost: HeftingError) -> None:
         """Open the source again, however often it takes."""

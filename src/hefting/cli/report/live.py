@@ -4,6 +4,7 @@ lines otherwise, or JSON."""
 import sys
 import threading
 import time
+from collections import Counter
 from collections.abc import Callable
 from shutil import get_terminal_size
 from typing import TYPE_CHECKING
@@ -140,6 +141,8 @@ def numbers_of(estimate: "Estimate") -> list[str]:
 def no_answer(found: "LiveEstimate | None", render: Render) -> str:
     """Why there is no final answer, and what to do."""
     if found is None:
-        return "no answer: too little came in"
-    why = "; ".join(str(text) for text in found.messages) or found.state
-    return f"no answer: {render(why)}"
+        return "no answer: no sample came in"
+    why = [str(text) for text in found.messages] or [found.state]
+    skipped: Counter[str] = +Counter(found.counts.get("skipped", {}))
+    why += [f"{count} skipped ({reason})" for reason, count in skipped.most_common(1)]
+    return f"no answer: {render('; '.join(why))}"
