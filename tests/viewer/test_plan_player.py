@@ -48,7 +48,7 @@ def serving_plainly():
 
 @needs_browser
 def test_it_plays_from_disk_without_a_network(tmp_path, browser, monkeypatch):
-    monkeypatch.setattr("hefting.viewer.plan_player.serving", serving_plainly)
+    monkeypatch.setattr("hefting.viewer.player.serving", serving_plainly)
     plan = replace(plan_of(tmp_path), tip="tool")
     file = tmp_path / "plan.html"
     file.write_text(plan_player(plan))
