@@ -271,3 +271,4 @@ def _start(recording: Recording) -> int:
 
 
 DASHBOARD = Dashboard(name="Foxglove", suffixes=(".mcap",), check=check, write=write)
+"""Shown by Foxglove, and by what else reads its schemas."""

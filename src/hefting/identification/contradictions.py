@@ -30,6 +30,7 @@ MOST_SUSPECTS = 4
 """Number of these. Of 40 sets of 9 to 20 simulated recordings, up to three of them of
 an object 1 to 30 % lighter or heavier, the worst was the first suspect in all."""
 SHIFTED = ("mass", "center_of_mass")
+"""Intervals by which estimates are compared."""
 
 
 @dataclass(frozen=True)

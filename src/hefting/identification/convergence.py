@@ -20,6 +20,7 @@ from hefting.ingest.ingested import Ingested
 from hefting.shapes import Shape
 
 INSTANTS = 20
+"""Instants at which a recording is looked at."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,6 +22,7 @@ HEAD = f"{CELL};font-weight:600"
 BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b3261e"}
 """Colour of each verdict: white text on it is readable."""
 LARGEST = 100_000
+"""Characters of a picture at most."""
 RESOLUTIONS = (150, 100, 60)
 """Dots per inch of the shape; the first with which the picture is no larger than
 `LARGEST`."""

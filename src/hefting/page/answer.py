@@ -92,6 +92,7 @@ class Group(NamedTuple):
     title: str
     unit: str
     rows: tuple[int, ...]
+    """of the ten"""
 
 
 GROUPS = (

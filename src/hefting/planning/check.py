@@ -40,6 +40,7 @@ EXCESSES = {
     "force": ("wrench+", "wrench-"),
     "torque": ("wrench+", "wrench-"),
 }
+"""How each limit is called on the optimisation's grid."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -28,6 +28,7 @@ class Held:
     """A body to plan for, the box it is in, and how much is known of it."""
 
     body: InertialParameters
+    """a likely one, in the sensor frame"""
     corners: Array
     """(8, 3) [m] of its box, in the sensor frame"""
     information: Array

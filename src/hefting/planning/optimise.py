@@ -23,7 +23,9 @@ HIGHEST = 1.2
 FILLED = 0.004
 """Share of the nearest limit that a motion may leave."""
 MOST_SHRINKS = 25
+"""Times that a motion is shrunk or grown towards its limits."""
 SMALLEST = 1e-6
+"""Share of a motion below which nothing is left of it."""
 
 
 def random_ways(

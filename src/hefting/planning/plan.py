@@ -45,6 +45,7 @@ from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
 RANDOM_STARTS = 12
+"""Places to start from that are tried where none is given."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,7 +58,9 @@ class Planner:
     space: Space
     sensor: Sensor
     gravity: Array
+    """(3,) [m/s²]"""
     start: ArrayLike | None
+    """(n,) [rad]"""
     asked: Accuracy | None
     stop_and_go: bool
     seed: int
@@ -118,6 +121,7 @@ class Planner:
 DURATION = 10.0
 """[s] of a plan, where nothing is said."""
 SHORTEST, LONGEST = 1.0, 120.0
+"""[s] of a plan."""
 
 
 def plan(

@@ -58,6 +58,7 @@ class Objective:
     floors: Array
     """of each quantity, squares that no motion lessens"""
     volume: bool
+    """whether the volume counts, not the largest"""
 
     @classmethod
     def of(
@@ -210,6 +211,7 @@ class Problem:
     chain: Chain
     basis: Basis
     start: Array
+    """(n,) [rad]"""
     known: Array
     """(10, 10) information there is already"""
     information: Information | JointInformation

@@ -177,6 +177,7 @@ INSTANTS = {"full": 10, "next": 6, "quick": 2}
 SHORTEST = 1.0
 """[s] of a recording from which something is expected."""
 DRAWS = 1000
+"""Draws from a covariance for an accuracy."""
 LEVEL = 0.95
 
 

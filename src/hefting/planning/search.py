@@ -28,7 +28,9 @@ MORE = 0.003
 LEAST_SHARE = 1e-3
 """Share of a motion that must be left where it has to be made smaller."""
 STARTS_A_START = 4
+"""Random motions from each random place to start from."""
 DRAWS = 400
+"""Random places that are tried for one that is free."""
 ELBOW_ROOM = 0.03
 """[m] that a random place to start from is free of everything, where there is one."""
 

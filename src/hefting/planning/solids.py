@@ -20,6 +20,7 @@ MOST_SOLIDS = 12
 THIN = 1e-3
 """[m] Least thickness of a solid."""
 OBJECT = "the object"
+"""Name of the solid that is held."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -37,6 +38,7 @@ class Solid:
     center: Array
     """(3,) [m] of a sphere that holds it"""
     radius: float
+    """[m] of that sphere"""
 
 
 @dataclass(frozen=True, eq=False)

@@ -163,6 +163,7 @@ def _value(problem: Problem, tour: Tour) -> float:
 USUAL = Accuracy(mass=0.01, center_of_mass=0.002)
 """Whose worst is made least, where nothing is asked."""
 MOST_SLOWED = 4
+"""Times that the moves are made slower."""
 
 
 def asked_of_tour(asked: Accuracy | None) -> Accuracy:

@@ -31,6 +31,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 SHADED = 0.3
+"""Opacity of the band."""
 MOST_COLUMNS = 6
 """Entries of the legend that fit a line."""
 
@@ -197,3 +198,4 @@ def _legend(figure: "SubFigure", prediction: Prediction) -> None:
 
 
 HEIGHTS = {_whole: 1.6, _difference: 0.7, _half_width: 0.6}
+"""Relative height of each row, by what draws it."""

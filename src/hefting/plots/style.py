@@ -65,6 +65,7 @@ NO_LAYOUT: dict[Any, Any] = {
     "figure.autolayout": False,
     "figure.constrained_layout.use": False,
 }
+"""Settings in which a figure is left without a layout engine."""
 LINE = 0.15
 """Height of a line of the headline, or of a legend [in]."""
 COLUMN = 62

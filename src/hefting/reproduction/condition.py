@@ -33,6 +33,7 @@ EXACT, AVERAGED = 0.2, 0.15
 TICKS = (10, 20, 50, 100, 200, 400)
 SEEDS = 5
 WINDOW = 150
+"""Observations."""
 
 
 def jobs(quick: bool) -> list[Job]:

@@ -33,6 +33,7 @@ SPEED = 1.5
 TIMES = (1.5, 35.0)
 """When an estimate is made [s]."""
 SEEDS = 10
+"""Of the noise, for each object."""
 LAMBDA, USUAL = 0.1, 56
 """Of PMD in the paper, for so many points."""
 SERIES = {
@@ -58,6 +59,7 @@ ACCURACY = ("noise", "points/cm³", "points", "layers", "observations")
 CLAIM = (
     "noise", "error", "observations", "at 0.04 %", "at 0.09 %", "difference", "standard error", "objects", "verdict",
 )  # fmt: skip
+"""Columns."""
 CONFIDENCE = 0.975
 """Quantile of Student's t beyond which a difference is not chance."""
 

@@ -162,6 +162,7 @@ def weak_geo(shape: Shape, z: Measurements) -> Estimator:
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")
+"""What `score` lists."""
 
 
 def score(subject: Thing, method: Estimator, z: Measurements) -> list[float]:

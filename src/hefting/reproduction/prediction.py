@@ -12,6 +12,7 @@ from hefting.reproduction.setting import OBJECTS, RATE, thing, wielded
 from hefting.simulation import WRENCH_NOISE, XARM7, random_smooth, wield_in_mujoco
 
 SHOWN = "tee"
+"""The object of the figure."""
 C1 = 5e3
 ENOUGH = 5.0
 """Of the motion identified on, for the filter to settle in [s]."""

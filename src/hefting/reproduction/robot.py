@@ -83,7 +83,9 @@ CAUSES = {
     "gain": "sensor's gain 4 % off",
     "all": "all four",
 }
+"""What a real arm adds."""
 TOPS = (20.0, 1e3, 1e4)
+"""Of the figure's panels [%]: what is above is drawn there."""
 DRAWN = {
     "published, real arm": (None, BLACK, "x"),
     "warm": (("warm", "none"), BLUE, "o"),

@@ -31,12 +31,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 OBJECTS = tuple(MODULAR)
+"""The eight configurations of the modular object."""
 SPEEDS = {1.0: 0.14, 1.5: 0.2, 2.0: 0.27, 3.0: 0.41, 4.0: 0.54}
 """Average angular speeds [rad/s] and the linear ones [m/s] that the paper pairs with
 them."""
 RATE = 100.0
 """Samples a second."""
 DURATION = 35.0
+"""Of a motion [s]."""
 C1 = 300.0
 """Of PMD in the paper's simulations."""
 QUANTITIES = {"mass": "mass", "center_of_mass": "COM", "inertia_at_origin": "inertia"}
@@ -95,6 +97,7 @@ METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
 """The paper's four, at its hyperparameters; GEO with its authors' weight and the
 homogeneous body."""
 COLOURS = {"OLS": BLUE, "RTLS": ORANGE, "GEO": GREEN, "PMD": VERMILION}
+"""Of the methods in all figures."""
 MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
 
 

@@ -22,6 +22,7 @@ from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
 DURATION, DWELL, MOVE = 40.0, 0.75, 1.25
 """Of the motion, of a rest and of a move [s]: 20 poses."""
 SEEDS = 10
+"""Of the noise, for each object."""
 BOUND = 0.1
 """Percent: the paper's errors of mass and COM are below it."""
 MODERATE = NOISE_LEVELS["moderate"]

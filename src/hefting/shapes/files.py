@@ -30,6 +30,7 @@ MAX_NODES = 10_000
 number."""
 
 PART = 2**20
+"""Bytes in which words are counted at a time."""
 MAX_BYTES = 200_000_000
 """Largest file read."""
 PlyKind = str | tuple[str, str]

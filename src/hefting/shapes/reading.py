@@ -38,6 +38,7 @@ number."""
 STL_TRIANGLE = np.dtype(
     [("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("attribute", "<u2")]
 )
+"""A triangle of a binary STL file."""
 
 
 def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:

@@ -30,6 +30,7 @@ from hefting.shapes.winding import (
 )
 
 MAX_POINTS = 1_000_000
+"""Most points a shape may be given."""
 MAX_CELLS = 20_000_000
 """Most grid cells looked at for one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000

@@ -20,6 +20,7 @@ SPACING = 0.5
 MOST_SURFACE_POINTS = 2_000_000
 """Most points at which the surface is looked at; of finer grids only some of them."""
 MOST_DIVIDED_CELLS = 2_000_000
+"""Most cells a solid is divided into."""
 REACH = 2
 """Cells by which a part may reach beyond those with a point; tips and edges of tools
 reach one further."""

@@ -19,6 +19,7 @@ from hefting.core.spatial import Array, tensor_to_vector
 from hefting.simulation.arm import UR5, XARM7, Arm
 
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+"""A URDF's names of the moments and products of inertia."""
 RADIUS = 0.06
 """[m] of a link, a rod from one joint to the next."""
 LEAST_LENGTH = 0.05

@@ -33,9 +33,11 @@ class Demo:
     """What was simulated, what was found, and the files that show it."""
 
     log: Path
+    """What the robot recorded."""
     mesh: Path
     """Shape of the hammer [mm], which says nothing of its materials."""
     truth_file: Path
+    """What is to be found."""
     exports: tuple[Path, ...]
     """The estimate as JSON and URDF."""
     pictures: tuple[Path, ...]
@@ -46,6 +48,7 @@ class Demo:
     """True parameters in the sensor frame."""
     estimate: Estimate
     errors: Errors
+    """Of the estimate [%]."""
 
     @property
     def files(self) -> tuple[Path, ...]:

@@ -49,6 +49,7 @@ class Faults:
     """of the wrench noise from sample to sample: 0 white, near 1 slow (first-order
     autoregressive)"""
     pose_noise: tuple[float, float] = POSE_NOISE
+    """standard deviations per axis of position [m] and orientation [rad]"""
     pose_glitches: float = 0.0
     """share of poses that are wrong"""
     pose_glitch_size: tuple[float, float] = (0.3, 1.0)

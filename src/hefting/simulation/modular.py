@@ -32,6 +32,7 @@ BOLT_HOLES = (
     *((0.0, y) for y in (-150.0, -100.0, -50.0, 0.0, 50.0, 100.0, 150.0)),
     *((x, y) for x in (-90.0, -40.0, 40.0, 90.0) for y in (-125.0, 125.0)),
 )
+"""Where the fifteen holes for bolts are [mm]."""
 
 THICKNESS = 0.050
 """Of the H [m]: its faces are at z = 0 and there."""
@@ -55,6 +56,7 @@ UNEVEN = 1.8
 """Longest over shortest side of a grid's cells, at most."""
 
 SECTIONS = 32
+"""Sides of the prisms that stand for bolt holes in the mesh."""
 
 
 @dataclass(frozen=True)
@@ -75,6 +77,7 @@ MODULAR = {
     "half-n-half": Filling((0, 1, 2, 3, 4), (5, 6, 7, 8, 9)),
     "empty": Filling(()),
 }
+"""The eight configurations."""
 
 
 def modular(name: str) -> Assembly:

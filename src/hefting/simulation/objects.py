@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     import trimesh
 
 STEEL, ASH_WOOD = 7850.0, 680.0
+"""Densities [kg/m³]."""
 
 SECTIONS = 96
 """Sides of the prism that stands for a cylinder in a mesh: its volume is 0.07 % too

@@ -25,6 +25,7 @@ MOTION = (
     "framelinacc",
     "frameangacc",
 )
+"""MuJoCo's sensors of the motion of a frame."""
 
 LINK = '<inertial mass="1" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>'
 """MuJoCo wants every moving body to have a mass; those before the sensor do not show in

@@ -23,13 +23,17 @@ from hefting.simulation.physics import Wielding, mujoco_version, wield_in_mujoco
 from hefting.simulation.record import record
 
 ARMS = {"ur5": UR5, "xarm7": XARM7}
+"""Arms by name."""
 
 MOTIONS = ("sinusoids", "random", "stop-and-go")
 
 JOINER_HAMMER = "joiners-hammer"
 OBJECTS = (*MODULAR, JOINER_HAMMER)
+"""Objects by name: the modular object's eight configurations, and a hammer of wood and
+steel."""
 
 MOST_SAMPLES = 5_000_000
+"""Of a simulated motion."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -155,6 +155,7 @@ class TorqueScenario:
     duration: float = 30.0
     """of either run [s]"""
     rate: float = 100.0
+    """[Hz]"""
     gravity: ArrayLike = STANDARD_GRAVITY
     """(3,) in the axes of the arm's base [m/s²]"""
     faults: TorqueFaults = field(default_factory=TorqueFaults)

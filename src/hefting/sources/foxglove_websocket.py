@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
 
 PORT = 8765
+"""Where foxglove_bridge listens by default."""
 
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
 """Subprotocols that are offered; they are the same for what is used here."""
@@ -31,6 +32,7 @@ MAX_FRAME = 16_000_000
 """Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
 
 MAX_CHANNELS = 10_000
+"""Most channels of a server."""
 
 PATIENCE = 3.0
 

@@ -113,6 +113,7 @@ MAX_MESSAGE = 1_000_000
 humanoid ten thousand."""
 
 MAX_JOINTS = 1000
+"""Most joints of a sample."""
 
 MAX_QUEUED = 50_000
 """Most messages that wait for being read: ten seconds of all that a robot sends."""
@@ -124,8 +125,10 @@ TOO_LARGE = "larger than 1 MB"
 """Why a message was skipped: it is longer than `MAX_MESSAGE`."""
 
 UNREADABLE = "does not fit its definition"
+"""Why a message was skipped: its bytes are not what its type says."""
 
 QUEUE_FULL = "not read in time"
+"""Why a message was skipped: more than `MAX_QUEUED` waited."""
 
 
 def check(samples: Samples, skipped: Counter[str]) -> Samples | None:

@@ -30,6 +30,7 @@ ROLES = ("wrench", "pose", "joint", "imu", "twist")
 """Roles of topics that can be chosen by name."""
 
 NOT_FINITE = "values that are not finite"
+"""Why samples were skipped."""
 
 
 class RosDecoder:

@@ -20,6 +20,7 @@ PATIENCE = 5.0
 """How long wrench, and poses or joints, are waited for [s]."""
 
 STEP = 0.05
+"""Longest wait for a message while topics are chosen [s]."""
 
 
 class Transport(ABC):

@@ -152,6 +152,7 @@ class Dialogue:
 
 
 PORT = 30004
+"""Where controllers listen."""
 
 RATE = 500.0
 """Packages a second that are asked for; CB3 sends 125."""
@@ -163,6 +164,7 @@ WISHES = ("timestamp", "actual_TCP_pose", "tcp_offset", RAW, "actual_q", "actual
 """What they mean: `hefting.logs.ur_csv`."""
 
 NEEDED = ("timestamp", "actual_TCP_pose", RAW)
+"""Fields without which there is nothing to identify."""
 
 
 class RtdeSource:

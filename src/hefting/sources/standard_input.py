@@ -12,6 +12,7 @@ from hefting.sources.registry import Request
 from hefting.sources.tcp import JsonLines
 
 PIECE = 1 << 16
+"""Most that is read at once [bytes]."""
 
 PIECES = 64
 """Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""

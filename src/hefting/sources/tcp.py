@@ -30,6 +30,7 @@ NO_JSON = "not a JSON object"
 """Why a line was skipped: it cannot be read."""
 
 NO_TIME = "no time in seconds"
+"""Why a line was skipped: no number tells when it was."""
 
 NO_STREAM = "no stream of numbers"
 """Why a line was skipped: none of its keys is a stream, or its values are no numbers."""
@@ -114,6 +115,7 @@ PATIENCE = 3.0
 """[s] for a connection."""
 
 PIECE = 1 << 16
+"""Most that is read at once [bytes]."""
 
 
 class TcpSource:

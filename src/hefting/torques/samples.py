@@ -16,6 +16,7 @@ from hefting.robots.joint_log import named_columns
 from hefting.torques.dynamics import JointDynamics
 
 FEWEST = 20
+"""Samples of a run that a motion is found from."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 LAST = 20.0
 """[s] of the wrench that are shown."""
 MOST_SAMPLES = 500
+"""Samples of the wrench that are drawn."""
 MOST_ESTIMATES = 600
 """Estimates that curves over time are drawn of; of more every second one goes."""
 COLOURS = {
@@ -42,6 +43,7 @@ AWAY = 2.2
 """Distance of the camera over the size of what is drawn."""
 MOST_MESSAGES = 4
 INTERVALS = (("mass", "kg"), ("COM, half-width", "mm"))
+"""What is drawn over time."""
 
 
 class LiveView:
@@ -209,6 +211,7 @@ class RecentWrench:
 
 
 AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
+"""Of x, y and z."""
 
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:

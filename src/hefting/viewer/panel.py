@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 MOST_REASONS = 3
+"""Reasons for doubt that are shown."""
 GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
 """Of the verdict, read on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}
@@ -36,7 +37,9 @@ NUMBERS = {
 }
 """Label and hint of the number of each hyperparameter."""
 LEAST = {"c1": 0.01, "regularization": 0.0}
+"""Smallest value of each."""
 STEPS = {"c1": 0.01, "regularization": 0.001}
+"""How finely each is shown and set."""
 
 
 def answer_html(

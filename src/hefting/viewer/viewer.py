@@ -28,6 +28,7 @@ narrow window, over its distance."""
 TICK = 0.05
 """[s] between the frames of what is played."""
 SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
+"""What can be hidden."""
 
 
 class Viewer:

@@ -20,6 +20,7 @@ class MotionFile:
     suffix: str
     """Of its files, in lower case, with the dot."""
     description: str
+    """What it is, in a few words."""
     content: Callable[[Plan], bytes]
     """The file of a plan; `InputError` where it cannot hold it."""
 

@@ -15,3 +15,4 @@ def _content(plan: Plan) -> bytes:
 
 
 FORMAT = MotionFile(".csv", "time and joint positions, in s and rad", _content)
+"""Joint positions at 100 Hz, in the order of `Plan.joints`."""

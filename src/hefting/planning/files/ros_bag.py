@@ -56,3 +56,4 @@ def _message(plan: Plan, types: Any) -> Any:
 
 
 FORMAT = MotionFile(".mcap", "ROS 2 bag with a JointTrajectory", _content)
+"""The same numbers as in the JSON file."""

@@ -13,6 +13,7 @@ from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan
 
 JOINTS = 6
+"""Every arm of theirs has so many."""
 STEP = 0.008
 """[s] between positions: one cycle of a CB3 controller, four of an e-Series, so that
 the file is for both."""
@@ -71,3 +72,4 @@ def _printable(text: str) -> str:
 
 
 FORMAT = MotionFile(".script", "URScript that streams it by servoj", _content)
+"""Joint positions at 125 Hz, after a movej to the start."""
