@@ -255,7 +255,7 @@ class Track:
 
 
 def _close(found: Array, settled: Array) -> bool:
-    """Whether covariances are settled to five digits; `numpy.allclose` takes six times
+    """Whether covariances are settled to five digits; `numpy.allclose` takes five times
     as long."""
     return bool((np.abs(found - settled) <= 1e-8 + 1e-5 * np.abs(settled)).all())
 
