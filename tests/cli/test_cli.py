@@ -559,6 +559,33 @@ def test_nothing_is_left_half_written(run, folder, tmp_path):
     assert os.listdir(tmp_path) == ["there.json"]
 
 
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("identify", "log.csv", "--json"),
+        ("identify", "log.csv", "--shape", "mesh.stl", "--unit", "mm"),
+        ("inspect", "log.csv", "--json"),
+    ],
+    ids=" ".join,
+)
+def test_a_csv_log_needs_no_heavy_library(folder, words):
+    """Importing `scipy.linalg` alone takes a sixth of the time of the whole command."""
+    script = (
+        f"import sys; sys.argv = ['hefting', *{words}]\n"
+        "try:\n    from hefting.cli import main; main()\nexcept SystemExit:\n    pass\n"
+        "heavy = {'scipy.linalg', 'scipy.spatial', 'trimesh', 'matplotlib', 'rich.table'} & set(sys.modules)\n"
+        "assert 'hefting.ingest.ingest' in sys.modules and not heavy, heavy"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script],
+        capture_output=True,
+        text=True,
+        cwd=folder,
+        check=False,
+    )
+    assert done.returncode == 0, done.stderr
+
+
 def test_help_is_quick_and_imports_nothing_heavy():
     script = (
         "import sys; sys.argv = ['hefting', '--help']\n"

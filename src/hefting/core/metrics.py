@@ -7,7 +7,6 @@ from dataclasses import asdict, dataclass
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.linalg import eigh  # pyright: ignore[reportUnknownVariableType]
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
@@ -100,6 +99,9 @@ def riemannian_distance(first: InertialParameters, second: InertialParameters) -
         return float("nan")
     scale = 1.0 / np.sqrt(np.abs(P2.diagonal()))
     P1, P2 = P1 * np.outer(scale, scale), P2 * np.outer(scale, scale)
+    # importing it takes longer than importing NumPy
+    from scipy.linalg import eigh  # pyright: ignore[reportUnknownVariableType]
+
     try:
         values: Array = np.asarray(eigh(P1, P2, eigvals_only=True), dtype=float)
     except (np.linalg.LinAlgError, ValueError):
