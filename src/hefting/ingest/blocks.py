@@ -107,12 +107,13 @@ def medians(wrench: Array, starts: Indices | None) -> Array:
     if starts is None:
         return wrench
     sizes = np.diff(np.append(starts, len(wrench)))
-    table = np.full((len(starts), int(sizes.max()), wrench.shape[1]), np.inf)
+    # the samples of a block stand side by side: they are sorted in half the time
+    table = np.full((len(starts), wrench.shape[1], int(sizes.max())), np.inf)
     block = np.repeat(np.arange(len(starts)), sizes)
-    table[block, np.arange(len(wrench)) - starts[block]] = wrench
-    table = np.sort(table, axis=1)
+    table[block, :, np.arange(len(wrench)) - starts[block]] = wrench
+    table.sort(axis=2)
     rows = np.arange(len(starts))
-    return 0.5 * (table[rows, (sizes - 1) // 2] + table[rows, sizes // 2])
+    return 0.5 * (table[rows, :, (sizes - 1) // 2] + table[rows, :, sizes // 2])
 
 
 def within_blocks(

@@ -192,13 +192,13 @@ def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:
         np.arange(len(cell))
         - np.concatenate(([0], np.flatnonzero(np.diff(cell)) + 1))[cell]
     )
-    table = np.full((cell[-1] + 1, int(order.max()) + 1, r.shape[1]), np.nan)
-    table[cell, order] = r
-    table = np.sort(table, axis=1)  # NaN last
-    n = np.sum(np.isfinite(table[:, :, 0]), axis=1)
+    table = np.full((cell[-1] + 1, r.shape[1], int(order.max()) + 1), np.nan)
+    table[cell, :, order] = r
+    table.sort(axis=2)  # NaN last
+    n = np.sum(np.isfinite(table[:, 0]), axis=1)
     rows = np.arange(len(table))
-    low = table[rows, np.maximum(n - 1, 0) // 2]
-    high = table[rows, np.minimum(n // 2, table.shape[1] - 1)]
+    low = table[rows, :, np.maximum(n - 1, 0) // 2]
+    high = table[rows, :, np.minimum(n // 2, table.shape[2] - 1)]
     return np.where((n > 0)[:, None], 0.5 * (low + high), 0.0), n
 
 

@@ -157,7 +157,7 @@ def path_of(
     if source == "columns" or (source == "auto" and recording.has(*TWIST)):
         return _columns_path(recording)
     moves = any(
-        np.ptp(recording[name].values, axis=0).any()
+        (recording[name].values != recording[name].values[0]).any()
         for name in POSE_STREAMS
         if recording.has(name)
     )

@@ -257,7 +257,7 @@ def texts(path: str | Path) -> Iterator[bytes]:
 
     `InputError` when it is not text, or has a line longer than `BLOCK`.
     """
-    rest = b""
+    rest, held = b"", b""
     with open(path, "rb", buffering=0) as stream:
         begun, size = False, os.fstat(stream.fileno()).st_size
         while data := stream.read(min(READ, BLOCK)):
@@ -270,22 +270,21 @@ def texts(path: str | Path) -> Iterator[bytes]:
                         "is binary, not CSV text", path, "export the log as CSV"
                     )
                 data, begun = data.removeprefix(b"\xef\xbb\xbf"), True
-            text = rest + data
+            data = held + data
             # half of an end of line, perhaps
-            held = b"\r" if text.endswith(b"\r") else b""
-            text = _unify_line_ends(text.removesuffix(held))
-            cut = text.rfind(b"\n") + 1
-            rest = text[cut:] + held
-            if len(rest) > BLOCK:
+            held = b"\r" if data.endswith(b"\r") else b""
+            data = _unify_line_ends(data.removesuffix(held))
+            if cut := data.rfind(b"\n") + 1:
+                yield b"".join((rest, memoryview(data)[:cut]))
+                rest = data[cut:]
+            elif len(rest := rest + data) > BLOCK:
                 raise InputError(
                     f"has a line of more than {BLOCK:,} bytes",
                     path,
                     "export the log as CSV",
                 )
-            if cut:
-                yield text[:cut]
-    if rest:
-        yield _unify_line_ends(rest)
+    if rest or held:
+        yield _unify_line_ends(rest + held)
 
 
 def _count_lines(text: bytes) -> int:

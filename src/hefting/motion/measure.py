@@ -178,7 +178,7 @@ def _may_move(recording: Recording) -> bool:
     motion."""
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
     poses_change = any(
-        np.ptp(recording[name].values, axis=0).any()
+        (recording[name].values != recording[name].values[0]).any()
         for name in POSE_STREAMS
         if recording.has(name)
     )

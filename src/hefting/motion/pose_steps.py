@@ -264,11 +264,15 @@ def displacement(before: Array, after: Array) -> Array:
     """
     if before.shape[1] == 3:
         return after - before
-    v, s = after[:, :3], after[:, 3:]
-    u, r = before[:, :3], before[:, 3:]
-    scalar = s * r + np.einsum("ij,ij->i", v, u)[:, None]
-    vector = r * v - s * u - np.cross(v, u)
-    return np.where(scalar < 0.0, -2.0, 2.0) * vector
+    x, y, z, s = after.T
+    a, b, c, r = before.T
+    vector = np.empty((len(after), 3))  # by components: `numpy.cross` takes twice as long
+    vector[:, 0] = r * x - s * a - (y * c - z * b)
+    vector[:, 1] = r * y - s * b - (z * a - x * c)
+    vector[:, 2] = r * z - s * c - (x * b - y * a)
+    scalar = s * r + np.einsum("ij,ij->i", after[:, :3], before[:, :3])
+    vector *= np.where(scalar < 0.0, -2.0, 2.0)[:, None]
+    return vector
 
 
 def _noise(steps: Array) -> float:
