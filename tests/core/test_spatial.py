@@ -9,6 +9,7 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import (
     TENSOR_COLUMNS,
     TENSOR_ROWS,
+    changed_rows,
     check_pose,
     cross,
     frozen,
@@ -225,3 +226,12 @@ def test_rotations_agree_with_those_of_scipy(degrees):
         assert abs(q @ turn.as_quat()) == pytest.approx(1.0, abs=1e-15)
         there = rotation_by(rotation_vector(turn.as_matrix()))
         np.testing.assert_allclose(there, turn.as_matrix(), atol=1e-14)
+
+
+@pytest.mark.parametrize("width", [1, 3])
+def test_rows_that_differ_from_the_one_before(width):
+    """Rows of few values, so that first columns are often equal and rows sometimes."""
+    rows = np.random.default_rng(5).integers(0, 2, (200, width)).astype(float)
+    alike = [k > 0 and tuple(rows[k]) == tuple(rows[k - 1]) for k in range(len(rows))]
+    assert 0 < sum(alike) < len(rows)
+    assert changed_rows(rows).tolist() == [not same for same in alike]

@@ -314,12 +314,15 @@ class Recording:
     def rates(self) -> dict[str, float]:
         """Samples per second of each stream, one over the median step [Hz]; 0 if one
         sample or static."""
-        return {
-            name: 0.0
-            if self.static or len(stream) < 2
-            else 1 / median(np.diff(stream.time))
-            for name, stream in self.streams.items()
-        }
+        of_times: dict[int, float] = {}  # streams of a table share theirs
+        for stream in self.streams.values():
+            if id(stream.time) not in of_times:
+                of_times[id(stream.time)] = (
+                    0.0
+                    if self.static or len(stream) < 2
+                    else 1 / median(np.diff(stream.time))
+                )
+        return {n: of_times[id(stream.time)] for n, stream in self.streams.items()}
 
     def slice(self, start: float = 0.0, duration: float | None = None) -> Self:
         """The samples from `start` on, counted from the first sample, for less than

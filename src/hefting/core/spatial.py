@@ -97,6 +97,16 @@ def is_immutable(array: NDArray[Any]) -> bool:
     return shared and not array.flags.writeable and array.flags.c_contiguous
 
 
+def changed_rows(values: Array) -> Mask:
+    """(K,) whether each of the rows (K, d) differs from the one before; the first
+    does."""
+    changed = np.ones(len(values), dtype=bool)
+    changed[1:] = values[1:, 0] != values[:-1, 0]  # decides most of them
+    same = np.flatnonzero(~changed)
+    changed[same] = (values[same] != values[same - 1]).any(axis=1)
+    return changed
+
+
 def median(values: NDArray[Any]) -> float:
     """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports
     `numpy.ma` at its first call."""

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, changed_rows
 from hefting.motion.bspline import (
     SUPPORT,
     TIMES_EVALUATED_TOGETHER,
@@ -50,7 +50,7 @@ def fresh_rows(time: Array, values: Array) -> Mask:
     rows long. Runs longer than twice the median occur at rest: of these, one row in
     twice the median is kept, and at least one per 0.1 s.
     """
-    changed = np.concatenate(([True], (np.diff(values, axis=0) != 0).any(axis=1)))
+    changed = changed_rows(values)
     begins = np.flatnonzero(changed)
     usual = int(np.median(np.diff(np.append(begins, len(values)))))
     at_most = max(int(0.1 / np.median(np.diff(time))), 1)

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, changed_rows
 
 TIMING_ERROR = 0.005
 """[s] Error of a pose's time stamp that is not a fault of the pose. Rows of recordings
@@ -108,8 +108,7 @@ class Runs:
     @classmethod
     def of(cls, time: Array, values: Array) -> "Runs":
         """Runs of values (K, d) at times (K,)."""
-        changed = np.ones(len(time), dtype=bool)
-        changed[1:] = (values[1:] != values[:-1]).any(axis=1)
+        changed = changed_rows(values)
         if changed.all():
             rows = np.arange(len(time))
             return cls(rows, np.ones_like(rows), rows, time, time, values)
@@ -266,7 +265,9 @@ def displacement(before: Array, after: Array) -> Array:
         return after - before
     x, y, z, s = after.T
     a, b, c, r = before.T
-    vector = np.empty((len(after), 3))  # by components: `numpy.cross` takes twice as long
+    vector = np.empty(
+        (len(after), 3)
+    )  # by components: `numpy.cross` takes twice as long
     vector[:, 0] = r * x - s * a - (y * c - z * b)
     vector[:, 1] = r * y - s * b - (z * a - x * c)
     vector[:, 2] = r * z - s * c - (x * b - y * a)
