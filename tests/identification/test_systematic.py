@@ -175,15 +175,36 @@ def test_a_posterior_holds_a_systematic_error():
         Bayes(shape(), systematic=np.diag(np.full(10, np.inf)))
 
 
-def test_it_is_neither_colour_nor_disagreement():
+@pytest.mark.parametrize(("told", "rel"), [(False, 0.05), (True, 0.15)])
+def test_it_is_neither_colour_nor_disagreement(told, rel):
     """All stretches share it: it makes no difference to what residuals say of
-    themselves."""
+    themselves. Where errors of the accelerations are told they are judged at the
+    posterior, which the shape's prior then moves a little."""
     C = np.diag(np.repeat((1e-2, 1e-4, 1e-6), (1, 3, 6)))
-    found = [
-        Bayes(shape(), systematic=each).fit(samples()).provenance for each in (None, C)
-    ]
+    z = samples() if told else replace(samples(), noise=None)
+    found = [Bayes(shape(), systematic=each).fit(z).provenance for each in (None, C)]
+    assert ("motion_noise" in found[0]) is told
     for name in ("autocorrelation", "disagreement"):
-        assert found[1][name] == pytest.approx(found[0][name], rel=0.05), name
+        assert found[1][name] == pytest.approx(found[0][name], rel=rel), name
+
+
+@pytest.mark.parametrize("gain", [1.0, 1.004, 1.01])
+def test_nor_is_the_gain_that_a_scale_shows(gain):
+    """A gain within the sensor's accuracy, and what a scale showed of the object: it is
+    all the reading's, and says nothing of the residuals."""
+    z, mass = samples(), hammer().parameters.mass
+    z = replace(z, force=gain * z.force, torque=gain * z.torque)
+    alone, weighed = (
+        Bayes(shape(), mass=each, sensor_accuracy="1%").fit(z)
+        for each in (None, (mass, 0.001))
+    )
+    assert not weighed.warnings
+    for name in ("autocorrelation", "disagreement"):
+        before = alone.provenance[name]
+        assert weighed.provenance[name] == pytest.approx(before, rel=0.15), name
+    low, high = weighed.intervals["mass"]
+    assert low < mass < high
+    assert high - low < 0.4 * np.ptp(alone.intervals["mass"])
 
 
 # a tool

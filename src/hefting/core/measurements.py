@@ -168,6 +168,16 @@ class Measurements:
         """(K, 6) force and torque."""
         return np.hstack((self.force, self.torque))
 
+    @property
+    def acceleration_errors(self) -> MotionNoise | None:
+        """Errors of the accelerations: `motion_noise`, else the white ones of `noise`;
+        None where neither is known, or they are exact."""
+        if self.motion_noise is not None or self.noise is None:
+            return self.motion_noise
+        linear = self.noise.linear_acceleration
+        angular = self.noise.angular_acceleration
+        return MotionNoise(linear, angular) if linear or angular else None
+
     def moved(self, pose_old_in_new: Array) -> Self:
         """The same motion and wrench seen from another frame fixed to the sensor;
         `pose_old_in_new` is (4, 4)."""

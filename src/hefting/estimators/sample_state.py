@@ -69,7 +69,8 @@ class SampleState:
         x, time = features(measurements), measurements.time
         samples, record = self.samples + len(time), self.record
         if record is not None and len(time):
-            record = record.fold(x, measurements.weights, measurements.motion_noise)
+            errors = measurements.acceleration_errors
+            record = record.fold(x, measurements.weights, errors)
         if isinstance(weight, float) and weight == 1.0:
             return type(self)(
                 self.reduced, self.full.fold_features(x, time), samples, record

@@ -52,6 +52,21 @@ class Pass:
     duals: Duals | None = None
     """of the body nearest to an estimate, with which the search for that of the next
     one begins"""
+    systematic: Array | None = None
+    """as in `Passes`"""
+
+    @property
+    def measured(self) -> Array:
+        """(10,) parameters that the samples show, at which their residuals are noise:
+        the mean by the wrench alone, with that of the error which all samples share."""
+        wrench, mixture = self.wrench, self.mixture
+        if self.likelihood is not wrench:  # a scale contradicts the sensor's gain
+            mixture = Mixture.of(self.placed.prior, self.scale, wrench)
+        phi = mixture.mean
+        if self.systematic is None:
+            return phi
+        # an error of covariance C has the mean C (C + S)^-1 (y - phi)
+        return phi + self.systematic @ (wrench.shift - wrench.precision @ phi)
 
     @property
     def center(self) -> Array:
@@ -96,7 +111,7 @@ class Passes:
         """The pass after another, about its centre of mass and the distortion `scores`
         (d,)."""
         placed = self.prior.about(scores, last.center)
-        return self._pass(placed, last.center, last.mixture.mean, last.noise)
+        return self._pass(placed, last.center, last.measured, last.noise)
 
     def continued(self, last: Pass) -> Pass:
         """The first pass, from the last one by fewer samples of the same object."""
@@ -116,8 +131,9 @@ class Passes:
 
     def of_more(self, last: Pass) -> Pass:
         """The last pass, settled, for some samples more: with its prior and noise."""
-        phi = last.mixture.mean
-        noise = last.noise.of_more(self.source.samples, phi, self.source.motion)
+        noise = last.noise.of_more(
+            self.source.samples, last.measured, self.source.motion
+        )
         found = self._posterior(
             last.placed, last.com, last.scale, noise, last.inflation
         )
@@ -178,4 +194,13 @@ class Passes:
             wrench = wrench.blurred(self.systematic)
         likelihood = with_reading(wrench, self.reading)
         mixture = Mixture.of(placed.prior, scale, likelihood)
-        return Pass(placed, com, scale, noise, wrench, likelihood, mixture)
+        return Pass(
+            placed,
+            com,
+            scale,
+            noise,
+            wrench,
+            likelihood,
+            mixture,
+            systematic=self.systematic,
+        )
