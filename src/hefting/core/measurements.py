@@ -119,7 +119,8 @@ class Measurements:
     weights: Array | None = None
     """(K,) weight of each sample's squared residuals, or None for ones"""
     motion_noise: MotionNoise | None = None
-    """errors of the accelerations, where known; None: none, or those of `noise`"""
+    """errors of the accelerations, where known; None: those of `noise`, else white ones
+    that consecutive samples show"""
 
     def __post_init__(self):
         count = None
@@ -171,12 +172,12 @@ class Measurements:
     @property
     def acceleration_errors(self) -> MotionNoise | None:
         """Errors of the accelerations: `motion_noise`, else the white ones of `noise`;
-        None where neither is known, or they are exact."""
+        None where nothing is known of them."""
         if self.motion_noise is not None or self.noise is None:
             return self.motion_noise
-        linear = self.noise.linear_acceleration
-        angular = self.noise.angular_acceleration
-        return MotionNoise(linear, angular) if linear or angular else None
+        return MotionNoise(
+            self.noise.linear_acceleration, self.noise.angular_acceleration
+        )
 
     def moved(self, pose_old_in_new: Array) -> Self:
         """The same motion and wrench seen from another frame fixed to the sensor;

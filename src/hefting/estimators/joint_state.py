@@ -20,6 +20,7 @@ from hefting.core.errors import InputError
 from hefting.core.measurements import Measurements
 from hefting.core.moments import Moments
 from hefting.core.spatial import Array
+from hefting.estimators.raw_motion import NO_ROUGHNESS
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.time_record import TimeRecord
 from hefting.estimators.whitened_state import WhitenedState
@@ -104,10 +105,14 @@ def motion_record(state: State) -> TimeRecord | None:
     if isinstance(state, WhitenedState):
         return None
     records = [each.record for each in states_of(state)]
-    motions = [record.motion for record in records if record is not None]
-    if len(motions) < len(records):
+    kept = [record for record in records if record is not None]
+    if len(kept) < len(records):
         return None
-    return TimeRecord(motion=tuple(map(sum, zip(*motions, strict=True))))
+    motions = [record.motion for record in kept]
+    return TimeRecord(
+        motion=tuple(map(sum, zip(*motions, strict=True))),
+        rough=sum((record.rough_whole for record in kept), NO_ROUGHNESS),
+    )
 
 
 def _no_wrench() -> InputError:

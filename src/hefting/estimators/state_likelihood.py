@@ -143,5 +143,5 @@ def _divided_by(weight: float, state: SampleState) -> SampleState:
     )
     if weight != 1.0:
         scales, stretches = scales.scaled(1.0 / weight), stretches.scaled(1.0 / weight)
-    kept = TimeRecord(scales, stretches, motion=record.motion)
+    kept = TimeRecord(scales, stretches, motion=record.motion, rough=record.rough_whole)
     return SampleState(Moments.empty(), whole, samples, kept)

@@ -9,6 +9,7 @@ import numpy as np
 
 from hefting.core.measurements import MotionNoise
 from hefting.core.spatial import Array
+from hefting.estimators.raw_motion import NO_ROUGHNESS, roughness, white_noise_of
 from hefting.estimators.stretches import Stretches
 from hefting.estimators.timescales import TimeScales
 
@@ -33,6 +34,9 @@ class TimeRecord:
     """sums over samples, by weight: 1 for all; and, of those whose motion's noise is
     known: 1, squared errors of linear [m²/s⁴] and of angular [rad²/s⁴] acceleration,
     the time for which those errors last [s]"""
+    rough: Array = field(default_factory=NO_ROUGHNESS.copy)
+    """(4, 3) `hefting.estimators.raw_motion.roughness` of samples that came while
+    nothing was said of their motion's noise"""
 
     def fold(self, x: Array, weights: Array | None, noise: MotionNoise | None) -> Self:
         """With samples of features `x` (K, 22), their `weights` (K,) and the noise of
@@ -52,7 +56,11 @@ class TimeRecord:
         rest = (rows[whole:].copy(),) if whole < count else ()
         scales = self.scales.fold(rows[:whole])
         stretches = self.stretches.fold(rows[:whole])
-        return type(self)(scales, stretches, rest, count - whole, motion)
+        rough = self.rough
+        if not motion[1]:
+            blocks = rows[:whole].reshape(-1, BUFFERED_SAMPLES, rows.shape[1])
+            rough = rough + roughness(blocks)
+        return type(self)(scales, stretches, rest, count - whole, motion, rough)
 
     def merge(self, later: "TimeRecord") -> "TimeRecord":
         """With that of other samples; what follows continues the `later` ones."""
@@ -71,6 +79,7 @@ class TimeRecord:
             later.buffer,
             later.buffered,
             motion,
+            self.rough_whole + later.rough,
         )
 
     def scaled(self, weight: float) -> "TimeRecord":
@@ -81,6 +90,7 @@ class TimeRecord:
             tuple(weight**0.5 * rows for rows in self.buffer),
             self.buffered,
             tuple(weight * each for each in self.motion),
+            self.rough,
         )
 
     @cached_property
@@ -92,13 +102,26 @@ class TimeRecord:
         return self.scales.fold(rows), self.stretches.fold(rows)
 
     @property
+    def rough_whole(self) -> Array:
+        """`rough` with the latest samples included."""
+        if not self.buffered or self.motion[1]:
+            return self.rough
+        return self.rough + roughness(np.concatenate(self.buffer)[None])
+
+    @property
     def motion_noise(self) -> MotionNoise | None:
-        """Root mean square over all samples; None where the motion is exact, or nothing
-        was said of its noise."""
+        """Root mean square of what samples say, over all of them; None where none says
+        anything."""
         n, known, linear, angular, memory = self.motion
-        if not (linear or angular):
+        if not known:
             return None
         return MotionNoise((linear / n) ** 0.5, (angular / n) ** 0.5, memory / known)
+
+    @property
+    def found_motion_noise(self) -> MotionNoise | None:
+        """White noise of the accelerations that the samples show; None where something
+        is said of it, or none is found."""
+        return None if self.motion[1] else white_noise_of(self.rough_whole)
 
     def _motion_with(
         self, weight: float, noise: MotionNoise | None

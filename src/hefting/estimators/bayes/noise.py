@@ -144,7 +144,8 @@ class NoiseSource:
         """Of a state; `noise` of the wrench, and what is `carried`, are None where they
         are not known, or there is nothing.
 
-        Errors of the motion are those that the samples tell, else those of `noise`.
+        Errors of the motion are those that the samples state, else those of `noise`,
+        else white ones that the samples show.
         Equations that are whitened have unit noise, all errors in it.
         """
         if isinstance(state, WhitenedState):
@@ -160,6 +161,8 @@ class NoiseSource:
                 )
         elif noise is not None:
             given = np.array(noise, dtype=float)
+        if record is not None and motion_noise is None:
+            motion_noise = record.found_motion_noise
         return cls(
             Samples.of(state, free_bias),
             state,
