@@ -14,7 +14,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import Gravity
 from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
+from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise, Noise
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import full_regressor
 from hefting.core.spatial import Array
@@ -178,10 +178,12 @@ def test_a_posterior_holds_a_systematic_error():
 @pytest.mark.parametrize(("told", "rel"), [(False, 0.05), (True, 0.15)])
 def test_it_is_neither_colour_nor_disagreement(told, rel):
     """All stretches share it: it makes no difference to what residuals say of
-    themselves. Where errors of the accelerations are told they are judged at the
+    themselves. Where errors of the accelerations are told these are judged at the
     posterior, which the shape's prior then moves a little."""
     C = np.diag(np.repeat((1e-2, 1e-4, 1e-6), (1, 3, 6)))
-    z = samples() if told else replace(samples(), noise=None)
+    z = samples()
+    if not told:
+        z = replace(z, motion_noise=MotionNoise(0.0, 0.0))
     found = [Bayes(shape(), systematic=each).fit(z).provenance for each in (None, C)]
     assert ("motion_noise" in found[0]) is told
     for name in ("autocorrelation", "disagreement"):

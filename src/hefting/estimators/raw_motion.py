@@ -26,10 +26,13 @@ SMALLEST_PAIR_CHANGE = 0.7
 which noise is not white: it is 0.42 of a derivative of white noise, 0.23 of a second
 one."""
 SMALLEST_LEVEL = 1e-4
-"""Level of noise over the root mean square of the accelerations below which it is
+"""Level of noise over the standard deviation of the accelerations below which it is
 rounding."""
+LARGEST_SHARE = 0.5
+"""Share of the accelerations' variance above which what looks like noise may be the
+motion itself, of samples that do not follow one another in time."""
 
-NO_ROUGHNESS = np.zeros((4, 3))
+NO_ROUGHNESS = np.zeros((5, 7))
 """`roughness` of no samples."""
 
 
@@ -39,38 +42,46 @@ def roughness(blocks: Array) -> Array:
     Returns
     -------
     Array
-        (4, 3) of fourth differences, third ones, changes between pairs, and samples:
-        their number, and the squares of their linear [m²/s⁴] and of their angular
-        [rad²/s⁴] accelerations per axis. Differences are scaled as to make no
-        difference to the variance of white noise.
+        (5, 7) The number, and squares by axis of the linear [m²/s⁴] and angular
+        [rad²/s⁴] accelerations: of fourth differences, third ones, changes between
+        pairs, and the samples themselves; last, their number and plain sums.
+        Differences are scaled as to make none to the variance of white noise.
     """
-    weights = blocks[:, :, ONE]
-    if not weights.all():
-        return NO_ROUGHNESS  # samples that are left out are no neighbours
-    x = blocks[:, :, :6] / weights[:, :, None]
+    # samples that are left out are no neighbours
+    blocks = blocks[blocks[:, :, ONE].all(axis=1)]
+    x = blocks[:, :, :6] / blocks[:, :, ONE:]
     third = np.diff(x, 3, axis=1)
     pairs = x[:, :-3] + x[:, 1:-2] - x[:, 2:-1] - x[:, 3:]
-    found = (np.diff(third, axis=1) / 70.0**0.5, third / 20.0**0.5, 0.5 * pairs, x)
-    return np.array([_sums(each) for each in found])
+    sums = np.empty(NO_ROUGHNESS.shape)
+    for row, each in zip(
+        sums,
+        (np.diff(third, axis=1) / 70.0**0.5, third / 20.0**0.5, 0.5 * pairs, x),
+        strict=False,
+    ):
+        row[0] = each.shape[0] * each.shape[1]
+        row[1:] = np.einsum("bki,bki->i", each, each)
+    sums[4, 0], sums[4, 1:] = sums[3, 0], x.sum(axis=(0, 1))
+    return sums
 
 
 def white_noise_of(sums: Array) -> MotionNoise | None:
-    """White noise of the accelerations by their `roughness` (4, 3); None where none is
-    found."""
-    number = sums[:, :1]
-    if number.min() < FEWEST_DIFFERENCES:
+    """White noise of the accelerations by their `roughness` (5, 7).
+
+    None where none is found, where it would be most of what is there, or where the
+    noise of either kind of acceleration is of another colour: intervals that allow for
+    the other kind alone are too narrow.
+    """
+    if sums[:, 0].min() < FEWEST_DIFFERENCES:
         return None
-    fourth, third, pairs, whole = np.sqrt(sums[:, 1:] / number)
-    white = (
-        (np.abs(third - fourth) < LARGEST_LEVEL_DIFFERENCE * fourth)
-        & (pairs > SMALLEST_PAIR_CHANGE**0.5 * fourth)
-        & (fourth > SMALLEST_LEVEL * whole)
+    mean = sums[:, 1:] / sums[:, :1]
+    mean[3] -= mean[4] ** 2
+    fourth, third, pairs, whole = mean[:4].reshape(4, 2, 3).mean(axis=2)
+    fourth = np.maximum(fourth, 1e-300)
+    noisy = (np.abs((third / fourth) ** 0.5 - 1.0) < LARGEST_LEVEL_DIFFERENCE) & (
+        fourth > SMALLEST_LEVEL**2 * whole
     )
-    linear, angular = np.where(white, fourth, 0.0)
-    return MotionNoise(float(linear), float(angular)) if white.any() else None
-
-
-def _sums(x: Array) -> Array:
-    """(3,) number of rows of x (b, k, 6), and mean squares over three axes, summed."""
-    squares = np.einsum("bki,bki->i", x, x).reshape(2, 3).sum(axis=1) / 3.0
-    return np.array((float(x.shape[0] * x.shape[1]), *squares))
+    unclear = (pairs < SMALLEST_PAIR_CHANGE * fourth) | (fourth > LARGEST_SHARE * whole)
+    if not noisy.any() or (noisy & unclear).any():
+        return None
+    linear, angular = np.where(noisy, fourth, 0.0) ** 0.5
+    return MotionNoise(float(linear), float(angular))

@@ -145,7 +145,7 @@ class NoiseSource:
         are not known, or there is nothing.
 
         Errors of the motion are those that the samples state, else those of `noise`,
-        else white ones that the samples show.
+        else, where `noise` is None, white ones that the samples show.
         Equations that are whitened have unit noise, all errors in it.
         """
         if isinstance(state, WhitenedState):
@@ -161,7 +161,7 @@ class NoiseSource:
                 )
         elif noise is not None:
             given = np.array(noise, dtype=float)
-        if record is not None and motion_noise is None:
+        elif motion_noise is None and record is not None:
             motion_noise = record.found_motion_noise
         return cls(
             Samples.of(state, free_bias),
