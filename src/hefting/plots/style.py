@@ -14,11 +14,12 @@ import numpy as np
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.files import write_atomically
 from hefting.core.spatial import Array, Indices
-from hefting.scene import Headline
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, FigureBase, SubFigure
+
+    from hefting.scene import Headline
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
@@ -140,7 +141,7 @@ def settled(figure: "Figure") -> "Figure":
 
 
 def lines_of(
-    headline: Headline, width: float = WIDTH, say: Callable[[str], str] = str
+    headline: "Headline", width: float = WIDTH, say: Callable[[str], str] = str
 ) -> list[str]:
     """Lines of a headline over a picture of a width [in]; `say` turns the library's way
     of naming its arguments into the reader's."""
