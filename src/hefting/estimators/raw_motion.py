@@ -25,9 +25,11 @@ SMALLEST_PAIR_CHANGE = 0.7
 """Variance of changes between pairs, over that of white noise of the level found, below
 which noise is not white: it is 0.42 of a derivative of white noise, 0.23 of a second
 one."""
-SMALLEST_LEVEL = 1e-4
-"""Level of noise over the standard deviation of the accelerations below which it is
-rounding."""
+SMALLEST_LEVEL = 0.01
+"""Level of noise over the standard deviation of the accelerations below which it does
+not matter: it takes a ten thousandth of an inertia."""
+ROUNDING = 1e-4
+"""The same below which noise is rounding, beside larger noise of the other kind."""
 LARGEST_SHARE = 0.5
 """Share of the accelerations' variance above which what looks like noise may be the
 motion itself, of samples that do not follow one another in time."""
@@ -78,10 +80,11 @@ def white_noise_of(sums: Array) -> MotionNoise | None:
     fourth, third, pairs, whole = mean[:4].reshape(4, 2, 3).mean(axis=2)
     fourth = np.maximum(fourth, 1e-300)
     noisy = (np.abs((third / fourth) ** 0.5 - 1.0) < LARGEST_LEVEL_DIFFERENCE) & (
-        fourth > SMALLEST_LEVEL**2 * whole
+        fourth > ROUNDING**2 * whole
     )
     unclear = (pairs < SMALLEST_PAIR_CHANGE * fourth) | (fourth > LARGEST_SHARE * whole)
-    if not noisy.any() or (noisy & unclear).any():
+    matters = noisy & (fourth > SMALLEST_LEVEL**2 * whole)
+    if not matters.any() or (noisy & unclear).any():
         return None
     linear, angular = np.where(noisy, fourth, 0.0) ** 0.5
     return MotionNoise(float(linear), float(angular))
