@@ -47,7 +47,7 @@ def test_one_of_the_two_may_be_noisy():
 
 
 @pytest.mark.parametrize(
-    "kind", ["exact", "rounded", "differentiated", "twice", "shuffled"]
+    "kind", ["exact", "rounded", "differentiated", "twice", "shuffled", "one axis"]
 )
 def test_nothing_is_found_in_motion_rounding_and_noise_of_another_colour(kind):
     rng, K = np.random.default_rng(3), 1000
@@ -62,6 +62,8 @@ def test_nothing_is_found_in_motion_rounding_and_noise_of_another_colour(kind):
         z = with_errors(white, np.diff(0.3 * rng.normal(size=(K + 1, 3)), axis=0))
     if kind == "twice":
         z = with_errors(white, np.diff(0.1 * rng.normal(size=(K + 2, 3)), 2, axis=0))
+    if kind == "one axis":
+        z = with_errors(0.0, 0.5 * rng.normal(size=(K, 3)) * (1.0, 0.0, 0.0))
     if kind == "shuffled":
         z = z[rng.permutation(K)]
     assert record(z).found_motion_noise is None

@@ -30,6 +30,9 @@ SMALLEST_LEVEL = 0.01
 not matter: it takes a ten thousandth of an inertia."""
 ROUNDING = 1e-4
 """The same below which noise is rounding, beside larger noise of the other kind."""
+LARGEST_RATIO_OF_AXES = 10.0
+"""Largest ratio of the mean variance of the noise of three axes to that of one: errors
+of the motion are taken to be alike along all axes, and no less may be seen of one."""
 LARGEST_SHARE = 0.5
 """Share of the accelerations' variance above which what looks like noise may be the
 motion itself, of samples that do not follow one another in time."""
@@ -69,20 +72,25 @@ def roughness(blocks: Array) -> Array:
 def white_noise_of(sums: Array) -> MotionNoise | None:
     """White noise of the accelerations by their `roughness` (5, 7).
 
-    None where none is found, where it would be most of what is there, or where the
-    noise of either kind of acceleration is of another colour: intervals that allow for
+    None where none is found, where it would be most of what is there or is along some
+    axes only, or where the noise of either kind of acceleration is of another colour: intervals that allow for
     the other kind alone are too narrow.
     """
     if sums[:, 0].min() < FEWEST_DIFFERENCES:
         return None
     mean = sums[:, 1:] / sums[:, :1]
     mean[3] -= mean[4] ** 2
-    fourth, third, pairs, whole = mean[:4].reshape(4, 2, 3).mean(axis=2)
+    axes = mean[:4].reshape(4, 2, 3)
+    fourth, third, pairs, whole = axes.mean(axis=2)
     fourth = np.maximum(fourth, 1e-300)
     noisy = (np.abs((third / fourth) ** 0.5 - 1.0) < LARGEST_LEVEL_DIFFERENCE) & (
         fourth > ROUNDING**2 * whole
     )
-    unclear = (pairs < SMALLEST_PAIR_CHANGE * fourth) | (fourth > LARGEST_SHARE * whole)
+    unclear = (
+        (pairs < SMALLEST_PAIR_CHANGE * fourth)
+        | (fourth > LARGEST_SHARE * whole)
+        | (fourth > LARGEST_RATIO_OF_AXES * axes[0].min(axis=1))
+    )
     matters = noisy & (fourth > SMALLEST_LEVEL**2 * whole)
     if not matters.any() or (noisy & unclear).any():
         return None
