@@ -139,7 +139,8 @@ identify log.csv --box 0.1,0.2
 identify log.csv --box 0.1,0.2,0.3 --shape hammer.stl
 identify log.csv --hull
 identify log.csv --shape hammer.stl --unit ft
-identify log.csv --object-pose 1,2,3
+identify log.csv --object-pose 0,0,0.1
+identify log.csv --box 0.1,0.1,0.1 --object-pose 1,2,3,4
 identify log.csv --method bayse
 identify log.csv --method PMD
 identify log.csv --gravity down
@@ -148,7 +149,7 @@ identify log.csv --wrench up
 identify log.csv --motion fast
 identify log.csv --start 100
 identify log.csv --until mass=1kg
-identify log.csv --pose-std 5
+identify log.csv --box 0.1,0.1,0.1 --pose-std 5
 identify log.csv --sensor-turned 45
 identify log.csv --output mug.docx
 identify log.csv --output log.csv

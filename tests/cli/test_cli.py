@@ -468,9 +468,29 @@ def test_hostile_json(run, folder, tmp_path):
     ):
         path = tmp_path / f"{number}.json"
         path.write_text(content)
-        for option in ("--bias", "--truth", "--object-pose"):
-            assert refused(run("identify", folder / "log.csv", option, path), path.name)
+        for option in ("--bias", "--truth", "--box 0.1,0.1,0.1 --object-pose"):
+            words = option.split()
+            assert refused(run("identify", folder / "log.csv", *words, path), path.name)
         assert refused(run("export", path, "--to", "urdf"), path.name)
+
+
+@pytest.mark.parametrize(
+    ("option", "value"),
+    [
+        ("--unit", "mm"),
+        ("--object-pose", "0,0,0.1"),
+        ("--pose-std", "1mm,1deg"),
+        ("--shape-std", "5%"),
+        ("--points", "99"),
+    ],
+)
+def test_what_is_said_of_a_shape_that_is_not_given_is_refused(
+    run, folder, option, value
+):
+    given = "identify", folder / "log.csv", option, value
+    assert refused(run(*given), f"{option}: of which shape?", "--box")
+    if option in ("--object-pose", "--points"):
+        assert run(*given, "--box", "0.3,0.3,0.6")[0] == 0
 
 
 def test_shapes_that_cannot_be(run, folder, tmp_path):

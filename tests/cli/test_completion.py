@@ -46,6 +46,5 @@ def test_all_unknown_options_in_one_message(run):
 
 
 def test_a_value_that_begins_with_a_dash_is_no_option(run):
-    assert (
-        "none.csv" in run("identify", "none.csv", "--object-pose", "-1,0,0,0,0,0,1")[2]
-    )
+    pose = "--box", "1,1,1", "--object-pose", "-1,0,0,0,0,0,1"
+    assert "none.csv" in run("identify", "none.csv", *pose)[2]

@@ -235,7 +235,8 @@ def logs_at(path: Path) -> list[str]:
 
 
 def _logs_below(folder: Path) -> Iterator[str]:
-    """Logs in a folder and in those below; a folder that is a log is one."""
+    """Logs in a folder and in those below, results of batches left out; a folder that
+    is a log is one."""
     endings = {ending for each in formats() for ending in each.suffixes} - NO_LOGS
     for where, folders, files in os.walk(folder):
         for name in [each for each in folders if each.startswith(".")]:
@@ -245,8 +246,23 @@ def _logs_below(folder: Path) -> Iterator[str]:
                 folders.remove(name)
                 yield os.path.join(where, name)
         for name in files:
-            if not name.startswith(".") and Path(name).suffix.lower() in endings:
-                yield os.path.join(where, name)
+            path = Path(where, name)
+            if name.startswith(".") or path.suffix.lower() not in endings:
+                continue
+            if path.suffix.lower() != ".parquet" or not _is_result(path):
+                yield str(path)
+
+
+def _is_result(path: Path) -> bool:
+    """Whether a Parquet file is the table of a batch."""
+    import pyarrow as pa
+    from pyarrow import parquet
+
+    try:
+        told = parquet.read_schema(path).metadata or {}
+    except (OSError, pa.ArrowException):
+        return False  # whoever reads it says what is wrong
+    return told.get(b"hefting", b"").startswith(b"hefting.batch/")
 
 
 def _is_log(folder: Path) -> bool:

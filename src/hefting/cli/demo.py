@@ -1,6 +1,7 @@
 """hefting demo: simulate a robot arm wielding a hammer, identify it, write pictures."""
 
 import argparse
+from importlib.util import find_spec
 
 from hefting.cli import render
 from hefting.cli.options import add_verbose
@@ -14,7 +15,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--output",
         metavar="FOLDER",
-        default="hefting-demo",
+        default="demo",
         help="where log, mesh, estimate and pictures go; default %(default)s",
     )
     add_verbose(parser)
@@ -25,10 +26,13 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.cli.report.estimate import estimate_report, print_lines
     from hefting.simulation.demo import run
 
+    can_draw = find_spec("matplotlib") is not None
     with progress("simulating a robot arm that wields a hammer"):
-        shown = run(arguments.output)
+        shown = run(arguments.output, can_draw)
     report = estimate_report(
         shown.estimate, shown.truth, shown.errors, arguments.verbose
     )
     print_lines(report, render)
     print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")
+    if not can_draw:
+        print("without pictures: pip install 'hefting[plot]'")

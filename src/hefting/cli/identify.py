@@ -33,7 +33,7 @@ from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.cli.torques import add_empty, add_torques, require_torques
 from hefting.core.errors import InputError
 from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
-from hefting.request.shape import shape_of
+from hefting.request.shape import require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -171,6 +171,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Identify, save what was asked for, and print the result; returns the exit
     status."""
     a = arguments
+    require_shape(a)
     _check_outputs(a)
     require_torques(a)
     if a.torques:

@@ -95,8 +95,13 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unknown option{plural} {', '.join(unknown)}{where}")
 
     def _print_message(self, message: str, file: IO[str] | None = None) -> None:
-        """Print help or version; that of `argparse` says nothing where it cannot."""
-        (file or sys.stdout).write(message)
+        """Print help or version; that of `argparse` says nothing where it cannot. What
+        an encoding does not have is a question mark."""
+        file = file or sys.stdout
+        if file is None:
+            return
+        encoding = getattr(file, "encoding", None) or "utf-8"
+        file.write(message.encode(encoding, "replace").decode(encoding))
 
 
 def say(message: str) -> None:

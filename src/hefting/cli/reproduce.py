@@ -2,10 +2,12 @@
 published figures."""
 
 import argparse
+from importlib.util import find_spec
 from pathlib import Path
 from textwrap import fill
 
 from hefting.cli.parser import WIDTH
+from hefting.core.errors import MissingDependencyError
 
 EXAMPLES = (
     "hefting reproduce --list",
@@ -45,6 +47,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Run what is not done yet, write tables, figures and the page, and say where."""
     from hefting.reproduction import EXPERIMENTS, reproduce
+
+    if not arguments.list and find_spec("matplotlib") is None:
+        raise MissingDependencyError("matplotlib", "plot")  # before what takes long
 
     a = arguments
     if a.list:

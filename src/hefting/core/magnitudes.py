@@ -53,7 +53,7 @@ has at its quietest."""
 LARGEST_DISTANCE = 1e6
 """Largest coordinate of an object's pose in the sensor frame [m]."""
 
-SMALLEST_LENGTH, SMALLEST_MASS = 1e-9, 1e-12
+SMALLEST_LENGTH, LIGHTEST_OBJECT = 1e-9, 1e-12
 """Smallest side [m] and mass [kg] that errors are given in shares of; nothing that is
 held is a nanometre long."""
 

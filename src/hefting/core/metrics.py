@@ -10,7 +10,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.magnitudes import SMALLEST_LENGTH, SMALLEST_MASS
+from hefting.core.magnitudes import LIGHTEST_OBJECT, SMALLEST_LENGTH
 from hefting.core.spatial import Array, tensor_to_vector
 
 
@@ -62,7 +62,7 @@ def errors_between(
         )
     R = np.eye(3) if axes is None else np.asarray(axes, dtype=float)
     m = truth.mass
-    if not m >= SMALLEST_MASS:
+    if not m >= LIGHTEST_OBJECT:
         raise InputError(f"the true mass must be positive, not {m:g}")
     across = (a * a)[[1, 0, 0]] + (a * a)[[2, 2, 1]]  # not (a @ a) - a * a: it rounds
     products = np.outer(a, a) * (1.0 - np.eye(3))

@@ -124,7 +124,7 @@ class Stream:
         return replace(self, time=time, values=values, rows=rows)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Recording:
     """Streams of one log, each with its own strictly increasing time.
 
@@ -297,6 +297,16 @@ class Recording:
     def has(self, *names: str) -> bool:
         """Whether all of these streams are there."""
         return all(name in self.streams for name in names)
+
+    def __repr__(self) -> str:
+        rates = self.rates()
+        streams = ", ".join(
+            f"{name} {len(stream)}"
+            + (f" at {rates[name]:.4g} Hz" if rates[name] else "")
+            for name, stream in self.streams.items()
+        )
+        source = f" of {self.source}" if self.source else ""
+        return f"<Recording{source}: {streams}>"
 
     @property
     def start(self) -> float:

@@ -174,9 +174,7 @@ def _check_arguments(
             fix=f"only {', '.join(INSERTABLE)} can",
         )
     if link is not None and into is None:
-        raise InputError(
-            f"link '{link}' of which file?", fix="name the file with (`into`=FILE)"
-        )
+        raise InputError(f"link '{link}' of which file?", fix="give `into`=FILE")
     if not name.strip() or not name.isprintable() or len(name) > 200 or name == "world":
         raise InputError(
             f"{name[:200]!r} cannot name a body",

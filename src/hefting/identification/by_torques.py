@@ -48,6 +48,10 @@ class ByTorques:
     fit: TorqueFit
     messages: tuple[Message, ...]
     arm_known: bool
+    samples: int
+    """of the runs with the payload"""
+    duration: float
+    """[s] of those runs, one after the other"""
 
     @property
     def state(self) -> WhitenedState:
@@ -93,7 +97,14 @@ class ByTorques:
             if isinstance(message, Message)
         ]
         messages += _of_arm(runs, found)
-        return cls(dynamics, found, tuple(messages), runs.arm_known)
+        return cls(
+            dynamics,
+            found,
+            tuple(messages),
+            runs.arm_known,
+            sum(len(samples.time) for samples in loaded),
+            sum(float(np.ptp(samples.time)) for samples in loaded),
+        )
 
     def estimate(
         self,
@@ -128,6 +139,8 @@ class ByTorques:
             )
         return replace(
             estimate,
+            samples=self.samples + (0 if wrench is None else wrench.samples),
+            duration=max(self.duration, 0.0 if wrench is None else wrench.duration),
             warnings=(*messages, *estimate.warnings),
             provenance=estimator.provenance | estimate.provenance | self.provenance,
         )

@@ -194,7 +194,10 @@ def _find_lacking(present: set[str], wrench_needed: bool) -> Iterator[tuple[str,
     if not lacking:
         return
     what = f"there is no {' and no '.join(stream for stream, _ in lacking)}"
-    yield what, "; ".join(fix for _, fix in lacking)
+    fixes = [fix for _, fix in lacking]
+    if "tau1" in present:
+        fixes.insert(0, "of joint torques: hefting identify --torques")
+    yield what, "; ".join(fixes)
 
 
 def _warn_about_ignored(

@@ -55,7 +55,7 @@ def rows_of(estimate: Estimate, products: bool = True) -> list[Row]:
 
     def row(name: str, quantity: str, at: tuple[int, ...], scale: float, unit: str):
         values = np.asarray(getattr(p, quantity))
-        halves, value = half_widths(estimate, quantity, values), scale * values[at]
+        halves, value = half_widths(estimate, quantity), scale * values[at]
         half = None if halves is None else scale * float(halves[at])
         ends = ["", ""]
         if estimate.intervals is not None and half is not None and np.isfinite(half):
@@ -153,7 +153,7 @@ def _verdict(agreement: Agreement) -> str:
 
 def _number(value: float, ends: Array) -> str:
     """A value with half the width of its interval."""
-    half = float(np.max(np.abs(ends - value)))
+    half = 0.5 * float(ends[1] - ends[0])
     if half > 0.0 and half < 1e-4:  # moments of a small object, in full
         return f"{value:.3g} ± {half:.1g}".replace("-", "−")
     return plus_minus(value, half)

@@ -86,6 +86,7 @@ class Remote:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env=environment,
+                start_new_session=True,  # a terminal's Ctrl-C is not for it
             )
         except OSError as error:
             what = f"no process can be begun ({error.strerror})"

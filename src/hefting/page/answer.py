@@ -34,8 +34,8 @@ WORDS = {
 }
 """Style of each verdict, its words, and what to do."""
 MEANING = (
-    "Each bar is a 95 % interval, the dark line in it the value; ± is half its width, "
-    "the larger side. In sensor axes."
+    "Each bar is a 95 % interval, the dark line in it the value; ± is half its width. "
+    "In sensor axes."
 )
 Say = Callable[[str], str]
 NAMES = (
@@ -130,9 +130,8 @@ def ends_of_intervals(intervals: dict[str, Array]) -> tuple[Array, Array]:
 
 def _half_widths(estimate: Estimate) -> Array:
     """(10,) in the units shown, NaN where the method has none."""
-    p = estimate.parameters
     parts = [
-        half_widths(estimate, name, getattr(p, name))
+        half_widths(estimate, name)
         for name in ("mass", "center_of_mass", "inertia_at_com")
     ]
     if any(part is None for part in parts):

@@ -253,7 +253,10 @@ class JointTorques:
                 runs = (loaded[part],), (empty[part],)
                 found = LoadedRuns(self.dynamics, *runs).fit()
                 if held.estimate is None:
-                    own = ByTorques(self.dynamics, found, (), arm_known=False)
+                    state = found.state
+                    own = ByTorques(
+                        self.dynamics, found, (), False, state.samples, state.duration
+                    )
                     return own.estimate(held.shape).covariance
             except (HeftingError, np.linalg.LinAlgError):
                 return before

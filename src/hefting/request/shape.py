@@ -25,6 +25,18 @@ def shape_of(a: Any) -> "Shape | None":
     return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)
 
 
+def require_shape(a: Any) -> None:
+    """`InputError` where something is said of a shape that was not given."""
+    if a.shape is not None or a.box is not None:
+        return
+    said = ("unit", "object_pose", "pose_std", "shape_std", "points", "points_per_cm3")
+    for name in said:
+        if getattr(a, name) is not None:
+            option = "--" + name.replace("_", "-")
+            fix = "give --shape FILE or --box X,Y,Z, or leave it out"
+            raise InputError("of which shape?", option, fix)
+
+
 def _box(a: Any, pose: "Array | None") -> "Shape":
     """The box whose sides were given, about the origin of a pose."""
     from hefting.shapes import Shape

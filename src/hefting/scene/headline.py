@@ -72,7 +72,7 @@ def inertia_doubt(estimate: Estimate) -> float | None:
     largest moment, infinite where an entry of the tensor is open; None where the method
     has no intervals."""
     tensor = estimate.parameters.inertia_at_com
-    half = half_widths(estimate, "inertia_at_com", tensor)
+    half = half_widths(estimate, "inertia_at_com")
     if half is None:
         return None
     if np.isinf(half).any():
@@ -86,7 +86,7 @@ def inertia_doubt(estimate: Estimate) -> float | None:
 
 def _mass(estimate: Estimate) -> str:
     mass = estimate.parameters.mass
-    half = half_widths(estimate, "mass", mass)
+    half = half_widths(estimate, "mass")
     number = plus_minus(mass, None if half is None else float(half))
     return f"mass {number} kg" + (" (no intervals)" if half is None else "")
 
@@ -100,7 +100,7 @@ def _center(estimate: Estimate) -> str:
 def _inertia(estimate: Estimate) -> str:
     """The moments at the COM, in the power of a thousand that suits them."""
     tensor = estimate.parameters.inertia_at_com
-    half = half_widths(estimate, "inertia_at_com", tensor)
+    half = half_widths(estimate, "inertia_at_com")
     moments = tensor.diagonal()
     if half is not None and not (half.diagonal() < np.abs(moments)).any():
         return "inertia at the COM: open"

@@ -125,6 +125,9 @@ def com_region(estimate: Estimate) -> Ellipsoid | None:
     half = com_half_widths(estimate)
     if half is None or not np.isfinite(half).all():
         return None
+    if estimate.intervals is not None:  # the larger side, so that it holds all of them
+        ends = estimate.intervals["center_of_mass"]
+        half = np.abs(ends - estimate.parameters.center_of_mass).max(axis=0)
     values, axes = np.linalg.eigh(_com_correlation(estimate))
     root = axes * np.sqrt(np.maximum(values, 0.0))
     scale = half * (CHI95 / Z95)
@@ -132,19 +135,19 @@ def com_region(estimate: Estimate) -> Ellipsoid | None:
 
 
 def com_half_widths(estimate: Estimate) -> Array | None:
-    """(3,) [m] half-widths of the 95 % intervals of the COM, the larger side of each;
-    infinite where it is open, None where the method has no uncertainty."""
-    return half_widths(estimate, "center_of_mass", estimate.parameters.center_of_mass)
+    """(3,) [m] half the widths of the 95 % intervals of the COM; infinite where it is
+    open, None where the method has no uncertainty."""
+    return half_widths(estimate, "center_of_mass")
 
 
-def half_widths(estimate: Estimate, name: str, value: Array | float) -> Array | None:
-    """Half-widths of the 95 % intervals of a quantity of ``Estimate.intervals`` about
-    its `value`, the larger side of each; from the covariance where there are no
-    intervals. Infinite where it is open, None where the method has no uncertainty."""
+def half_widths(estimate: Estimate, name: str) -> Array | None:
+    """Half the widths of the 95 % intervals of a quantity of ``Estimate.intervals``;
+    from the covariance where there are no intervals. Infinite where it is open, None
+    where the method has no uncertainty."""
     open_ = np.asarray(getattr(estimate.undetermined, name))
     if estimate.intervals is not None:
         low, high = estimate.intervals[name]
-        half = np.maximum(high - value, value - low)
+        half = 0.5 * (high - low)
     elif estimate.std is not None:
         half = Z95 * np.asarray(estimate.std[name])
     elif open_.any():

@@ -132,10 +132,10 @@ def as_pose(pose: ArrayLike | str | Path) -> Array:
 
 
 def parse_pose(source: str | Path) -> Array:
-    """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw`` or a JSON
-    file.
+    """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw``, from
+    ``x,y,z`` where nothing is turned, or from a JSON file.
 
-    The file holds a 4 x 4 matrix or seven numbers. Raises `InputError` unless the
+    The file holds a 4 x 4 matrix or as many numbers. Raises `InputError` unless the
     quaternion has unit norm within 1e-3 or the matrix is a proper rigid motion.
 
     Examples
@@ -153,6 +153,8 @@ def parse_pose(source: str | Path) -> Array:
     except (TypeError, ValueError, OverflowError):
         array = np.empty(0)
     try:
+        if array.shape == (3,):
+            array = np.append(array, (0.0, 0.0, 0.0, 1.0))
         if array.shape == (7,):
             return pose_matrix(array)
         if array.shape == (4, 4):

@@ -125,7 +125,8 @@ def _describe_errors(errors: "Errors", verbose: bool) -> str:
         return text
     return (
         f"{text} about the COM and {errors.inertia_at_origin:.2g} % about the sensor; "
-        f"Riemannian distance {errors.riemannian:.3g}"
+        f"Riemannian distance {errors.riemannian:.3g}; COM in shares of the bounding box's "
+        "sides, inertia of a uniform box's moments (Nadeau et al. 2022, eq. 10 to 12)"
     )
 
 
