@@ -1,5 +1,6 @@
 """Understanding in another process: as in this one; whatever happens to it."""
 
+import os
 import subprocess
 import sys
 import time
@@ -62,6 +63,13 @@ def test_one_that_dies_meanwhile_is_not_waited_for(remote, task):
     remote._process.kill()
     assert answer_of(remote) is None
     assert not remote.busy
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="sessions are of POSIX")
+def test_a_terminals_interrupt_is_not_for_it(remote):
+    """Ctrl-C goes to every process of a terminal's session; it would print a
+    traceback, and its work be lost."""
+    assert os.getsid(remote._process.pid) != os.getsid(0)
 
 
 def test_what_fails_there_is_raised_here(remote):
