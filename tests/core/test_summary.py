@@ -43,6 +43,22 @@ def test_the_text_has_the_numbers_and_what_they_are_worth():
     assert "100 samples, 2 s" in text
 
 
+@pytest.mark.parametrize(
+    ("low", "high", "shown"),
+    [
+        (0.0021, 0.0021, "0.5123 ± 0.0021"),
+        (0.0012, 0.0030, "0.5123 ± 0.0021"),
+        (0.0010, 0.0031, "0.5123 [0.5113, 0.5154]"),
+        (0.0, 0.0042, "0.5123 [0.5123, 0.5165]"),
+    ],
+)
+def test_ends_of_a_lopsided_interval_are_shown(low, high, shown):
+    """From three to one on: ± would show half of it where there is nothing."""
+    ends = np.array((BODY.mass - low, BODY.mass + high))
+    intervals = estimate().intervals | {"mass": ends}
+    assert f"mass           {shown} kg" in repr(estimate(intervals=intervals))
+
+
 def test_open_quantities_and_none_at_all():
     assert "xx open, xy open" in repr(estimate(half_inertia=np.inf))
     without = repr(estimate(intervals=None, duration=None))

@@ -162,3 +162,21 @@ def test_bad_poses(tmp_path, text, message):
         text = tmp_path / "pose.json"
     with pytest.raises(InputError, match=message):
         parse_pose(text)
+
+
+def test_a_pose_of_three_numbers_is_not_turned():
+    expected = np.eye(4)
+    expected[:3, 3] = 0.1, -0.2, 0.3
+    np.testing.assert_array_equal(parse_pose("0.1,-0.2,0.3"), expected)
+
+
+def test_the_pose_of_a_file_may_be_text(tmp_path):
+    path = tmp_path / "ell.stl"
+    SOLIDS["ell"].export(path)
+    moved = load_shape(path, pose="0.1,0,0")
+    still = load_shape(path)
+    np.testing.assert_allclose(moved.positions, still.positions + (0.1, 0.0, 0.0))
+    with pytest.raises(InputError, match="not a pose"):
+        load_shape(path, pose="0.1,0")
+    with pytest.raises(InputError, match="4 x 4"):
+        Shape.from_mesh(path, pose="0.1,0,0")

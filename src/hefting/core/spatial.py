@@ -267,7 +267,10 @@ def pose_matrix(seven_numbers: ArrayLike) -> Array:
 def check_pose(pose: ArrayLike) -> Array:
     """`pose` as a (4, 4) float array; `InputError` unless it is a proper rigid motion
     within 1e-6."""
-    matrix = np.asarray(pose, dtype=float)
+    try:
+        matrix = np.asarray(pose, dtype=float)
+    except (TypeError, ValueError):
+        matrix = np.empty(0)
     if matrix.shape != (4, 4) or not np.isfinite(matrix).all():
         raise InputError("a pose is a finite 4 x 4 matrix")
     check_magnitude(matrix, LARGEST_DISTANCE, "a number in the pose matrix")

@@ -15,6 +15,9 @@ LONGEST_WARNING = 150
 MOST_DECIMALS = 9
 """Decimals of a number, at most."""
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
+LOPSIDED = 3.0
+"""Ratio of the longer to the shorter side of an interval from which on its ends are
+shown."""
 
 
 def body_lines(
@@ -22,10 +25,11 @@ def body_lines(
     intervals: Mapping[str, Array] | None,
     undetermined: Undetermined,
 ) -> list[str]:
-    """Mass, COM and inertia, each with half the width of its 95 % interval.
+    """Mass, COM and inertia, each with half the width of its 95 % interval; with its
+    ends where that is lopsided, as ``1.3 [1.3, 3.1]``.
 
-    Numbers are rounded to two digits of that; ``open`` stands for numbers that are
-    undetermined, and where an interval has no end.
+    Numbers are rounded to two digits of half the width; ``open`` stands for numbers
+    that are undetermined, and where an interval has no end.
     """
     ends = intervals or {}
     (mass,) = _shown(np.array([body.mass]), ends.get("mass"), 1.0, undetermined.mass)
@@ -69,11 +73,12 @@ def _shown(
     """Numbers of a quantity, `scale` times, with half the width of their intervals;
     ``open`` for those that are `undetermined`."""
     numbers = scale * _flat(values)
-    half = np.zeros_like(numbers)
+    low = high = numbers
     if ends is not None:
-        half = 0.5 * scale * (_flat(ends[1]) - _flat(ends[0]))
-    half[_flat(np.array(undetermined, dtype=float)) > 0.0] = np.inf
-    return [_with_half_width(*each) for each in zip(numbers, half, strict=True)]
+        low, high = (scale * _flat(end) for end in ends)
+    open_ = _flat(np.array(undetermined, dtype=float)) > 0.0
+    high = np.where(open_, np.inf, high)
+    return [_with_interval(*each) for each in zip(numbers, low, high, strict=True)]
 
 
 def _flat(values: Array) -> Array:
@@ -82,8 +87,10 @@ def _flat(values: Array) -> Array:
     return tensor_to_vector(values) if values.ndim == 2 else values
 
 
-def _with_half_width(value: float, half: float) -> str:
-    """A number with half the width of its interval, to two digits of that."""
+def _with_interval(value: float, low: float, high: float) -> str:
+    """A number with half the width of its interval, or with its ends, to two digits of
+    that."""
+    half = 0.5 * (high - low)
     if not np.isfinite(half):
         return "open"
     if not half > 0.0:
@@ -92,5 +99,11 @@ def _with_half_width(value: float, half: float) -> str:
     if decimals > MOST_DECIMALS:
         return f"{value:.3g} ± {half:.2g}"
     decimals = max(decimals, 0)
-    rounded = round(value, decimals) + 0.0  # no negative zero
-    return f"{rounded:.{decimals}f} ± {half:.{decimals}f}"
+    # no negative zero
+    shown, least, most = (
+        f"{round(each, decimals) + 0.0:.{decimals}f}" for each in (value, low, high)
+    )
+    shorter, longer = sorted((value - low, high - value))
+    if longer > LOPSIDED * shorter:
+        return f"{shown} [{least}, {most}]"
+    return f"{shown} ± {half:.{decimals}f}"

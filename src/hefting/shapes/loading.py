@@ -19,7 +19,7 @@ from hefting.shapes.shape import LABELS, Shape
 def load_shape(
     spec: str | Path,
     unit: str | None = None,
-    pose: ArrayLike | None = None,
+    pose: ArrayLike | str | Path | None = None,
     points: int | None = None,
     points_per_cm3: float | None = None,
     hull: bool = False,
@@ -30,8 +30,8 @@ def load_shape(
     .stl, .obj, .off, .glb and .ply with faces are meshes; .xyz, .txt, .csv, .npy and
     .ply without faces are filled point clouds; .ply without faces but with labels are
     labelled parts, of which all points are kept. With `hull` the convex hull of a
-    file's vertices is taken instead. Other parameters and errors as for
-    `Shape.from_mesh`.
+    file's vertices is taken instead. The pose may be text, as for `parse_pose`. Other
+    parameters and errors as for `Shape.from_mesh`.
 
     Examples
     --------
@@ -53,6 +53,7 @@ def load_shape(
                 "a box is six numbers", text, "give box:X0,X1,Y0,Y1,Z0,Z1 in metres"
             )
         return Shape.from_box(*sides, points=points, points_per_cm3=points_per_cm3)
+    pose = None if pose is None else as_pose(pose)
     suffix = Path(text).suffix.lower()
     if hull and suffix in (*MESH_SUFFIXES, *CLOUD_SUFFIXES):
         return Shape.from_hull(text, unit, pose, points, points_per_cm3)
