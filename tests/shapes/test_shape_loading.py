@@ -175,7 +175,8 @@ def test_the_pose_of_a_file_may_be_text(tmp_path):
     SOLIDS["ell"].export(path)
     moved = load_shape(path, pose="0.1,0,0")
     still = load_shape(path)
-    np.testing.assert_allclose(moved.positions, still.positions + (0.1, 0.0, 0.0))
+    along_x = np.array((0.1, 0.0, 0.0))
+    np.testing.assert_allclose(moved.positions, still.positions + along_x)
     with pytest.raises(InputError, match="not a pose"):
         load_shape(path, pose="0.1,0")
     with pytest.raises(InputError, match="4 x 4"):
