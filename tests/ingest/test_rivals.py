@@ -12,8 +12,10 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks import given as benchmark
 from given_cases import case_of
+from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest import condition
+from hefting.ingest.ingest import ingest
 from hefting.ingest.path import static_path
 from hefting.ingest.rivals import (
     axes_turned,
@@ -29,6 +31,7 @@ from hefting.ingest.rivals.explanation import as_given
 from hefting.ingest.rivals.judge import evidence, judge
 from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
+from hefting.simulation import UR5, hammer, random_smooth, simulate
 from recordings import DATA, needs_recordings
 
 pytestmark = pytest.mark.usefixtures("same_poses")
@@ -263,3 +266,40 @@ def test_positions_in_another_unit_are_named_by_it(unit, metres):
     found = position_unit.explain(case_of(given))
     assert found is not None
     assert found.what == f"the positions seem to be in {unit}"
+
+
+@pytest.mark.parametrize(
+    ("gravity", "told"),
+    [
+        ((0.0, -9.80665, 0.0), "`gravity`='0,-9.80665,0'"),
+        ((9.80665, 0.0, 0.0), "`gravity`='9.80665,0,0'"),
+    ],
+)
+def test_gravity_far_from_the_one_given_is_told_in_numbers(gravity, told):
+    """Looked for from the one given it may be found the other way round. Near an axis
+    of the world it is along it."""
+    motion = UR5.motion(random_smooth(10.0, 100.0, 1.0, seed=3))
+    noise = NOISE_LEVELS["moderate"]
+    recording = simulate(motion, hammer().parameters, gravity, noise=noise, seed=3)
+    (said,) = (m for m in ingest(recording).warnings if m.code == "base-tilted")
+    assert f"give {told}" in said
+    found = ingest(recording, gravity=gravity)
+    assert not [m for m in found.warnings if m.severity == "error"]
+
+
+def test_a_sensor_is_not_found_half_a_metre_from_the_logged_frame():
+    """As in force in kgf: the first moments by force and torque are then apart by a
+    factor."""
+    given = mistake("unit of force", "kgf").make(correct(0), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == "force-unit"
+
+
+def test_an_object_that_no_wrist_holds_explains_nothing():
+    """A torque in N mm is as well explained by a force in kN, and by 670 kg."""
+    given = mistake("unit of torque", "N mm").make(correct(0), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert "torque seems to be in N mm" in doubt.message
+    assert "inf" not in doubt.message

@@ -9,6 +9,7 @@ import pytest
 from hefting import OLS, Estimate, InputError, Prediction, predict
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
+from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.core.sensor_accuracy import Z95
 from hefting.prediction import predict as module_function
@@ -379,6 +380,22 @@ def test_a_wrong_estimate_shows():
     assert a.rms[0] > 3.0 * a.own[0]  # 5 % of 17 N
     assert a.within is not None
     assert a.within[0] < 0.6
+    assert "another-object" in codes(a.warnings)
+
+
+def test_another_bias_is_no_other_object():
+    """The share within the band is of what varies."""
+    recording = recorded()
+    wrench = recording["wrench"]
+    bias = np.array((5.0, -3.0, 2.0, 0.3, 0.1, -0.2))
+    moved = Stream(wrench.time, wrench.values + bias)
+    streams = {**recording.streams, "wrench": moved}
+    estimate = estimate_of(BODY, covariance=1e-6 * covariance())
+    a = predict(estimate, replace(recording, streams=streams)).agreement
+    assert a is not None
+    assert a.within is not None
+    assert codes(a.warnings) == {"constant-difference"}
+    assert (a.within > 0.9).all()
 
 
 def test_a_wrench_that_cannot_be_compared_is_said_or_left():

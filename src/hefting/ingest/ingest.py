@@ -23,6 +23,7 @@ from hefting.ingest.changes.messages import change_warnings
 from hefting.ingest.clock import errors_of_clock_offset
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
+from hefting.ingest.dead_channels import dead_channel_message
 from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
 from hefting.ingest.gravity import (
     errors_of_estimated_gravity,
@@ -147,6 +148,9 @@ def ingest(
     clock_error = errors_of_clock_offset(found, z, fit)
     if doubt is not None:
         warnings.insert(0, doubt.message)
+    dead = dead_channel_message(recording)
+    if dead is not None:  # it accounts for the others
+        warnings.insert(0, dead)
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)

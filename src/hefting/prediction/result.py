@@ -21,6 +21,9 @@ from hefting.prediction.spread import Spread, reading_std
 
 FEWEST = 12
 """Samples below which a fit of their own says nothing of their noise."""
+SEVERAL = 3.0
+"""What varies of a difference over what the best body leaves, from which on it is not
+the object of the estimate."""
 MOSTLY = 0.5
 """Share of the squared difference that varies below which its constant part is worth a
 word."""
@@ -83,7 +86,7 @@ def agreement(
     if bias is not None:
         difference = difference - bias
     rms, varying = _rms(difference), _rms(difference - difference.mean(axis=0))
-    own = within = None
+    own = within = wide = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
         left = z.wrench - predict_wrench(z, fit.vector)
@@ -91,9 +94,20 @@ def agreement(
     if own is not None and spread is not None:
         known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
         wide = Z95 * np.hypot(known, np.repeat(own, 3))
-        within = np.mean((np.abs(difference) <= wide).reshape(-1, 2, 3), axis=(0, 2))
     # a constant is most of a difference that noise does not explain
     constant = varying**2 < MOSTLY * rms**2
+    if wide is not None:
+        mean = np.repeat(constant, 3) * difference.mean(axis=0)
+        inside = np.abs(difference - mean) <= wide
+        within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
+    if own is not None and (varying > SEVERAL * own).any():
+        force, torque = varying
+        what = (
+            f"the difference varies by {force:.2g} N and {torque:.2g} N m, and that of the "
+            f"body that explains this recording best by {own[0]:.2g} N and {own[1]:.2g} "
+            "N m: is it another object, or another grasp?"
+        )
+        warnings.append(warning("another-object", what))
     if own is not None and ((rms > 2.0 * own) & constant).any():
         mean = [f"{x:.3g}" for x in difference.mean(axis=0)]
         what = (

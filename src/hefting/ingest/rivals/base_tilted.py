@@ -18,6 +18,12 @@ LARGEST_STEP = 4.0
 """[m/s²] Largest change of gravity along each tangent in one of them."""
 REVERSED = np.radians(175.0)
 """[rad] Angle between gravity as given and as found from which on it is reversed."""
+FAR = np.radians(30.0)
+"""[rad] Angle from which on gravity is given in numbers: looked for from the one given,
+it may be found the other way round."""
+NEAR_AXIS = np.radians(3.0)
+"""[rad] Angle to an axis of the world below which gravity that is far from the one
+given is along it."""
 SENSOR_ERROR = np.radians(0.3)
 """[rad] Standard deviation of gravity's direction by errors of the sensor alone."""
 
@@ -58,9 +64,20 @@ def explain(case: Case) -> Explanation | None:
         "a tilted base"
     )
     fix = "give `gravity`='estimate'"
+    if angle > FAR:
+        x, y, z = 0.0 + _along_axis(gravity)
+        fix = f"give `gravity`='{x:.6g},{y:.6g},{z:.6g}'"
     return Explanation(
         CODE, what, fix, fitted, 2, argument="gravity", effect=angle / std
     )
+
+
+def _along_axis(gravity: Array) -> Array:
+    """Gravity (3,), along the axis that it is near to, if it is near to one."""
+    size, axis = float(np.linalg.norm(gravity)), int(np.argmax(np.abs(gravity)))
+    along = np.zeros(3)
+    along[axis] = np.copysign(size, gravity[axis])
+    return along if gravity @ along > np.cos(NEAR_AXIS) * size**2 else gravity
 
 
 def _rows(case: Case, motion, gravity: Array):

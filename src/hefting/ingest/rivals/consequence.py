@@ -109,7 +109,7 @@ def _named(judged: Judged, named: Explanation) -> Message:
     effects = []
     if mass > LARGE_MASS_CHANGE:
         effects.append(f"{abs(after[0]):.3g} kg in place of {abs(before[0]):.3g} kg")
-    if com > LARGE_COM_CHANGE:
+    if LARGE_COM_CHANGE < com < np.inf:
         effects.append(f"the centre of mass {1e3 * com:.0f} mm elsewhere")
     return error(
         named.code, f"{said} (it would be {' and '.join(effects)})", named.argument

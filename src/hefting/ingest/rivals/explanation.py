@@ -13,6 +13,9 @@ from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, with_bias
 
 OFFSET_STEP = 2e-3
 """[s] Half of the step of the numerical derivative by the clock offset."""
+HEAVIEST_HELD = 200.0
+"""[kg] Mass above which an explanation is none, as no wrist with such a sensor holds
+it."""
 _FITS_AS_GIVEN: WeakKeyDictionary[Case, tuple[Fitted, float]] = WeakKeyDictionary()
 Build = Callable[[Motion], Rows]
 """Rows of the model for the motion at O clock offsets."""

@@ -10,7 +10,12 @@ import numpy as np
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, fit_rows, with_bias
-from hefting.ingest.rivals.explanation import Build, Explanation, over_offsets
+from hefting.ingest.rivals.explanation import (
+    HEAVIEST_HELD,
+    Build,
+    Explanation,
+    over_offsets,
+)
 
 CODE = "force-unit"
 UNITS = {
@@ -41,6 +46,7 @@ def explain(case: Case) -> Explanation | None:
         what: fitted.likelihood.max()
         for what, fitted in quick.items()
         if LEVERS[0] <= _lever(fitted, found[what]) <= LEVERS[1]
+        and UNITS[what][0] * abs(fitted.solution[fitted.best][0]) <= HEAVIEST_HELD
     }
     if not usual:
         return None

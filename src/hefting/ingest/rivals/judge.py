@@ -19,6 +19,7 @@ from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, LinearPart, correlation, fit_rows
 from hefting.ingest.rivals.explanation import (
+    HEAVIEST_HELD,
     Explanation,
     as_given,
     newton_euler,
@@ -101,7 +102,9 @@ def judge(case: Case) -> Judged:
         candidates += LARGE_EXPLANATIONS
     stage = "looking for mistakes in the recording"
     found = [explain(case) for explain in each_of(stage, candidates)]
-    tried = [each for each in found if each is not None]
+    tried = [each for each in found if each is not None and not _too_heavy(each, given)]
+    if not tried:
+        return Judged(share, None, given)
     best = max(tried, key=lambda each: evidence(case, given, each))
     if not _is_told(case, given, best):
         return Judged(share, None, given)
@@ -109,6 +112,12 @@ def judge(case: Case) -> Judged:
     certain = evidence(case, given, best) > CLEAR_EVIDENCE
     whole = certain and _missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
     return Judged(share, best, given, certain, whole)
+
+
+def _too_heavy(other: Explanation, given: Explanation) -> bool:
+    """Whether an explanation makes the object heavier than a wrist holds, and the
+    recording as given does not."""
+    return abs(given.vector[0]) <= HEAVIEST_HELD < abs(other.vector[0])
 
 
 def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:

@@ -21,6 +21,9 @@ from hefting.ingest.rivals.explanation import (
 CODE = "lever-arm"
 STEPS = 5
 """Gauss-Newton steps of the point and the clock offset."""
+LARGEST_LEVER = 0.5
+"""[m] Largest distance of a sensor from the logged frame: points beyond are found where
+force and torque do not belong together."""
 LARGEST_STEP = 0.3
 """[m] Largest change of the point along each axis in one of them."""
 
@@ -31,6 +34,8 @@ def explain(case: Case) -> Explanation | None:
         return None
     _, offset = fit_as_given(case)
     point, std, fitted = _find(case, offset)
+    if not np.linalg.norm(point) <= LARGEST_LEVER:
+        return None
     pairs = zip(point, std, strict=True)
     place = ", ".join(f"{1e3 * x:.0f} ± {1e3 * s:.0f}" for x, s in pairs)
     numbers = ",".join(f"{x:.4f}" for x in point)

@@ -1,0 +1,55 @@
+"""Channels of the wrench that measure nothing."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.given import correct
+
+from hefting import identify
+from hefting.core.recording import Stream
+from hefting.ingest.dead_channels import dead_channel_message
+
+
+def changed(change):
+    """The message of a correct recording whose wrench (K, 6) is changed."""
+    return dead_channel_message(correct(0).wrench(lambda _, w: change(w)).recording)
+
+
+def filled(channel, value):
+    def change(wrench):
+        wrench[:, channel] = value
+        return wrench
+
+    return change
+
+
+@pytest.mark.parametrize(("channel", "name"), [(2, "fz"), (3, "tx")])
+@pytest.mark.parametrize("value", [0.0, 1.5])
+def test_a_channel_that_never_changes_is_named(channel, name, value):
+    message = changed(filled(channel, value))
+    assert message is not None
+    assert (message.code, message.severity) == ("channel-dead", "error")
+    assert message.startswith(f"{name} never changes: is the channel connected")
+
+
+def test_a_copied_channel_is_named():
+    message = changed(lambda w: w[:, [0, 0, 2, 3, 4, 5]])
+    assert message is not None
+    assert "fy is the same as fx" in message
+
+
+def test_nothing_is_said_of_a_correct_recording_nor_of_one_that_rests_without_noise():
+    assert dead_channel_message(correct(0).recording) is None
+    still = correct(0).recording
+    wrench = still["wrench"]
+    held = np.tile(np.arange(6.0), (len(wrench), 1))
+    streams = {**still.streams, "wrench": Stream(wrench.time, held)}
+    assert dead_channel_message(replace(still, streams=streams)) is None
+
+
+def test_the_answer_is_not_to_be_used():
+    given = correct(0).wrench(lambda _, w: filled(4, 0.0)(w))
+    found = identify(given.recording, given.shape)
+    assert found.estimate.verdict.level == "do not use"
+    assert found.estimate.warnings[0].code == "channel-dead"
