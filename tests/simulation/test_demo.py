@@ -101,6 +101,13 @@ def test_a_file_in_the_way_is_named(tmp_path):
         demo.run(tmp_path / "taken")
 
 
+def test_a_log_of_something_else_is_not_written_over(tmp_path):
+    (tmp_path / "log.csv").write_text("mine")
+    with pytest.raises(InputError, match=r"log\.csv: holds a log of something else"):
+        demo.run(tmp_path)
+    assert (tmp_path / "log.csv").read_text() == "mine"
+
+
 def test_importing_it_loads_nothing_heavy():
     heavy = "matplotlib", "trimesh", "pyarrow", "mujoco", "pinocchio"
     modules = "hefting.simulation.demo, hefting.plots.wrench, hefting.plots.body"

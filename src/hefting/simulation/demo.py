@@ -61,8 +61,9 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
     results to `folder`; the same every time.
 
     A UR5 moves as in the paper (`hefting.simulation.sinusoids`), with its moderate
-    noise of the wrench. Raises `InputError` when the folder cannot be written and
-    `MissingDependencyError` when pictures are wanted without matplotlib.
+    noise of the wrench. Raises `InputError` when the folder cannot be written or holds
+    another log, and `MissingDependencyError` when pictures are wanted without
+    matplotlib.
     """
     folder = Path(folder)
     try:
@@ -74,6 +75,8 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
     log = folder / "log.csv"
     mesh_file = folder / "hammer.stl"
     truth_file = folder / "truth.json"
+    if log.exists() and not mesh_file.exists():
+        raise InputError("holds a log of something else", log, "name another folder")
 
     held = hammer()
     body = held.parameters.moved(POSE)
