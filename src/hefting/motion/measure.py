@@ -242,8 +242,12 @@ def _samples_within_poses(recording: Recording, wrench: Stream) -> Mask:
     first, last = max(time[0] for time in poses), min(time[-1] for time in poses)
     kept = (wrench.time >= first) & (wrench.time <= last)
     if not kept.any():
+        begin, end = wrench.time[[0, -1]]
         raise InputError(
-            "no wrench was measured while the pose was", where=recording.source
+            f"no wrench was measured while the pose was: it from {begin:.12g} to "
+            f"{end:.12g} s, the pose from {first:.12g} to {last:.12g} s",
+            recording.source,
+            "give both the times of one clock",
         )
     return kept
 
