@@ -44,8 +44,10 @@ def test_nothing_is_said_of_a_correct_recording_nor_of_one_that_rests_without_no
     still = correct(0).recording
     wrench = still["wrench"]
     held = np.tile(np.arange(6.0), (len(wrench), 1))
-    streams = {**still.streams, "wrench": Stream(wrench.time, held)}
-    assert dead_channel_message(replace(still, streams=streams)) is None
+    swinging = held + np.sin(wrench.time)[:, None] * (1.0, 0.0, 1.0, 0.0, 1.0, 0.0)
+    for values in (held, swinging):
+        streams = {**still.streams, "wrench": Stream(wrench.time, values)}
+        assert dead_channel_message(replace(still, streams=streams)) is None
 
 
 def test_the_answer_is_not_to_be_used():

@@ -9,9 +9,10 @@ from hefting.core.recording import Recording
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 FEWEST_SAMPLES = 20
 """Samples from which on a channel that never changes is no chance."""
-NOISY_SHARE = 0.5
-"""Share of a channel's samples that differ from the one before, from which on it has
-noise: where no channel has, one may rest."""
+NOISY = 0.5
+"""Level of noise by fourth differences over that by second ones, from which on a
+channel has noise; it is 1 for white noise, and next to nothing for a wrench without
+noise, of which a channel may well rest."""
 
 
 def dead_channel_message(recording: Recording) -> Message | None:
@@ -20,7 +21,11 @@ def dead_channel_message(recording: Recording) -> Message | None:
     values = recording["wrench"].values
     if len(values) < FEWEST_SAMPLES:
         return None
-    noisy = np.mean(values[1:] != values[:-1], axis=0) > NOISY_SHARE
+    second, fourth = (
+        np.median(np.abs(np.diff(values, order, axis=0)), axis=0) / gain**0.5
+        for order, gain in ((2, 6.0), (4, 70.0))
+    )
+    noisy = fourth > NOISY * np.maximum(second, 1e-300)
     if noisy.sum() < 2:
         return None
     still = (values == values[0]).all(axis=0)
