@@ -156,6 +156,15 @@ def test_a_folder_holds_the_logs_below_it(tmp_path):
     assert found == [str(tmp_path / name) for name in expected]
 
 
+def test_results_of_a_batch_in_the_folder_are_no_recordings(tmp_path):
+    table = pa.table({"recording": ["a.csv"]})
+    for name, told in (("log", {}), ("results", {"hefting": "hefting.batch/1"})):
+        kept = table.replace_schema_metadata(told)
+        parquet.write_table(kept, tmp_path / f"{name}.parquet")
+    found = [entry.recording for entry in recordings_of(tmp_path)]
+    assert found == [str(tmp_path / "log.parquet")]
+
+
 def test_patterns_lists_and_dictionaries(tmp_path):
     for name in ("a.csv", "b.csv", "c.txt"):
         (tmp_path / name).write_text("x,y\n")

@@ -96,6 +96,17 @@ def test_threads_are_left_to_whoever_chose_them():
     assert threads({}, before="import numpy") == "None"
 
 
+def test_help_is_printed_where_the_encoding_has_no_plus_minus():
+    done = subprocess.run(
+        [sys.executable, "-m", "hefting", "identify", "--help"],
+        capture_output=True,
+        env=os.environ | {"PYTHONIOENCODING": "ascii"},
+        check=False,
+    )
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert b"1g" in done.stdout
+
+
 @pytest.mark.parametrize(
     ("text", "rendered"),
     [

@@ -170,6 +170,19 @@ def test_without_matplotlib_it_is_said_before_anything_is_done(
         assert not path.exists()
 
 
+def test_without_matplotlib_the_demo_leaves_pictures_out(run, tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "matplotlib", None)
+    status, out, err = run("demo", "--output", tmp_path / "demo")
+    assert (status, err) == (0, "")
+    assert "verdict: good" in out
+    assert out.endswith("without pictures: pip install 'hefting[plot]'\n")
+    assert not list(tmp_path.glob("demo/*.png"))
+    status, out, err = run("reproduce", "--quick", "--output", tmp_path / "all")
+    assert (status, out) == (1, "")
+    assert "pip install 'hefting[plot]'" in err
+    assert not (tmp_path / "all").exists()
+
+
 # hefting show
 
 

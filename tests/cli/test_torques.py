@@ -75,6 +75,9 @@ def test_with_an_empty_run(folder, run, suffix):
     assert status == 0
     check(found)
     assert found["verdict"] == "good"
+    # of the loaded run alone
+    assert found["samples"] == 2000
+    assert found["duration"] == pytest.approx(20.0, abs=0.02)
     low, high = found["intervals"]["mass"]
     assert low <= BODY.mass <= high
 

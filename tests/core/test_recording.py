@@ -169,6 +169,14 @@ def test_duration_and_rates():
     )
 
 
+def test_it_is_shown_in_a_line():
+    wrench = Stream(np.arange(11) / 10.0, np.ones((11, 6)))
+    recording = Recording({"wrench": wrench}, source="a.csv")
+    assert repr(recording) == "<Recording 'a.csv': wrench 11 at 10 Hz>"
+    static = Recording({"wrench": wrench}, static=True)
+    assert repr(static) == "<Recording 'recording': wrench 11>"
+
+
 def test_slice_is_half_open_counts_from_the_start_and_keeps_rows():
     both = recording(wrench=10 + np.arange(8.0), orientation=10 + np.arange(4.0))
     part = both.slice(2.0, 3.0)

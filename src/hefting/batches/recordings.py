@@ -258,11 +258,14 @@ def _is_result(path: Path) -> bool:
     import pyarrow as pa
     from pyarrow import parquet
 
+    from hefting.batches.columns import SCHEMA
+
+    name, _, _ = SCHEMA.partition("/")  # of any version
     try:
         told = parquet.read_schema(path).metadata or {}
     except (OSError, pa.ArrowException):
         return False  # whoever reads it says what is wrong
-    return told.get(b"hefting", b"").startswith(b"hefting.batch/")
+    return told.get(b"hefting", b"").startswith(f"{name}/".encode())
 
 
 def _is_log(folder: Path) -> bool:

@@ -305,8 +305,7 @@ class Recording:
             + (f" at {rates[name]:.4g} Hz" if rates[name] else "")
             for name, stream in self.streams.items()
         )
-        source = f" of {self.source}" if self.source else ""
-        return f"<Recording{source}: {streams}>"
+        return f"<Recording {self.source!r}: {streams}>"
 
     @property
     def start(self) -> float:

@@ -23,8 +23,8 @@ LARGEST_LEVEL_DIFFERENCE = 0.2
 samples chance makes 4 %, motion makes much more."""
 SMALLEST_PAIR_CHANGE = 0.7
 """Variance of changes between pairs, over that of white noise of the level found, below
-which noise is not white: it is 0.42 of a derivative of white noise, 0.23 of a second
-one."""
+which noise is not white: it is 0.42 of the differences of white noise, and 0.23 of
+their differences."""
 SMALLEST_LEVEL = 0.01
 """Level of noise over the standard deviation of the accelerations below which it does
 not matter: it takes a ten thousandth of an inertia."""
@@ -58,11 +58,8 @@ def roughness(blocks: Array) -> Array:
     third = np.diff(x, 3, axis=1)
     pairs = x[:, :-3] + x[:, 1:-2] - x[:, 2:-1] - x[:, 3:]
     sums = np.empty(NO_ROUGHNESS.shape)
-    for row, each in zip(
-        sums,
-        (np.diff(third, axis=1) / 70.0**0.5, third / 20.0**0.5, 0.5 * pairs, x),
-        strict=False,
-    ):
+    scaled = np.diff(third, axis=1) / 70.0**0.5, third / 20.0**0.5, 0.5 * pairs, x
+    for row, each in zip(sums[:4], scaled, strict=True):
         row[0] = each.shape[0] * each.shape[1]
         row[1:] = np.einsum("bki,bki->i", each, each)
     sums[4, 0], sums[4, 1:] = sums[3, 0], x.sum(axis=(0, 1))
@@ -73,8 +70,8 @@ def white_noise_of(sums: Array) -> MotionNoise | None:
     """White noise of the accelerations by their `roughness` (5, 7).
 
     None where none is found, where it would be most of what is there or is along some
-    axes only, or where the noise of either kind of acceleration is of another colour: intervals that allow for
-    the other kind alone are too narrow.
+    axes only, or where the noise of either kind of acceleration is of another colour:
+    intervals that allow for the other kind alone are too narrow.
     """
     if sums[:, 0].min() < FEWEST_DIFFERENCES:
         return None

@@ -9,6 +9,8 @@ from hefting.core.recording import Recording
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 FEWEST_SAMPLES = 20
 """Samples from which on a channel that never changes is no chance."""
+SAMPLES_FOR_NOISE = 5000
+"""Samples, the first ones, that tell whether a channel has noise."""
 NOISY = 0.5
 """Level of noise by fourth differences over that by second ones, from which on a
 channel has noise; it is 1 for white noise, and next to nothing for a wrench without
@@ -22,7 +24,8 @@ def dead_channel_message(recording: Recording) -> Message | None:
     if len(values) < FEWEST_SAMPLES:
         return None
     second, fourth = (
-        np.median(np.abs(np.diff(values, order, axis=0)), axis=0) / gain**0.5
+        np.median(np.abs(np.diff(values[:SAMPLES_FOR_NOISE], order, axis=0)), axis=0)
+        / gain**0.5
         for order, gain in ((2, 6.0), (4, 70.0))
     )
     noisy = fourth > NOISY * np.maximum(second, 1e-300)

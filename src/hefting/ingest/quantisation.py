@@ -52,8 +52,8 @@ def step_beyond_noise(values: Array) -> float:
     with np.errstate(over="ignore", invalid="ignore"):  # values of any size
         noise = _noise(values)
         # all have no larger a step than some, and most wrenches end here
-        for some in (values[:SAMPLES_FOR_NOISE], values):
-            levels = np.unique(some)
+        for count in sorted({min(SAMPLES_FOR_NOISE, len(values)), len(values)}):
+            levels = np.unique(values[:count])
             step = float(np.diff(levels).min(initial=np.inf))
             if not noise < 0.5 * step:
                 return 0.0

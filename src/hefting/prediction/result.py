@@ -22,8 +22,8 @@ from hefting.prediction.spread import Spread, reading_std
 FEWEST = 12
 """Samples below which a fit of their own says nothing of their noise."""
 SEVERAL = 3.0
-"""What varies of a difference over what the best body leaves, from which on it is not
-the object of the estimate."""
+"""What varies of a difference over what noise, and what is known of the estimate, make
+of it, from which on it is not the object of the estimate."""
 MOSTLY = 0.5
 """Share of the squared difference that varies below which its constant part is worth a
 word."""
@@ -100,14 +100,15 @@ def agreement(
         mean = np.repeat(constant, 3) * difference.mean(axis=0)
         inside = np.abs(difference - mean) <= wide
         within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
-    if own is not None and (varying > SEVERAL * own).any():
-        force, torque = varying
-        what = (
-            f"the difference varies by {force:.2g} N and {torque:.2g} N m, and that of the "
-            f"body that explains this recording best by {own[0]:.2g} N and {own[1]:.2g} "
-            "N m: is it another object, or another grasp?"
-        )
-        warnings.append(warning("another-object", what))
+        expected = _rms(wide) / Z95
+        if (varying > SEVERAL * expected).any():
+            (force, torque), (usual, turning) = varying, expected
+            what = (
+                f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
+                f"expected to by {usual:.2g} N and {turning:.2g} N m: is it another "
+                "object, or another grasp?"
+            )
+            warnings.append(warning("another-object", what))
     if own is not None and ((rms > 2.0 * own) & constant).any():
         mean = [f"{x:.3g}" for x in difference.mean(axis=0)]
         what = (

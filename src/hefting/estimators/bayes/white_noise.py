@@ -6,15 +6,13 @@ import numpy as np
 
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.spatial import Array
+from hefting.estimators.raw_motion import LARGEST_LEVEL_DIFFERENCE
 
 DIFFERENCE_ORDER = 4
 """Order of the differences. Motion at a tenth of the sampling rate is attenuated 57
 times, by (2 sin 18°)^4 / sqrt(70)."""
 FEWEST_SAMPLES_FOR_ORDERS = 50
 """Number of samples below which the levels of two orders are not compared."""
-LARGEST_LEVEL_DIFFERENCE = 0.2
-"""Largest relative difference of the levels of two orders for white noise: with 150
-samples chance makes 4 %, motion makes much more."""
 
 
 def white_noise(measurements: Measurements) -> Noise:
