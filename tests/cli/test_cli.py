@@ -589,7 +589,7 @@ def test_nothing_is_left_half_written(run, folder, tmp_path):
     ids=" ".join,
 )
 def test_a_csv_log_loads_nothing_that_it_does_not_need(folder, words):
-    """Importing `scipy.linalg` alone takes a sixth of the time of the whole command."""
+    """Importing `scipy.linalg` alone takes a seventh of the time of the whole command."""
     script = (
         f"import sys; sys.argv = ['hefting', *{words}]\n"
         "try:\n    from hefting.cli import main; main()\nexcept SystemExit:\n    pass\n"
