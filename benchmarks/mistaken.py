@@ -26,10 +26,12 @@ from benchmarks.mistaken_poses import (
 from benchmarks.mistaken_wrenches import (
     anothers_bias,
     cable,
+    changing_gradually,
     compensated,
     contact,
     cross_talk,
     dropped_while_moving,
+    gains,
     gripper,
     in_base_axes,
     local_gravity,
@@ -184,6 +186,11 @@ def mistakes() -> list[Mistake]:
         {f"{g:.0%}": signs(1, 1, 1 + g, 1, 1, 1) for g in (0.03, 0.05, 0.10)},
     )
     add(
+        "gains of all axes",
+        named("gain-uneven", "cross-talk"),
+        {f"{s:.1%}": gains(s) for s in (0.004, 0.01, 0.03)},
+    )
+    add(
         "cross-talk",
         named("cross-talk", "gain-uneven", "axes-turned", "unexplained"),
         {f"{s:.0%}": cross_talk(s) for s in (0.01, 0.03, 0.10)},
@@ -290,6 +297,17 @@ def mistakes() -> list[Mistake]:
             "20 mm": dropped_while_moving("slipped", 0.02),
             "60 mm": dropped_while_moving("slipped", 0.06),
         },
+    )
+    gradual = named("object-changing")
+    add(
+        "leaks",
+        gradual | events,
+        {f"{s:.0%}": changing_gradually("leaks", s) for s in (0.1, 0.4, 0.8)},
+    )
+    add(
+        "creeps in the gripper",
+        gradual | events,
+        {f"{1e3 * d:.0f} mm": changing_gradually("creeps", d) for d in (0.02, 0.06)},
     )
     add(
         "gripper not mentioned",

@@ -94,6 +94,15 @@ def contact(share: float) -> Change:
     return make
 
 
+def gains(share: float) -> Change:
+    """A gain of its own for each channel."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        return mapped(np.diag(1.0 + share * rng.normal(size=6)))(given, rng)
+
+    return make
+
+
 def play(share: float) -> Change:
     """Hysteresis: each channel follows only when the load has moved by a share of its
     range."""
@@ -219,6 +228,26 @@ def dropped_while_moving(kind: str, size: float) -> Change:
 
         changed = given.wrench(change)
         return changed if other is None else replace(changed, others=(other,))
+
+    return make
+
+
+def changing_gradually(kind: str, size: float) -> Change:
+    """The object loses a share of its mass, or creeps by so many metres."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        exact = given.wrench_of(given.truth.vector)
+        other = InertialParameters((1.0 - size) * given.truth.vector)
+        if kind == "creeps":
+            place = given.truth.center_of_mass + size * np.array((0.0, 0.0, 1.0))
+            mass, inertia = given.truth.mass, given.truth.inertia_at_com
+            other = InertialParameters.from_com(mass, place, inertia)
+        change = given.wrench_of(other.vector) - exact
+
+        def gradually(t: Array, w: Array) -> Array:
+            return w + ((t - t[0]) / (t[-1] - t[0]))[:, None] * change
+
+        return replace(given.wrench(gradually), others=(other,))
 
     return make
 

@@ -189,6 +189,13 @@ CASES = {
             "stretch of one free body is used.",
         ),
         Case(
+            "An object that changes gradually",
+            "object-changing",
+            ("leaks", "40%"),
+            "It leaks, is filled, or creeps in the gripper. No one body was held: the answer "
+            "is between those of the start and the end.",
+        ),
+        Case(
             "It touched something",
             "change-touched",
             ("in contact", "55%"),

@@ -16,6 +16,7 @@ from hefting.ingest.rivals import (
     force_unit,
     hysteresis,
     lever_arm,
+    object_changing,
     pose_inverse,
     position_unit,
     quaternion_order,
@@ -38,6 +39,7 @@ EXPLANATIONS = (
     hysteresis.explain,
     cable.explain,
     sloshing.explain,
+    object_changing.explain,
 )
 """Mistakes that are always looked for."""
 LARGE_EXPLANATIONS = (

@@ -82,7 +82,8 @@ def doubt_of(case: Case) -> Doubt | None:
         message = _named(judged, judged.named)
         fatal = message.severity == "error"
         simple = judged.named.unknowns <= FEW_UNKNOWNS
-        return Doubt(message, True, judged.whole or (fatal and simple))
+        whole = judged.whole or (fatal and simple)
+        return Doubt(message, True, whole and not judged.named.is_change)
     share = judged.unexplained
     factor = 1.0 if case.path.moves else STATIC_FACTOR
     if share <= factor * NOTICED_UNEXPLAINED:

@@ -227,8 +227,8 @@ def _precision(fitted: Fitted) -> Array:
 
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
     """(K, 6, q) derivatives of the wrench by small mistakes: a turn of the sensor, a
-    tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate; and the
-    columns of each."""
+    tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate, a steady
+    change of the object; and the columns of each."""
     rows = fitted.rows
     known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
     wrench = known @ (REGRESSOR_BY_FEATURE @ phi)
@@ -244,6 +244,7 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
         weight = np.einsum("kx,xcp->kcp", down, REGRESSOR_BY_FEATURE[:3, :, :4])
         found.append(weight)
     if case.path.moves:
+        by_feature_of_change = REGRESSOR_BY_FEATURE[:, :, :4].reshape(12, 24)
         lever = (known @ REGRESSOR_BY_FEATURE[:, :, 1:4].reshape(12, 18)).reshape(
             K, 6, 3
         )
@@ -251,6 +252,8 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
         rate = np.gradient(wrench, case.time, axis=0)
         since = case.time - case.time.mean()
         found += [lever, (since[:, None] * rate)[:, :, None], rate[:, :, None]]
+        change = (since[:, None] * known) @ by_feature_of_change
+        found.append(change.reshape(K, 6, 4))
     ends = np.cumsum([0] + [part.shape[2] for part in found])
     groups = [slice(a, b) for a, b in itertools.pairwise(ends)]
     return np.concatenate(found, axis=2), groups

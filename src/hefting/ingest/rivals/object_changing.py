@@ -1,0 +1,77 @@
+"""The object changes gradually: it leaks or is filled, or creeps in the gripper.
+
+Mass and first moment are those at the start, the middle and the end of the recording,
+and linear in time between; the inertia is one.
+"""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.drift import HatFunctions
+from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case, Motion
+from hefting.ingest.rivals.evidence import Rows, with_bias
+from hefting.ingest.rivals.explanation import Explanation, over_offsets
+
+CODE = "object-changing"
+KNOTS = 3
+"""Instants between which mass and first moment are linear in time."""
+CLEAR_MASS_CHANGE = 0.03
+"""Change of the mass, as a share of it, above which it is told; else that of the COM
+is."""
+
+
+def explain(case: Case) -> Explanation | None:
+    """The likeliest change."""
+    if not case.path.moves:
+        return None
+    fitted, _ = over_offsets(case, lambda motion: _rows(case, motion))
+    inertia, rest = np.split(fitted.solution[fitted.best], [6])
+    bodies = rest[: 4 * KNOTS].reshape(KNOTS, 4)
+    mass = bodies[:, 0]
+    if mass.min() <= 0.0 <= mass.max():
+        return None
+    if np.ptp(mass) > CLEAR_MASS_CHANGE * np.abs(mass).max():
+        start, middle, end = np.abs(mass)
+        what = (
+            f"the object seems to be {start:.3g} kg at the start of the recording, "
+            f"{middle:.3g} kg in its middle and {end:.3g} kg at its end, as one that "
+            "leaks or is filled"
+        )
+        fix = "close it"
+    else:
+        com = bodies[:, 1:] / mass[:, None]
+        moved = 1e3 * np.linalg.norm(com[-1] - com[0])
+        what = f"the object seems to move by {moved:.0f} mm in the gripper, little by little"
+        fix = "grip it tighter"
+    return Explanation(
+        CODE,
+        what,
+        f"{fix} and record again, or give a part in which it is as you want it with "
+        "`start` and `duration`",
+        fitted,
+        4 * (KNOTS - 1),
+        argument="start",
+        parameters=np.concatenate((bodies[-1], inertia)),
+        is_change=True,
+    )
+
+
+def _rows(case: Case, motion: Motion) -> Rows:
+    """Rows of an inertia, of mass and first moment at each knot, and of a bias."""
+    features = motion.features(case.modelled_gravity)
+    hats = HatFunctions.over(case.time, KNOTS).values.T
+    at_knots = [hat[:, None] * features for hat in hats]
+    known = np.concatenate((features, *at_knots), axis=2)
+    return with_bias(case, known, _maps(), motion.known)
+
+
+def _maps() -> Array:
+    maps = np.zeros(((1 + KNOTS) * FEATURES, 6, 6 + 4 * KNOTS))
+    maps[:FEATURES, :, :6] = REGRESSOR_BY_FEATURE[:, :, 4:]
+    for i in range(KNOTS):
+        rows, columns = FEATURES * (1 + i), 6 + 4 * i
+        maps[rows : rows + FEATURES, :, columns : columns + 4] = REGRESSOR_BY_FEATURE[
+            :, :, :4
+        ]
+    return maps
