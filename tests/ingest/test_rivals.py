@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 from benchmarks.given import Given, Mistake
 from benchmarks.mistaken import mistakes
-from benchmarks.mistaken_poses import positions
-from benchmarks.mistaken_wrenches import changing_gradually
+from benchmarks.mistaken_poses import lever, positions
+from benchmarks.mistaken_wrenches import changing_gradually, turned
 from scipy.spatial.transform import Rotation
 
 from benchmarks import given as benchmark
@@ -172,10 +172,10 @@ def test_a_turn_is_found_with_its_deviation(seed):
         lambda _, w: np.hstack((R.apply(w[:, :3]), R.apply(w[:, 3:])))
     )
     case = case_of(given)
-    found, _, covariance = axes_turned.rotation_of(case)
+    found = axes_turned.rotation_of(case)
     # the wrench was turned by R, so its axes were turned by the inverse
-    apart = (Rotation.from_matrix(found) * R).as_rotvec()
-    distance = apart @ np.linalg.solve(covariance, apart)
+    apart = (Rotation.from_matrix(found.R) * R).as_rotvec()
+    distance = apart @ np.linalg.solve(found.covariance, apart)
     assert distance < 14.9
     assert np.degrees(np.linalg.norm(apart)) < 3.0
     judged = judge(case)
@@ -199,6 +199,35 @@ def test_what_is_proposed_for_a_turn_puts_it_right():
     found = identify(mended).estimate
     assert not any(getattr(m, "code", "") == "axes-turned" for m in found.warnings)
     np.testing.assert_allclose(found.parameters.center_of_mass, there, atol=1e-3)
+
+
+TURNED_AND_MOVED = [("z", -90.0, 0.12), ("x", 30.0, 0.05), ("y", 180.0, 0.04)]
+
+
+@pytest.mark.parametrize("said", [None, "z:45"])
+@pytest.mark.parametrize(("axis", "degrees", "behind"), TURNED_AND_MOVED)
+def test_a_sensor_that_is_turned_and_moved_takes_one_advice(
+    axis, degrees, behind, said
+):
+    """`sensor_pose_in_log` as advised, also beside a wrong pose that was given, leaves
+    nothing to be said, and mass and COM as without the mistake."""
+    from hefting.identification import identify
+
+    clean = correct(1)
+    rng = np.random.default_rng(1)
+    unit = {"x": (1, 0, 0), "y": (0, 1, 0), "z": (0, 0, 1)}[axis]
+    given = lever(behind)(turned(np.array(unit), degrees)(clean, rng), rng)
+    found = identify(given.recording, sensor_turned=said).estimate
+    assert found.verdict.level == "do not use"
+    (reason,) = (r for r in found.verdict.reasons if r.code == "axes-turned")
+    pose = str(reason).split("`sensor_pose_in_log`='")[1].split("'")[0]
+    mended = identify(given.recording, sensor_pose_in_log=pose).estimate
+    assert mended.verdict.level == "good"
+    R = Rotation.from_euler(axis, np.radians(degrees))
+    there = R.apply(clean.truth.center_of_mass)
+    # of a lever that is known to some millimetres, a turn to some tenths of a degree
+    np.testing.assert_allclose(mended.parameters.center_of_mass, there, atol=3e-3)
+    assert mended.parameters.mass == pytest.approx(clean.truth.mass, rel=0.01)
 
 
 def test_a_lever_is_found_with_its_deviation():

@@ -35,6 +35,7 @@ from hefting.ingest.rivals.explanation import (
     newton_euler,
 )
 from hefting.ingest.rivals.judge import evidence, judge
+from hefting.ingest.rivals.placement import advice
 from reference.recorded import (
     accelerated,
     changed,
@@ -184,10 +185,8 @@ def cases(kind: str) -> Any:
 
 def _fix_of(turn: Array) -> str:
     """What is to be typed for a turn [degrees about each axis]."""
-    vector = np.radians(turn)
-    angle = float(np.linalg.norm(vector))
-    known = np.eye(3) * 2.5e-5
-    return axes_turned._fix(rotation_by(vector), angle, vector / angle, known)
+    R = rotation_by(np.radians(turn))
+    return advice(case_of("turned about x, 10°"), R, np.zeros(3), np.eye(3) * 2.5e-5)
 
 
 def parts() -> dict[str, Any]:

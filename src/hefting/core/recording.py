@@ -174,6 +174,9 @@ class Recording:
     """What the reader chose, such as topics."""
     joint_names: tuple[str, ...] = ()
     """Names of the joint columns in order, where the log says them."""
+    sensor_pose: Array | None = None
+    """(4, 4) pose of the sensor in the logged frame [m], where it was given as an argument
+    and the poses are the sensor's by it."""
 
     def __post_init__(self):
         for name in self.streams:

@@ -21,7 +21,7 @@ from hefting.identification.run import understand
 from hefting.ingest.tool import load_tool
 from hefting.logs.given import as_recording
 from hefting.logs.sensor_pose import sensor_turned as turned_about
-from hefting.logs.sensor_pose import with_sensor_pose
+from hefting.logs.sensor_pose import with_given_sensor_pose
 from hefting.motion.measure import Source
 from hefting.shapes import as_shape
 from hefting.shapes.loading import as_pose
@@ -168,7 +168,7 @@ def identify(
     posed = _sensor_pose(sensor_pose_in_log, sensor_turned)
     if posed is not None:
         several = recording if isinstance(recording, list | tuple) else [recording]
-        placed = [with_sensor_pose(as_recording(one), posed) for one in several]
+        placed = [with_given_sensor_pose(as_recording(one), posed) for one in several]
         recording = placed if isinstance(recording, list | tuple) else placed[0]
     options = {
         "gravity": gravity,

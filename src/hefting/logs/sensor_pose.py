@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, check_pose, pose_matrix
+from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
 
 SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
 """Keys of a column map that say where the sensor is in the logged frame."""
@@ -68,7 +68,14 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
             streams["position"] = replace(
                 position, values=position.values + axes.apply(arm)
             )
-    return replace(recording, streams=streams)
+    return replace(recording, streams=streams, sensor_pose=None)
+
+
+def with_given_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
+    """`with_sensor_pose` for a pose that is given as an argument, beside which messages
+    tell what to give in its place."""
+    placed = with_sensor_pose(recording, pose)
+    return replace(placed, sensor_pose=frozen(pose))
 
 
 def _orientations_at(orientation: Stream, time: Array) -> Any:

@@ -33,12 +33,12 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
             "--sensor-turned",
             "give one of them",
         )
-    from hefting.logs.sensor_pose import sensor_turned, with_sensor_pose
+    from hefting.logs.sensor_pose import sensor_turned, with_given_sensor_pose
     from hefting.shapes import parse_pose
 
     if pose is not None:
-        return with_sensor_pose(recording, parse_pose(pose))
-    return with_sensor_pose(recording, sensor_turned(str(turned)))
+        return with_given_sensor_pose(recording, parse_pose(pose))
+    return with_given_sensor_pose(recording, sensor_turned(str(turned)))
 
 
 def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":

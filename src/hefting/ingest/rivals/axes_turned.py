@@ -15,24 +15,18 @@ import itertools
 
 import numpy as np
 
-from hefting.core.spatial import (
-    Array,
-    quaternion_of,
-    rotation_by,
-    rotation_vector,
-    skew,
-    tensor_to_vector,
-    vector_to_tensor,
-)
+from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step
-from hefting.ingest.rivals.explanation import (
-    Build,
-    Explanation,
-    at_offset,
-    newton_euler,
-    offset_columns,
+from hefting.ingest.rivals.evidence import Rows
+from hefting.ingest.rivals.explanation import Explanation, newton_euler
+from hefting.ingest.rivals.placement import (
+    Placement,
+    advice,
+    angle_and_axis,
+    find_placement,
+    turn_text,
 )
+from hefting.ingest.rivals.turned_and_moved import turned_and_moved
 from hefting.ingest.robust_rows import normal_equations, scaled_to_ones
 
 CODE = "axes-turned"
@@ -45,14 +39,9 @@ KEPT_STARTS = 6
 rotation is that from all starts in 327; in the others another mistake explains more."""
 REFINEMENTS = 4
 """Gauss-Newton steps of rotation and clock offset."""
-LARGEST_STEP = 0.3
-"""[rad] Largest turn about each axis in one of them."""
 CROSS_TALK = 0.005
 """Standard deviation of a sensor's cross-talk, as on data sheets. Its antisymmetric
 part is a rotation, of so many radians over the root of two about each axis."""
-ROUND_ANGLE = np.radians(0.5)
-"""[rad] Standard deviation up to which an angle is known well enough to be rounded to a
-whole number of degrees."""
 QUARTER_TURNS = np.array(
     [
         axes
@@ -66,42 +55,34 @@ QUARTER_TURNS = np.array(
 
 def explain(case: Case) -> Explanation | None:
     """The best rotation, with its standard deviation."""
-    R, fitted, covariance = rotation_of(case)
-    std = covariance + 0.5 * CROSS_TALK**2 * np.eye(3)
-    angle, axis = _angle_axis(R)
-    known = float(np.sqrt(axis @ std @ axis))
-    x, y, z = np.round(axis, 2) + 0.0  # no -0.00
-    what = (
-        f"the sensor's axes seem turned by {np.degrees(angle):.1f}° ± "
-        f"{np.degrees(known):.1g}° about ({x:.2f}, {y:.2f}, {z:.2f}) of the logged ones"
-    )
+    found = rotation_of(case)
+    covariance = found.covariance + 0.5 * CROSS_TALK**2 * np.eye(3)
+    angle, axis = angle_and_axis(found.R)
+    known = float(np.sqrt(axis @ covariance @ axis))
     return Explanation(
         CODE,
-        what,
-        _fix(R, angle, axis, std),
-        fitted,
+        f"the sensor's axes seem turned by {turn_text(found.R, known)} of the logged ones",
+        advice(case, found.R, np.zeros(3), covariance),
+        found.fitted,
         3,
         argument="sensor_pose_in_log",
-        parameters=_in_sensor_axes(fitted.solution[fitted.best][:10], R),
+        parameters=found.parameters,
         effect=angle / max(known, 1e-12),
+        beside=lambda: turned_and_moved(case, CODE, found.R, found.offset),
     )
 
 
-def _in_sensor_axes(vector: Array, R: Array) -> Array:
-    """Parameters (10,) in logged axes as the sensor's axes see them."""
-    J = R.T @ vector_to_tensor(vector[4:]) @ R
-    return np.concatenate((vector[:1], R.T @ vector[1:4], tensor_to_vector(J)))
-
-
-def rotation_of(case: Case) -> tuple[Array, Fitted, Array]:
-    """Rotation (3, 3) from sensor to logged axes, its fit, and the covariance (3, 3) of
-    the rotation vector."""
+def rotation_of(case: Case) -> Placement:
+    """The best rotation, from all starts."""
     rows = newton_euler(case, case.motion)
     scale = np.maximum(np.std(case.wrench, axis=0).reshape(2, 3).mean(axis=1), 1e-9)
     scales = np.broadcast_to(scale, (len(case.offsets), 2))
     R, value = _ascend(case, rows, rows.used, scales, QUARTER_TURNS)
     index = int(np.argmax(value))
-    return _refine(case, R[index], float(case.offsets[index]))
+    offset = float(case.offsets[index])
+    return find_placement(
+        case, R[index], offset, turns=True, moves=False, steps=REFINEMENTS
+    )
 
 
 def _ascend(
@@ -158,64 +139,3 @@ def _quadratic(
     Q = np.swapaxes(B, 1, 2) @ np.linalg.solve(scaled, B)
     square = np.einsum("ok,okc,oc->o", weights, wrench**2, inverse_variance)
     return 0.5 * (Q + np.swapaxes(Q, 1, 2)), square
-
-
-def _refine(case: Case, R: Array, offset: float) -> tuple[Array, Fitted, Array]:
-    """Rotation (3, 3), fit, and covariance of the rotation vector (3, 3) [rad²] in
-    logged axes, by Gauss-Newton steps of rotation and clock offset together."""
-    fitted, covariance = _fit_at(case, R, offset), np.zeros((3, 3))
-    for _ in range(REFINEMENTS):
-        turned = _turned(case, R)[0]
-        predicted = turned - fitted.residual[0]
-        # a turn by d changes the turned wrench by d x w, which the fit is to follow
-        blocks = skew(predicted.reshape(-1, 3))
-        columns = blocks.reshape(len(turned), 6, 3)
-        if case.path.moves:
-            build = _builder(case, R)
-            late = offset_columns(case, build, offset, fitted.solution[0])
-            columns = np.concatenate((columns, late), axis=2)
-        step = linear_step(fitted, 0, columns)
-        covariance = step.covariance[:3, :3]
-        turn = np.clip(step.change[:3], -LARGEST_STEP, LARGEST_STEP)
-        R = rotation_by(turn) @ R
-        if case.path.moves:
-            offset += float(np.clip(step.change[3], -0.02, 0.02))
-        fitted = _fit_at(case, R, offset)
-    return R, fitted, covariance
-
-
-def _turned(case: Case, R: Array) -> Array:
-    """(1, K, 6) wrench in logged axes."""
-    return (case.wrench.reshape(-1, 2, 3) @ R.T).reshape(1, -1, 6)
-
-
-def _builder(case: Case, R: Array) -> Build:
-    turned = _turned(case, R)
-    return lambda motion: newton_euler(case, motion, turned)
-
-
-def _fit_at(case: Case, R: Array, offset: float) -> Fitted:
-    return at_offset(case, _builder(case, R), offset)
-
-
-def _angle_axis(R: Array) -> tuple[float, Array]:
-    vector = rotation_vector(R)
-    angle = float(np.linalg.norm(vector))
-    return angle, vector / angle if angle > 0.0 else np.array((0.0, 0.0, 1.0))
-
-
-def _fix(R: Array, angle: float, axis: Array, covariance: Array) -> str:
-    """What to type: a whole number of degrees about an axis where that is within the
-    deviation, else the pose."""
-    degrees = round(float(np.degrees(angle)))
-    main = int(np.argmax(np.abs(axis)))
-    sign = 1.0 if axis[main] > 0.0 else -1.0
-    rounded = np.zeros(3)
-    rounded[main] = sign * np.radians(degrees)
-    off = rotation_vector(rotation_by(rounded).T @ R)
-    known = np.sqrt(np.trace(covariance) / 3.0)
-    if known < ROUND_ANGLE and off @ np.linalg.solve(covariance, off) < 9.0:
-        turn = 180 if degrees == 180 else round(sign * degrees)
-        return f"give `sensor_turned`='{'xyz'[main]}:{turn}'"
-    numbers = ",".join(f"{q:.5f}" for q in quaternion_of(R))
-    return f"give `sensor_pose_in_log`='0,0,0,{numbers}'"

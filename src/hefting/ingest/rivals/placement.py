@@ -1,0 +1,207 @@
+"""Placement: where the sensor is in the logged frame, by Gauss-Newton steps of its turn,
+its place and the clock offset, and what to type for it.
+
+A point r of the turning frame has the acceleration a + alpha x r + w x (w x r). The
+wrench about it is that of a body held there.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from hefting.core.spatial import (
+    Array,
+    quaternion_of,
+    rotation_by,
+    rotation_vector,
+    skew,
+    tensor_to_vector,
+    vector_to_tensor,
+)
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case, Motion
+from hefting.ingest.rivals.evidence import Fitted, linear_step
+from hefting.ingest.rivals.explanation import (
+    Build,
+    at_offset,
+    newton_euler,
+    offset_columns,
+)
+
+LARGEST_LEVER = 0.5
+"""[m] Largest distance of a sensor from the logged frame: points beyond are found where
+force and torque do not belong together."""
+LARGEST_STEP = 0.3
+"""[rad, m] Largest turn about, and change of the place along, each axis in one step."""
+LARGEST_OFFSET_STEP = 0.02
+"""[s] Largest change of the clock offset in one step."""
+ROUND_ANGLE = np.radians(0.5)
+"""[rad] Standard deviation up to which an angle is known well enough to be rounded to a
+whole number of degrees."""
+
+
+@dataclass(frozen=True, eq=False)
+class Placement:
+    """The sensor in the logged frame."""
+
+    R: Array
+    """(3, 3) rotation from sensor to logged axes"""
+    point: Array
+    """(3,) the sensor's origin [m]"""
+    offset: float
+    """[s] clock offset"""
+    fitted: Fitted
+    """fit in logged axes about the sensor's origin"""
+    covariance: Array
+    """(n, n) of the rotation vector in logged axes [rad], and then of the place [m], as
+    far as they were free"""
+
+    @property
+    def parameters(self) -> Array:
+        """(10,) in the sensor's axes, with the COM as seen from its origin."""
+        vector = self.fitted.solution[self.fitted.best][:10]
+        J = self.R.T @ vector_to_tensor(vector[4:]) @ self.R
+        return np.concatenate((vector[:1], self.R.T @ vector[1:4], tensor_to_vector(J)))
+
+
+def find_placement(
+    case: Case,
+    R: Array,
+    offset: float,
+    *,
+    turns: bool,
+    moves: bool,
+    steps: int,
+) -> Placement:
+    """The likeliest placement near a rotation and a clock offset [s].
+
+    `turns` and `moves`: whether the rotation and the place are free; a place that is not
+    is the logged frame's origin.
+    """
+    point = np.zeros(3)
+    fitted = at_offset(case, _builder(case, R, point), offset)
+    n = 3 * (turns + moves)
+    covariance = np.zeros((n, n))
+    for _ in range(steps):
+        columns = []
+        if turns:
+            # a turn by d changes the turned wrench by d x w, which the fit is to follow
+            predicted = _turned(case, R)[0] - fitted.residual[0]
+            blocks = skew(predicted.reshape(-1, 3))
+            columns.append(blocks.reshape(len(predicted), 6, 3))
+        if moves:
+            effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]  # (3, 6)
+            arms = _arms(case.motion_at(case.time[None] - offset))[0]
+            columns.append(np.einsum("kxj,xc->kcj", arms, effect))
+        if case.path.moves:
+            build = _builder(case, R, point)
+            columns.append(offset_columns(case, build, offset, fitted.solution[0]))
+        step = linear_step(fitted, 0, np.concatenate(columns, axis=2))
+        covariance = step.covariance[:n, :n]
+        change = np.clip(step.change[:n], -LARGEST_STEP, LARGEST_STEP)
+        if turns:
+            R = rotation_by(change[:3]) @ R
+        if moves:
+            point = point + change[-3:]
+        if case.path.moves:
+            late = float(step.change[n])
+            offset += float(np.clip(late, -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
+        fitted = at_offset(case, _builder(case, R, point), offset)
+    return Placement(R, point, offset, fitted, covariance)
+
+
+def moved(motion: Motion, point: Array) -> Motion:
+    """The motion of a point (3,) of the moving frame."""
+    return Motion(
+        motion.a + _arms(motion) @ point, motion.rest, motion.axes, motion.known
+    )
+
+
+def _arms(motion: Motion) -> Array:
+    """(O, K, 3, 3) acceleration of points by their place: [alpha]x + [w]x [w]x."""
+    S = vector_to_tensor(motion.rest[..., 3:])
+    turning = S - np.trace(S, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
+    return skew(motion.rest[..., :3]) + turning
+
+
+def _turned(case: Case, R: Array) -> Array:
+    """(1, K, 6) wrench in logged axes."""
+    return (case.wrench.reshape(-1, 2, 3) @ R.T).reshape(1, -1, 6)
+
+
+def _builder(case: Case, R: Array, point: Array) -> Build:
+    turned = _turned(case, R)
+    if not point.any():
+        return lambda motion: newton_euler(case, motion, turned)
+    return lambda motion: newton_euler(case, moved(motion, point), turned)
+
+
+def seen_from_log(vector: Array, point: Array) -> Array:
+    """Parameters (10,) with the COM as seen from the logged frame's origin, for a sensor
+    at a point (3,) in the same axes."""
+    seen = vector.copy()
+    seen[1:4] += vector[0] * point
+    return seen
+
+
+def turn_text(R: Array, std: float) -> str:
+    """Angle with its standard deviation [rad], and axis."""
+    angle, axis = angle_and_axis(R)
+    x, y, z = np.round(axis, 2) + 0.0  # no -0.00
+    return (
+        f"{np.degrees(angle):.1f}° ± {np.degrees(std):.1g}° about "
+        f"({x:.2f}, {y:.2f}, {z:.2f})"
+    )
+
+
+def place_text(point: Array, std: Array) -> str:
+    """A place (3,) with its standard deviations, in millimetres."""
+    pairs = zip(np.round(1e3 * point) + 0.0, 1e3 * std, strict=True)
+    return f"({', '.join(f'{x:.0f} ± {s:.0f}' for x, s in pairs)}) mm"
+
+
+def angle_and_axis(R: Array) -> tuple[float, Array]:
+    """Angle [rad] and axis (3,) of a rotation; z where it is none."""
+    vector = rotation_vector(R)
+    angle = float(np.linalg.norm(vector))
+    return angle, vector / angle if angle > 0.0 else np.array((0.0, 0.0, 1.0))
+
+
+def advice(
+    case: Case, R: Array, point: Array, turn_covariance: Array | None = None
+) -> str:
+    """What to type for a sensor that is turned by R and at a point of the logged frame,
+    beside what was given of its pose.
+
+    It is a whole number of degrees about an axis where that is within the deviation of
+    the turn, by its covariance (3, 3) in logged axes; else the pose.
+    """
+    given = case.recording.sensor_pose
+    if given is not None:
+        before = given[:3, :3]
+        R, point = before @ R, before @ point + given[:3, 3]
+        if turn_covariance is not None:
+            turn_covariance = before @ turn_covariance @ before.T
+    if turn_covariance is not None and not point.any():
+        round_turn = _round_turn(R, turn_covariance)
+        if round_turn is not None:
+            return f"give `sensor_turned`='{round_turn}'"
+    place = ",".join(f"{x:.4f}" if x else "0" for x in point)
+    turn = ",".join(f"{q:.5f}".rstrip("0").rstrip(".") for q in quaternion_of(R) + 0.0)
+    return f"give `sensor_pose_in_log`='{place},{turn}'"
+
+
+def _round_turn(R: Array, covariance: Array) -> str | None:
+    """A whole number of degrees about an axis; None where that is not within the
+    deviation."""
+    angle, axis = angle_and_axis(R)
+    degrees = round(float(np.degrees(angle)))
+    main = int(np.argmax(np.abs(axis)))
+    sign = 1.0 if axis[main] > 0.0 else -1.0
+    rounded = np.zeros(3)
+    rounded[main] = sign * np.radians(degrees)
+    off = rotation_vector(rotation_by(rounded).T @ R)
+    known = np.sqrt(np.trace(covariance) / 3.0)
+    if known >= ROUND_ANGLE or off @ np.linalg.solve(covariance, off) >= 9.0:
+        return None
+    return f"{'xyz'[main]}:{180 if degrees == 180 else round(sign * degrees)}"
