@@ -7,6 +7,7 @@ from importlib import import_module
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from disturbances import GRAVITY, NOISE, body, disturbed, with_wrench
 from hefting.core.errors import InputError
@@ -292,6 +293,35 @@ def test_gravity_is_estimated_for_information(kind, degrees):
     # a thousand samples of 0.1 N, at 15 N: a hundredth of a degree, and the poses'
     # errors
     assert np.degrees(found.tilted.angle(GRAVITY)) == pytest.approx(degrees, abs=0.1)
+
+
+TURNED_WORLDS = [
+    (90.0, 0.0, 0.0),
+    (-90.0, 0.0, 0.0),
+    (0.0, 180.0, 0.0),
+    (78.0, 104.0, 0.0),
+]
+
+
+@pytest.mark.parametrize("degrees", TURNED_WORLDS)
+def test_gravity_is_found_however_the_world_is_turned(degrees):
+    """From the default, 90, 180 and 130° off: the opposite direction with the other sign
+    of the wrench differs by what accelerations show alone."""
+    recording = disturbed("clean", 1.5, 1).recording
+    turn = Rotation.from_rotvec(np.radians(degrees))
+    q = (turn * Rotation.from_quat(np.array(recording["orientation"].values))).as_quat()
+    p = turn.apply(np.array(recording["position"].values))
+    streams = {
+        **recording.streams,
+        "orientation": replace(recording["orientation"], values=q),
+        "position": replace(recording["position"], values=p),
+    }
+    found = condition(replace(recording, streams=streams), tilt=True)
+    right = condition(recording, tilt=True)
+    # of some tenth of a degree by noise; both start and end elsewhere within it
+    np.testing.assert_allclose(found.gravity, turn.apply(np.array(right.gravity)), atol=0.01)
+    assert found.parameters[0] == pytest.approx(right.parameters[0], rel=1e-3)
+    assert found.sign.on_object == right.sign.on_object
 
 
 # motion from other sources

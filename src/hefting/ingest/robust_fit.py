@@ -25,6 +25,10 @@ from hefting.ingest.uncertainty import Uncertainty, estimate_uncertainty
 MOST_BLOCKS_OF_FIRST_FIT = 6_000
 """Largest number of blocks in the first robust fit and in the choice of the number of
 bias knots."""
+CLEARLY_SMALLER_SCALES = 0.99
+"""Factor of the product of the residuals' scales of force and torque from which on gravity
+the other way round is believed: with the other sign of the wrench it is the same but for
+what accelerations show."""
 MOST_KNOTS_OF_SCAN = 9
 """Largest number of bias knots in the scan for a coarse clock offset."""
 OUTLIER_ITERATIONS = 8
@@ -115,7 +119,14 @@ def _fit_block_medians(samples: Samples, problem: Problem, gravity: Array) -> Fi
     )
     chosen = replace(problem, blocks=typical).every(MOST_BLOCKS_OF_FIRST_FIT)
     start = scan_offsets(chosen, gravity, min(knots, MOST_KNOTS_OF_SCAN))
-    return gauss_newton(chosen, start, knots, robust=True)
+    fit = gauss_newton(chosen, start, knots, robust=True)
+    if not problem.free_gravity:
+        return fit
+    opposite = gauss_newton(
+        chosen, replace(fit.start, gravity=-fit.gravity), knots, robust=True
+    )
+    better = opposite.scale.prod() < CLEARLY_SMALLER_SCALES * fit.scale.prod()
+    return opposite if better else fit
 
 
 def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> InlierFit:

@@ -1,13 +1,26 @@
 """Gravity points elsewhere in the logged world: the base is tilted, or the world's axes
 are others than assumed."""
 
+from functools import partial
+
 import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
-from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step, with_bias
-from hefting.ingest.rivals.explanation import Explanation, fit_as_given, over_offsets
+from hefting.ingest.rivals.case import Case, Motion
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    Rows,
+    fit_rows,
+    linear_step,
+    with_bias,
+)
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    fit_as_given,
+    offset_columns,
+    over_offsets,
+)
 
 CODE = "base-tilted"
 STEPS = 8
@@ -45,7 +58,7 @@ def explain(case: Case) -> Explanation | None:
     gravity, _, _ = max(found, key=lambda each: each[1].likelihood[0])
     # the clock offset was that of the gravity given
     _, offset = over_offsets(case, lambda m: _rows(case, m, gravity))
-    gravity, fitted, std = _from(case, gravity, offset)
+    gravity, fitted, std = _from(case, gravity, offset, free_offset=case.path.moves)
     angle = float(
         np.arctan2(
             np.linalg.norm(np.cross(case.gravity, gravity)), case.gravity @ gravity
@@ -80,13 +93,15 @@ def _along_axis(gravity: Array) -> Array:
     return along if gravity @ along > np.cos(NEAR_AXIS) * size**2 else gravity
 
 
-def _rows(case: Case, motion, gravity: Array):
+def _rows(case: Case, motion: Motion, gravity: Array) -> Rows:
     return with_bias(case, motion.features(gravity), REGRESSOR_BY_FEATURE, motion.known)
 
 
-def _from(case: Case, gravity: Array, offset: float) -> tuple[Array, Fitted, float]:
+def _from(
+    case: Case, gravity: Array, offset: float, *, free_offset: bool = False
+) -> tuple[Array, Fitted, float]:
     """Gravity (3,) that fits best near a start, its fit, and its standard deviation
-    [rad]."""
+    [rad]; with the clock offset [s] free or held."""
     motion = case.motion_at(case.time[None] - offset)
     fitted, std = fit_rows(case, _rows(case, motion, gravity)), np.inf
     size = float(np.linalg.norm(gravity))
@@ -94,10 +109,17 @@ def _from(case: Case, gravity: Array, offset: float) -> tuple[Array, Fitted, flo
         along = -(motion.axes[0] @ tangents_of(gravity).T)  # (K, 3, 2)
         effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]
         columns = np.einsum("kxt,xc->kct", along, effect)
+        if free_offset:
+            build = partial(_rows, case, gravity=gravity)
+            late = offset_columns(case, build, offset, fitted.solution[0])
+            columns = np.concatenate((columns, late), axis=2)
         step = linear_step(fitted, 0, columns)
-        std = float(np.sqrt(step.covariance.trace() / 2.0)) / size
-        change = np.clip(step.change, -LARGEST_STEP, LARGEST_STEP)
+        std = float(np.sqrt(step.covariance[:2, :2].trace() / 2.0)) / size
+        change = np.clip(step.change[:2], -LARGEST_STEP, LARGEST_STEP)
         gravity = tilt_gravity(gravity, change)
+        if free_offset:
+            offset += float(np.clip(step.change[2], -0.02, 0.02))
+            motion = case.motion_at(case.time[None] - offset)
         fitted = fit_rows(case, _rows(case, motion, gravity))
         if np.abs(change).max() < 1e-4 * size:
             break
