@@ -319,7 +319,9 @@ def test_gravity_is_found_however_the_world_is_turned(degrees):
     found = condition(replace(recording, streams=streams), tilt=True)
     right = condition(recording, tilt=True)
     # of some tenth of a degree by noise; both start and end elsewhere within it
-    np.testing.assert_allclose(found.gravity, turn.apply(np.array(right.gravity)), atol=0.01)
+    np.testing.assert_allclose(
+        found.gravity, turn.apply(np.array(right.gravity)), atol=0.01
+    )
     assert found.parameters[0] == pytest.approx(right.parameters[0], rel=1e-3)
     assert found.sign.on_object == right.sign.on_object
 

@@ -46,7 +46,12 @@ def _touch(changes: Changes) -> Message:
     when = ", ".join(f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches)
     long = changes.touched > LONG_TOUCH_SHARE * changes.duration
     much = ", more than half of the recording" if long else ""
-    what = f"no free body explains the wrench from {when}{much}: touched?"
+    parts = (*changes.touches, *changes.stretches)
+    first, last = min(p.start for p in parts), max(p.end for p in parts)
+    # a sensor that is zeroed stays so to the end of the recording
+    lasts = any(first == t.start or t.end == last for t in changes.touches)
+    also = ", or was the sensor zeroed" if lasts else ""
+    what = f"no free body explains the wrench from {when}{much}: touched{also}?"
     return warning("change-touched", what)
 
 

@@ -68,7 +68,7 @@ def explain(case: Case) -> Explanation | None:
         argument="sensor_pose_in_log",
         parameters=found.parameters,
         effect=angle / max(known, 1e-12),
-        beside=lambda: turned_and_moved(case, CODE, found.R, found.offset),
+        alternative=lambda: turned_and_moved(case, CODE, found.R, found.offset),
     )
 
 

@@ -1,9 +1,11 @@
 """The sensor's calibration matrix is off: channels have different gains, or respond to
 one another. A gain that all channels share cannot be told from another mass."""
 
+from collections.abc import Callable
+
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Indices
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
     Fitted,
@@ -15,6 +17,8 @@ from hefting.ingest.rivals.evidence import (
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given, newton_euler
 
 GAIN, CROSS_TALK = "gain-uneven", "cross-talk"
+GAINS = 7 * np.arange(6)
+"""Indices of the gains in the matrix, row by row."""
 USUAL_ERROR = 0.03
 """Standard deviation of the matrix's errors, as a share of the channels' ranges."""
 RANGES = np.repeat((1.0, 0.1), 3)
@@ -26,35 +30,53 @@ CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest errors of the matrix (6, 6), to first order."""
+    return _likeliest(case, np.arange(36), lambda: _likeliest(case, GAINS))
+
+
+def _likeliest(
+    case: Case,
+    free: Indices,
+    alternative: Callable[[], Explanation | None] | None = None,
+) -> Explanation:
+    """The likeliest errors of the entries that are free, by their indices (q,)."""
     _, offset = fit_as_given(case)
     rows = newton_euler(case, case.motion_at(case.time[None] - offset))
-    precision = (np.divide.outer(RANGES, RANGES) * USUAL_ERROR).ravel() ** -2.0
-    fitted, errors, cost = fit_rows(case, rows), np.zeros((6, 6)), 0.0
+    fitted, errors, cost = fit_rows(case, rows), np.zeros(36), 0.0
     for _ in range(PASSES):
         wrench = rows.predict(fitted.solution[0, :10])[0]
-        errors, cost = _step(fitted, wrench, errors, precision)
-        mended = case.wrench - wrench @ errors.T
+        errors[free], cost = _step(fitted, wrench, errors[free], free)
+        mended = case.wrench - wrench @ errors.reshape(6, 6).T
         fitted = fit_rows(case, Rows(rows.known, rows.maps, rows.used, mended[None]))
-    code, what = _told(errors, np.sqrt(np.mean(wrench**2, axis=0)))
+    code, what = _told(errors.reshape(6, 6), np.sqrt(np.mean(wrench**2, axis=0)))
     fix = "check its calibration matrix, or weigh something known"
-    return Explanation(code, what, fix, fitted, 36, cost=cost, rarity=2.0)
+    return Explanation(
+        code,
+        what,
+        fix,
+        fitted,
+        len(free),
+        cost=cost,
+        rarity=2.0,
+        alternative=alternative,
+    )
 
 
 def _step(
-    fitted: Fitted, wrench: Array, before: Array, precision: Array
+    fitted: Fitted, wrench: Array, before: Array, free: Indices
 ) -> tuple[Array, float]:
-    """Errors of the matrix (6, 6), and what they cost (see `Explanation.cost`), beside
-    a prediction of the wrench (K, 6) and a fit with the errors `before` taken away."""
+    """Errors (q,) of the free entries, and what they cost (see `Explanation.cost`),
+    beside a prediction of the wrench (K, 6) and a fit with the errors `before` taken
+    away."""
     columns = np.einsum("kj,ci->kcij", wrench, np.eye(6)).reshape(len(wrench), 6, 36)
-    S, g = LinearPart.of(fitted, 0).beside(columns)
+    S, g = LinearPart.of(fitted, 0).beside(columns[:, :, free])
     independent = 1.0 / correlation(fitted, 0)
     S, g = independent * S, independent * g
-    g = g + S @ before.ravel()
-    errors = np.linalg.solve(S + np.diag(precision), g)
-    scale = precision**-0.5
-    _, logdet = np.linalg.slogdet(np.eye(36) + S * scale * scale[:, None])
-    cost = 0.5 * float(logdet + errors @ (precision * errors))
-    return np.array(errors, dtype=float).reshape(6, 6), cost
+    g = g + S @ before
+    scale = USUAL_ERROR * (np.divide.outer(RANGES, RANGES)).ravel()[free]
+    errors = np.linalg.solve(S + np.diag(scale**-2.0), g)
+    _, logdet = np.linalg.slogdet(np.eye(len(free)) + S * scale * scale[:, None])
+    cost = 0.5 * float(logdet + np.sum(np.square(errors / scale)))
+    return errors, cost
 
 
 def _told(errors: Array, size: Array) -> tuple[str, str]:

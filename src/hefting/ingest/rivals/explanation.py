@@ -46,8 +46,9 @@ class Explanation:
     are those of `fitted`"""
     effect: float | None = None
     """size of the mistake over its standard deviation, where that was found"""
-    beside: Callable[[], "Explanation | None"] | None = None
-    """another mistake together with this one, tried where this one is the likeliest"""
+    alternative: Callable[[], "Explanation | None"] | None = None
+    """a larger or smaller mistake of the same kind, tried where this one is the
+    likeliest"""
     is_change: bool = False
     """whether it is a change of the object with time, as one at an instant may be"""
 

@@ -109,10 +109,9 @@ def judge(case: Case) -> Judged:
     if not _is_told(case, given, best):
         return Judged(share, None, given)
     best = _simplest(case, given, best, tried)
-    more = None if best.beside is None else best.beside()
-    if more is not None and _is_told(case, given, more):
-        gain = evidence(case, given, more) - evidence(case, given, best)
-        best = more if gain > POSSIBLE_EVIDENCE else best
+    other = None if best.alternative is None else best.alternative()
+    if other is not None and _is_told(case, given, other):
+        best = max(best, other, key=lambda each: evidence(case, given, each))
     certain = evidence(case, given, best) > CLEAR_EVIDENCE
     whole = certain and _missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
     return Judged(share, best, given, certain, whole)

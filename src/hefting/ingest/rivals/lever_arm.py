@@ -41,5 +41,5 @@ def explain(case: Case) -> Explanation | None:
         argument="sensor_pose_in_log",
         parameters=seen_from_log(found.parameters, point),
         effect=float(np.linalg.norm(point / np.maximum(std, 1e-12))),
-        beside=lambda: turned_and_moved(case, CODE, np.eye(3), found.offset),
+        alternative=lambda: turned_and_moved(case, CODE, np.eye(3), found.offset),
     )
