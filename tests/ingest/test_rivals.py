@@ -8,7 +8,7 @@ import pytest
 from benchmarks.given import Given, Mistake
 from benchmarks.mistaken import mistakes
 from benchmarks.mistaken_poses import lever, positions
-from benchmarks.mistaken_wrenches import changing_gradually, turned
+from benchmarks.mistaken_wrenches import changing_gradually, gains, turned
 from scipy.spatial.transform import Rotation
 
 from benchmarks import given as benchmark
@@ -92,6 +92,25 @@ def test_a_clear_mistake_is_named(name, strength):
     assert doubt is not None
     assert doubt.message.code == CLEAR[name, strength]
     assert doubt.names_mistake
+
+
+@pytest.mark.parametrize("seed", [0, 3, 6])
+def test_errors_as_on_a_data_sheet_are_no_mistake(seed):
+    """Gains that are 0.4 % apart: of the first recording they were said to be a payload
+    that the controller takes away."""
+    given = gains(0.004)(correct(seed), np.random.default_rng([77, seed]))
+    assert doubt_of(case_of(given)) is None
+
+
+@pytest.mark.parametrize(
+    ("share", "code"), [(0.03, "gain-uneven"), (0.05, "gain-uneven")]
+)
+def test_gains_that_are_far_apart_are_told_as_such(share, code):
+    """And not as cross-talk, which has thirty unknowns more."""
+    given = gains(share)(correct(2), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == code
 
 
 @pytest.mark.parametrize("seed", range(6))

@@ -2,6 +2,7 @@
 one another. A gain that all channels share cannot be told from another mass."""
 
 from collections.abc import Callable
+from dataclasses import replace
 
 import numpy as np
 
@@ -17,10 +18,13 @@ from hefting.ingest.rivals.evidence import (
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given, newton_euler
 
 GAIN, CROSS_TALK = "gain-uneven", "cross-talk"
+ALL = np.arange(36)
 GAINS = 7 * np.arange(6)
-"""Indices of the gains in the matrix, row by row."""
+"""Indices of the entries of the matrix, row by row, and of those that are gains."""
 USUAL_ERROR = 0.03
 """Standard deviation of the matrix's errors, as a share of the channels' ranges."""
+DATA_SHEET_ERROR = 0.005
+"""The same of a sensor within its data sheet."""
 RANGES = np.repeat((1.0, 0.1), 3)
 """Ranges of the channels [N, N m], up to a factor: those of common sensors."""
 PASSES = 3
@@ -30,21 +34,30 @@ CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest errors of the matrix (6, 6), to first order."""
-    return _likeliest(case, np.arange(36), lambda: _likeliest(case, GAINS))
+    return _likeliest(
+        case, ALL, USUAL_ERROR, lambda: _likeliest(case, GAINS, USUAL_ERROR)
+    )
+
+
+def errors_on_data_sheet(case: Case) -> Explanation:
+    """Errors of the size that data sheets give, which are no mistake."""
+    return replace(_likeliest(case, ALL, DATA_SHEET_ERROR), rarity=0.0)
 
 
 def _likeliest(
     case: Case,
     free: Indices,
+    std: float,
     alternative: Callable[[], Explanation | None] | None = None,
 ) -> Explanation:
-    """The likeliest errors of the entries that are free, by their indices (q,)."""
+    """The likeliest errors of the entries that are free, by their indices (q,), each with
+    a standard deviation as a share of the channels' ranges."""
     _, offset = fit_as_given(case)
     rows = newton_euler(case, case.motion_at(case.time[None] - offset))
     fitted, errors, cost = fit_rows(case, rows), np.zeros(36), 0.0
     for _ in range(PASSES):
         wrench = rows.predict(fitted.solution[0, :10])[0]
-        errors[free], cost = _step(fitted, wrench, errors[free], free)
+        errors[free], cost = _step(fitted, wrench, errors[free], free, std)
         mended = case.wrench - wrench @ errors.reshape(6, 6).T
         fitted = fit_rows(case, Rows(rows.known, rows.maps, rows.used, mended[None]))
     code, what = _told(errors.reshape(6, 6), np.sqrt(np.mean(wrench**2, axis=0)))
@@ -62,7 +75,7 @@ def _likeliest(
 
 
 def _step(
-    fitted: Fitted, wrench: Array, before: Array, free: Indices
+    fitted: Fitted, wrench: Array, before: Array, free: Indices, std: float
 ) -> tuple[Array, float]:
     """Errors (q,) of the free entries, and what they cost (see `Explanation.cost`),
     beside a prediction of the wrench (K, 6) and a fit with the errors `before` taken
@@ -72,7 +85,7 @@ def _step(
     independent = 1.0 / correlation(fitted, 0)
     S, g = independent * S, independent * g
     g = g + S @ before
-    scale = USUAL_ERROR * (np.divide.outer(RANGES, RANGES)).ravel()[free]
+    scale = std * np.divide.outer(RANGES, RANGES).ravel()[free]
     errors = np.linalg.solve(S + np.diag(scale**-2.0), g)
     _, logdet = np.linalg.slogdet(np.eye(len(free)) + S * scale * scale[:, None])
     cost = 0.5 * float(logdet + np.sum(np.square(errors / scale)))

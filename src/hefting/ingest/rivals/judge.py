@@ -16,6 +16,7 @@ from hefting.core.progress import each as each_of
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS
+from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, LinearPart, correlation, fit_rows
 from hefting.ingest.rivals.explanation import (
@@ -112,7 +113,11 @@ def judge(case: Case) -> Judged:
     other = None if best.alternative is None else best.alternative()
     if other is not None and _is_told(case, given, other):
         best = max(best, other, key=lambda each: evidence(case, given, each))
-    certain = evidence(case, given, best) > CLEAR_EVIDENCE
+    told = evidence(case, given, best)
+    little = _missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
+    if little and evidence(case, given, errors_on_data_sheet(case)) > told:
+        return Judged(share, None, given)
+    certain = told > CLEAR_EVIDENCE
     whole = certain and _missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
     return Judged(share, best, given, certain, whole)
 
