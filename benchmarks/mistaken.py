@@ -21,6 +21,7 @@ from benchmarks.mistaken_poses import (
     scaled_shape,
     starts_with_identity,
     tilted,
+    time_scaled,
     turned_shape,
 )
 from benchmarks.mistaken_wrenches import (
@@ -240,6 +241,15 @@ def mistakes() -> list[Mistake]:
         "pose clock fast",
         named("clock-rate"),
         {f"{r:.1%}": pose_clock(r) for r in (0.003, 0.01, 0.03)},
+    )
+    add(
+        "time",
+        named("time-unit"),
+        {
+            "twice as fast": time_scaled(2.0),
+            "half as fast": time_scaled(0.5),
+            "in milliseconds": time_scaled(1e3),
+        },
     )
     add(
         "late clock",

@@ -54,6 +54,13 @@ def late(seconds: float) -> Change:
     return lambda given, rng: given.clock(lambda t: t + seconds, "wrench")
 
 
+def time_scaled(factor: float) -> Change:
+    """Time in another unit, or of samples at another rate."""
+    return lambda given, rng: given.clock(
+        lambda t: factor * t, "wrench", "position", "orientation"
+    )
+
+
 def tilted(degrees: float) -> Change:
     """The base is tilted, so that the logged poses are turned against gravity."""
 

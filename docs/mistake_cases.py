@@ -76,6 +76,14 @@ CASES = {
             "as many times too large.",
         ),
         Case(
+            "Time in another unit",
+            "time-unit",
+            ("time", "half as fast"),
+            "Milliseconds read as seconds, or samples stamped at another rate than theirs: "
+            "accelerations go with the square, and the inertia is wrong even where mass and "
+            "COM are right.",
+        ),
+        Case(
             "Poses that stand still while the robot moves",
             "poses-frozen",
             ("frozen poses", "1 s"),

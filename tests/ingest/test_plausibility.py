@@ -1,6 +1,7 @@
 """Plausibility: where the lines are between what is said, what is refused, and what
 passes."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -13,6 +14,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.messages import codes
+from hefting.core.recording import Stream
 from hefting.core.spatial import pose_matrix
 from hefting.identification import identify
 from hefting.ingest import plausibility
@@ -117,3 +119,17 @@ def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
         return False
 
     assert [refused(t) for t in (-3.0, -0.5, 0.5, 3.0)] == [True, True, False, False]
+
+
+def test_a_very_short_recording_asks_for_the_unit_of_time():
+    """Four seconds that are said to be four milliseconds."""
+    log = simulate(
+        UR5.motion(random_smooth(4.0, 100.0, 1.0, 0)),
+        InertialParameters.from_com(1.0, (0.0, 0.02, 0.05), 1e-3 * np.eye(3)),
+    )
+    streams = {
+        name: Stream(1e-3 * stream.time, stream.values)
+        for name, stream in log.streams.items()
+    }
+    with pytest.raises(NotIdentifiableError, match="is its time in seconds"):
+        identify(replace(log, streams=streams))

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from benchmarks.given import Given, Mistake
 from benchmarks.mistaken import mistakes
-from benchmarks.mistaken_poses import lever, positions
+from benchmarks.mistaken_poses import lever, positions, time_scaled
 from benchmarks.mistaken_wrenches import changing_gradually, gains, turned
 from scipy.spatial.transform import Rotation
 
@@ -60,6 +60,8 @@ CLEAR = {
     ("cross-talk", "3%"): "cross-talk",
     ("cable", "5 N/m"): "cable-force",
     ("sloshing", "30%"): "sloshing",
+    ("time", "half as fast"): "time-unit",
+    ("time", "in milliseconds"): "time-unit",
     ("leaks", "40%"): "object-changing",
     ("creeps in the gripper", "20 mm"): "object-changing",
 }
@@ -166,6 +168,18 @@ def test_an_object_that_changes_gradually_is_known_at_the_end(kind, size):
     assert doubt is not None
     assert doubt.message.code == "object-changing"
     assert not doubt.needs_no_change
+
+
+@pytest.mark.parametrize("seed", [0, 1, 2])
+def test_time_in_another_unit_makes_the_answer_wrong(seed):
+    """Also where mass and COM are right: the inertia is four times too large."""
+    given = time_scaled(2.0)(correct(seed), np.random.default_rng(1))
+    offset = condition(given.recording, changes=False).offset
+    doubt = doubt_of(case_of(given, offset))
+    assert doubt is not None
+    assert doubt.message.code == "time-unit"
+    assert doubt.is_fatal
+    assert "2 times too fast" in doubt.message
 
 
 def test_a_force_unit_gives_the_object_in_newtons():

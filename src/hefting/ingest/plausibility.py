@@ -16,6 +16,8 @@ LONGEST_OBJECT = 10.0
 unit."""
 HEAVIEST_OBJECT = 1000.0
 """[kg] Larger masses indicate a wrong unit of force."""
+SHORTEST_RECORDING = 0.2
+"""[s] Duration below which a wrong unit of time is likelier than so short a recording."""
 DENSEST_MATERIAL = 23_000.0
 """[kg/m³] Upper bound on the density of a material (osmium: 22,590)."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
@@ -96,6 +98,10 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
         raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)
     if fit.mass_is_open:
         beside = " beside a bias" if bias == "free" else ""
+        duration = float(np.ptp(found.measurements.time))
+        if not found.static and duration < SHORTEST_RECORDING:
+            what = f"the recording lasts {duration:.3g} s, too short to determine even the mass{beside}"
+            raise NotIdentifiableError(what, found.log, "is its time in seconds?")
         hints = {
             "free": ", or give `bias` none",
             "given": "; or is `bias` wrong?",

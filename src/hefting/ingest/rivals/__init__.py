@@ -21,6 +21,7 @@ from hefting.ingest.rivals import (
     position_unit,
     quaternion_order,
     sloshing,
+    time_unit,
     wrench_compensated,
     wrench_filtered,
 )
@@ -30,6 +31,7 @@ EXPLANATIONS = (
     axes_turned.explain,
     axis_flipped.explain,
     force_unit.explain,
+    time_unit.explain,
     lever_arm.explain,
     base_tilted.explain,
     wrench_compensated.explain,

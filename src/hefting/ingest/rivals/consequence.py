@@ -105,16 +105,16 @@ def _named(judged: Judged, named: Explanation) -> Message:
     said = f"{named.what}: {named.fix}"
     large = mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE
     grave = mass > GRAVE_MASS_CHANGE or com > GRAVE_COM_CHANGE
-    if not (grave or (large and judged.certain)):
+    if not (grave or ((large or named.is_grave) and judged.certain)):
         return warning(named.code, said, named.argument)
     effects = []
     if mass > LARGE_MASS_CHANGE:
         effects.append(f"{abs(after[0]):.3g} kg in place of {abs(before[0]):.3g} kg")
     if LARGE_COM_CHANGE < com < np.inf:
         effects.append(f"the centre of mass {1e3 * com:.0f} mm elsewhere")
-    return error(
-        named.code, f"{said} (it would be {' and '.join(effects)})", named.argument
-    )
+    if effects:
+        said += f" (it would be {' and '.join(effects)})"
+    return error(named.code, said, named.argument)
 
 
 def _changes(before: Array, after: Array) -> tuple[float, float]:

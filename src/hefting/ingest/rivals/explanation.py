@@ -49,6 +49,8 @@ class Explanation:
     alternative: Callable[[], "Explanation | None"] | None = None
     """a larger or smaller mistake of the same kind, tried where this one is the
     likeliest"""
+    is_grave: bool = False
+    """whether it makes the answer wrong whatever it does to mass and COM"""
     is_change: bool = False
     """whether it is a change of the object with time, as one at an instant may be"""
 
