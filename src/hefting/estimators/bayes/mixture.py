@@ -10,7 +10,6 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.lapack import lapack
 from hefting.core.spatial import (
     STEINER,
     Array,
@@ -34,6 +33,9 @@ for what cannot be negative: one of nearly no width would claim to be sure."""
 NEGLIGIBLE_WEIGHT = 5e-4
 """Total weight of the least probable members of the mixture, which are left out of the
 intervals."""
+BEYOND_ROWS = 1e100
+"""What stands on the diagonal beyond a matrix that is factored: it keeps Cholesky's
+method from failing there, and is no result."""
 NUMBER_OF_DRAWS = 1000
 """Number of draws from the posterior, for what has no closed form. The 95 % quantile of
 an error then has a standard error of 3 %."""
@@ -69,25 +71,17 @@ class Mixture:
         lambda' mu_j - ½ mu_j' Lambda mu_j.
         """
         F, mu = scale * prior.spread, scale * prior.mean
-        own = np.zeros(1)
+        own = 0.0
         if prior.offsets is not None:
             mu = mu + scale * prior.offsets
             own = mu @ likelihood.shift - 0.5 * ((mu @ likelihood.precision) * mu).sum(
                 axis=1
             )
-        FL = F.transpose(0, 2, 1) @ likelihood.precision
-        R = _cholesky(np.eye(10) + FL @ F)
-        left = likelihood.shift - mu @ likelihood.precision
-        inverse = np.array([lapack.dtrtri(each, lower=1)[0] for each in R])
-        rest = F.transpose(0, 2, 1) @ left[..., None]
-        y = (inverse @ rest)[:, :, 0]
-        half = F @ inverse.transpose(0, 2, 1)
-        log = (
-            0.5 * (y * y).sum(axis=1)
-            - np.log(R.diagonal(axis1=1, axis2=2)).sum(axis=1)
-            + prior.log_weight
-            + own
+        left = np.broadcast_to(
+            likelihood.shift - mu @ likelihood.precision, (len(F), 10)
         )
+        log_det, half, y = _factored(F, likelihood.precision, left)
+        log = 0.5 * (y * y).sum(axis=1) - log_det + prior.log_weight + own
         weights = np.exp(log - log.max())
         weights /= weights.sum()
         return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half)
@@ -230,6 +224,32 @@ def _by_quantity(ends: Array) -> dict[str, Array]:
     tensors = vector_to_tensor(ends[:, 4:].reshape(2, 2, 6))
     found = (ends[:, 0], ends[:, 1:4], tensors[:, 0], tensors[:, 1])
     return dict(zip(INTERVAL_QUANTITIES, map(frozen, found), strict=True))
+
+
+def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Array]:
+    """log det R (j,), F R^-T (j, 10, 10) and R^-1 F' left (j, 10) of members with the
+    factors F (j, 10, 10), for `left` (j, 10) and I + F'Lambda F = R R'.
+
+    Cholesky's method divides the rows below a matrix by its factor: so F and left'F, as
+    such rows, become F R^-T and y'. What stands to the right of them does not matter.
+    """
+    T = F.transpose(0, 2, 1)
+    rows = np.zeros((len(F), 21, 21))
+    rows[:, :10, :10] = T @ precision @ F
+    rows[:, 10:20, :10] = F
+    rows[:, 20:, :10] = left[:, None] @ F
+    diagonal = rows.reshape(-1, 441)[:, ::22]
+    diagonal[:, :10] += 1.0
+    diagonal[:, 10:] = BEYOND_ROWS
+    try:
+        root = np.linalg.cholesky(rows)
+    except np.linalg.LinAlgError:
+        R = _cholesky(rows[:, :10, :10])
+        root = np.concatenate(
+            (R, rows[:, 10:, :10] @ np.linalg.inv(R).transpose(0, 2, 1)), 1
+        )
+    log_det = np.log(root[:, :10, :10].diagonal(axis1=1, axis2=2)).sum(axis=1)
+    return log_det, root[:, 10:20, :10], root[:, 20, :10]
 
 
 def _cholesky(M: Array) -> Array:
