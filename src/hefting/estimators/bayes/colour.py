@@ -12,14 +12,17 @@ over the time scales. Two doubts widen it:
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.groups import Groups, Scores
+from hefting.estimators.bayes.groups import Groups, Scores, combined
+from hefting.estimators.bayes.likelihood import Equations
+from hefting.estimators.bayes.sensor_errors import slow_variances
 from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, spectrum
 from hefting.estimators.joint_state import State, states_by_bias
 from hefting.estimators.sample_state import SampleState
@@ -81,28 +84,6 @@ class Colour:
     exceeds_claim: bool
     """whether that is contradicted"""
 
-    def less(self, expected: Array, found: Scores, G: Array) -> "Colour":
-        """Without the variances (J + 1,) that errors of another kind are expected to
-        have, as far as there is more than white noise.
-
-        Scales at which nothing was seen, whose variances follow from the others, keep
-        the share that the slowest of those keeps. `found` are the scales' scores, G
-        (10, 10) the information of all samples.
-        """
-        least = np.minimum(self.variances, self.white)
-        variances = np.maximum(self.variances - expected, least)
-        seen = np.flatnonzero(self.degrees > 0.0)
-        if len(seen):
-            last = seen[-1]
-            share = variances[last] / max(float(self.variances[last]), 1e-300)
-            unseen = slice(last + 1, None)
-            variances[unseen] = np.maximum(
-                share * self.variances[unseen], least[unseen]
-            )
-        rest = G - found.information.sum(axis=0)
-        noise = np.tensordot(variances[:-1], found.information, 1)
-        return replace(self, variances=variances, noise=noise + variances[-1] * rest)
-
     @property
     def coloured(self) -> Array:
         """(J,) variances at each time scale beyond white noise and one standard
@@ -159,28 +140,47 @@ class TimeSamples:
             free_bias,
         )
 
+    @cached_property
+    def slow(self) -> Array:
+        """(J + 1,) variances of errors that vary slowly, of variance 1 at an instant,
+        at each time scale and beyond."""
+        return slow_variances(
+            1.0, 1.0, self.samples, len(self.scales.counts), self.free_bias
+        )
+
     def colour(
-        self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool
+        self,
+        found: Scores,
+        equations: Equations,
+        level: float,
+        white_claimed: bool,
+        expected: Array | None = None,
     ) -> Colour:
         """Colour of the noise for which the scales have the scores `found`.
 
-        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes
-        tr(G_j P) degrees of freedom. The residuals' mean square is `level`: less than 1
-        where more is allowed for, such as lasting errors of the motion. Noise that is
-        claimed to be white counts as white.
+        `equations` are those of all samples; with P, the inverse of their information,
+        the fit takes tr(G_j P) degrees of freedom. The residuals' mean square is
+        `level`: less than 1 where more is allowed for, such as lasting errors of the
+        motion. Noise that is claimed to be white counts as white. Errors of another
+        kind are expected to have the variances `expected` (J + 1,).
         """
-        spent = np.maximum((found.information * P.T).sum(axis=(1, 2)), 0.0)
-        degrees = np.maximum(6.0 * self.scales.counts - spent, 0.0)
+        G, P = equations.G, equations.inverse
+        taken = found.information.reshape(-1, 100) @ P.ravel()
+        degrees = np.maximum(6.0 * self.scales.counts - np.maximum(taken, 0.0), 0.0)
         energies = found.energies / level
-        rest = G - found.information.sum(axis=0)
         if white_claimed:
-            variances, white, noise = np.ones(len(degrees) + 1), 1.0, G
+            variances, white = np.ones(len(degrees) + 1), 1.0
+            average, noise, exceeds_claim = 1.0, G, exceeds(energies, degrees)
         else:
             variances, white = spectrum(energies, degrees, self.samples, self.free_bias)
-            noise = np.tensordot(variances[:-1], found.information, 1)
-            noise = noise + variances[-1] * rest
-        average = float((P * noise).sum()) / max(float((P * G).sum()), 1e-300)
-        exceeds_claim = white_claimed and exceeds(energies, degrees)
+            every = float((P * G).sum())
+            beyond = variances[-1] * (every - taken.sum())
+            average = float(variances[:-1] @ taken + beyond) / max(every, 1e-300)
+            if expected is not None:
+                variances = _less(variances, expected, white, degrees)
+            rest = G - found.information.sum(axis=0)
+            noise = combined(variances[:-1], found.information) + variances[-1] * rest
+            exceeds_claim = False
         return Colour(
             noise,
             max(average, 1.0),
@@ -248,6 +248,24 @@ class TimeSamples:
         return ratios[0], ratios[1]
 
 
+def _less(variances: Array, expected: Array, white: float, degrees: Array) -> Array:
+    """Variances (J + 1,) without those that errors of another kind are expected to
+    have, as far as there is more than white noise.
+
+    Scales at which nothing was seen, those without `degrees` (J,) of freedom, whose
+    variances follow from the others, keep the share that the slowest of those keeps.
+    """
+    least = np.minimum(variances, white)
+    left = np.maximum(variances - expected, least)
+    seen = np.flatnonzero(degrees > 0.0)
+    if len(seen):
+        last = seen[-1]
+        share = left[last] / max(float(variances[last]), 1e-300)
+        unseen = slice(last + 1, None)
+        left[unseen] = np.maximum(share * variances[unseen], least[unseen])
+    return left
+
+
 def exceeds(energies: Array, degrees: Array) -> bool:
     """Whether the energy of a scale (J,) is more than that of white noise by more than
     chance."""
@@ -289,9 +307,9 @@ def response_errors(
     possible[signal <= 0.0] = np.inf
     errors, error = np.zeros(len(shown) + 1), 0.0
     for level, (own, most) in enumerate(
-        zip((*shown, 0.0), (*possible, np.inf), strict=True)
+        zip((*shown.tolist(), 0.0), (*possible.tolist(), np.inf), strict=True)
     ):
-        error = max(float(own), min(GAIN_FADE_PER_OCTAVE * error, float(most)))
+        error = max(own, min(GAIN_FADE_PER_OCTAVE * error, most))
         errors[level] = error
     return errors
 

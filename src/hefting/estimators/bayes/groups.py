@@ -24,13 +24,12 @@ every motion excites."""
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """Virtual samples of several groups, so laid out that whitening all of them is one
-    matrix product."""
+    """Virtual samples of several groups, by channel."""
 
     A: Array
-    """(6, g * 22 * 10)"""
+    """(g, 6, 22 * 10)"""
     b: Array
-    """(6, g * 22)"""
+    """(g, 6, 22)"""
     counts: Array
     """(g,) samples of each, by weight"""
 
@@ -44,40 +43,32 @@ class Groups:
         R = np.array(factors).reshape(g, FEATURES, FEATURES)
         if mean is not None:
             R = R - R[:, :, ONE, None] * mean.reshape(-1, 1, FEATURES)
-        rows = R.reshape(-1, FEATURES)
-        A = (
-            (rows[:, MOTION] @ FULL_MAP)
-            .reshape(-1, 6, 10)
-            .transpose(1, 0, 2)
-            .reshape(6, -1)
-        )
+        A = (R[:, :, MOTION] @ FULL_MAP).reshape(g, FEATURES, 6, 10)
         return cls(
-            A, np.ascontiguousarray(rows[:, WRENCH].T), np.array(counts, dtype=float)
+            A.transpose(0, 2, 1, 3).reshape(g, 6, FEATURES * 10),
+            R[:, :, WRENCH].transpose(0, 2, 1).copy(),
+            np.array(counts, dtype=float),
         )
+
+    def whitened(self, W: Array) -> Array:
+        """(g, 6 * 22, 10) A with the wrench multiplied by W (6, 6)."""
+        return (W @ self.A).reshape(-1, 6 * FEATURES, 10)
 
     def information(self, B: Array) -> Array:
         """(g, 10, 10) sum of A'B'B A of each group, for weights B (6, 6)."""
-        g = len(self.counts)
-        A = (B @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
-        rows = np.ascontiguousarray(A).reshape(g, -1, 10)
+        rows = self.whitened(B)
         return rows.transpose(0, 2, 1) @ rows
 
     def scores(self, W: Array, phi: Array, attenuation: Array | None) -> "Scores":
         """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10,
         10) a sample is what white noise of the motion puts into G."""
-        g = len(self.counts)
-        A = np.ascontiguousarray(
-            (W @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
-        ).reshape(g, -1, 10)
-        b = np.ascontiguousarray(
-            (W @ self.b).reshape(6, g, FEATURES).transpose(1, 0, 2)
-        ).reshape(g, -1)
-        r = b - A @ phi
+        A = self.whitened(W)
+        r = (W @ self.b).reshape(-1, 6 * FEATURES) - A @ phi
         T = A.transpose(0, 2, 1)
         u = (T @ r[:, :, None])[:, :, 0]
         if attenuation is not None:
             u = u + self.counts[:, None] * (attenuation @ phi)
-        return Scores(T @ A, u, (r * r).sum(axis=1))
+        return Scores(T @ A, u, (r * r).sum(axis=1), A)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +81,8 @@ class Scores:
     """(g, 10) u"""
     energies: Array
     """(g,) sums of squared whitened residuals"""
+    A: Array
+    """(g, 6 * 22, 10) whitened regressors, by channel"""
 
     def gain(self) -> float:
         """How much smaller the energies of all groups would be with parameters of their
@@ -118,3 +111,8 @@ class Scores:
         x = u / scale
         V = V / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(n)
         return np.einsum("gi,gi->g", x, np.linalg.solve(V, x[:, :, None])[:, :, 0]) / n
+
+
+def combined(weights: Array, matrices: Array) -> Array:
+    """(10, 10) sum of matrices (g, 10, 10) times `weights` (g,)."""
+    return (weights @ matrices.reshape(-1, 100)).reshape(10, 10)

@@ -49,6 +49,10 @@ ISOTROPY_SAMPLES = 12.0
 """Number of samples that the prior of the residuals' covariance is worth: independent
 channels, one variance for the forces and one for the torques."""
 
+WELL_CONDITIONED = 1e6
+"""Largest trace of the inverse of a matrix with ones on its diagonal up to which the
+inverse is that of its triangular factor: no eigenvalue is near zero."""
+
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions that the samples do not see, relative to the scale of
 each parameter, from which on they leave it open."""
@@ -128,6 +132,12 @@ class Samples:
             np.ones(1),
             state.duration / max(state.samples - 1, 1),
         )
+
+    @cached_property
+    def by_channel(self) -> Array:
+        """(6, 22 * 10) the same as A, so laid out that whitening it is one matrix
+        product."""
+        return np.ascontiguousarray(self.A.transpose(1, 0, 2)).reshape(6, -1)
 
     @cached_property
     def least_squares(self) -> Array:
@@ -272,8 +282,8 @@ class Equations:
         accelerations' part in it, None where there is none.
         """
         W = lapack.dtrtri(np.linalg.cholesky(S), lower=1)[0]
-        A = (W @ samples.A).reshape(-1, 10)
-        b = (samples.b @ W.T).ravel()
+        A = (W @ samples.by_channel).reshape(-1, 10)
+        b = (W @ samples.b.T).ravel()
         G, h = A.T @ A, A.T @ b
         if S_k is None:
             return cls(W, G, h, None, G, np.zeros((10, 10)), S)
@@ -281,10 +291,15 @@ class Equations:
         WD = W @ REGRESSOR_DERIVATIVE  # (6, 6, 10)
         rows = WD.reshape(36, 10)
         attenuation = (rows * np.repeat(S_k, 6)[:, None]).T @ rows
-        WE = W @ motion_effect(phi)
+        WE = (WD @ phi).T
         B = -(WE * S_k).T @ WD  # (q, r, 10): -D_q' S^-1 E S_k e_r
         products = K * B.reshape(36, 10).T @ B.transpose(1, 0, 2).reshape(36, 10)
         return cls(W, G, h, attenuation, G - K * attenuation, products, S)
+
+    def mean_square(self, R: Array) -> float:
+        """Mean square of residuals of covariance R (6, 6), once they are whitened."""
+        W = self.whitening
+        return max(float(((W @ R) * W).sum()) / 6.0, 1e-12)
 
     def likelihood(self, V: Array) -> Likelihood:
         """With the covariance V (10, 10) of h - H phi."""
@@ -321,6 +336,12 @@ def _root_of_inverse(V: Array) -> Array:
     """(k, 10) X with X'X = V^+; directions without information are left out."""
     scale = np.sqrt(np.maximum(V.diagonal(), 0.0))
     scale[scale <= 1e-13 * scale.max()] = np.inf
-    values, vectors, _ = lapack.dsyevd(V / np.outer(scale, scale))
+    unit = V / scale / scale[:, None]
+    factor, failed = lapack.dpotrf(unit, lower=1)
+    if not failed:
+        root = lapack.dtrtri(factor, lower=1)[0]
+        if np.vdot(root, root) < WELL_CONDITIONED:
+            return root / scale
+    values, vectors, _ = lapack.dsyevd(unit)
     kept = values > 1e-12 * values[-1]
     return (vectors[:, kept] / np.sqrt(values[kept])).T / scale

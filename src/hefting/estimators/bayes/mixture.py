@@ -242,7 +242,7 @@ def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Ar
     diagonal[:, :10] += 1.0
     diagonal[:, 10:] = BEYOND_ROWS
     try:
-        root = np.linalg.cholesky(rows)
+        root = np.asarray(np.linalg.cholesky(rows), dtype=float)
     except np.linalg.LinAlgError:
         R = _cholesky(rows[:, :10, :10])
         root = np.concatenate(

@@ -21,7 +21,6 @@ import numpy as np
 
 from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.groups import Groups
 from hefting.estimators.bayes.spectrum import first_order
 
 SLOW_ERROR_TIME = 0.25
@@ -46,21 +45,20 @@ class InStep:
     """(g,) samples of each group"""
 
     @classmethod
-    def of(cls, groups: Groups, W: Array, whole: Array) -> Self:
-        """For the parameters `whole` (10,) of all that the sensor holds, the wrench
-        whitened by W (6, 6)."""
-        g = len(groups.counts)
-        A = (W @ groups.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
-        w = (A @ whole).transpose(0, 2, 1)  # (g, 22, 6)
-        gram = w @ w.transpose(0, 2, 1)
-        energy = np.maximum(np.einsum("gkk->g", gram), 1e-300)
-        mixed = (A.transpose(0, 1, 3, 2) @ gram[:, None] @ A).sum(axis=1)
-        rows = A.transpose(0, 2, 1, 3).reshape(g, 6 * FEATURES, 10)
-        x = (rows.transpose(0, 2, 1) @ w.reshape(g, 6 * FEATURES, 1))[:, :, 0]
+    def of(cls, A: Array, counts: Array, whole: Array) -> Self:
+        """For the parameters `whole` (10,) of all that the sensor holds, and whitened
+        regressors A (g, 6 * 22, 10) of groups of so many samples (g,)."""
+        g = len(A)
+        w = (A @ whole).reshape(g, 6, FEATURES)
+        energy = np.maximum((w * w).sum(axis=(1, 2)), 1e-300)
+        # (g, 6, 6, 10): the score by each entry of M
+        by_entry = w[:, None] @ A.reshape(g, 6, FEATURES, 10)
+        rows = by_entry.reshape(g, 36, 10)
+        x = np.einsum("gcci->gi", by_entry)
         return cls(
             x[:, :, None] * x[:, None, :],
-            mixed / energy[:, None, None],
-            groups.counts,
+            rows.transpose(0, 2, 1) @ rows / energy[:, None, None],
+            counts,
         )
 
     def of_each(self, coloured: Array, gain: Array | float = 0.0) -> Array:
