@@ -3,7 +3,6 @@ intervals."""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from math import erfc, exp, pi
 from typing import Self
 
 import numpy as np
@@ -19,11 +18,10 @@ from hefting.core.spatial import (
 )
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.quantiles import mixture_quantiles
 
 INTERVAL_LEVEL = 0.95
 """Probability of the intervals that an estimate states."""
-MOST_QUANTILE_STEPS = 60
-"""Largest number of Newton steps in finding a quantile."""
 NON_NEGATIVE_NUMBERS = [0, 4, 7, 9, 10, 13, 15]
 """Indices of mass and moments of inertia among the sixteen numbers of
 `INTERVAL_QUANTITIES`."""
@@ -132,7 +130,7 @@ class Mixture:
         if not 0.0 < level < 1.0:
             raise InputError(f"a level is between 0 and 1, not {level}")
         tails = np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level))
-        return _quantiles(*self._marginals, tails)
+        return mixture_quantiles(*self._marginals, tails)
 
     def intervals(self, level: float = INTERVAL_LEVEL) -> dict[str, Array]:
         """Central intervals that contain the truth with probability `level`, as
@@ -271,62 +269,3 @@ def _cholesky(M: Array) -> Array:
 def _standard_normal_draws(number: int) -> Array:
     """(number, 10)"""
     return np.random.default_rng(0).standard_normal((number, 10))
-
-
-def _normal_cdf(t: Array, bell: Array) -> Array:
-    """Probability that a standard normal number is below t, `bell` being exp(-t²/2);
-    within 7.5e-8 (Abramowitz & Stegun 26.2.17). SciPy's takes a tenth of a second to
-    import."""
-    k = 1.0 / (1.0 + 0.2316419 * np.abs(t))
-    tail = k * (
-        0.319381530
-        + k * (-0.356563782 + k * (1.781477937 + k * (-1.821255978 + k * 1.330274429)))
-    )
-    tail *= bell * (0.5 / np.pi) ** 0.5
-    return np.asarray(np.where(t < 0.0, tail, 1.0 - tail), dtype=float)
-
-
-@lru_cache
-def _normal_quantile(probability: float) -> float:
-    """Quantile of the standard normal distribution, to rounding, by Newton's method."""
-    x = 0.0
-    for _ in range(MOST_QUANTILE_STEPS):
-        error = 0.5 * erfc(-x / 2.0**0.5) - probability
-        step = error * (2.0 * pi) ** 0.5 * exp(0.5 * x * x)
-        x -= min(max(step, -0.5), 0.5)
-        if abs(step) < 1e-12:
-            break
-    return x
-
-
-def _quantiles(
-    means: Array, stds: Array, weights: Array, probabilities: Array
-) -> Array:
-    """(p, k) quantiles of k mixtures of Gaussians for the probabilities (p,).
-
-    `means` and `stds` are (j, k), `weights` (j,). Newton's method with bisection.
-    """
-    z = np.array([_normal_quantile(float(p)) for p in probabilities])[:, None]
-    center, rate = np.ascontiguousarray(means.T), 1.0 / stds.T  # (k, j)
-    density = (0.5 / np.pi) ** 0.5 * rate * weights
-    middle = center @ weights
-    spread = np.sqrt((stds.T**2 + (center - middle[:, None]) ** 2) @ weights)
-    each = center + z[:, :, None] / rate  # (p, k, j)
-    low, high = each.min(axis=2), each.max(axis=2)
-    x = np.clip(middle + z * spread, low, high)
-    # of a step; Newton's next would be some 1e-4 of that spread
-    tolerance = 1e-2 * spread
-    for _ in range(MOST_QUANTILE_STEPS):
-        t = (x[:, :, None] - center) * rate
-        bell = np.exp(-0.5 * t * t)
-        value = _normal_cdf(t, bell) @ weights - probabilities[:, None]
-        slope = (bell * density).sum(axis=2)
-        below = value < 0.0
-        low, high = np.where(below, x, low), np.where(below, high, x)
-        new = x - value / np.maximum(slope, 1e-3 / spread)
-        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-        done = np.abs(new - x) <= tolerance
-        x = new
-        if done.all():
-            break
-    return x
