@@ -145,12 +145,14 @@ class Samples:
         size."""
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
-        A = (self.A * scale[:, None]).reshape(-1, 10)
+        A, b = (self.A * scale[:, None]).reshape(-1, 10), (self.b * scale).ravel()
         units: Array = np.sqrt((A * A).sum(axis=0))
         units[units < 1e-13 * units.max()] = np.inf
-        return (
-            np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units
-        )
+        A /= units
+        root = _triangular_root(A.T @ A)
+        if root is not None:
+            return root.T @ (root @ (b @ A)) / units
+        return np.linalg.lstsq(A, b, rcond=1e-10)[0] / units
 
     @cached_property
     def least_residual(self) -> Array:
@@ -337,11 +339,19 @@ def _root_of_inverse(V: Array) -> Array:
     scale = np.sqrt(np.maximum(V.diagonal(), 0.0))
     scale[scale <= 1e-13 * scale.max()] = np.inf
     unit = V / scale / scale[:, None]
-    factor, failed = lapack.dpotrf(unit, lower=1)
-    if not failed:
-        root = lapack.dtrtri(factor, lower=1)[0]
-        if np.vdot(root, root) < WELL_CONDITIONED:
-            return root / scale
+    root = _triangular_root(unit)
+    if root is not None:
+        return root / scale
     values, vectors, _ = lapack.dsyevd(unit)
     kept = values > 1e-12 * values[-1]
     return (vectors[:, kept] / np.sqrt(values[kept])).T / scale
+
+
+def _triangular_root(unit: Array) -> Array | None:
+    """(10, 10) X with X'X the inverse of a matrix with ones on its diagonal; None where
+    that is not `WELL_CONDITIONED`."""
+    factor, failed = lapack.dpotrf(unit, lower=1)
+    if failed:
+        return None
+    root = lapack.dtrtri(factor, lower=1)[0]
+    return root if np.vdot(root, root) < WELL_CONDITIONED else None

@@ -13,7 +13,6 @@ from hefting.core.spatial import (
     STEINER,
     Array,
     frozen,
-    tensor_to_vector,
     vector_to_tensor,
 )
 from hefting.estimators.bayes.likelihood import Likelihood
@@ -68,23 +67,21 @@ class Mixture:
         members have means of their own, mu_j, that of the samples at each is added,
         lambda' mu_j - ½ mu_j' Lambda mu_j.
         """
-        F, mu = scale * prior.spread, scale * prior.mean
+        F, mu = scale * prior.spread, scale * prior.mean[None]
         own = 0.0
         if prior.offsets is not None:
             mu = mu + scale * prior.offsets
             own = mu @ likelihood.shift - 0.5 * ((mu @ likelihood.precision) * mu).sum(
                 axis=1
             )
-        left = np.broadcast_to(
-            likelihood.shift - mu @ likelihood.precision, (len(F), 10)
-        )
+        left = likelihood.shift - mu @ likelihood.precision
         log_det, half, y = _factored(F, likelihood.precision, left)
         log = 0.5 * (y * y).sum(axis=1) - log_det + prior.log_weight + own
         weights = np.exp(log - log.max())
         weights /= weights.sum()
         return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half)
 
-    @cached_property
+    @property
     def covariances(self) -> Array:
         """(j, 10, 10)"""
         return self.factors @ self.factors.transpose(0, 2, 1)
@@ -97,10 +94,9 @@ class Mixture:
     @cached_property
     def covariance(self) -> Array:
         """(10, 10) covariance, including the differences between the members' means."""
-        off = self.means - self.mean
-        return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (
-            off.T * self.weights
-        ) @ off
+        off, columns = self.means - self.mean, self.factors.shape[2]
+        X = self.factors.transpose(1, 0, 2).reshape(10, -1)
+        return (X * self.weights.repeat(columns)) @ X.T + (off.T * self.weights) @ off
 
     @property
     def mass_std(self) -> float:
@@ -145,27 +141,28 @@ class Mixture:
         kept = order[
             np.searchsorted(np.cumsum(self.weights[order]), NEGLIGIBLE_WEIGHT) :
         ]
-        phi, cov = self.means[kept], self.covariances[kept]
-        m, h = phi[:, :1], phi[:, 1:4]
+        phi, X, weights = self.means[kept], self.factors[kept], self.weights[kept]
+        m = phi[:, :1]
         # a member without mass has its COM anywhere
-        m = np.where(m == 0.0, 1e-9 * np.sqrt(cov[:, :1, 0]) + 1e-300, m)
-        c = h / m
-        means, J = np.empty((len(phi), 16)), np.zeros((len(phi), 16, 10))
-        means[:, 0], means[:, 1:4], means[:, 4:10] = phi[:, 0], c, phi[:, 4:]
-        moment = h @ STEINER  # (6, j, 3): the tensor |h|² I - h h' is h . moment
-        square = (moment * h).sum(axis=2).T
-        means[:, 10:] = phi[:, 4:] - square / m
-        J[:, 0, 0] = 1.0
-        J[:, 1:4, 0], J[:, 1:4, 1:4] = -c / m, np.eye(3) / m[:, :, None]
-        J[:, 4:10, 4:], J[:, 10:, 4:] = np.eye(6), np.eye(6)
-        J[:, 10:, 0] = square / m**2
-        J[:, 10:, 1:4] = -2.0 * moment.transpose(1, 0, 2) / m[:, :, None]
-        variance = ((J @ cov) * J).sum(axis=2)
-        return (
-            means,
-            np.sqrt(np.maximum(variance, 1e-300)),
-            self.weights[kept] / self.weights[kept].sum(),
-        )
+        if not m.all():
+            std = np.sqrt((X[:, :1] ** 2).sum(axis=2))
+            m = np.where(m == 0.0, 1e-9 * std + 1e-300, m)
+        means, c = _sixteen(phi, m)
+        shift = X[:, 1:4] - c[:, :, None] * X[:, :1]  # of the COM, times the mass
+        rows = np.concatenate((X[:, :1], shift / m[:, :, None], X[:, 4:], X[:, 4:]), 1)
+        # of the tensor h . STEINER h / m about the COM
+        rows[:, 10:] -= (c @ STEINER).transpose(1, 0, 2) @ (shift + X[:, 1:4])
+        variances = np.maximum((rows * rows).sum(axis=2), 1e-300)
+        return means, np.sqrt(variances), weights / weights.sum()
+
+
+def _sixteen(phi: Array, m: Array) -> tuple[Array, Array]:
+    """The sixteen numbers (j, 16) of parameters (j, 10), with the masses m (j, 1), none
+    of them zero; and the COM (j, 3)."""
+    h = phi[:, 1:4]
+    c = h / m
+    at_com = phi[:, 4:] - ((c @ STEINER) * h).sum(axis=2).T
+    return np.concatenate((phi[:, :1], c, phi[:, 4:], at_com), 1), c
 
 
 def prior_mixture(prior: Prior, mass: float, is_known: bool = True) -> Mixture:
@@ -196,14 +193,9 @@ def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
     be a little outside where no mass distribution in the shape has the posterior's
     mean."""
     low, high = _above_zero(ends)
-    numbers = np.concatenate(
-        (
-            body.vector[:1],
-            body.center_of_mass,
-            body.vector[4:],
-            tensor_to_vector(body.inertia_at_com),
-        )
-    )
+    phi = body.vector[None]
+    # no number limits an interval where there is no mass
+    numbers = _sixteen(phi, np.where(phi[:, :1] == 0.0, np.nan, phi[:, :1]))[0][0]
     return _by_quantity(np.stack((np.fmin(low, numbers), np.fmax(high, numbers))))
 
 
@@ -226,7 +218,7 @@ def _by_quantity(ends: Array) -> dict[str, Array]:
 
 def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Array]:
     """log det R (j,), F R^-T (j, 10, 10) and R^-1 F' left (j, 10) of members with the
-    factors F (j, 10, 10), for `left` (j, 10) and I + F'Lambda F = R R'.
+    factors F (j, 10, 10), for `left` (j or 1, 10) and I + F'Lambda F = R R'.
 
     Cholesky's method divides the rows below a matrix by its factor: so F and left'F, as
     such rows, become F R^-T and y'. What stands to the right of them does not matter.
