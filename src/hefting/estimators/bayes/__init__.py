@@ -367,7 +367,8 @@ class Bayes(Estimator):
         before, now = (
             each.noise.equations.covariance.diagonal() for each in (last, found)
         )
-        com_change = float(np.linalg.norm(found.center - found.com)) / self._size
+        off = found.center - found.com
+        com_change = float(off @ off) ** 0.5 / self._size
         return (
             float(np.abs(now / before - 1.0).max()) < NEGLIGIBLE_VARIANCE_CHANGE
             and _largest(found.scores - found.placed.scores)

@@ -65,16 +65,18 @@ class CalibrationErrors:
         w = (samples.by_channel.reshape(-1, 10) @ whole).reshape(6, -1)
         A = (precision @ samples.by_channel).reshape(6, -1, 10)
         by_entry = w @ A  # (6, 6, 10): of M[c, d]
-        square = float(np.sum((w.T / accuracy.scale) ** 2)) / samples.K
-        if free_bias:
-            square += samples.constant_load(np.diag(1.0 / accuracy.scale), whole)
-        load = max((square / 6.0) ** 0.5, 1e-12)
-        with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
-        entries = np.hypot(accuracy.channel_stds, with_load / (12.0**0.5 * load))
+        entries, offset = accuracy.channel_stds, accuracy.force or accuracy.torque
+        if offset:
+            square = float(np.sum((w.T / accuracy.scale) ** 2)) / samples.K
+            if free_bias:
+                square += samples.constant_load(np.diag(1.0 / accuracy.scale), whole)
+            load = max((square / 6.0) ** 0.5, 1e-12)
+            with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
+            entries = np.hypot(entries, with_load / (12.0**0.5 * load))
         rows = (entries[:, :, None] * by_entry).reshape(36, 10)
         common = accuracy.gain_std * np.einsum("cci->i", by_entry)
-        score = rows.T @ rows + np.outer(common, common)
-        if not free_bias:
+        score = rows.T @ rows + common[:, None] * common
+        if offset and not free_bias:
             constant = samples.K * (precision @ samples.A_mean[0])
             constant = accuracy.offset_std[:, None] * constant
             score += constant.T @ constant

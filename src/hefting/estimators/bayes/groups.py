@@ -10,6 +10,7 @@ G)^+ u / 4 over its first four entries, mass and first moment, are ratios of Bir
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -26,10 +27,8 @@ every motion excites."""
 class Groups:
     """Virtual samples of several groups, by channel."""
 
-    A: Array
-    """(g, 6, 22 * 10)"""
-    b: Array
-    """(g, 6, 22)"""
+    factors: Array
+    """(g, 22, 22) triangular, of their features"""
     counts: Array
     """(g,) samples of each, by weight"""
 
@@ -43,12 +42,18 @@ class Groups:
         R = np.array(factors).reshape(g, FEATURES, FEATURES)
         if mean is not None:
             R = R - R[:, :, ONE, None] * mean.reshape(-1, 1, FEATURES)
-        A = (R[:, :, MOTION] @ FULL_MAP).reshape(g, FEATURES, 6, 10)
-        return cls(
-            A.transpose(0, 2, 1, 3).reshape(g, 6, FEATURES * 10),
-            R[:, :, WRENCH].transpose(0, 2, 1).copy(),
-            np.array(counts, dtype=float),
-        )
+        return cls(R, np.array(counts, dtype=float))
+
+    @cached_property
+    def A(self) -> Array:
+        """(g, 6, 22 * 10)"""
+        A = (self.factors[:, :, MOTION] @ FULL_MAP).reshape(-1, FEATURES, 6, 10)
+        return A.transpose(0, 2, 1, 3).reshape(-1, 6, FEATURES * 10)
+
+    @property
+    def b(self) -> Array:
+        """(g, 6, 22)"""
+        return self.factors[:, :, WRENCH].transpose(0, 2, 1)
 
     def whitened(self, W: Array) -> Array:
         """(g, 6 * 22, 10) A with the wrench multiplied by W (6, 6)."""

@@ -165,16 +165,18 @@ class Samples:
         `spent` equations of the 6 K are taken as fulfilled by the fit, at most three
         quarters of them.
         """
-        r = self.b - self.A @ phi
-        return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
+        r = self.b.T - (self.by_channel.reshape(-1, 10) @ phi).reshape(6, -1)
+        return (r @ r.T) / max(self.K - spent / 6.0, 0.25 * self.K)
 
     def noise_left(self, R: Array, autocorrelation: float = 1.0) -> Array:
         """(6, 6) noise covariance that residuals of covariance R bear out, if so many
         samples (`autocorrelation`) are worth one independent one."""
         levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
         K = max(self.K / autocorrelation - SPENT_SAMPLES, 0.0)
-        S = (K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (K + ISOTROPY_SAMPLES)
-        return S + np.diag(self.floor**2)
+        S = K / (K + ISOTROPY_SAMPLES) * R
+        S.flat[::7] += ISOTROPY_SAMPLES / (K + ISOTROPY_SAMPLES) * levels
+        S.flat[::7] += self.floor**2
+        return S
 
     def unproven(self, enough: int) -> Array:
         """(6, 6) covariance of the noise that fewer than `enough` samples cannot

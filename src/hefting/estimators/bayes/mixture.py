@@ -21,7 +21,7 @@ from hefting.estimators.bayes.quantiles import mixture_quantiles
 
 INTERVAL_LEVEL = 0.95
 """Probability of the intervals that an estimate states."""
-NON_NEGATIVE_NUMBERS = [0, 4, 7, 9, 10, 13, 15]
+NON_NEGATIVE_NUMBERS = np.array((0, 4, 7, 9, 10, 13, 15))
 """Indices of mass and moments of inertia among the sixteen numbers of
 `INTERVAL_QUANTITIES`."""
 LEAST_ABOVE_ZERO = 0.25
@@ -204,8 +204,8 @@ def _above_zero(ends: Array) -> Array:
     `shaped`."""
     ends = np.array(ends)
     low, high = ends[:, NON_NEGATIVE_NUMBERS]
-    ends[0, NON_NEGATIVE_NUMBERS] = np.maximum(low, 0.0)
-    ends[1, NON_NEGATIVE_NUMBERS] = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
+    above = LEAST_ABOVE_ZERO * (high - low)
+    ends[:, NON_NEGATIVE_NUMBERS] = np.maximum(low, 0.0), np.maximum(high, above)
     return ends
 
 

@@ -224,17 +224,21 @@ class NoiseSource:
                 return phi, R
         return samples.least_squares, samples.least_residual
 
+    @cached_property
+    def _of_every_pass(self) -> Array:
+        """(6, 6) part of S that does not depend on a pass."""
+        if self.given is None:
+            return self.samples.unproven(FEWEST_SAMPLES_FOR_NOISE)
+        return self.given + np.diag(self.samples.floor**2)
+
     def _covariance(self, phi: Array, R: Array, autocorrelation: float) -> Array:
         """S (6, 6), the modelled covariance of one sample's residual for parameters
         near phi (10,), if those of least squares have the covariance R."""
-        samples, motion = self.samples, self.motion
+        motion = self.motion
+        S, memory = self._of_every_pass, motion.memory
         if self.given is None:
-            S = samples.noise_left(R, autocorrelation)
-            S = S + samples.unproven(FEWEST_SAMPLES_FOR_NOISE)
-            memory = motion.memory - 1.0
-        else:
-            S = self.given + np.diag(samples.floor**2)
-            memory = motion.memory
+            S = S + self.samples.noise_left(R, autocorrelation)
+            memory -= 1.0
         if motion.variances is not None and memory > 0.0:
             E = motion_effect(phi)
             S = S + memory / autocorrelation * (E * motion.variances) @ E.T

@@ -35,12 +35,12 @@ recordings of three real sensors hold (`benchmarks.injection`)."""
 class InStep:
     """What errors in step with the motion do to the scores of groups of samples."""
 
-    gains: Array
-    """(g, 10, 10) covariance of each group's score if every channel's wrench were wrong
-    by the same relative error of variance 1"""
-    mixed: Array
-    """(g, 10, 10) the same if each channel had an error of variance 1 that is a random
-    mixture of the wrench of all channels"""
+    by_gain: Array
+    """(g, 10) score of each group if every channel's wrench were wrong by itself"""
+    by_entry: Array
+    """(g, 36, 10) score of each group by each entry of M"""
+    energy: Array
+    """(g,) sum of the squared whitened wrench of each group"""
     counts: Array
     """(g,) samples of each group"""
 
@@ -50,32 +50,37 @@ class InStep:
         regressors A (g, 6 * 22, 10) of groups of so many samples (g,)."""
         g = len(A)
         w = (A @ whole).reshape(g, 6, FEATURES)
-        energy = np.maximum((w * w).sum(axis=(1, 2)), 1e-300)
-        # (g, 6, 6, 10): the score by each entry of M
         by_entry = w[:, None] @ A.reshape(g, 6, FEATURES, 10)
-        rows = by_entry.reshape(g, 36, 10)
-        x = np.einsum("gcci->gi", by_entry)
         return cls(
-            x[:, :, None] * x[:, None, :],
-            rows.transpose(0, 2, 1) @ rows / energy[:, None, None],
+            np.einsum("gcci->gi", by_entry),
+            by_entry.reshape(g, 36, 10),
+            np.maximum((w * w).sum(axis=(1, 2)), 1e-300),
             counts,
         )
 
-    def of_each(self, coloured: Array, gain: Array | float = 0.0) -> Array:
-        """(g, 10, 10) covariance of each group's score by errors in step with the
-        motion.
+    def factors(self, coloured: Array, gain: Array | float = 0.0) -> Array:
+        """(g, 37, 10) Y, Y'Y being the covariance of each group's score by errors in step
+        with the motion.
 
         `coloured` (g,) is the variance of coloured noise of a channel in each group,
         over that of one sample; `gain` (g,) a relative error of the wrench that was
         found.
         """
-        energy = IN_STEP_RATIO * coloured * self.counts
-        square = np.square(gain) * np.ones(len(energy))
-        return energy[:, None, None] * self.mixed + square[:, None, None] * self.gains
+        sizes = np.sqrt(IN_STEP_RATIO * coloured * self.counts / self.energy)
+        found = np.empty((len(sizes), 37, 10))
+        np.multiply(sizes[:, None, None], self.by_entry, out=found[:, :36])
+        found[:, 36] = (gain * self.by_gain.T).T
+        return found
+
+    def of_each(self, coloured: Array, gain: Array | float = 0.0) -> Array:
+        """(g, 10, 10) covariance of each group's score; see `factors`."""
+        rows = self.factors(coloured, gain)
+        return rows.transpose(0, 2, 1) @ rows
 
     def covariance(self, coloured: Array, gain: Array) -> Array:
         """(10, 10) sum of `of_each`: errors of one group are independent of another's."""
-        return self.of_each(coloured, gain).sum(axis=0)
+        rows = self.factors(coloured, gain).reshape(-1, 10)
+        return rows.T @ rows
 
 
 def slow_variances(
