@@ -24,7 +24,7 @@ import numpy as np
 
 from hefting.core.regressor import FEATURES
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, median
 from hefting.estimators.bayes.colour import TimeSamples
 from hefting.estimators.bayes.groups import Groups, combined
 from hefting.estimators.bayes.likelihood import Equations, Samples
@@ -104,9 +104,8 @@ class CalibrationErrors:
         """(J + 1,) variances that the whitened residuals of a channel have at each time
         scale, and beyond, by these errors."""
         energy = self._left(time.scales)[1]
-        shown = np.tensordot(energy, self.entries**2, 2) / (
-            6.0 * np.maximum(time.scales.counts, 1.0)
-        )
+        shown = energy.reshape(-1, 36) @ np.square(self.entries).ravel()
+        shown /= 6.0 * np.maximum(time.scales.counts, 1.0)
         slow = float(self.precision.diagonal() @ self.slow**2) / 6.0
         variances = slow * time.slow
         variances[:-1] += shown
@@ -119,7 +118,7 @@ class CalibrationErrors:
         rows = off.reshape(len(off), 36, 10)
         found = rows.transpose(0, 2, 1) @ rows
         if self.slow.any():
-            length = float(np.median(time.stretches.counts)) + 1.0
+            length = median(time.stretches.counts) + 1.0
             level = min(int(np.log2(length)), len(time.slow) - 1)
             B = self.slow[:, None] * self.precision
             found += time.slow[level] * time.stretches.information(B)
@@ -129,14 +128,13 @@ class CalibrationErrors:
         """What least squares leaves of each entry of M in each group: the score (g, 6,
         6, 10), and the energy (g, 6, 6) of the whitened residuals."""
         g = len(groups.counts)
-        A = groups.A.reshape(g, 6, FEATURES, 10).transpose(0, 2, 1, 3)
-        w = A @ self.whole  # (g, 22, 6)
-        B = (self.precision @ A).transpose(0, 2, 3, 1).reshape(g, 60, FEATURES)
-        score = (B @ w).reshape(g, 6, 10, 6).transpose(0, 1, 3, 2)  # (g, 6, 6, 10)
-        rows = A.reshape(g, 6 * FEATURES, 10)
-        information = rows.transpose(0, 2, 1) @ (self.precision @ A).reshape(rows.shape)
+        A = groups.A.reshape(g, 6 * FEATURES, 10)
+        B = groups.whitened(self.precision)
+        w = (A @ self.whole).reshape(g, 6, FEATURES)
+        score = w[:, None] @ B.reshape(g, 6, FEATURES, 10)  # (g, 6, 6, 10)
+        information = A.transpose(0, 2, 1) @ B
         fitted = self.by_entry @ self.inverse  # what least squares makes of each entry
         taken = (fitted.reshape(36, 10) @ information).reshape(g, 6, 6, 10)
-        energy = self.precision.diagonal()[:, None] * np.square(w).sum(axis=1)[:, None]
+        energy = self.precision.diagonal()[:, None] * np.square(w).sum(axis=2)[:, None]
         energy = energy - np.sum((2.0 * score - taken) * fitted, axis=-1)
         return score - taken, np.maximum(energy, 0.0)

@@ -19,7 +19,7 @@ import numpy as np
 
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, median
 from hefting.estimators.bayes.groups import Groups, Scores, combined
 from hefting.estimators.bayes.likelihood import Equations
 from hefting.estimators.bayes.sensor_errors import slow_variances
@@ -233,7 +233,7 @@ class TimeSamples:
             colour.energies - own * max(gain, 0.0) / colour.level, 0.0
         )
         degrees = np.maximum(colour.degrees - own * parameters * n, 0.0)
-        length = float(np.median(self.stretches.counts)) + 1.0
+        length = median(self.stretches.counts) + 1.0
         expected = spectrum(energies, degrees, length, self.free_bias)[0]
         variance = colour.level * float(
             expected[min(int(np.log2(length)), len(expected) - 1)]
@@ -296,22 +296,18 @@ def response_errors(
     unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
     explained = max(unknown, 0.0) * details
     score = np.maximum(np.abs(score) - explained, 0.0)
-    gain = score / np.where(signal > 0.0, signal, np.inf)
+    seen = np.where(signal > 0.0, signal, np.inf)
+    gain = score / seen
     significance = gain**2 * signal / variances
     shown = gain * np.sqrt(
         np.maximum(1.0 - GAIN_CHANCE / np.maximum(significance, GAIN_CHANCE), 0.0)
     )
-    possible = gain + GAIN_BOUND_STDS * np.sqrt(
-        variances / np.where(signal > 0.0, signal, np.inf)
-    )
+    possible = gain + GAIN_BOUND_STDS * np.sqrt(variances / seen)
     possible[signal <= 0.0] = np.inf
-    errors, error = np.zeros(len(shown) + 1), 0.0
-    for level, (own, most) in enumerate(
-        zip((*shown.tolist(), 0.0), (*possible.tolist(), np.inf), strict=True)
-    ):
-        error = max(own, min(GAIN_FADE_PER_OCTAVE * error, most))
-        errors[level] = error
-    return errors
+    errors = [0.0]
+    for own, most in zip(shown.tolist(), possible.tolist(), strict=True):
+        errors.append(max(own, min(GAIN_FADE_PER_OCTAVE * errors[-1], most)))
+    return np.array((*errors[1:], GAIN_FADE_PER_OCTAVE * errors[-1]))
 
 
 @dataclass(frozen=True, eq=False)

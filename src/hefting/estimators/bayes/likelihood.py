@@ -285,7 +285,10 @@ class Equations:
         S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the
         accelerations' part in it, None where there is none.
         """
-        W = lapack.dtrtri(np.linalg.cholesky(S), lower=1)[0]
+        factor, failed = lapack.dpotrf(S, lower=1)
+        if failed:
+            raise np.linalg.LinAlgError("the covariance is not positive definite")
+        W = lapack.dtrtri(factor, lower=1)[0]
         A = (W @ samples.by_channel).reshape(-1, 10)
         b = (W @ samples.b.T).ravel()
         G, h = A.T @ A, A.T @ b
