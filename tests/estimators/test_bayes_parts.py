@@ -496,7 +496,7 @@ def test_distances_to_the_surface_are_scipys():
 def test_normal_probabilities_and_quantiles_are_scipys():
     from scipy.special import ndtr, ndtri
 
-    from hefting.estimators.bayes.quantiles import normal_cdf, normal_quantile
+    from hefting.estimators.bayes.ends import normal_cdf, normal_quantile
 
     t = np.linspace(-8.0, 8.0, 1001)
     # as published
@@ -508,12 +508,12 @@ def test_normal_probabilities_and_quantiles_are_scipys():
 
 
 @pytest.mark.parametrize("level", [0.1, 0.5, 0.95, 1.0 - 1e-5])
-def test_quantiles_of_mixtures_whose_members_are_not_alike(level):
+def test_ends_of_mixtures_whose_members_are_not_alike(level):
     """Tails have their probability to a thousandth of it, also where a member of hardly
     any weight is 10,000 times as wide as the others."""
     from scipy.special import ndtr
 
-    from hefting.estimators.bayes.quantiles import mixture_quantiles
+    from hefting.estimators.bayes.ends import mixture_ends
 
     rng = np.random.default_rng(2)
     means, stds = rng.normal(size=(20, 8)), rng.uniform(0.1, 3.0, (20, 8))
@@ -522,7 +522,7 @@ def test_quantiles_of_mixtures_whose_members_are_not_alike(level):
     weights[0] = 1e-6
     weights /= weights.sum()
     tail = 0.5 - 0.5 * level
-    low, high = mixture_quantiles(means, stds, weights, np.array((tail, 1.0 - tail)))
+    low, high = mixture_ends(means, stds, weights, tail)
     below = weights @ ndtr((low - means) / stds)
     above = weights @ ndtr((means - high) / stds)
     # the probability of a normal number is known to 7.5e-8

@@ -176,8 +176,8 @@ class InertialParameters:
     @property
     def inertia_at_com(self) -> Array:
         """Inertia tensor (3, 3) [kg m²] about the COM, in the frame's axes."""
-        c = self.center_of_mass
-        return self.inertia_at_origin + self.mass * skew(c) @ skew(c)
+        C = skew(self.center_of_mass)
+        return self.inertia_at_origin + self.mass * C @ C
 
     @property
     def pseudo_inertia(self) -> Array:

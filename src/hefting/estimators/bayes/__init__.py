@@ -339,11 +339,8 @@ class Bayes(Estimator):
         if doubts := scale_doubts(found.wrench, steps.reading, self.carried):
             alone = replace(self, mass=None).posterior(state, start)
             return replace(alone, scale_doubts=doubts)
-        return replace(
-            posterior_of(state, steps, found, self.shape),
-            passes=passes,
-            settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
-        )
+        settled = distortion_change < UNSETTLED_DISTORTION_CHANGE
+        return posterior_of(state, steps, found, self.shape, settled, passes)
 
     def _passes(self, state: State) -> Passes:
         """The steps by the samples of a state."""

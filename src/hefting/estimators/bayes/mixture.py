@@ -12,18 +12,20 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import (
     STEINER,
     Array,
-    frozen,
+    own,
+    tensor_to_vector,
     vector_to_tensor,
 )
+from hefting.estimators.bayes.ends import mixture_ends
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
-from hefting.estimators.bayes.quantiles import mixture_quantiles
 
 INTERVAL_LEVEL = 0.95
 """Probability of the intervals that an estimate states."""
-NON_NEGATIVE_NUMBERS = np.array((0, 4, 7, 9, 10, 13, 15))
+NON_NEGATIVE_NUMBERS = (0, 4, 7, 9, 10, 13, 15)
 """Indices of mass and moments of inertia among the sixteen numbers of
 `INTERVAL_QUANTITIES`."""
+_NON_NEGATIVE = np.array([i in NON_NEGATIVE_NUMBERS for i in range(16)])
 LEAST_ABOVE_ZERO = 0.25
 """Share of an interval's width, four standard deviations, that is above zero at least
 for what cannot be negative: one of nearly no width would claim to be sure."""
@@ -125,8 +127,7 @@ class Mixture:
         """
         if not 0.0 < level < 1.0:
             raise InputError(f"a level is between 0 and 1, not {level}")
-        tails = np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level))
-        return mixture_quantiles(*self._marginals, tails)
+        return mixture_ends(*self._marginals, 0.5 - 0.5 * level)
 
     def intervals(self, level: float = INTERVAL_LEVEL) -> dict[str, Array]:
         """Central intervals that contain the truth with probability `level`, as
@@ -137,32 +138,31 @@ class Mixture:
     def _marginals(self) -> tuple[Array, Array, Array]:
         """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers, and
         weights (j,)."""
-        order = np.argsort(self.weights)
-        kept = order[
-            np.searchsorted(np.cumsum(self.weights[order]), NEGLIGIBLE_WEIGHT) :
-        ]
+        order = self.weights.argsort()
+        kept = order[self.weights[order].cumsum().searchsorted(NEGLIGIBLE_WEIGHT) :]
         phi, X, weights = self.means[kept], self.factors[kept], self.weights[kept]
         m = phi[:, :1]
         # a member without mass has its COM anywhere
         if not m.all():
             std = np.sqrt((X[:, :1] ** 2).sum(axis=2))
             m = np.where(m == 0.0, 1e-9 * std + 1e-300, m)
-        means, c = _sixteen(phi, m)
+        means, c, turned = _sixteen(phi, m)
         shift = X[:, 1:4] - c[:, :, None] * X[:, :1]  # of the COM, times the mass
         rows = np.concatenate((X[:, :1], shift / m[:, :, None], X[:, 4:], X[:, 4:]), 1)
-        # of the tensor h . STEINER h / m about the COM
-        rows[:, 10:] -= (c @ STEINER).transpose(1, 0, 2) @ (shift + X[:, 1:4])
-        variances = np.maximum((rows * rows).sum(axis=2), 1e-300)
+        rows[:, 10:] -= turned @ (shift + X[:, 1:4])
+        variances = np.maximum(np.einsum("jki,jki->jk", rows, rows), 1e-300)
         return means, np.sqrt(variances), weights / weights.sum()
 
 
-def _sixteen(phi: Array, m: Array) -> tuple[Array, Array]:
+def _sixteen(phi: Array, m: Array) -> tuple[Array, Array, Array]:
     """The sixteen numbers (j, 16) of parameters (j, 10), with the masses m (j, 1), none
-    of them zero; and the COM (j, 3)."""
+    of them zero; the COM c (j, 3), and (j, 6, 3) what takes m c to the inertia about
+    the COM that it takes away."""
     h = phi[:, 1:4]
     c = h / m
-    at_com = phi[:, 4:] - ((c @ STEINER) * h).sum(axis=2).T
-    return np.concatenate((phi[:, :1], c, phi[:, 4:], at_com), 1), c
+    turned = (c @ STEINER).transpose(1, 0, 2)
+    at_com = phi[:, 4:] - (turned @ h[:, :, None])[:, :, 0]
+    return np.concatenate((phi[:, :1], c, phi[:, 4:], at_com), 1), c, turned
 
 
 def prior_mixture(prior: Prior, mass: float, is_known: bool = True) -> Mixture:
@@ -185,7 +185,7 @@ def shaped(ends: Array) -> dict[str, Array]:
     Mass and moments are not negative. Where nearly all of an interval is below zero, it
     still reaches `LEAST_ABOVE_ZERO` of its width above.
     """
-    return _by_quantity(_above_zero(ends))
+    return _by_quantity(*_above_zero(ends))
 
 
 def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
@@ -193,27 +193,27 @@ def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
     be a little outside where no mass distribution in the shape has the posterior's
     mean."""
     low, high = _above_zero(ends)
-    phi = body.vector[None]
-    # no number limits an interval where there is no mass
-    numbers = _sixteen(phi, np.where(phi[:, :1] == 0.0, np.nan, phi[:, :1]))[0][0]
-    return _by_quantity(np.stack((np.fmin(low, numbers), np.fmax(high, numbers))))
+    com, at_com = body.center_of_mass, tensor_to_vector(body.inertia_at_com)
+    numbers = np.concatenate((body.vector[:1], com, body.vector[4:], at_com))
+    return _by_quantity(np.fmin(low, numbers), np.fmax(high, numbers))
 
 
-def _above_zero(ends: Array) -> Array:
-    """Ends (2, 16) of which those of mass and moments are not negative; see
-    `shaped`."""
-    ends = np.array(ends)
-    low, high = ends[:, NON_NEGATIVE_NUMBERS]
-    above = LEAST_ABOVE_ZERO * (high - low)
-    ends[:, NON_NEGATIVE_NUMBERS] = np.maximum(low, 0.0), np.maximum(high, above)
-    return ends
+def _above_zero(ends: Array) -> tuple[Array, Array]:
+    """Lower and upper ends (16,) of which those of mass and moments are not negative;
+    see `shaped`."""
+    low, high = ends
+    above = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
+    low, high = np.where(_NON_NEGATIVE, (np.maximum(low, 0.0), above), ends)
+    return low, high
 
 
-def _by_quantity(ends: Array) -> dict[str, Array]:
-    """Ends (2, 16) by the name of each quantity."""
+def _by_quantity(low: Array, high: Array) -> dict[str, Array]:
+    """Ends (16,) by the name of each quantity."""
+    ends = np.array((low, high))
     tensors = vector_to_tensor(ends[:, 4:].reshape(2, 2, 6))
     found = (ends[:, 0], ends[:, 1:4], tensors[:, 0], tensors[:, 1])
-    return dict(zip(INTERVAL_QUANTITIES, map(frozen, found), strict=True))
+    each = [own(np.array(part, dtype=float)) for part in found]
+    return dict(zip(INTERVAL_QUANTITIES, each, strict=True))
 
 
 def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Array]:

@@ -101,8 +101,16 @@ class Posterior:
         return found
 
 
-def posterior_of(state: State, steps: Passes, last: Pass, shape: Shape) -> Posterior:
-    """The posterior of an object in a shape, by its last pass."""
+def posterior_of(
+    state: State,
+    steps: Passes,
+    last: Pass,
+    shape: Shape,
+    settled: bool = True,
+    passes: int = 0,
+) -> Posterior:
+    """The posterior of an object in a shape, by its last pass; for the last two
+    arguments see `Posterior`."""
     source, noise, found = steps.source, last.noise, last
     misfit = found.likelihood.misfit(found.mixture.mean)
     if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
@@ -131,6 +139,8 @@ def posterior_of(state: State, steps: Passes, last: Pass, shape: Shape) -> Poste
         shape_known=shape.known != "reach",
         misfit=misfit,
         bias=source.samples.bias(sensed) if source.free_bias else None,
+        settled=settled,
+        passes=passes,
         sensor_gain=gain,
     )
 

@@ -1,4 +1,4 @@
-"""Quantiles of mixtures of Gaussians."""
+"""Central intervals of mixtures of Gaussians."""
 
 from functools import lru_cache
 from math import erfc, exp, pi
@@ -8,35 +8,32 @@ import numpy as np
 from hefting.core.spatial import Array
 
 MOST_STEPS = 60
-"""Largest number of Newton steps in finding a quantile."""
+"""Largest number of Newton steps in finding an end."""
 TOLERANCE = 0.02
 """Relative error of a tail's probability from which on one step more leaves, of a
 Gaussian, some 2e-5 of its standard deviation."""
 
 
-def mixture_quantiles(
-    means: Array, stds: Array, weights: Array, probabilities: Array
-) -> Array:
-    """(p, k) quantiles of k mixtures of Gaussians for the probabilities (p,).
+def mixture_ends(means: Array, stds: Array, weights: Array, tail: float) -> Array:
+    """(2, k) ends of k mixtures of Gaussians, beyond each of which is the probability
+    `tail`, less than one half.
 
     `means` and `stds` are (j, k), `weights` (j,). Newton's method with bisection, for
-    the logarithm of a tail's probability, which is nearly linear. A quantile above one
-    half is that below it of the mirrored mixture.
+    the logarithm of the probability, which is nearly linear. The upper end is the lower
+    one of the mirrored mixture.
     """
-    side = np.where(probabilities > 0.5, -1.0, 1.0)[:, None, None]
-    tails = np.minimum(probabilities, 1.0 - probabilities)
-    z = np.array([normal_quantile(float(tail)) for tail in tails])[:, None, None]
-    center, width = side * means.T, np.ascontiguousarray(stds.T)  # (p, k, j), (k, j)
-    rate, tails = 1.0 / width, tails[:, None]
+    center = np.stack((means.T, -means.T))  # (2, k, j)
+    width = np.ascontiguousarray(stds.T)
+    rate = 1.0 / width
     density = (0.5 / np.pi) ** 0.5 * rate * weights
-    each = center + z * width
+    each = center + normal_quantile(tail) * width
     low, high, x = each.min(axis=2), each.max(axis=2), each @ weights
     for _ in range(MOST_STEPS):
         t = (x[:, :, None] - center) * rate
         bell = np.exp(-0.5 * t * t)
         below = np.maximum(normal_cdf(t, bell) @ weights, 1e-300)
         slope = np.maximum((bell * density).sum(axis=2), 1e-300)
-        off = np.log(below / tails)
+        off = np.log(below / tail)
         low, high = np.where(off < 0.0, x, low), np.where(off < 0.0, high, x)
         new = x - off * below / slope
         new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
@@ -44,7 +41,8 @@ def mixture_quantiles(
         x = new
         if done.all():
             break
-    return side[:, :, 0] * x
+    x[1] *= -1.0
+    return x
 
 
 def normal_cdf(t: Array, bell: Array) -> Array:
