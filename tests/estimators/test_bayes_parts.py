@@ -19,10 +19,11 @@ from hefting.estimators import OLS, Bayes
 from hefting.estimators.bayes import projection
 from hefting.estimators.bayes.densities import MEMBERS, between_cells
 from hefting.estimators.bayes.distortion import affine
-from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
+from hefting.estimators.bayes.likelihood import Equations, motion_effect
 from hefting.estimators.bayes.mixture import Mixture, prior_mixture
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
+from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import Shape
 from hefting.simulation import hammer

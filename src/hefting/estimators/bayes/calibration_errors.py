@@ -25,9 +25,10 @@ import numpy as np
 from hefting.core.regressor import FEATURES
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array, median
-from hefting.estimators.bayes.colour import TimeSamples
 from hefting.estimators.bayes.groups import Groups, combined
-from hefting.estimators.bayes.likelihood import Equations, Samples
+from hefting.estimators.bayes.likelihood import Equations
+from hefting.estimators.bayes.samples import Samples
+from hefting.estimators.bayes.time_samples import TimeSamples
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,7 +75,7 @@ class CalibrationErrors:
             with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
             entries = np.hypot(entries, with_load / (12.0**0.5 * load))
         rows = (entries[:, :, None] * by_entry).reshape(36, 10)
-        common = accuracy.gain_std * np.einsum("cci->i", by_entry)
+        common = accuracy.gain_std * by_entry.reshape(36, 10)[::7].sum(axis=0)
         score = rows.T @ rows + common[:, None] * common
         if offset and not free_bias:
             constant = samples.K * (precision @ samples.A_mean[0])

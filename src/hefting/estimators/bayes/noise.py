@@ -19,18 +19,18 @@ from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,
     LARGEST_CLAIM_EXCESS,
     Colour,
-    TimeSamples,
     response_errors,
 )
 from hefting.estimators.bayes.groups import Scores, combined
 from hefting.estimators.bayes.likelihood import (
     Equations,
-    Samples,
     motion_effect,
 )
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.noise_found import NoiseFound, inflation_of
+from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.sensor_errors import InStep
+from hefting.estimators.bayes.time_samples import TimeSamples
 from hefting.estimators.joint_state import State, motion_record
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.whitened_state import WhitenedState
@@ -81,7 +81,7 @@ class NoiseSource:
         motion_noise = None if record is None else record.motion_noise
         given = None
         if isinstance(noise, Noise):
-            given = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
+            given = np.diag((noise.force**2,) * 3 + (noise.torque**2,) * 3)
             if motion_noise is None:
                 motion_noise = MotionNoise(
                     noise.linear_acceleration, noise.angular_acceleration

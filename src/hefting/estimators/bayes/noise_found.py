@@ -8,8 +8,9 @@ from hefting.core.spatial import Array
 from hefting.estimators.bayes.calibration_errors import CalibrationErrors
 from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT, Colour
 from hefting.estimators.bayes.groups import Scores
-from hefting.estimators.bayes.likelihood import Equations, Likelihood, Samples
+from hefting.estimators.bayes.likelihood import Equations, Likelihood
 from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.samples import Samples
 
 LARGEST_GROWTH = 1.1
 """Factor by which residuals of some samples more may be larger, squared and averaged

@@ -12,12 +12,12 @@ from hefting.estimators.bayes.colour import (
     LARGEST_STRETCH_DISAGREEMENT,
 )
 from hefting.estimators.bayes.distortion import Move
-from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL
 from hefting.estimators.joint_state import State, motion_record
 from hefting.shapes import Shape
 
