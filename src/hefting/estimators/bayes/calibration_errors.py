@@ -137,5 +137,5 @@ class CalibrationErrors:
         fitted = self.by_entry @ self.inverse  # what least squares makes of each entry
         taken = (fitted.reshape(36, 10) @ information).reshape(g, 6, 6, 10)
         energy = self.precision.diagonal()[:, None] * np.square(w).sum(axis=2)[:, None]
-        energy = energy - np.sum((2.0 * score - taken) * fitted, axis=-1)
+        energy = energy - np.einsum("gcdi,cdi->gcd", 2.0 * score - taken, fitted)
         return score - taken, np.maximum(energy, 0.0)

@@ -22,7 +22,7 @@ def mixture_ends(means: Array, stds: Array, weights: Array, tail: float) -> Arra
     the logarithm of the probability, which is nearly linear. The upper end is the lower
     one of the mirrored mixture.
     """
-    center = np.stack((means.T, -means.T))  # (2, k, j)
+    center = np.array((means.T, -means.T))  # (2, k, j)
     width = np.ascontiguousarray(stds.T)
     rate = 1.0 / width
     density = (0.5 / np.pi) ** 0.5 * rate * weights

@@ -33,7 +33,6 @@ REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
 above."""
 
-
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions that the samples do not see, relative to the scale of
 each parameter, from which on they leave it open."""

@@ -150,7 +150,7 @@ class Mixture:
         shift = X[:, 1:4] - c[:, :, None] * X[:, :1]  # of the COM, times the mass
         rows = np.concatenate((X[:, :1], shift / m[:, :, None], X[:, 4:], X[:, 4:]), 1)
         rows[:, 10:] -= turned @ (shift + X[:, 1:4])
-        variances = np.maximum(np.einsum("jki,jki->jk", rows, rows), 1e-300)
+        variances = np.maximum(np.square(rows) @ np.ones(rows.shape[2]), 1e-300)
         return means, np.sqrt(variances), weights / weights.sum()
 
 
