@@ -19,10 +19,11 @@ from hefting.estimators import OLS, Bayes
 from hefting.estimators.bayes import projection
 from hefting.estimators.bayes.densities import MEMBERS, between_cells
 from hefting.estimators.bayes.distortion import affine
-from hefting.estimators.bayes.likelihood import Equations, Samples, motion_effect
+from hefting.estimators.bayes.likelihood import Equations, motion_effect
 from hefting.estimators.bayes.mixture import Mixture, prior_mixture
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
+from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import Shape
 from hefting.simulation import hammer
@@ -496,15 +497,37 @@ def test_distances_to_the_surface_are_scipys():
 def test_normal_probabilities_and_quantiles_are_scipys():
     from scipy.special import ndtr, ndtri
 
-    from hefting.estimators.bayes.mixture import _normal_cdf, _normal_quantile
+    from hefting.estimators.bayes.ends import normal_cdf, normal_quantile
 
     t = np.linspace(-8.0, 8.0, 1001)
     # as published
     np.testing.assert_allclose(
-        _normal_cdf(t, np.exp(-0.5 * t * t)), ndtr(t), atol=7.6e-8
+        normal_cdf(t, np.exp(-0.5 * t * t)), ndtr(t), atol=7.6e-8
     )
     for p in (1e-6, 0.025, 0.5, 0.7, 0.975, 1 - 1e-6):
-        assert _normal_quantile(p) == pytest.approx(ndtri(p), abs=1e-9)
+        assert normal_quantile(p) == pytest.approx(ndtri(p), abs=1e-9)
+
+
+@pytest.mark.parametrize("level", [0.1, 0.5, 0.95, 1.0 - 1e-5])
+def test_ends_of_mixtures_whose_members_are_not_alike(level):
+    """Tails have their probability to a thousandth of it, also where a member of hardly
+    any weight is 10,000 times as wide as the others."""
+    from scipy.special import ndtr
+
+    from hefting.estimators.bayes.ends import mixture_ends
+
+    rng = np.random.default_rng(2)
+    means, stds = rng.normal(size=(20, 8)), rng.uniform(0.1, 3.0, (20, 8))
+    means[0, 4:], stds[0, 4:] = 500.0, 1e4
+    weights = rng.uniform(size=20)
+    weights[0] = 1e-6
+    weights /= weights.sum()
+    tail = 0.5 - 0.5 * level
+    low, high = mixture_ends(means, stds, weights, tail)
+    below = weights @ ndtr((low - means) / stds)
+    above = weights @ ndtr((means - high) / stds)
+    # the probability of a normal number is known to 7.5e-8
+    np.testing.assert_allclose((below, above), tail, rtol=1e-3, atol=1e-7)
 
 
 def test_voxels_of_points_without_volumes_are_shares_of_the_whole():

@@ -14,8 +14,9 @@ from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS, OLS, PMD, Bayes
 from hefting.estimators.bayes.calibration_errors import CalibrationErrors
-from hefting.estimators.bayes.colour import TimeSamples
-from hefting.estimators.bayes.likelihood import Equations, Samples
+from hefting.estimators.bayes.likelihood import Equations
+from hefting.estimators.bayes.samples import Samples
+from hefting.estimators.bayes.time_samples import TimeSamples
 from hefting.estimators.sample_state import SampleState
 
 ACCURACY = SensorAccuracy(0.02, 0.7, 0.03, lever=0.05)

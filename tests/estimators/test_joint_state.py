@@ -20,9 +20,9 @@ from hefting.core.regressor import (
 from hefting.estimators import METHODS, OLS, VARIANTS, method_named, pmd
 from hefting.estimators.base import Estimator
 from hefting.estimators.bayes import noise as bayes_noise
-from hefting.estimators.bayes.colour import TimeSamples
 from hefting.estimators.bayes.groups import Groups
-from hefting.estimators.bayes.likelihood import NOISE_FLOOR_SHARE, Samples
+from hefting.estimators.bayes.samples import NOISE_FLOOR_SHARE, Samples
+from hefting.estimators.bayes.time_samples import TimeSamples
 from hefting.estimators.joint_state import JointState, join
 from hefting.estimators.pmd import PMD
 from hefting.estimators.quadratic import Quadratic, whitening

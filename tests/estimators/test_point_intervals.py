@@ -75,7 +75,7 @@ def test_an_estimate_lies_in_its_own_intervals(name, bias):
             assert (low <= high).all()
             assert ((low <= own) & (own <= high))[known].all()
             least = np.where(known, np.minimum(own, 0.0), 0.0)
-            assert (low >= least)[NON_NEGATIVE_NUMBERS].all()
+            assert (low >= least)[[*NON_NEGATIVE_NUMBERS]].all()
             assert estimate.covariance is not None
 
 
@@ -243,7 +243,7 @@ def test_a_mass_that_a_bias_leaves_open_is_open_whatever_the_shape(name):
     alone = _known(samples, None, lambda _: None)
     assert alone.mass_error > 0.1
     low, high = ends(estimator.estimate(state))
-    assert (low <= np.maximum(alone.ends[0], 0.0))[NON_NEGATIVE_NUMBERS].all()
+    assert (low <= np.maximum(alone.ends[0], 0.0))[[*NON_NEGATIVE_NUMBERS]].all()
     assert (high >= alone.ends[1]).all()
 
 

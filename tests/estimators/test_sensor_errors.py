@@ -42,7 +42,8 @@ def test_in_step_errors_are_random_mixtures_of_the_wrench(seed):
     found, regressors, _ = groups(seed)
     W, whole = np.diag(rng.uniform(0.5, 20.0, 6)), rng.normal(size=10)
     coloured_noise, gain = rng.uniform(0.1, 5.0, 3), rng.uniform(0.0, 0.1, 3)
-    ours = InStep.of(found, W, whole).of_each(coloured_noise, gain)
+    step = InStep.of(found.whitened(W), found.counts, whole)
+    ours = step.of_each(coloured_noise, gain)
     for A, variance, error, each in zip(
         regressors, coloured_noise, gain, ours, strict=True
     ):

@@ -161,12 +161,11 @@ class InertialParameters:
     @property
     def center_of_mass(self) -> Array:
         """COM (3,) [m] in the frame; NaN when the mass is zero."""
-        with np.errstate(divide="ignore", invalid="ignore"):
-            return (
-                self.vector[1:4] / self.vector[0]
-                if self.vector[0]
-                else np.full(3, np.nan)
-            )
+        mass, moment = self.mass, self.vector[1:4]
+        if 0.0 < abs(mass) < np.inf:
+            return moment / mass
+        with np.errstate(invalid="ignore"):
+            return moment / mass if mass else np.full(3, np.nan)
 
     @property
     def inertia_at_origin(self) -> Array:
@@ -176,8 +175,8 @@ class InertialParameters:
     @property
     def inertia_at_com(self) -> Array:
         """Inertia tensor (3, 3) [kg m²] about the COM, in the frame's axes."""
-        c = self.center_of_mass
-        return self.inertia_at_origin + self.mass * skew(c) @ skew(c)
+        C = skew(self.center_of_mass)
+        return self.inertia_at_origin + self.mass * C @ C
 
     @property
     def pseudo_inertia(self) -> Array:

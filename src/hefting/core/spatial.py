@@ -46,6 +46,8 @@ PARAMETERS = ("m", "mcx", "mcy", "mcz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz"
 TENSOR_ROWS = np.array([0, 0, 0, 1, 1, 2])
 TENSOR_COLUMNS = np.array([0, 1, 2, 1, 2, 2])
 """Row and column of each of the six tensor entries xx, xy, xz, yy, yz, zz."""
+TENSOR_ENTRIES = np.array([0, 1, 2, 1, 3, 4, 2, 4, 5])
+"""Which of these six stands in each place of the tensor, row by row."""
 
 STEINER: Array = np.array(
     [
@@ -168,7 +170,7 @@ def tensor_to_vector(tensor: ArrayLike) -> Array:
 def vector_to_tensor(vector: ArrayLike) -> Array:
     """Entries xx, xy, xz, yy, yz, zz (..., 6) to symmetric matrices (..., 3, 3)."""
     v = np.asarray(vector, dtype=float)
-    return v[..., [0, 1, 2, 1, 3, 4, 2, 4, 5]].reshape(*v.shape[:-1], 3, 3)
+    return v[..., TENSOR_ENTRIES].reshape(*v.shape[:-1], 3, 3)
 
 
 def rotation_matrices(quaternions: ArrayLike) -> Array:

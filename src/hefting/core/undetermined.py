@@ -68,11 +68,11 @@ class Undetermined:
         if ends is None:
             return cls()
         names = ("mass", "center_of_mass", "inertia_at_com")
-        mass, com, inertia = (
-            np.logical_or.reduce(np.isinf(ends[name]), axis=0) for name in names
-        )
-        found = cls(bool(mass), np.array(com), np.array(inertia), "the method")
-        return found if found else cls()
+        infinite = [np.isinf(ends[name]) for name in names]
+        if not any(each.any() for each in infinite):
+            return cls()
+        mass, com, inertia = (np.logical_or.reduce(each, axis=0) for each in infinite)
+        return cls(bool(mass), np.array(com), np.array(inertia), "the method")
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:

@@ -100,14 +100,16 @@ def full_without_bias(state: State) -> Moments:
 
 
 def motion_record(state: State) -> TimeRecord | None:
-    """Time record that holds the errors of the motion in all recordings, and nothing
-    else; None where a state has none."""
+    """Time record that tells the errors of the motion in all recordings; None where a
+    state has none."""
     if isinstance(state, WhitenedState):
         return None
     records = [each.record for each in states_of(state)]
     kept = [record for record in records if record is not None]
     if len(kept) < len(records):
         return None
+    if len(kept) == 1:
+        return kept[0]
     motions = [record.motion for record in kept]
     return TimeRecord(
         motion=tuple(map(sum, zip(*motions, strict=True))),

@@ -16,8 +16,10 @@ import numpy as np
 from hefting.core.moments import Moments, triangular
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.likelihood import Likelihood, Samples
-from hefting.estimators.bayes.noise import NoiseSource, inflation_of
+from hefting.estimators.bayes.likelihood import Likelihood
+from hefting.estimators.bayes.noise import NoiseSource
+from hefting.estimators.bayes.noise_found import inflation_of
+from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.joint_state import (
     JointState,
     State,
@@ -104,6 +106,7 @@ class StateSamples:
         for _ in range(NOISE_PASSES):
             found = source.found(phi, found)
         assert found is not None
+        found = source.judged(found)
         coloured = found.colour is not None and found.colour.exceeds_claim
         if source.given is not None and (found.contradicted or coloured):
             source = replace(source, given=None)

@@ -339,11 +339,8 @@ class Bayes(Estimator):
         if doubts := scale_doubts(found.wrench, steps.reading, self.carried):
             alone = replace(self, mass=None).posterior(state, start)
             return replace(alone, scale_doubts=doubts)
-        return replace(
-            posterior_of(state, steps, found, self.shape),
-            passes=passes,
-            settled=distortion_change < UNSETTLED_DISTORTION_CHANGE,
-        )
+        settled = distortion_change < UNSETTLED_DISTORTION_CHANGE
+        return posterior_of(state, steps, found, self.shape, settled, passes)
 
     def _passes(self, state: State) -> Passes:
         """The steps by the samples of a state."""
@@ -367,7 +364,8 @@ class Bayes(Estimator):
         before, now = (
             each.noise.equations.covariance.diagonal() for each in (last, found)
         )
-        com_change = float(np.linalg.norm(found.center - found.com)) / self._size
+        off = found.center - found.com
+        com_change = float(off @ off) ** 0.5 / self._size
         return (
             float(np.abs(now / before - 1.0).max()) < NEGLIGIBLE_VARIANCE_CHANGE
             and _largest(found.scores - found.placed.scores)

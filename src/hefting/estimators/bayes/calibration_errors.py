@@ -24,11 +24,11 @@ import numpy as np
 
 from hefting.core.regressor import FEATURES
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import Array
-from hefting.estimators.bayes.colour import TimeSamples
-from hefting.estimators.bayes.groups import Groups
-from hefting.estimators.bayes.likelihood import Equations, Samples
-from hefting.estimators.bayes.sensor_errors import slow_variances
+from hefting.core.spatial import Array, median
+from hefting.estimators.bayes.groups import Groups, combined
+from hefting.estimators.bayes.likelihood import Equations
+from hefting.estimators.bayes.samples import Samples
+from hefting.estimators.bayes.time_samples import TimeSamples
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,19 +63,21 @@ class CalibrationErrors:
         """Of a sensor that holds a body of the parameters `whole` (10,)."""
         W = equations.whitening
         precision = W.T @ W
-        w = samples.A @ whole  # (22, 6)
-        A = precision @ samples.A
-        by_entry = np.tensordot(w.T, A, 1).transpose(1, 0, 2)  # (6, 6, 10): of M[c, d]
-        square = float(np.sum((w / accuracy.scale) ** 2)) / samples.K
-        if free_bias:
-            square += samples.constant_load(np.diag(1.0 / accuracy.scale), whole)
-        load = max((square / 6.0) ** 0.5, 1e-12)
-        with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
-        entries = np.hypot(accuracy.channel_stds, with_load / (12.0**0.5 * load))
+        w = (samples.by_channel.reshape(-1, 10) @ whole).reshape(6, -1)
+        A = (precision @ samples.by_channel).reshape(6, -1, 10)
+        by_entry = w @ A  # (6, 6, 10): of M[c, d]
+        entries, offset = accuracy.channel_stds, accuracy.force or accuracy.torque
+        if offset:
+            square = float(np.sum((w.T / accuracy.scale) ** 2)) / samples.K
+            if free_bias:
+                square += samples.constant_load(np.diag(1.0 / accuracy.scale), whole)
+            load = max((square / 6.0) ** 0.5, 1e-12)
+            with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
+            entries = np.hypot(entries, with_load / (12.0**0.5 * load))
         rows = (entries[:, :, None] * by_entry).reshape(36, 10)
-        common = accuracy.gain_std * np.einsum("cci->i", by_entry)
-        score = rows.T @ rows + np.outer(common, common)
-        if not free_bias:
+        common = accuracy.gain_std * by_entry.reshape(36, 10)[::7].sum(axis=0)
+        score = rows.T @ rows + common[:, None] * common
+        if offset and not free_bias:
             constant = samples.K * (precision @ samples.A_mean[0])
             constant = accuracy.offset_std[:, None] * constant
             score += constant.T @ constant
@@ -89,33 +91,24 @@ class CalibrationErrors:
             whole,
         )
 
-    def slow_variances(self, time: TimeSamples) -> Array:
-        """(J + 1,) variances of the slow offset at each time scale and beyond, over
-        that at an instant."""
-        return slow_variances(
-            1.0, 1.0, time.samples, len(time.scales.counts), time.free_bias
-        )
-
     def slow_score(self, time: TimeSamples, samples: Samples) -> Array:
         """(10, 10) covariance of the score by the offset that varies slowly."""
         if not self.slow.any():
             return np.zeros((10, 10))
         B = self.slow[:, None] * self.precision
         information = time.scales.information(B)
-        rows = (B @ samples.A).reshape(-1, 10)
+        rows = (B @ samples.by_channel).reshape(-1, 10)
         rest = rows.T @ rows - information.sum(axis=0)
-        variances = self.slow_variances(time)
-        return np.tensordot(variances[:-1], information, 1) + variances[-1] * rest
+        return combined(time.slow[:-1], information) + time.slow[-1] * rest
 
     def residual_variances(self, time: TimeSamples) -> Array:
         """(J + 1,) variances that the whitened residuals of a channel have at each time
         scale, and beyond, by these errors."""
         energy = self._left(time.scales)[1]
-        shown = np.tensordot(energy, self.entries**2, 2) / (
-            6.0 * np.maximum(time.scales.counts, 1.0)
-        )
+        shown = energy.reshape(-1, 36) @ np.square(self.entries).ravel()
+        shown /= 6.0 * np.maximum(time.scales.counts, 1.0)
         slow = float(self.precision.diagonal() @ self.slow**2) / 6.0
-        variances = slow * self.slow_variances(time)
+        variances = slow * time.slow
         variances[:-1] += shown
         return variances
 
@@ -126,25 +119,23 @@ class CalibrationErrors:
         rows = off.reshape(len(off), 36, 10)
         found = rows.transpose(0, 2, 1) @ rows
         if self.slow.any():
-            length = float(np.median(time.stretches.counts)) + 1.0
-            variances = self.slow_variances(time)
-            level = min(int(np.log2(length)), len(variances) - 1)
+            length = median(time.stretches.counts) + 1.0
+            level = min(int(np.log2(length)), len(time.slow) - 1)
             B = self.slow[:, None] * self.precision
-            found += variances[level] * time.stretches.information(B)
+            found += time.slow[level] * time.stretches.information(B)
         return found
 
     def _left(self, groups: Groups) -> tuple[Array, Array]:
         """What least squares leaves of each entry of M in each group: the score (g, 6,
         6, 10), and the energy (g, 6, 6) of the whitened residuals."""
         g = len(groups.counts)
-        A = groups.A.reshape(6, g, FEATURES, 10).transpose(1, 2, 0, 3)
-        w = A @ self.whole  # (g, 22, 6)
-        B = (self.precision @ A).transpose(0, 2, 3, 1).reshape(g, 60, FEATURES)
-        score = (B @ w).reshape(g, 6, 10, 6).transpose(0, 1, 3, 2)  # (g, 6, 6, 10)
-        rows = A.reshape(g, 6 * FEATURES, 10)
-        information = rows.transpose(0, 2, 1) @ (self.precision @ A).reshape(rows.shape)
+        A = groups.A.reshape(g, 6 * FEATURES, 10)
+        B = groups.whitened(self.precision)
+        w = (A @ self.whole).reshape(g, 6, FEATURES)
+        score = w[:, None] @ B.reshape(g, 6, FEATURES, 10)  # (g, 6, 6, 10)
+        information = A.transpose(0, 2, 1) @ B
         fitted = self.by_entry @ self.inverse  # what least squares makes of each entry
         taken = (fitted.reshape(36, 10) @ information).reshape(g, 6, 6, 10)
-        energy = self.precision.diagonal()[:, None] * np.square(w).sum(axis=1)[:, None]
-        energy = energy - np.sum((2.0 * score - taken) * fitted, axis=-1)
+        energy = self.precision.diagonal()[:, None] * np.square(w).sum(axis=2)[:, None]
+        energy = energy - np.einsum("gcdi,cdi->gcd", 2.0 * score - taken, fitted)
         return score - taken, np.maximum(energy, 0.0)

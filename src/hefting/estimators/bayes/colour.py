@@ -1,7 +1,6 @@
-"""Colour: autocorrelation of the noise from the residuals, and agreement between
-stretches of a record.
+"""Colour: autocorrelation of the noise from the residuals.
 
-`Colour.of` finds from a state's time record the spectrum of the noise by octaves
+`TimeSamples.colour` finds from a state's time record the spectrum of the noise by octaves
 (`spectrum`), and from it the covariance of the whole record's score, the sum of v_j G_j
 over the time scales. Two doubts widen it:
 
@@ -11,25 +10,17 @@ over the time scales. Two doubts widen it:
   `LARGEST_STRETCH_DISAGREEMENT`.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.moments import triangular
-from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.groups import Groups, Scores
-from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, spectrum
-from hefting.estimators.joint_state import State, states_by_bias
-from hefting.estimators.sample_state import SampleState
-from hefting.estimators.whitened_state import WhitenedState
+from hefting.estimators.bayes.groups import Scores
+from hefting.estimators.bayes.spectrum import PRIOR_DEGREES
 
 FEWEST_SAMPLES_FOR_NOISE = 20
 """Number of samples from which on the noise counts as known: they have about a hundred
 residuals."""
-FEWEST_COMPARED_STRETCHES = 4
-"""Smallest number of stretches that are compared with each other."""
 LARGEST_STRETCH_DISAGREEMENT = 3.0
 """Largest ratio of the variance between stretches to the variance they claim that is
 attributed to chance."""
@@ -42,10 +33,6 @@ noise."""
 LARGEST_CLAIM_EXCESS = 5.0
 """Standard deviations by which residuals may exceed the noise that was given without
 contradicting it."""
-SMALLEST_STRETCH_VARIANCE = 0.01
-"""Lower bound on the variance of a stretch's noise, relative to the variance that is
-allowed for. The residuals of noise-free samples are rounding errors, which differ
-between stretches."""
 GAIN_BOUND_STDS = 2.0
 """Standard deviations above a time scale's own gain error that bound the error inferred
 from faster scales."""
@@ -81,28 +68,6 @@ class Colour:
     exceeds_claim: bool
     """whether that is contradicted"""
 
-    def less(self, expected: Array, found: Scores, G: Array) -> "Colour":
-        """Without the variances (J + 1,) that errors of another kind are expected to
-        have, as far as there is more than white noise.
-
-        Scales at which nothing was seen, whose variances follow from the others, keep
-        the share that the slowest of those keeps. `found` are the scales' scores, G
-        (10, 10) the information of all samples.
-        """
-        least = np.minimum(self.variances, self.white)
-        variances = np.maximum(self.variances - expected, least)
-        seen = np.flatnonzero(self.degrees > 0.0)
-        if len(seen):
-            last = seen[-1]
-            share = variances[last] / max(float(self.variances[last]), 1e-300)
-            unseen = slice(last + 1, None)
-            variances[unseen] = np.maximum(
-                share * self.variances[unseen], least[unseen]
-            )
-        rest = G - found.information.sum(axis=0)
-        noise = np.tensordot(variances[:-1], found.information, 1)
-        return replace(self, variances=variances, noise=noise + variances[-1] * rest)
-
     @property
     def coloured(self) -> Array:
         """(J,) variances at each time scale beyond white noise and one standard
@@ -111,141 +76,24 @@ class Colour:
         return np.maximum(self.variances[:-1] - self.white * (1.0 + chance), 0.0)
 
 
-@dataclass(frozen=True, eq=False)
-class TimeSamples:
-    """Virtual samples by time scale and by stretch, without their mean where a bias is
-    free."""
+def without_expected(
+    variances: Array, expected: Array, white: float, degrees: Array
+) -> Array:
+    """Variances (J + 1,) without those that errors of another kind are expected to
+    have, as far as there is more than white noise.
 
-    scales: Groups
-    stretches: Groups
-    samples: float
-    """of the whole record; of several recordings that of the longest"""
-    free_bias: bool
-    """whether a constant bias is free"""
-
-    @classmethod
-    def of(cls, state: State, free_bias: bool) -> "TimeSamples | None":
-        """Of a state; None where it has no time record, or of one sample only.
-
-        No time scale and no stretch spans two recordings.
-        """
-        if isinstance(state, WhitenedState):
-            return None
-        states = states_by_bias(state, free_bias)
-        known = [_Grouped.of(each, free_bias) for each in states]
-        groups = [each for each in known if each is not None]
-        if len(groups) < len(known):
-            return None
-        scales = [each.scales for each in groups]
-        levels = max(len(factors) for factors, _ in scales)
-        counts = [
-            sum(own[j] for _, own in scales if j < len(own)) for j in range(levels)
-        ]
-        if not any(counts):
-            return None
-        factors = scales[0][0]
-        if len(scales) > 1:
-            factors = [
-                triangular(
-                    np.concatenate([own[j] for own, _ in scales if j < len(own)])
-                )
-                for j in range(levels)
-            ]
-        stretches = [part for each in groups for part in each.stretches]
-        return cls(
-            Groups.of(factors, counts, None),
-            Groups.of([part[0] for part in stretches], [n for _, n in stretches], None),
-            float(max(each.samples for each in states)),
-            free_bias,
-        )
-
-    def colour(
-        self, found: Scores, G: Array, P: Array, level: float, white_claimed: bool
-    ) -> Colour:
-        """Colour of the noise for which the scales have the scores `found`.
-
-        `G` (10, 10) is the information of all samples; with P (10, 10) the fit takes
-        tr(G_j P) degrees of freedom. The residuals' mean square is `level`: less than 1
-        where more is allowed for, such as lasting errors of the motion. Noise that is
-        claimed to be white counts as white.
-        """
-        spent = np.maximum((found.information * P.T).sum(axis=(1, 2)), 0.0)
-        degrees = np.maximum(6.0 * self.scales.counts - spent, 0.0)
-        energies = found.energies / level
-        rest = G - found.information.sum(axis=0)
-        if white_claimed:
-            variances, white, noise = np.ones(len(degrees) + 1), 1.0, G
-        else:
-            variances, white = spectrum(energies, degrees, self.samples, self.free_bias)
-            noise = np.tensordot(variances[:-1], found.information, 1)
-            noise = noise + variances[-1] * rest
-        average = float((P * noise).sum()) / max(float((P * G).sum()), 1e-300)
-        exceeds_claim = white_claimed and exceeds(energies, degrees)
-        return Colour(
-            noise,
-            max(average, 1.0),
-            variances,
-            white,
-            energies,
-            degrees,
-            level,
-            white_claimed,
-            exceeds_claim,
-        )
-
-    def disagreement(
-        self,
-        W: Array,
-        phi: Array,
-        attenuation: Array | None,
-        scales: Scores,
-        colour: Colour,
-        more: Array | None = None,
-    ) -> tuple[float, float]:
-        """Variance of mass and first moment between stretches over what each claims
-        (Birge 1932): by its noise, and by its noise and `more` (g, 10, 10), another
-        part of the scores' covariance.
-
-        About 1 where all is as modelled; 0 where there are too few stretches. What
-        stretches differ by must not excuse them: their noise is what the residuals tell
-        without it, for a series as long as one of them. A difference in the body has
-        energy at the time scales where the motion has.
-        """
-        n = len(self.stretches.counts)
-        # a claim that does not hold is no measure
-        if n < FEWEST_COMPARED_STRETCHES or colour.exceeds_claim:
-            return 0.0, 0.0
-        found = self.stretches.scores(W, phi, attenuation)
-        white = float(found.birge(np.ones(n)).sum()) / (n - 1)
-        if colour.white_claimed and white < LARGEST_STRETCH_DISAGREEMENT:
-            return white, white
-        signal = scales.information @ phi @ phi
-        own = signal / (float(signal.sum()) or 1.0)
-        gain, parameters = found.gain(), 10.0
-        if self.free_bias:
-            gain = (
-                gain
-                + float(colour.energies.sum()) * colour.level
-                - float(found.energies.sum())
-            )
-            parameters = 16.0
-        energies = np.maximum(
-            colour.energies - own * max(gain, 0.0) / colour.level, 0.0
-        )
-        degrees = np.maximum(colour.degrees - own * parameters * n, 0.0)
-        length = float(np.median(self.stretches.counts)) + 1.0
-        expected = spectrum(energies, degrees, length, self.free_bias)[0]
-        variance = colour.level * float(
-            expected[min(int(np.log2(length)), len(expected) - 1)]
-        )
-        variance = max(
-            variance, 1.0 if colour.white_claimed else SMALLEST_STRETCH_VARIANCE
-        )
-        ratios = [
-            float(found.birge(np.full(n, variance), part).sum()) / (n - 1)
-            for part in (None, more)
-        ]
-        return ratios[0], ratios[1]
+    Scales at which nothing was seen, those without `degrees` (J,) of freedom, whose
+    variances follow from the others, keep the share that the slowest of those keeps.
+    """
+    least = np.minimum(variances, white)
+    left = np.maximum(variances - expected, least)
+    seen = np.flatnonzero(degrees > 0.0)
+    if len(seen):
+        last = seen[-1]
+        share = left[last] / max(float(variances[last]), 1e-300)
+        unseen = slice(last + 1, None)
+        left[unseen] = np.maximum(share * variances[unseen], least[unseen])
+    return left
 
 
 def exceeds(energies: Array, degrees: Array) -> bool:
@@ -278,55 +126,15 @@ def response_errors(
     unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
     explained = max(unknown, 0.0) * details
     score = np.maximum(np.abs(score) - explained, 0.0)
-    gain = score / np.where(signal > 0.0, signal, np.inf)
+    seen = np.where(signal > 0.0, signal, np.inf)
+    gain = score / seen
     significance = gain**2 * signal / variances
     shown = gain * np.sqrt(
         np.maximum(1.0 - GAIN_CHANCE / np.maximum(significance, GAIN_CHANCE), 0.0)
     )
-    possible = gain + GAIN_BOUND_STDS * np.sqrt(
-        variances / np.where(signal > 0.0, signal, np.inf)
-    )
+    possible = gain + GAIN_BOUND_STDS * np.sqrt(variances / seen)
     possible[signal <= 0.0] = np.inf
-    errors, error = np.zeros(len(shown) + 1), 0.0
-    for level, (own, most) in enumerate(
-        zip((*shown, 0.0), (*possible, np.inf), strict=True)
-    ):
-        error = max(float(own), min(GAIN_FADE_PER_OCTAVE * error, float(most)))
-        errors[level] = error
-    return errors
-
-
-@dataclass(frozen=True, eq=False)
-class _Grouped:
-    """Factors (22, 22) and numbers of samples of one recording's time scales and
-    stretches, without their mean where a bias is free."""
-
-    scales: tuple[Sequence[Array], Sequence[int]]
-    stretches: list[tuple[Array, int]]
-
-    @classmethod
-    def of(cls, state: SampleState, free_bias: bool) -> "_Grouped | None":
-        """Of a state; None where it has no time record."""
-        if state.record is None:
-            return None
-        scales, stretches = state.record.complete
-        parts = stretches.parts
-        if not free_bias:
-            return cls((scales.factors, scales.counts), parts)
-        # else what is left holds the mean, and counts like the longest sums
-        scales = scales.closed()
-        mean = _mean(state.full.factor)
-        factors = [_without(mean, factor) for factor in scales.factors]
-        own = [(_without(_mean(factor), factor), n - 1) for factor, n in parts]
-        return cls((factors, scales.counts), own)
-
-
-def _mean(factor: Array) -> Array:
-    """(22,) weighted mean features of a triangular factor (22, 22)."""
-    ones = factor[:, ONE]
-    return (ones @ factor) / max(float(ones @ ones), 1e-300)
-
-
-def _without(mean: Array, factor: Array) -> Array:
-    """The factor (22, 22) of features less their `mean` (22,)."""
-    return factor - factor[:, ONE, None] * mean
+    errors = [0.0]
+    for own, most in zip(shown.tolist(), possible.tolist(), strict=True):
+        errors.append(max(own, min(GAIN_FADE_PER_OCTAVE * errors[-1], most)))
+    return np.array((*errors[1:], GAIN_FADE_PER_OCTAVE * errors[-1]))

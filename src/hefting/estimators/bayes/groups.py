@@ -10,6 +10,7 @@ G)^+ u / 4 over its first four entries, mass and first moment, are ratios of Bir
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Self
 
 import numpy as np
@@ -24,13 +25,10 @@ every motion excites."""
 
 @dataclass(frozen=True, eq=False)
 class Groups:
-    """Virtual samples of several groups, so laid out that whitening all of them is one
-    matrix product."""
+    """Virtual samples of several groups, by channel."""
 
-    A: Array
-    """(6, g * 22 * 10)"""
-    b: Array
-    """(6, g * 22)"""
+    factors: Array
+    """(g, 22, 22) triangular, of their features"""
     counts: Array
     """(g,) samples of each, by weight"""
 
@@ -44,40 +42,38 @@ class Groups:
         R = np.array(factors).reshape(g, FEATURES, FEATURES)
         if mean is not None:
             R = R - R[:, :, ONE, None] * mean.reshape(-1, 1, FEATURES)
-        rows = R.reshape(-1, FEATURES)
-        A = (
-            (rows[:, MOTION] @ FULL_MAP)
-            .reshape(-1, 6, 10)
-            .transpose(1, 0, 2)
-            .reshape(6, -1)
-        )
-        return cls(
-            A, np.ascontiguousarray(rows[:, WRENCH].T), np.array(counts, dtype=float)
-        )
+        return cls(R, np.array(counts, dtype=float))
+
+    @cached_property
+    def A(self) -> Array:
+        """(g, 6, 22 * 10)"""
+        A = (self.factors[:, :, MOTION] @ FULL_MAP).reshape(-1, FEATURES, 6, 10)
+        return A.transpose(0, 2, 1, 3).reshape(-1, 6, FEATURES * 10)
+
+    @property
+    def b(self) -> Array:
+        """(g, 6, 22)"""
+        return self.factors[:, :, WRENCH].transpose(0, 2, 1)
+
+    def whitened(self, W: Array) -> Array:
+        """(g, 6 * 22, 10) A with the wrench multiplied by W (6, 6)."""
+        return (W @ self.A).reshape(-1, 6 * FEATURES, 10)
 
     def information(self, B: Array) -> Array:
         """(g, 10, 10) sum of A'B'B A of each group, for weights B (6, 6)."""
-        g = len(self.counts)
-        A = (B @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
-        rows = np.ascontiguousarray(A).reshape(g, -1, 10)
+        rows = self.whitened(B)
         return rows.transpose(0, 2, 1) @ rows
 
     def scores(self, W: Array, phi: Array, attenuation: Array | None) -> "Scores":
         """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10,
         10) a sample is what white noise of the motion puts into G."""
-        g = len(self.counts)
-        A = np.ascontiguousarray(
-            (W @ self.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
-        ).reshape(g, -1, 10)
-        b = np.ascontiguousarray(
-            (W @ self.b).reshape(6, g, FEATURES).transpose(1, 0, 2)
-        ).reshape(g, -1)
-        r = b - A @ phi
+        A = self.whitened(W)
+        r = (W @ self.b).reshape(-1, 6 * FEATURES) - A @ phi
         T = A.transpose(0, 2, 1)
         u = (T @ r[:, :, None])[:, :, 0]
         if attenuation is not None:
             u = u + self.counts[:, None] * (attenuation @ phi)
-        return Scores(T @ A, u, (r * r).sum(axis=1))
+        return Scores(T @ A, u, (r * r).sum(axis=1), A)
 
 
 @dataclass(frozen=True, eq=False)
@@ -90,6 +86,8 @@ class Scores:
     """(g, 10) u"""
     energies: Array
     """(g,) sums of squared whitened residuals"""
+    A: Array
+    """(g, 6 * 22, 10) whitened regressors, by channel"""
 
     def gain(self) -> float:
         """How much smaller the energies of all groups would be with parameters of their
@@ -118,3 +116,8 @@ class Scores:
         x = u / scale
         V = V / (scale[:, :, None] * scale[:, None, :]) + 1e-9 * np.eye(n)
         return np.einsum("gi,gi->g", x, np.linalg.solve(V, x[:, :, None])[:, :, 0]) / n
+
+
+def combined(weights: Array, matrices: Array) -> Array:
+    """(10, 10) sum of matrices (g, 10, 10) times `weights` (g,)."""
+    return (weights @ matrices.reshape(-1, 100)).reshape(10, 10)

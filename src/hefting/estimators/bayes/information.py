@@ -3,7 +3,7 @@
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
-from hefting.estimators.bayes.likelihood import Samples
+from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.joint_state import State, states_of
 from hefting.estimators.whitened_state import WhitenedState
 

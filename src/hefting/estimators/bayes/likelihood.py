@@ -24,182 +24,18 @@ from typing import Self
 import numpy as np
 
 from hefting.core.lapack import lapack
-from hefting.core.moments import triangular
-from hefting.core.regressor import FULL_MAP, ONE, WRENCH, full_rows
+from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import Array
-from hefting.estimators.joint_state import State, states_by_bias
-from hefting.estimators.whitened_state import WhitenedState
+from hefting.estimators.bayes.roots import root_of_inverse
+from hefting.estimators.bayes.samples import Samples
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
 above."""
-NOISE_FLOOR_SHARE = 1e-6
-"""Smallest noise, relative to the wrench's root mean square: smaller values are due to
-rounding."""
-POOR_SENSOR_NOISE = 0.05
-"""Noise of a poor sensor relative to its wrench, assumed while there are too few
-samples to measure it."""
-SEPARATE_POSE_INTERVAL = 0.5
-"""[s] Mean time between samples from which on they count as separate poses. Within a
-shorter time slow errors of a sensor are the same."""
-SPENT_SAMPLES = 10.0 / 6.0 + 6.0
-"""Number of samples of which the residuals' covariance says nothing: those that the ten
-parameters of least squares take away, and six, of which it is singular."""
-ISOTROPY_SAMPLES = 12.0
-"""Number of samples that the prior of the residuals' covariance is worth: independent
-channels, one variance for the forces and one for the torques."""
 
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions that the samples do not see, relative to the scale of
 each parameter, from which on they leave it open."""
-
-
-@dataclass(frozen=True, eq=False)
-class Samples:
-    """Triangular factor of a state as 22 virtual samples, without their mean where a
-    bias is free."""
-
-    A: Array
-    """(22, 6, 10)"""
-    b: Array
-    """(22, 6)"""
-    K: float
-    """samples, by weight; one less for each free bias"""
-    d: Array
-    """(22, 3) a - g"""
-    floor: Array
-    """(6,) least standard deviations of the wrench [N, N m]"""
-    A_mean: Array
-    """(n, 6, 10) mean regressor of each recording with a bias of its own"""
-    b_mean: Array
-    """(n, 6) mean wrench"""
-    shares: Array
-    """(n,) of the samples; they sum to one"""
-    pace: float
-    """mean time between samples [s]"""
-
-    @classmethod
-    def of(cls, state: State, free_bias: bool) -> Self:
-        """Of all samples in `state`."""
-        if isinstance(state, WhitenedState):
-            return cls._of_equations(state)
-        factors = [each.full.factor for each in states_by_bias(state, free_bias)]
-        factors = [R for R in factors if R[:, ONE].any()] or factors[:1]
-        each = np.array([R[:, ONE] @ R[:, ONE] for R in factors])
-        means = np.array([R[:, ONE] @ R for R in factors]) / each[:, None]
-        K, wrench = float(each.sum()), np.concatenate(factors)[:, WRENCH]
-        sizes = np.sqrt((wrench**2).reshape(-1, 2, 3).sum(axis=(0, 2)) / (3.0 * K))
-        if free_bias:
-            factors = [
-                R - R[:, ONE, None] * mean
-                for R, mean in zip(factors, means, strict=True)
-            ]
-        R = factors[0] if len(factors) == 1 else triangular(np.concatenate(factors))
-        floor = NOISE_FLOOR_SHARE * np.repeat(np.maximum(sizes, 1e-3 * sizes.max()), 3)
-        return cls(
-            full_rows(R),
-            R[:, WRENCH],
-            K - len(factors) if free_bias else K,
-            R[:, :3],
-            np.maximum(floor, 1e-12),
-            full_rows(means),
-            means[:, WRENCH],
-            each / K,
-            state.duration / max(state.samples - 1, 1),
-        )
-
-    @classmethod
-    def _of_equations(cls, state: WhitenedState) -> Self:
-        """Equations of unit noise as channels of virtual samples: that of the mass
-        alone as a force, the nine others as torques; the rest is zero."""
-        rows = np.zeros((3, 6, 11))
-        rows[:, 3:] = state.mass_last[:9].reshape(3, 3, 11)
-        rows[0, 0] = state.mass_last[9]
-        d = np.zeros((3, 3))
-        d[0, 0] = rows[0, 0, 0]
-        return cls(
-            rows[..., :10],
-            rows[..., 10],
-            float(max(state.samples, 1)),
-            d,
-            np.full(6, 1e-12),
-            np.zeros((1, 6, 10)),
-            np.zeros((1, 6)),
-            np.ones(1),
-            state.duration / max(state.samples - 1, 1),
-        )
-
-    @cached_property
-    def least_squares(self) -> Array:
-        """(10,) parameters of least squares, forces and torques weighed by their
-        size."""
-        squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
-        scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
-        A = (self.A * scale[:, None]).reshape(-1, 10)
-        units: Array = np.sqrt((A * A).sum(axis=0))
-        units[units < 1e-13 * units.max()] = np.inf
-        return (
-            np.linalg.lstsq(A / units, (self.b * scale).ravel(), rcond=1e-10)[0] / units
-        )
-
-    @cached_property
-    def least_residual(self) -> Array:
-        """(6, 6) covariance of the residuals of least squares."""
-        return self.residual_covariance(self.least_squares)
-
-    def residual_covariance(self, phi: Array, spent: float = 10.0) -> Array:
-        """(6, 6) mean square of what parameters phi (10,) leave of the wrench.
-
-        `spent` equations of the 6 K are taken as fulfilled by the fit, at most three
-        quarters of them.
-        """
-        r = self.b - self.A @ phi
-        return (r.T @ r) / max(self.K - spent / 6.0, 0.25 * self.K)
-
-    def noise_left(self, R: Array, autocorrelation: float = 1.0) -> Array:
-        """(6, 6) noise covariance that residuals of covariance R bear out, if so many
-        samples (`autocorrelation`) are worth one independent one."""
-        levels = np.repeat(R.diagonal().reshape(2, 3).mean(axis=1), 3)
-        K = max(self.K / autocorrelation - SPENT_SAMPLES, 0.0)
-        S = (K * R + ISOTROPY_SAMPLES * np.diag(levels)) / (K + ISOTROPY_SAMPLES)
-        return S + np.diag(self.floor**2)
-
-    def unproven(self, enough: int) -> Array:
-        """(6, 6) covariance of the noise that fewer than `enough` samples cannot
-        exclude.
-
-        It is that of a poor sensor whose error is the same in all samples. Zero where
-        the samples are separate poses, at least `SEPARATE_POSE_INTERVAL` seconds apart.
-        """
-        if self.pace >= SEPARATE_POSE_INTERVAL:
-            return np.zeros((6, 6))
-        share = max(1.0 - self.K / enough, 0.0) * max(self.K, 1.0)
-        return share * np.diag(
-            (POOR_SENSOR_NOISE / NOISE_FLOOR_SHARE * self.floor) ** 2
-        )
-
-    def bias(self, phi: Array) -> Array:
-        """(6,) the best beside parameters phi; (n, 6) those of n recordings."""
-        found = self.b_mean - self.A_mean @ phi
-        return found[0] if len(found) == 1 else found
-
-    def constant_load(self, W: Array, phi: Array) -> float:
-        """Mean square, summed over channels, of the mean wrench that parameters phi
-        (10,) need in each recording, multiplied by W (6, 6)."""
-        return float(self.shares @ np.sum((self.A_mean @ phi @ W.T) ** 2, axis=1))
-
-    def mass_scale(self, force_std: float) -> float:
-        """Rough mass [kg]: the force over the acceleration, whichever measure of it is
-        largest; never zero."""
-        f = self.b[:, :3]
-        square = float((self.d * self.d).sum()) or 1e-12
-        by_size = max(float((f * f).sum()) - 3.0 * self.K * force_std**2, 0.0)
-        return max(
-            (by_size / square) ** 0.5,
-            float((f * self.d).sum()) / square,
-            3.0 * force_std / square**0.5,
-            1e-9,
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -217,13 +53,13 @@ class Likelihood:
         """Squared distance of parameters phi (10,) from the best, in standard
         deviations."""
         off = self.shift - self.precision @ phi
-        root = _root_of_inverse(self.precision) @ off
+        root = root_of_inverse(self.precision) @ off
         return float(root @ root)
 
     @property
     def mass(self) -> tuple[float, float]:
         """Mean [kg] and variance [kg²] of the mass; infinite where it is open."""
-        root = _root_of_inverse(self.precision)
+        root = root_of_inverse(self.precision)
         inverse = root.T @ root
         seen = inverse[0] @ self.precision  # e_0 where all of the mass is seen
         seen[0] -= 1.0
@@ -271,9 +107,12 @@ class Equations:
         S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the
         accelerations' part in it, None where there is none.
         """
-        W = lapack.dtrtri(np.linalg.cholesky(S), lower=1)[0]
-        A = (W @ samples.A).reshape(-1, 10)
-        b = (samples.b @ W.T).ravel()
+        factor, failed = lapack.dpotrf(S, lower=1)
+        if failed:
+            raise np.linalg.LinAlgError("the covariance is not positive definite")
+        W = lapack.dtrtri(factor, lower=1)[0]
+        A = (W @ samples.by_channel).reshape(-1, 10)
+        b = (W @ samples.b.T).ravel()
         G, h = A.T @ A, A.T @ b
         if S_k is None:
             return cls(W, G, h, None, G, np.zeros((10, 10)), S)
@@ -281,21 +120,26 @@ class Equations:
         WD = W @ REGRESSOR_DERIVATIVE  # (6, 6, 10)
         rows = WD.reshape(36, 10)
         attenuation = (rows * np.repeat(S_k, 6)[:, None]).T @ rows
-        WE = W @ motion_effect(phi)
+        WE = (WD @ phi).T
         B = -(WE * S_k).T @ WD  # (q, r, 10): -D_q' S^-1 E S_k e_r
         products = K * B.reshape(36, 10).T @ B.transpose(1, 0, 2).reshape(36, 10)
         return cls(W, G, h, attenuation, G - K * attenuation, products, S)
 
+    def mean_square(self, R: Array) -> float:
+        """Mean square of residuals of covariance R (6, 6), once they are whitened."""
+        W = self.whitening
+        return max(float(((W @ R) * W).sum()) / 6.0, 1e-12)
+
     def likelihood(self, V: Array) -> Likelihood:
         """With the covariance V (10, 10) of h - H phi."""
-        root = _root_of_inverse(V)
+        root = root_of_inverse(V)
         half = root @ self.H
         return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
 
     @cached_property
     def inverse(self) -> Array:
         """(10, 10) G^+"""
-        root = _root_of_inverse(self.G)
+        root = root_of_inverse(self.G)
         return root.T @ root
 
     @property
@@ -315,12 +159,3 @@ class Equations:
 def motion_effect(phi: Array) -> Array:
     """E (6, 6): derivative of the wrench by linear and angular acceleration."""
     return (REGRESSOR_DERIVATIVE @ phi).T
-
-
-def _root_of_inverse(V: Array) -> Array:
-    """(k, 10) X with X'X = V^+; directions without information are left out."""
-    scale = np.sqrt(np.maximum(V.diagonal(), 0.0))
-    scale[scale <= 1e-13 * scale.max()] = np.inf
-    values, vectors, _ = lapack.dsyevd(V / np.outer(scale, scale))
-    kept = values > 1e-12 * values[-1]
-    return (vectors[:, kept] / np.sqrt(values[kept])).T / scale

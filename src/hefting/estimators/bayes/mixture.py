@@ -3,37 +3,38 @@ intervals."""
 
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
-from math import erfc, exp, pi
 from typing import Self
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.lapack import lapack
 from hefting.core.spatial import (
     STEINER,
     Array,
-    frozen,
+    own,
     tensor_to_vector,
     vector_to_tensor,
 )
+from hefting.estimators.bayes.ends import mixture_ends
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
 
 INTERVAL_LEVEL = 0.95
 """Probability of the intervals that an estimate states."""
-MOST_QUANTILE_STEPS = 60
-"""Largest number of Newton steps in finding a quantile."""
-NON_NEGATIVE_NUMBERS = [0, 4, 7, 9, 10, 13, 15]
+NON_NEGATIVE_NUMBERS = (0, 4, 7, 9, 10, 13, 15)
 """Indices of mass and moments of inertia among the sixteen numbers of
 `INTERVAL_QUANTITIES`."""
+_NON_NEGATIVE = np.array([i in NON_NEGATIVE_NUMBERS for i in range(16)])
 LEAST_ABOVE_ZERO = 0.25
 """Share of an interval's width, four standard deviations, that is above zero at least
 for what cannot be negative: one of nearly no width would claim to be sure."""
 NEGLIGIBLE_WEIGHT = 5e-4
 """Total weight of the least probable members of the mixture, which are left out of the
 intervals."""
+BEYOND_ROWS = 1e100
+"""What stands on the diagonal beyond a matrix that is factored: it keeps Cholesky's
+method from failing there, and is no result."""
 NUMBER_OF_DRAWS = 1000
 """Number of draws from the posterior, for what has no closed form. The 95 % quantile of
 an error then has a standard error of 3 %."""
@@ -68,31 +69,21 @@ class Mixture:
         members have means of their own, mu_j, that of the samples at each is added,
         lambda' mu_j - ½ mu_j' Lambda mu_j.
         """
-        F, mu = scale * prior.spread, scale * prior.mean
-        own = np.zeros(1)
+        F, mu = scale * prior.spread, scale * prior.mean[None]
+        own = 0.0
         if prior.offsets is not None:
             mu = mu + scale * prior.offsets
             own = mu @ likelihood.shift - 0.5 * ((mu @ likelihood.precision) * mu).sum(
                 axis=1
             )
-        FL = F.transpose(0, 2, 1) @ likelihood.precision
-        R = _cholesky(np.eye(10) + FL @ F)
         left = likelihood.shift - mu @ likelihood.precision
-        inverse = np.array([lapack.dtrtri(each, lower=1)[0] for each in R])
-        rest = F.transpose(0, 2, 1) @ left[..., None]
-        y = (inverse @ rest)[:, :, 0]
-        half = F @ inverse.transpose(0, 2, 1)
-        log = (
-            0.5 * (y * y).sum(axis=1)
-            - np.log(R.diagonal(axis1=1, axis2=2)).sum(axis=1)
-            + prior.log_weight
-            + own
-        )
+        log_det, half, y = _factored(F, likelihood.precision, left)
+        log = 0.5 * (y * y).sum(axis=1) - log_det + prior.log_weight + own
         weights = np.exp(log - log.max())
         weights /= weights.sum()
         return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half)
 
-    @cached_property
+    @property
     def covariances(self) -> Array:
         """(j, 10, 10)"""
         return self.factors @ self.factors.transpose(0, 2, 1)
@@ -105,10 +96,9 @@ class Mixture:
     @cached_property
     def covariance(self) -> Array:
         """(10, 10) covariance, including the differences between the members' means."""
-        off = self.means - self.mean
-        return (self.weights @ self.covariances.reshape(-1, 100)).reshape(10, 10) + (
-            off.T * self.weights
-        ) @ off
+        off, columns = self.means - self.mean, self.factors.shape[2]
+        X = self.factors.transpose(1, 0, 2).reshape(10, -1)
+        return (X * self.weights.repeat(columns)) @ X.T + (off.T * self.weights) @ off
 
     @property
     def mass_std(self) -> float:
@@ -137,8 +127,7 @@ class Mixture:
         """
         if not 0.0 < level < 1.0:
             raise InputError(f"a level is between 0 and 1, not {level}")
-        tails = np.array((0.5 - 0.5 * level, 0.5 + 0.5 * level))
-        return _quantiles(*self._marginals, tails)
+        return mixture_ends(*self._marginals, 0.5 - 0.5 * level)
 
     def intervals(self, level: float = INTERVAL_LEVEL) -> dict[str, Array]:
         """Central intervals that contain the truth with probability `level`, as
@@ -149,31 +138,31 @@ class Mixture:
     def _marginals(self) -> tuple[Array, Array, Array]:
         """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers, and
         weights (j,)."""
-        order = np.argsort(self.weights)
-        kept = order[
-            np.searchsorted(np.cumsum(self.weights[order]), NEGLIGIBLE_WEIGHT) :
-        ]
-        phi, cov = self.means[kept], self.covariances[kept]
-        m, h = phi[:, :1], phi[:, 1:4]
+        order = self.weights.argsort()
+        kept = order[self.weights[order].cumsum().searchsorted(NEGLIGIBLE_WEIGHT) :]
+        phi, X, weights = self.means[kept], self.factors[kept], self.weights[kept]
+        m = phi[:, :1]
         # a member without mass has its COM anywhere
-        m = np.where(m == 0.0, 1e-9 * np.sqrt(cov[:, :1, 0]) + 1e-300, m)
-        c = h / m
-        means, J = np.empty((len(phi), 16)), np.zeros((len(phi), 16, 10))
-        means[:, 0], means[:, 1:4], means[:, 4:10] = phi[:, 0], c, phi[:, 4:]
-        moment = h @ STEINER  # (6, j, 3): the tensor |h|² I - h h' is h . moment
-        square = (moment * h).sum(axis=2).T
-        means[:, 10:] = phi[:, 4:] - square / m
-        J[:, 0, 0] = 1.0
-        J[:, 1:4, 0], J[:, 1:4, 1:4] = -c / m, np.eye(3) / m[:, :, None]
-        J[:, 4:10, 4:], J[:, 10:, 4:] = np.eye(6), np.eye(6)
-        J[:, 10:, 0] = square / m**2
-        J[:, 10:, 1:4] = -2.0 * moment.transpose(1, 0, 2) / m[:, :, None]
-        variance = ((J @ cov) * J).sum(axis=2)
-        return (
-            means,
-            np.sqrt(np.maximum(variance, 1e-300)),
-            self.weights[kept] / self.weights[kept].sum(),
-        )
+        if not m.all():
+            std = np.sqrt((X[:, :1] ** 2).sum(axis=2))
+            m = np.where(m == 0.0, 1e-9 * std + 1e-300, m)
+        means, c, turned = _sixteen(phi, m)
+        shift = X[:, 1:4] - c[:, :, None] * X[:, :1]  # of the COM, times the mass
+        rows = np.concatenate((X[:, :1], shift / m[:, :, None], X[:, 4:], X[:, 4:]), 1)
+        rows[:, 10:] -= turned @ (shift + X[:, 1:4])
+        variances = np.maximum(np.square(rows) @ np.ones(rows.shape[2]), 1e-300)
+        return means, np.sqrt(variances), weights / weights.sum()
+
+
+def _sixteen(phi: Array, m: Array) -> tuple[Array, Array, Array]:
+    """The sixteen numbers (j, 16) of parameters (j, 10), with the masses m (j, 1), none
+    of them zero; the COM c (j, 3), and (j, 6, 3) what takes m c to the inertia about
+    the COM that it takes away."""
+    h = phi[:, 1:4]
+    c = h / m
+    turned = (c @ STEINER).transpose(1, 0, 2)
+    at_com = phi[:, 4:] - (turned @ h[:, :, None])[:, :, 0]
+    return np.concatenate((phi[:, :1], c, phi[:, 4:], at_com), 1), c, turned
 
 
 def prior_mixture(prior: Prior, mass: float, is_known: bool = True) -> Mixture:
@@ -196,7 +185,7 @@ def shaped(ends: Array) -> dict[str, Array]:
     Mass and moments are not negative. Where nearly all of an interval is below zero, it
     still reaches `LEAST_ABOVE_ZERO` of its width above.
     """
-    return _by_quantity(_above_zero(ends))
+    return _by_quantity(*_above_zero(ends))
 
 
 def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
@@ -204,32 +193,53 @@ def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
     be a little outside where no mass distribution in the shape has the posterior's
     mean."""
     low, high = _above_zero(ends)
-    numbers = np.concatenate(
-        (
-            body.vector[:1],
-            body.center_of_mass,
-            body.vector[4:],
-            tensor_to_vector(body.inertia_at_com),
-        )
-    )
-    return _by_quantity(np.stack((np.fmin(low, numbers), np.fmax(high, numbers))))
+    com, at_com = body.center_of_mass, tensor_to_vector(body.inertia_at_com)
+    numbers = np.concatenate((body.vector[:1], com, body.vector[4:], at_com))
+    return _by_quantity(np.fmin(low, numbers), np.fmax(high, numbers))
 
 
-def _above_zero(ends: Array) -> Array:
-    """Ends (2, 16) of which those of mass and moments are not negative; see
-    `shaped`."""
-    ends = np.array(ends)
-    low, high = ends[:, NON_NEGATIVE_NUMBERS]
-    ends[0, NON_NEGATIVE_NUMBERS] = np.maximum(low, 0.0)
-    ends[1, NON_NEGATIVE_NUMBERS] = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
-    return ends
+def _above_zero(ends: Array) -> tuple[Array, Array]:
+    """Lower and upper ends (16,) of which those of mass and moments are not negative;
+    see `shaped`."""
+    low, high = ends
+    above = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
+    low, high = np.where(_NON_NEGATIVE, (np.maximum(low, 0.0), above), ends)
+    return low, high
 
 
-def _by_quantity(ends: Array) -> dict[str, Array]:
-    """Ends (2, 16) by the name of each quantity."""
+def _by_quantity(low: Array, high: Array) -> dict[str, Array]:
+    """Ends (16,) by the name of each quantity."""
+    ends = np.array((low, high))
     tensors = vector_to_tensor(ends[:, 4:].reshape(2, 2, 6))
     found = (ends[:, 0], ends[:, 1:4], tensors[:, 0], tensors[:, 1])
-    return dict(zip(INTERVAL_QUANTITIES, map(frozen, found), strict=True))
+    each = [own(np.array(part, dtype=float)) for part in found]
+    return dict(zip(INTERVAL_QUANTITIES, each, strict=True))
+
+
+def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Array]:
+    """log det R (j,), F R^-T (j, 10, 10) and R^-1 F' left (j, 10) of members with the
+    factors F (j, 10, 10), for `left` (j or 1, 10) and I + F'Lambda F = R R'.
+
+    Cholesky's method divides the rows below a matrix by its factor: so F and left'F, as
+    such rows, become F R^-T and y'. What stands to the right of them does not matter.
+    """
+    T = F.transpose(0, 2, 1)
+    rows = np.zeros((len(F), 21, 21))
+    rows[:, :10, :10] = T @ precision @ F
+    rows[:, 10:20, :10] = F
+    rows[:, 20:, :10] = left[:, None] @ F
+    diagonal = rows.reshape(-1, 441)[:, ::22]
+    diagonal[:, :10] += 1.0
+    diagonal[:, 10:] = BEYOND_ROWS
+    try:
+        root = np.asarray(np.linalg.cholesky(rows), dtype=float)
+    except np.linalg.LinAlgError:
+        R = _cholesky(rows[:, :10, :10])
+        root = np.concatenate(
+            (R, rows[:, 10:, :10] @ np.linalg.inv(R).transpose(0, 2, 1)), 1
+        )
+    log_det = np.log(root[:, :10, :10].diagonal(axis1=1, axis2=2)).sum(axis=1)
+    return log_det, root[:, 10:20, :10], root[:, 20, :10]
 
 
 def _cholesky(M: Array) -> Array:
@@ -251,62 +261,3 @@ def _cholesky(M: Array) -> Array:
 def _standard_normal_draws(number: int) -> Array:
     """(number, 10)"""
     return np.random.default_rng(0).standard_normal((number, 10))
-
-
-def _normal_cdf(t: Array, bell: Array) -> Array:
-    """Probability that a standard normal number is below t, `bell` being exp(-t²/2);
-    within 7.5e-8 (Abramowitz & Stegun 26.2.17). SciPy's takes a tenth of a second to
-    import."""
-    k = 1.0 / (1.0 + 0.2316419 * np.abs(t))
-    tail = k * (
-        0.319381530
-        + k * (-0.356563782 + k * (1.781477937 + k * (-1.821255978 + k * 1.330274429)))
-    )
-    tail *= bell * (0.5 / np.pi) ** 0.5
-    return np.asarray(np.where(t < 0.0, tail, 1.0 - tail), dtype=float)
-
-
-@lru_cache
-def _normal_quantile(probability: float) -> float:
-    """Quantile of the standard normal distribution, to rounding, by Newton's method."""
-    x = 0.0
-    for _ in range(MOST_QUANTILE_STEPS):
-        error = 0.5 * erfc(-x / 2.0**0.5) - probability
-        step = error * (2.0 * pi) ** 0.5 * exp(0.5 * x * x)
-        x -= min(max(step, -0.5), 0.5)
-        if abs(step) < 1e-12:
-            break
-    return x
-
-
-def _quantiles(
-    means: Array, stds: Array, weights: Array, probabilities: Array
-) -> Array:
-    """(p, k) quantiles of k mixtures of Gaussians for the probabilities (p,).
-
-    `means` and `stds` are (j, k), `weights` (j,). Newton's method with bisection.
-    """
-    z = np.array([_normal_quantile(float(p)) for p in probabilities])[:, None]
-    center, rate = np.ascontiguousarray(means.T), 1.0 / stds.T  # (k, j)
-    density = (0.5 / np.pi) ** 0.5 * rate * weights
-    middle = center @ weights
-    spread = np.sqrt((stds.T**2 + (center - middle[:, None]) ** 2) @ weights)
-    each = center + z[:, :, None] / rate  # (p, k, j)
-    low, high = each.min(axis=2), each.max(axis=2)
-    x = np.clip(middle + z * spread, low, high)
-    # of a step; Newton's next would be some 1e-4 of that spread
-    tolerance = 1e-2 * spread
-    for _ in range(MOST_QUANTILE_STEPS):
-        t = (x[:, :, None] - center) * rate
-        bell = np.exp(-0.5 * t * t)
-        value = _normal_cdf(t, bell) @ weights - probabilities[:, None]
-        slope = (bell * density).sum(axis=2)
-        below = value < 0.0
-        low, high = np.where(below, x, low), np.where(below, high, x)
-        new = x - value / np.maximum(slope, 1e-3 / spread)
-        new = np.where((new >= low) & (new <= high), new, 0.5 * (low + high))
-        done = np.abs(new - x) <= tolerance
-        x = new
-        if done.all():
-            break
-    return x

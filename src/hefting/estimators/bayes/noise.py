@@ -18,20 +18,19 @@ from hefting.estimators.bayes.calibration_errors import CalibrationErrors
 from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,
     LARGEST_CLAIM_EXCESS,
-    LARGEST_STRETCH_DISAGREEMENT,
     Colour,
-    TimeSamples,
     response_errors,
 )
-from hefting.estimators.bayes.groups import Scores
+from hefting.estimators.bayes.groups import Scores, combined
 from hefting.estimators.bayes.likelihood import (
     Equations,
-    Likelihood,
-    Samples,
     motion_effect,
 )
 from hefting.estimators.bayes.motion_errors import MotionErrors
-from hefting.estimators.bayes.sensor_errors import InStep, slow_variances
+from hefting.estimators.bayes.noise_found import NoiseFound, inflation_of
+from hefting.estimators.bayes.samples import Samples
+from hefting.estimators.bayes.sensor_errors import InStep
+from hefting.estimators.bayes.time_samples import TimeSamples
 from hefting.estimators.joint_state import State, motion_record
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.whitened_state import WhitenedState
@@ -39,78 +38,6 @@ from hefting.estimators.whitened_state import WhitenedState
 LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
 attributed to noise."""
-LARGEST_GROWTH = 1.1
-"""Factor by which residuals of some samples more may be larger, squared and averaged
-over all samples, before their noise is another one. By chance 2 to 10 % more samples
-change them by 1.4 % (one deviation) where the noise is white, and by 4.5 % where it
-correlates by 0.9 from sample to sample: by more than this in none and 15 of 100 steps."""
-
-
-@dataclass(frozen=True, eq=False)
-class NoiseFound:
-    """Noise of all samples for one covariance of a sample's residual."""
-
-    equations: Equations
-    residual_covariance: Array
-    """(6, 6) of the residuals that count as noise"""
-    contradicted: bool
-    """whether the residuals exceed a given noise by more than chance"""
-    excess: float
-    """variance of the residuals over that of a given noise, where it is contradicted;
-    else 1"""
-    at: Array
-    """(10,) parameters at which the noise is judged: those of least squares, or near
-    the posterior's where the motion has white errors"""
-    scores: Scores | None
-    """of the time scales there; None without a record of time"""
-    colour: Colour | None
-    sensor: Array
-    """(10, 10) part of the score's covariance by errors of the sensor that more samples
-    do not lessen"""
-    response: float
-    """relative error of the body by errors of the wrench in step with the motion"""
-    calibration: CalibrationErrors | None
-    """errors of the sensor's calibration; None where there are none"""
-    expected: Array | None
-    """(J + 1,) variances that these have in the residuals at each time scale and
-    beyond; None where the noise is given, or there are none"""
-
-    @property
-    def autocorrelation(self) -> float:
-        """Variance of the parameters over that for white noise."""
-        return 1.0 if self.colour is None else self.colour.autocorrelation
-
-    def holds_for(self, samples: Samples) -> bool:
-        """Whether samples leave no larger residuals than those it was found by, as a
-        touch would."""
-        now = samples.residual_covariance(samples.least_squares).diagonal()
-        before = self.residual_covariance.diagonal() + samples.floor**2
-        return bool((now < LARGEST_GROWTH * before).all())
-
-    def of_more(self, samples: Samples, phi: Array, motion: MotionErrors) -> Self:
-        """The same noise in more samples, of parameters near phi (10,)."""
-        known = self.equations
-        equations = Equations.of(samples, phi, known.covariance, motion.white)
-        colour = self.colour
-        if colour is not None:
-            more = self.autocorrelation * (equations.G - known.G)
-            colour = replace(colour, noise=colour.noise + more)
-        growth = float(equations.G.trace() / known.G.trace())
-        return replace(
-            self,
-            equations=equations,
-            colour=colour,
-            sensor=max(growth, 1.0) ** 2 * self.sensor,
-        )
-
-    def likelihood(self, inflation: float = 1.0) -> Likelihood:
-        """Likelihood of the parameters, the noise's variance so many times as large."""
-        white = self.colour is None or self.colour.white_claimed
-        if white and not self.sensor.any():
-            return self.equations.white(inflation)
-        noise = self.equations.G if self.colour is None else self.colour.noise
-        V = noise + self.sensor + self.equations.products
-        return self.equations.likelihood(inflation * V)
 
 
 @dataclass(frozen=True, eq=False)
@@ -154,7 +81,7 @@ class NoiseSource:
         motion_noise = None if record is None else record.motion_noise
         given = None
         if isinstance(noise, Noise):
-            given = np.diag(np.repeat((noise.force**2, noise.torque**2), 3))
+            given = np.diag((noise.force**2,) * 3 + (noise.torque**2,) * 3)
             if motion_noise is None:
                 motion_noise = MotionNoise(
                     noise.linear_acceleration, noise.angular_acceleration
@@ -195,62 +122,64 @@ class NoiseSource:
     def found(self, phi: Array, before: NoiseFound | None = None) -> NoiseFound:
         """The noise, if the parameters are near phi (10,), which tell what errors of
         the motion do to the wrench; `before` is what was found in the last pass."""
-        samples, time = self.samples, self.time
-        at = self._judged_at(phi, before)
+        samples, white_motion = self.samples, self.motion.white
+        at, R = self._judged_at(phi, before)
         autocorrelation = 1.0 if before is None else before.autocorrelation
-        R = samples.residual_covariance(at)
-        S, contradicted, excess = self._covariance(phi, R, autocorrelation), False, 1.0
-        mean_square = _mean_square(S, R)
+        S = self._covariance(phi, R, autocorrelation)
+        equations = Equations.of(samples, phi, S, white_motion)
+        level, contradicted, excess = equations.mean_square(R), False, 1.0
         if self.given is not None:
             chance = (autocorrelation / (3.0 * samples.K)) ** 0.5
-            contradicted = mean_square > 1.0 + LARGEST_CLAIM_EXCESS * chance
-            excess = max(mean_square, 1.0) if contradicted else 1.0
-            S = excess * S
-            mean_square /= excess
-        equations = Equations.of(samples, phi, S, self.motion.white)
-        if self.motion.white is None:
+            contradicted = level > 1.0 + LARGEST_CLAIM_EXCESS * chance
+        if contradicted:
+            excess, level = level, 1.0
+            equations = Equations.of(samples, phi, excess * S, white_motion)
+        if white_motion is None:
             at = equations.least_squares
-        calibration = None
+        found = NoiseFound(equations, R, contradicted, excess, level, at)
+        if self.given is not None and self.allowed.none:
+            return found
+        return self.judged(found, None if before is None else before.expected)
+
+    def judged(self, found: NoiseFound, expected: Array | None = None) -> NoiseFound:
+        """With what the record of time and the sensor's accuracy say of it, which
+        changes nothing of the likelihood where the noise is given and the sensor has no
+        errors; `expected` as in `NoiseFound`, where it was found before."""
+        if found.colour is not None:
+            return found
+        equations, time, known = found.equations, self.time, self.given is not None
+        calibration = sensor = None
         if not self.allowed.none:
+            whole = found.at + self.carried
             calibration = CalibrationErrors.of(
-                samples, equations, at + self.carried, self.allowed, self.free_bias
+                self.samples, equations, whole, self.allowed, self.free_bias
             )
-        scores = colour = expected = None
-        sensor, response = np.zeros((10, 10)), 0.0
-        if time is not None:
-            scores = time.scales.scores(equations.whitening, at, equations.attenuation)
-            colour = time.colour(
-                scores,
-                equations.G,
-                equations.inverse,
-                mean_square,
-                self.given is not None,
-            )
-            if calibration is not None and self.given is None:
-                # of the first pass: later ones hardly change the whitening
-                expected = (
-                    calibration.residual_variances(time)
-                    if before is None or before.expected is None
-                    else before.expected
-                )
-                colour = colour.less(expected, scores, equations.G)
-            sensor, response = self._errors_in_time(equations, at, scores, colour)
+            sensor = calibration.score
+        if time is None:
+            return replace(found, calibration=calibration, sensor=sensor)
+        if calibration is None or known:
+            expected = None
+        elif expected is None:
+            # later passes hardly change the whitening
+            expected = calibration.residual_variances(time)
+        scores = time.scales.scores(
+            equations.whitening, found.at, equations.attenuation
+        )
+        colour = time.colour(scores, equations, found.level, known, expected)
+        response = 0.0
+        if calibration is not None or not known:
+            own, response = self._errors_in_time(found, scores, colour)
             if calibration is not None:
-                sensor += calibration.slow_score(time, samples)
-        if calibration is not None:
-            sensor = sensor + calibration.score
-        return NoiseFound(
-            equations,
-            R,
-            contradicted,
-            excess,
-            at,
-            scores,
-            colour,
-            sensor,
-            response,
-            calibration,
-            expected,
+                own = own + calibration.slow_score(time, self.samples)
+            sensor = own if sensor is None else own + sensor
+        return replace(
+            found,
+            scores=scores,
+            colour=colour,
+            sensor=sensor,
+            response=response,
+            calibration=calibration,
+            expected=expected,
         )
 
     def disagreement(self, found: NoiseFound) -> tuple[float, float]:
@@ -264,8 +193,11 @@ class NoiseSource:
         if not colour.white_claimed:
             counts = time.scales.counts
             mean = float(counts @ colour.coloured) / max(float(counts.sum()), 1.0)
-            stretches = InStep.of(time.stretches, W, found.at + self.carried)
-            more = stretches.of_each(np.full(len(stretches.counts), mean))
+            counts = time.stretches.counts
+            stretches = InStep.of(
+                time.stretches.whitened(W), counts, found.at + self.carried
+            )
+            more = stretches.of_each(np.full(len(counts), mean))
         attenuation = found.equations.attenuation
         ratios = time.disagreement(W, found.at, attenuation, found.scores, colour, more)
         if found.calibration is None or inflation_of(ratios[1]) == 1.0:
@@ -274,78 +206,65 @@ class NoiseSource:
         more = own if more is None else more + own
         return time.disagreement(W, found.at, attenuation, found.scores, colour, more)
 
-    def _judged_at(self, phi: Array, before: NoiseFound | None) -> Array:
-        """(10,) parameters whose residuals are the noise.
+    def _judged_at(self, phi: Array, before: NoiseFound | None) -> tuple[Array, Array]:
+        """(10,) parameters whose residuals are the noise, and the covariance (6, 6) of
+        these.
 
         They are those of least squares. White errors of the motion attenuate these, so
         that their residuals follow the motion; then phi (10,) serves, unless the prior
         contradicts the wrench.
         """
         samples = self.samples
-        if before is None or self.motion.white is None:
-            return samples.least_squares if before is None else before.at
-        ratio = samples.residual_covariance(phi).diagonal() / (
-            samples.least_residual.diagonal() + samples.floor**2
-        )
-        contradicts = float(ratio.mean()) > LARGEST_RESIDUAL_RATIO
-        return samples.least_squares if contradicts else phi
+        if before is not None and self.motion.white is None:
+            return before.at, samples.residual_covariance(before.at)
+        if before is not None:
+            R, least = samples.residual_covariance(phi), samples.least_residual
+            ratio = R.diagonal() / (least.diagonal() + samples.floor**2)
+            if not float(ratio.mean()) > LARGEST_RESIDUAL_RATIO:
+                return phi, R
+        return samples.least_squares, samples.least_residual
+
+    @cached_property
+    def _of_every_pass(self) -> Array:
+        """(6, 6) part of S that does not depend on a pass."""
+        if self.given is None:
+            return self.samples.unproven(FEWEST_SAMPLES_FOR_NOISE)
+        return self.given + np.diag(self.samples.floor**2)
 
     def _covariance(self, phi: Array, R: Array, autocorrelation: float) -> Array:
         """S (6, 6), the modelled covariance of one sample's residual for parameters
         near phi (10,), if those of least squares have the covariance R."""
-        samples, motion = self.samples, self.motion
+        motion = self.motion
+        S, memory = self._of_every_pass, motion.memory
         if self.given is None:
-            S = samples.noise_left(R, autocorrelation)
-            S = S + samples.unproven(FEWEST_SAMPLES_FOR_NOISE)
-            memory = motion.memory - 1.0
-        else:
-            S = self.given + np.diag(samples.floor**2)
-            memory = motion.memory
+            S = S + self.samples.noise_left(R, autocorrelation)
+            memory -= 1.0
         if motion.variances is not None and memory > 0.0:
             E = motion_effect(phi)
             S = S + memory / autocorrelation * (E * motion.variances) @ E.T
         return S
 
     def _errors_in_time(
-        self, equations: Equations, at: Array, scores: Scores, colour: Colour
+        self, found: NoiseFound, scores: Scores, colour: Colour
     ) -> tuple[Array, float]:
         """(10, 10) part of the score's covariance by slow errors of the sensor and,
         unless the noise is given, by those in step with the motion (`sensor_errors`);
         and the relative error of the body by uneven response."""
-        time, samples, G = self.time, self.samples, equations.G
+        time, G, whole = self.time, found.equations.G, found.at + self.carried
         assert time is not None
-        W, whole = equations.whitening, at + self.carried
-        load = float(whole @ G @ whole) / samples.K
-        if time.free_bias:
-            load += samples.constant_load(W, whole)
-        information = np.concatenate(
-            (scores.information, (G - scores.information.sum(axis=0))[None])
-        )
-        slow = slow_variances(
-            self.allowed.slow_std,
-            load / 6.0,
-            time.samples,
-            len(time.scales.counts),
-            time.free_bias,
-        )
-        sensor = np.tensordot(slow, information, 1)
+        signal = float(whole @ G @ whole)
+        load = signal / self.samples.K
+        if self.free_bias:
+            load += self.samples.constant_load(found.equations.whitening, whole)
+        rest = G - scores.information.sum(axis=0)
+        slow = combined(time.slow[:-1], scores.information) + time.slow[-1] * rest
+        sensor = self.allowed.slow_std**2 * load / 6.0 * slow
         if self.given is not None:
             return sensor, 0.0
-        variances = colour.variances[:-1]
-        gain = response_errors(scores, variances, time.scales.counts, whole)
-        signal = information @ whole @ whole
-        response = float(gain @ signal) / (float(signal.sum()) or 1.0)
-        in_step = InStep.of(time.scales, W, whole)
+        counts = time.scales.counts
+        gain = response_errors(scores, colour.variances[:-1], counts, whole)
+        signals = scores.information @ whole @ whole
+        shown = float(gain[:-1] @ signals + gain[-1] * (signal - signals.sum()))
+        in_step = InStep.of(scores.A, counts, whole)
         sensor += in_step.covariance(colour.coloured, gain[:-1])
-        return sensor, response
-
-
-def inflation_of(disagreement: float) -> float:
-    """Factor of the noise's variance for stretches that disagree by more than
-    chance."""
-    return disagreement if disagreement > LARGEST_STRETCH_DISAGREEMENT else 1.0
-
-
-def _mean_square(S: Array, R: Array) -> float:
-    """Mean square of residuals of covariance R (6, 6), whitened by S (6, 6)."""
-    return max(float(np.trace(np.linalg.solve(S, R))) / 6.0, 1e-12)
+        return sensor, shown / (signal or 1.0)

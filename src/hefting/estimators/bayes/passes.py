@@ -13,7 +13,8 @@ from hefting.core.spatial import Array
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.nearest import Duals
-from hefting.estimators.bayes.noise import NoiseFound, NoiseSource, inflation_of
+from hefting.estimators.bayes.noise import NoiseSource
+from hefting.estimators.bayes.noise_found import NoiseFound, inflation_of
 from hefting.estimators.bayes.prior import Placed, Prior
 from hefting.estimators.bayes.weighed import gain_by_scale, with_reading
 
@@ -121,13 +122,14 @@ class Passes:
     def settled(self, last: Pass) -> Pass:
         """The last pass, its noise larger where stretches of the record disagree by
         more than all errors that are allowed for."""
-        disagreement, unexplained = self.source.disagreement(last.noise)
+        noise = self.source.judged(last.noise)
+        disagreement, unexplained = self.source.disagreement(noise)
         inflation = inflation_of(unexplained)
         if inflation > 1.0:
-            last = self._posterior(
-                last.placed, last.com, last.scale, last.noise, inflation
-            )
-        return replace(last, disagreement=disagreement, inflation=inflation)
+            last = self._posterior(last.placed, last.com, last.scale, noise, inflation)
+        return replace(
+            last, noise=noise, disagreement=disagreement, inflation=inflation
+        )
 
     def of_more(self, last: Pass) -> Pass:
         """The last pass, settled, for some samples more: with its prior and noise."""

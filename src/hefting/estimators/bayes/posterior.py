@@ -12,12 +12,12 @@ from hefting.estimators.bayes.colour import (
     LARGEST_STRETCH_DISAGREEMENT,
 )
 from hefting.estimators.bayes.distortion import Move
-from hefting.estimators.bayes.likelihood import SEPARATE_POSE_INTERVAL
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL
 from hefting.estimators.joint_state import State, motion_record
 from hefting.shapes import Shape
 
@@ -101,8 +101,16 @@ class Posterior:
         return found
 
 
-def posterior_of(state: State, steps: Passes, last: Pass, shape: Shape) -> Posterior:
-    """The posterior of an object in a shape, by its last pass."""
+def posterior_of(
+    state: State,
+    steps: Passes,
+    last: Pass,
+    shape: Shape,
+    settled: bool = True,
+    passes: int = 0,
+) -> Posterior:
+    """The posterior of an object in a shape, by its last pass; for the last two
+    arguments see `Posterior`."""
     source, noise, found = steps.source, last.noise, last
     misfit = found.likelihood.misfit(found.mixture.mean)
     if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
@@ -131,6 +139,8 @@ def posterior_of(state: State, steps: Passes, last: Pass, shape: Shape) -> Poste
         shape_known=shape.known != "reach",
         misfit=misfit,
         bias=source.samples.bias(sensed) if source.free_bias else None,
+        settled=settled,
+        passes=passes,
         sensor_gain=gain,
     )
 

@@ -237,7 +237,7 @@ class Prior:
         mean = self.mean.copy()
         mean[4:] -= self.growth * 0.5 * (slopes @ c)
         away, back = self._to_and_from_com
-        spread = self.spread + self.growth * (away @ slopes @ back) @ self.spread
+        spread = (np.eye(10) + self.growth * (away @ slopes @ back)) @ self.spread
         own = mean if self.offsets is None else mean + self.offsets
         spread[:, :, 0] = MASS_STD * own
         return mean, spread

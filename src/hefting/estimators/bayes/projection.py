@@ -131,11 +131,13 @@ def _solve_dual(
     """
     for _ in range(MOST_DUAL_STEPS):
         slack = 1.0 + z @ M
-        shares = np.where(slack > 0.0, even, 0.0)
+        shares = even * (slack > 0.0)
+        m = shares * slack
         linear = C @ z - target
-        gradient = linear + M @ (shares * slack)
-        if np.abs(gradient).max() < DUAL_TOLERANCE:
-            break
+        gradient = linear + M @ m
+        error = float(np.abs(gradient).max())
+        if error < DUAL_TOLERANCE:
+            return z, error, m
         J = C + (M * shares) @ M.T
         _, step, failed = lapack.dposv(J, gradient)
         if failed:

@@ -21,7 +21,6 @@ import numpy as np
 
 from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.groups import Groups
 from hefting.estimators.bayes.spectrum import first_order
 
 SLOW_ERROR_TIME = 0.25
@@ -36,48 +35,52 @@ recordings of three real sensors hold (`benchmarks.injection`)."""
 class InStep:
     """What errors in step with the motion do to the scores of groups of samples."""
 
-    gains: Array
-    """(g, 10, 10) covariance of each group's score if every channel's wrench were wrong
-    by the same relative error of variance 1"""
-    mixed: Array
-    """(g, 10, 10) the same if each channel had an error of variance 1 that is a random
-    mixture of the wrench of all channels"""
+    by_gain: Array
+    """(g, 10) score of each group if every channel's wrench were wrong by itself"""
+    by_entry: Array
+    """(g, 36, 10) score of each group by each entry of M"""
+    energy: Array
+    """(g,) sum of the squared whitened wrench of each group"""
     counts: Array
     """(g,) samples of each group"""
 
     @classmethod
-    def of(cls, groups: Groups, W: Array, whole: Array) -> Self:
-        """For the parameters `whole` (10,) of all that the sensor holds, the wrench
-        whitened by W (6, 6)."""
-        g = len(groups.counts)
-        A = (W @ groups.A).reshape(6, g, FEATURES, 10).transpose(1, 0, 2, 3)
-        w = (A @ whole).transpose(0, 2, 1)  # (g, 22, 6)
-        gram = w @ w.transpose(0, 2, 1)
-        energy = np.maximum(np.einsum("gkk->g", gram), 1e-300)
-        mixed = (A.transpose(0, 1, 3, 2) @ gram[:, None] @ A).sum(axis=1)
-        rows = A.transpose(0, 2, 1, 3).reshape(g, 6 * FEATURES, 10)
-        x = (rows.transpose(0, 2, 1) @ w.reshape(g, 6 * FEATURES, 1))[:, :, 0]
+    def of(cls, A: Array, counts: Array, whole: Array) -> Self:
+        """For the parameters `whole` (10,) of all that the sensor holds, and whitened
+        regressors A (g, 6 * 22, 10) of groups of so many samples (g,)."""
+        g = len(A)
+        w = (A @ whole).reshape(g, 6, FEATURES)
+        by_entry = (w[:, None] @ A.reshape(g, 6, FEATURES, 10)).reshape(g, 36, 10)
         return cls(
-            x[:, :, None] * x[:, None, :],
-            mixed / energy[:, None, None],
-            groups.counts,
+            by_entry[:, ::7].sum(axis=1),
+            by_entry,
+            np.maximum((w * w).sum(axis=(1, 2)), 1e-300),
+            counts,
         )
 
-    def of_each(self, coloured: Array, gain: Array | float = 0.0) -> Array:
-        """(g, 10, 10) covariance of each group's score by errors in step with the
-        motion.
+    def factors(self, coloured: Array, gain: Array | float = 0.0) -> Array:
+        """(g, 37, 10) Y, Y'Y being the covariance of each group's score by errors in step
+        with the motion.
 
         `coloured` (g,) is the variance of coloured noise of a channel in each group,
         over that of one sample; `gain` (g,) a relative error of the wrench that was
         found.
         """
-        energy = IN_STEP_RATIO * coloured * self.counts
-        square = np.square(gain) * np.ones(len(energy))
-        return energy[:, None, None] * self.mixed + square[:, None, None] * self.gains
+        sizes = np.sqrt(IN_STEP_RATIO * coloured * self.counts / self.energy)
+        found = np.empty((len(sizes), 37, 10))
+        np.multiply(sizes[:, None, None], self.by_entry, out=found[:, :36])
+        found[:, 36] = (gain * self.by_gain.T).T
+        return found
+
+    def of_each(self, coloured: Array, gain: Array | float = 0.0) -> Array:
+        """(g, 10, 10) covariance of each group's score; see `factors`."""
+        rows = self.factors(coloured, gain)
+        return rows.transpose(0, 2, 1) @ rows
 
     def covariance(self, coloured: Array, gain: Array) -> Array:
         """(10, 10) sum of `of_each`: errors of one group are independent of another's."""
-        return self.of_each(coloured, gain).sum(axis=0)
+        rows = self.factors(coloured, gain).reshape(-1, 10)
+        return rows.T @ rows
 
 
 def slow_variances(

@@ -1,0 +1,94 @@
+"""Noise of all samples, as it was found: what it makes of their likelihood, and whether
+it holds for more of them."""
+
+from dataclasses import dataclass, replace
+from typing import Self
+
+from hefting.core.spatial import Array
+from hefting.estimators.bayes.calibration_errors import CalibrationErrors
+from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT, Colour
+from hefting.estimators.bayes.groups import Scores
+from hefting.estimators.bayes.likelihood import Equations, Likelihood
+from hefting.estimators.bayes.motion_errors import MotionErrors
+from hefting.estimators.bayes.samples import Samples
+
+LARGEST_GROWTH = 1.1
+"""Factor by which residuals of some samples more may be larger, squared and averaged
+over all samples, before their noise is another one. By chance 2 to 10 % more samples
+change them by 1.4 % (one deviation) where the noise is white, and by 4.5 % where it
+correlates by 0.9 from sample to sample: by more than this in none and 15 of 100 steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class NoiseFound:
+    """Noise of all samples for one covariance of a sample's residual."""
+
+    equations: Equations
+    residual_covariance: Array
+    """(6, 6) of the residuals that count as noise"""
+    contradicted: bool
+    """whether the residuals exceed a given noise by more than chance"""
+    excess: float
+    """variance of the residuals over that of a given noise, where it is contradicted;
+    else 1"""
+    level: float
+    """mean square of the residuals, whitened by the covariance that is allowed for"""
+    at: Array
+    """(10,) parameters at which the noise is judged: those of least squares, or near
+    the posterior's where the motion has white errors"""
+    scores: Scores | None = None
+    """of the time scales there; None without a record of time"""
+    colour: Colour | None = None
+    sensor: Array | None = None
+    """(10, 10) part of the score's covariance by errors of the sensor that more samples
+    do not lessen; None where there are none"""
+    response: float = 0.0
+    """relative error of the body by errors of the wrench in step with the motion"""
+    calibration: CalibrationErrors | None = None
+    """errors of the sensor's calibration; None where there are none"""
+    expected: Array | None = None
+    """(J + 1,) variances that these have in the residuals at each time scale and
+    beyond; None where the noise is given, or there are none"""
+
+    @property
+    def autocorrelation(self) -> float:
+        """Variance of the parameters over that for white noise."""
+        return 1.0 if self.colour is None else self.colour.autocorrelation
+
+    def holds_for(self, samples: Samples) -> bool:
+        """Whether samples leave no larger residuals than those it was found by, as a
+        touch would."""
+        now = samples.residual_covariance(samples.least_squares).diagonal()
+        before = self.residual_covariance.diagonal() + samples.floor**2
+        return bool((now < LARGEST_GROWTH * before).all())
+
+    def of_more(self, samples: Samples, phi: Array, motion: MotionErrors) -> Self:
+        """The same noise in more samples, of parameters near phi (10,)."""
+        known = self.equations
+        equations = Equations.of(samples, phi, known.covariance, motion.white)
+        colour = self.colour
+        if colour is not None:
+            more = self.autocorrelation * (equations.G - known.G)
+            colour = replace(colour, noise=colour.noise + more)
+        sensor = self.sensor
+        if sensor is not None:
+            growth = float(equations.G.trace() / known.G.trace())
+            sensor = max(growth, 1.0) ** 2 * sensor
+        return replace(self, equations=equations, colour=colour, sensor=sensor)
+
+    def likelihood(self, inflation: float = 1.0) -> Likelihood:
+        """Likelihood of the parameters, the noise's variance so many times as large."""
+        white = self.colour is None or self.colour.white_claimed
+        if white and self.sensor is None:
+            return self.equations.white(inflation)
+        V = self.equations.G if self.colour is None else self.colour.noise
+        V = V + self.equations.products
+        if self.sensor is not None:
+            V = V + self.sensor
+        return self.equations.likelihood(inflation * V)
+
+
+def inflation_of(disagreement: float) -> float:
+    """Factor of the noise's variance for stretches that disagree by more than
+    chance."""
+    return disagreement if disagreement > LARGEST_STRETCH_DISAGREEMENT else 1.0
