@@ -149,6 +149,16 @@ class Knots:
         pieces = (coefficients.T[:, start:stop] for start, stop in pairs)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
+    def roughened(self, coefficients: Array, m: int) -> Array:
+        """D^m' D^m c of coefficients (n, d): by differences, as of smooth curves the
+        products of `penalty` cancel."""
+        out = np.empty(coefficients.T.shape)
+        for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
+            rows = np.diff(coefficients.T[:, start:stop], m)
+            padded = np.pad(rows, ((0, 0), (m, m)))
+            out[:, start:stop] = (-1) ** m * np.diff(padded, m)
+        return out.T
+
     def rows_of_differences(self, m: int) -> Integers:
         """First coefficient of each row of D^m; none reaches over a gap."""
         pairs = zip(self.offset[:-1], self.offset[1:], strict=True)
@@ -271,6 +281,7 @@ class Normal:
         weighted = self.weight * residual
         self.pilot = coefficients
         self._rough_pilot: dict[int, Array] = {}
+        self._pilot_roughness: dict[int, float] = {}
         self._pilot_square = float(np.vdot(weighted, residual))
         gradient = np.zeros(coefficients.T.shape)
         for a in range(SUPPORT):
@@ -288,6 +299,20 @@ class Normal:
         L is diagonal: `penalty` times the identity, or one penalty for each row of
         D^m.
         """
+        factor, right = self._factorised(m, penalty)
+        return self.pilot + lapack.dpbtrs(factor, right, lower=1)[0], factor
+
+    def minimum(self, m: int, penalty: float) -> tuple[float, Array]:
+        """The `objective` of the fit with this penalty, and its Cholesky bands, in half
+        the time of finding the coefficients."""
+        factor, right = self._factorised(m, penalty)
+        gain = lapack.dtbtrs(factor, right, uplo="L")[0]
+        at_pilot = self._pilot_square + penalty * self._pilot_roughness[m]
+        return max(at_pilot - float(np.vdot(gain, gain)), 0.0), factor
+
+    def _factorised(self, m: int, penalty: float | Array) -> tuple[Array, Array]:
+        """The lower Cholesky bands (6, n), and the right-hand side (n, d) of the step
+        from the pilot."""
         if isinstance(penalty, np.ndarray):
             roughness = self.knots.penalty(m, penalty)
             rough_pilot = multiply(roughness, self.pilot)
@@ -295,7 +320,8 @@ class Normal:
             if m not in self._penalties:
                 self._penalties[m] = self.knots.penalty(m)
             if m not in self._rough_pilot:
-                self._rough_pilot[m] = multiply(self._penalties[m], self.pilot)
+                self._rough_pilot[m] = self.knots.roughened(self.pilot, m)
+                self._pilot_roughness[m] = self.knots.roughness(self.pilot, m)
             roughness = penalty * self._penalties[m]
             rough_pilot = penalty * self._rough_pilot[m]
         factor, failed = lapack.dpbtrf(self.bands + roughness, lower=1)
@@ -303,8 +329,7 @@ class Normal:
             raise np.linalg.LinAlgError(
                 "the normal equations of the spline are not positive definite"
             )
-        step = lapack.dpbtrs(factor, self.gradient - rough_pilot, lower=1)[0]
-        return self.pilot + step, factor
+        return factor, self.gradient - rough_pilot
 
     def objective(self, coefficients: Array, m: int, penalty: float) -> float:
         """Weighted sum of squared residuals of a fit, and penalty |D c|²."""

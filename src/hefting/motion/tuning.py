@@ -123,7 +123,9 @@ def tune_with_equations(
         if m != middle:
             best = max(
                 best,
-                _most_likely_smoothness(normal, m, dt, floor, found),
+                _most_likely_smoothness(
+                    normal, m, dt, floor, found, best.log_likelihood
+                ),
                 key=lambda c: c.log_likelihood,
             )
     same = whole and np.isclose(normal.knots.h, h)
@@ -131,9 +133,15 @@ def tune_with_equations(
 
 
 def _most_likely_smoothness(
-    normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None
+    normal: Normal,
+    m: int,
+    dt: float,
+    floor: float,
+    near: Smoothness | None,
+    needed: float = -np.inf,
 ) -> Smoothness:
-    """The most likely smoothness of order `m`; `near` may have another order."""
+    """The most likely smoothness of order `m`; `near` may have another order. It is not
+    refined where the log likelihood `needed` is far off."""
     h = normal.knots.h
     guesses = (
         (LARGEST_SCALED_BANDWIDTH, 0.6)
@@ -156,6 +164,7 @@ def _most_likely_smoothness(
         SMALLEST_SCALED_BANDWIDTH,
         LARGEST_SCALED_BANDWIDTH,
         None if near is None else guesses[0],
+        needed,
     )
 
 
