@@ -48,6 +48,9 @@ TIMES_EVALUATED_TOGETHER = 8192
 INVERSE_STRETCH = 64
 """Number of coefficients in a stretch of `inverse_bands`. Shorter stretches take fewer
 steps, longer ones repeat less of the overlap."""
+SMALLEST_DIFFERENCE = 1e-6
+"""Ratio of the objectives of a fit and of the pilot below which their difference is not
+taken for the fit's: rounding would be 1e-10 of it."""
 STRETCHES_TOGETHER = 256
 """Number of stretches inverted side by side; it bounds the memory."""
 
@@ -303,12 +306,19 @@ class Normal:
         return self.pilot + lapack.dpbtrs(factor, right, lower=1)[0], factor
 
     def minimum(self, m: int, penalty: float) -> tuple[float, Array]:
-        """The `objective` of the fit with this penalty, and its Cholesky bands, in half
-        the time of finding the coefficients."""
+        """The `objective` of the fit with this penalty, and its Cholesky bands.
+
+        It is that of the pilot less the square of half of a solution, but where the two
+        cancel, as without noise.
+        """
         factor, right = self._factorised(m, penalty)
-        gain = lapack.dtbtrs(factor, right, uplo="L")[0]
+        half = lapack.dtbtrs(factor, right, uplo="L")[0]
         at_pilot = self._pilot_square + penalty * self._pilot_roughness[m]
-        return max(at_pilot - float(np.vdot(gain, gain)), 0.0), factor
+        square = at_pilot - float(np.vdot(half, half))
+        if square < SMALLEST_DIFFERENCE * at_pilot:
+            step = lapack.dtbtrs(factor, half, uplo="L", trans="T")[0]
+            square = self.objective(self.pilot + step, m, penalty)
+        return square, factor
 
     def _factorised(self, m: int, penalty: float | Array) -> tuple[Array, Array]:
         """The lower Cholesky bands (6, n), and the right-hand side (n, d) of the step
