@@ -21,6 +21,7 @@ variance: Wahba, J. Royal Statistical Society B 45 (1983).
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import comb, factorial, perm
 from typing import Self
 
@@ -225,6 +226,11 @@ class Observation:
     derivative: int = 0
     weight: float = 1.0
     """Weight of a squared residual relative to that of a sample of the signal."""
+
+    @cached_property
+    def interval(self) -> float:
+        """[s] Median time between samples."""
+        return float(np.median(np.diff(self.time)))
 
     def __getitem__(self, index: Mask) -> Self:
         """The samples chosen by a mask (K,)."""
