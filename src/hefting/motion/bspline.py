@@ -285,7 +285,7 @@ class Normal:
     def _set_pilot(self, coefficients: Array) -> None:
         columns, n = coefficients.T[:, None], len(coefficients)
         residual = self.values.copy()
-        for a in range(SUPPORT):
+        for a in range(SUPPORT if coefficients.any() else 0):
             residual[:, :, : n - a] -= self.rows[a, :, : n - a] * columns[:, :, a:]
         weighted = self.weight * residual
         self.pilot = coefficients
