@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from hefting.motion.bspline import (
-    STRETCHES_TOGETHER,
-    Knots,
-    Normal,
-    Observation,
-    inverse_bands,
-)
+from hefting.motion.bspline import Knots, Normal, Observation
 from hefting.motion.curve import SMOOTHER_THAN_MODEL
+from hefting.motion.inverse_bands import STRETCHES_TOGETHER, inverse_bands
 from hefting.motion.likelihood import Likelihood
 from hefting.motion.spline import smooth
 from hefting.motion.tuning import ORDERS, tune

@@ -15,8 +15,8 @@ from hefting.motion.bspline import (
     Mask,
     Observation,
     basis,
-    inverse_bands,
 )
+from hefting.motion.inverse_bands import inverse_bands
 from hefting.motion.likelihood import Smoothness
 from hefting.motion.local import (
     LOCAL_KNOT_SPACING,
