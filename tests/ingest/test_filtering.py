@@ -5,6 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, lsim
 
+from hefting.ingest.rivals.filtering import Signal
 from hefting.ingest.rivals.sloshing import swing
 from hefting.ingest.rivals.wrench_filtered import low_passed
 
@@ -24,7 +25,7 @@ def smooth(time):
 def test_a_low_pass_is_a_butterworth_filter(order, bandwidth):
     values = smooth(TIME)
     system = butter(order, 2.0 * np.pi * bandwidth, analog=True)
-    found = low_passed(values, RATE, order, bandwidth)
+    found = low_passed(Signal(values, RATE), order, bandwidth)
     for column, expected in zip(found.T, values.T, strict=True):
         _, exact, _ = lsim(system, expected, TIME)
         # SciPy's lines between samples are straight; before the end, at which the
@@ -45,7 +46,9 @@ def test_a_loose_mass_swings_as_its_equation_says(frequency, damping):
 
     rest = np.append(gravity / w**2, np.zeros(3))
     exact = solve_ivp(rate, TIME[[0, -1]], rest, t_eval=TIME, rtol=1e-9, atol=1e-12)
-    place, acceleration = swing(TIME, gravity + smooth(TIME), frequency, damping)
+    place, acceleration = swing(
+        Signal(gravity + smooth(TIME), RATE), frequency, damping
+    )
     inner = slice(0, -20)  # after the end the force counts as its first value
     expected = exact.y[:3].T
     scale = np.abs(expected - expected[0]).max()

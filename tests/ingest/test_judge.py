@@ -1,15 +1,20 @@
-"""What is worth a search for mistakes: residuals that are no white noise."""
+"""What is worth a search for mistakes: residuals that are no white noise, and for some
+that a function of the motion explains them."""
 
 from dataclasses import replace
 
 import numpy as np
 import pytest
-from benchmarks.given import correct
+from benchmarks.given import Given, correct
+from benchmarks.mistaken import mistakes
 
 from given_cases import case_of
+from hefting.core.recording import Stream
+from hefting.ingest.rivals import LINEAR_EXPLANATIONS, judge
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, correlation
 from hefting.ingest.rivals.explanation import as_given
+from hefting.ingest.rivals.free_channels import explained_by_motion
 from hefting.ingest.rivals.judge import _is_white, _is_worth_a_search
 
 
@@ -46,3 +51,54 @@ def test_coloured_residuals_that_noise_does_not_explain_are_worth_a_search(case)
     assert not _is_worth_a_search(case, with_residuals(fitted, 0.6), 0.01)
     assert _is_worth_a_search(case, with_residuals(worse, 0.6), 0.01)
     assert _is_worth_a_search(case, with_residuals(fitted, 0.0), 0.11)
+
+
+LINEAR_MISTAKES = {
+    "turned about z": "30°",
+    "axis flipped": "all torques",
+    "unit of torque": "N cm",
+    "torque about the TCP": "150 mm",
+    "base tilted": "15°",
+    "compensated wrench": "60% of the payload",
+    "gain of one axis": "10%",
+}
+
+
+@pytest.mark.parametrize("name", LINEAR_MISTAKES)
+def test_no_mistake_that_is_linear_in_the_motion_explains_more_than_free_channels(name):
+    """The likelihood of any linear functions, less 0.01 for what reweighting leaves."""
+    mistake = next(
+        each
+        for each in mistakes()
+        if each.name == name and each.strength == LINEAR_MISTAKES[name]
+    )
+    case = case_of(mistake.make(correct(0), np.random.default_rng(1)))
+    free = explained_by_motion(case)
+    found = [explain(case) for explain in LINEAR_EXPLANATIONS]
+    likelihoods = [each.likelihood for each in found if each is not None]
+    assert max(likelihoods) < free.likelihood[free.best] + 0.01
+
+
+def with_a_push(given: Given, size: float) -> Given:
+    """With a force that comes and goes twice a second, whatever the sensor does."""
+    wrench = given.recording["wrench"]
+    push = np.sin(2.0 * np.pi * 2.0 * wrench.time + 3.0 * np.sin(0.7 * wrench.time))
+    values = wrench.values + size * push[:, None] * (1.0, -0.5, 0.7, 0.1, 0.1, -0.05)
+    streams = {**given.recording.streams, "wrench": Stream(wrench.time, values)}
+    return replace(given, recording=replace(given.recording, streams=streams))
+
+
+@pytest.mark.parametrize("pushed", [True, False])
+def test_mistakes_are_not_looked_for_where_no_function_of_the_motion_explains_enough(
+    pushed, monkeypatch
+):
+    mistake = next(each for each in mistakes() if each.name == "turned about z")
+    turned = mistake.make(correct(0), np.random.default_rng(1))
+    case = case_of(with_a_push(correct(0), 3.0) if pushed else turned)
+    asked = []
+    fakes = [lambda case, x=x: asked.append(x) for x in LINEAR_EXPLANATIONS]
+    monkeypatch.setattr(judge, "EXPLANATIONS", tuple(fakes))
+    monkeypatch.setattr(judge, "LARGE_EXPLANATIONS", ())
+    monkeypatch.setattr(judge, "LINEAR_EXPLANATIONS", frozenset(fakes))
+    assert judge.judge(case).named is None
+    assert bool(asked) is not pushed

@@ -30,6 +30,7 @@ from hefting.ingest.rivals import (
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
+from hefting.ingest.rivals.filtering import Signal
 from hefting.ingest.rivals.judge import evidence, judge
 from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
@@ -127,7 +128,7 @@ def test_a_swinging_mass_obeys_its_equation():
     time = np.arange(0.0, 5.0, 0.01)
     specific = 0.3 + np.column_stack([np.sin(f * time) for f in (2.0, 5.0, 7.0)])
     frequency, damping = 1.5, 0.1
-    place, acceleration = sloshing.swing(time, specific, frequency, damping)
+    place, acceleration = sloshing.swing(Signal(specific, 100.0), frequency, damping)
     w = 2.0 * np.pi * frequency
     rate = np.gradient(place, time, axis=0)
     bend = np.gradient(rate, time, axis=0)
@@ -148,7 +149,7 @@ def test_a_low_pass_filter_is_that_of_scipy(order):
     time = np.arange(0.0, 10.0, 0.01)
     values = np.column_stack([np.sin(f * time) for f in (2.0, 9.0)])
     b, a = butter(order, 2.0, fs=100.0)
-    found = wrench_filtered.low_passed(values, 100.0, order, 2.0)
+    found = wrench_filtered.low_passed(Signal(values, 100.0), order, 2.0)
     assert np.abs(found - lfilter(b, a, values, axis=0)).max() < 0.01
 
 

@@ -4,14 +4,9 @@ import numpy as np
 import pytest
 from scipy.linalg import block_diag
 
-from hefting.motion.bspline import (
-    STRETCHES_TOGETHER,
-    Knots,
-    Normal,
-    Observation,
-    inverse_bands,
-)
+from hefting.motion.bspline import Knots, Normal, Observation
 from hefting.motion.curve import SMOOTHER_THAN_MODEL
+from hefting.motion.inverse_bands import STRETCHES_TOGETHER, inverse_bands
 from hefting.motion.likelihood import Likelihood
 from hefting.motion.spline import smooth
 from hefting.motion.tuning import ORDERS, tune
@@ -116,6 +111,11 @@ def test_band_algebra_equals_dense(m):
         (D @ c) ** 2
     )
     assert normal.objective(c, m, penalty) == pytest.approx(objective, rel=1e-9)
+    normal.refine_pilot(m, 3.0 * penalty)
+    square, again = normal.minimum(m, penalty)
+    assert square == pytest.approx(objective, rel=1e-9)
+    np.testing.assert_array_equal(again, factor)
+    np.testing.assert_allclose(knots.roughened(c, m), D.T @ D @ c, atol=1e-12)
     inverse, bands = np.linalg.inv(A), inverse_bands(factor, int(12 / h_wc))
     # cut into stretches: a few times exp(-2 * 12 sin(pi/2m)), 0.06 % for m = 5
     for b in range(6):

@@ -34,6 +34,7 @@ from hefting.ingest.rivals.explanation import (
     fit_as_given,
     newton_euler,
 )
+from hefting.ingest.rivals.filtering import Signal
 from hefting.ingest.rivals.judge import evidence, judge
 from hefting.ingest.rivals.placement import advice
 from reference.recorded import (
@@ -194,6 +195,7 @@ def parts() -> dict[str, Any]:
     time = np.arange(0.0, 3.0, 0.01)
     values = np.column_stack([np.sin(f * time) for f in (2.0, 5.0, 7.0)]) + 0.3
     six = np.hstack((5.0 * values, 0.2 * values[:, ::-1]))
+    from_zero = Signal(np.vstack((np.zeros(3), values)), 100.0)
     matrices = axis_flipped._changes()
     case = case_of("turned about x, 10°")
     rows = newton_euler(case, case.motion)
@@ -204,12 +206,12 @@ def parts() -> dict[str, Any]:
     Q, square = axes_turned._quadratic(case, rows, rows.used, scale)
     errors = 0.01 * np.random.default_rng(61).normal(size=(6, 6))
     return {
-        "swing": sloshing.swing(time, values, 1.5, 0.1),
+        "swing": sloshing.swing(Signal(values, 100.0), 1.5, 0.1),
         "swings": sloshing._Driven.of(case).swinging(2.0, 0.05),
         "filtered": [
-            wrench_filtered.low_passed(values, 100.0, order, 1.7) for order in (1, 2)
+            wrench_filtered.low_passed(from_zero, order, 1.7)[1:] for order in (1, 2)
         ],
-        "lag": [hysteresis._lag(six, share) for share in (0.01, 0.2)],
+        "lag": list(hysteresis._lags(six, np.array((0.01, 0.2)))),
         "flips": list(matrices.values()),
         "starts": axes_turned.QUARTER_TURNS,
         "fixes": {

@@ -20,7 +20,6 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
-from statistics import NormalDist
 from typing import Any
 
 import numpy as np
@@ -154,6 +153,8 @@ class Agreement(Shown):
 def limit_of(pairs: int) -> float:
     """Standard deviations that one quantity of so many pairs of estimates exceeds by
     chance with the probability `FALSE_ALARM`."""
+    from statistics import NormalDist
+
     comparisons = pairs * len(QUANTITIES)
     return NormalDist().inv_cdf(1.0 - 0.5 * FALSE_ALARM / comparisons)
 

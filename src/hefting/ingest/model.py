@@ -24,7 +24,7 @@ import numpy as np
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import Array
 from hefting.ingest.blocks import Blocks
-from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path, Reading
+from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, Reading
 
 LARGEST_TAYLOR_STEP = {True: (8e-3, 2e-3), False: (2e-3, 1e-5)}
 """[s] Time over which the motion is extrapolated by its second-order Taylor series:
@@ -234,10 +234,10 @@ def _extrapolate(reading: Reading, time: Array, variance: Array) -> tuple[Array,
 def _features(rows: Array, gravity: Array) -> Array:
     """(B, 12) features of readings (B, 21): a - g, alpha, vech(w w'). `gravity` is zero
     where a - g was measured."""
-    features = rows[:, MOTION_COLUMNS].copy()
-    if gravity.any():
-        features[:, :3] -= rows[:, WORLD_AXES_COLUMNS].reshape(-1, 3, 3) @ gravity
-    return features
+    maps = np.eye(rows.shape[1], FEATURES)  # the motion's columns come first
+    for axis in range(3):
+        maps[WORLD_AXES_COLUMNS][3 * axis : 3 * axis + 3, axis] = -gravity
+    return rows @ maps
 
 
 def _tangents_in_sensor_axes(rows: Array, gravity: Array) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, squared_lengths
 
 CELL_DURATION = 0.05
 """[s] Duration of a cell. Contacts are found as sequences of cells."""
@@ -145,8 +145,7 @@ def _imperfection(
     time: Array, predicted: Array, cell: Indices, changes: Array
 ) -> Array:
     """(C, 2) error of a good sensor in force [N] and torque [N m] in each cell."""
-    rate = np.gradient(predicted, time, axis=0).reshape(-1, 2, 3)
-    square = np.sum(rate * rate, axis=2)
+    square = squared_lengths(np.gradient(predicted, time, axis=0))
     mean = (
         np.column_stack([np.bincount(cell, column) for column in square.T])
         / np.bincount(cell)[:, None]
@@ -228,21 +227,14 @@ def _spread(values: Array) -> Array:
 
 def _length(values: Array, scale: Array) -> Array:
     """(C,) length of residuals (C, 6) over the spreads (2,) of force and torque."""
-    return np.sqrt(
-        np.sum(
-            (values / np.repeat(np.maximum(scale, SMALLEST_SPREAD), 3, axis=-1)) ** 2,
-            axis=1,
-        )
-    )
+    square = squared_lengths(values) * np.maximum(scale, SMALLEST_SPREAD) ** -2.0
+    return np.sqrt(square[:, 0] + square[:, 1])
 
 
 def _nearby(apart: Array, cell: Indices) -> Array:
     """(K, 2) robust spread of force and torque about each sample; it is larger while
     the arm moves."""
-    square = apart * apart
-    size = np.sqrt(
-        np.column_stack((square[:, :3].sum(axis=1), square[:, 3:].sum(axis=1)))
-    )
+    size = np.sqrt(squared_lengths(apart))
     typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH_OF_THREE
     return _running_median(typical)[cell]
 

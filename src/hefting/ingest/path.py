@@ -233,7 +233,8 @@ def _pose_path(curves: Curves) -> Path:
             m.angular_acceleration,
             m.orientation,
         )
-        return rows, np.where(known, lasting_variances(m), 0.0), known
+        variances = lasting_variances(m) if spread else np.zeros((2, len(time)))
+        return rows, np.where(known, variances, 0.0), known
 
     return Path("smooth", poses.first, poses.last, read, poses.bandwidth, curves=curves)
 

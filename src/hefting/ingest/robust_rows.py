@@ -7,6 +7,7 @@ distribution, so that contacts and spikes count little (Lange, Little & Taylor, 
 American Statistical Association 84, 1989).
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
@@ -38,6 +39,11 @@ class RobustRows:
     residual: Array
     """(O, K, 6)"""
 
+    @property
+    def best(self) -> int:
+        """Index of the most likely alternative."""
+        return int(np.argmax(self.likelihood))
+
 
 def fit_each(
     both: Array, maps: Array, used: Array, floor: Array, iterations: int
@@ -52,19 +58,53 @@ def fit_each(
     floor : (2,) smallest size of a residual of force [N] and torque [N m].
     iterations : how often the samples are weighted anew.
     """
-    known, wrench = both[:, :, :-6], both[:, :, -6:]
-    O, K, z = known.shape
+    O, z = len(both), both.shape[2] - 6
     flat = maps.reshape(6 * z, -1)
+
+    def solve(weights: Array, scale: Array) -> tuple[Array, Array]:
+        solution = solve_each(*normal_equations(both, maps, weights, scale))
+        return solution, (solution @ flat.T).reshape(O, z, 6)
+
+    return _reweighted(both, used, floor, iterations, solve)
+
+
+def fit_channels(both: Array, used: Array, floor: Array, iterations: int) -> RobustRows:
+    """The same where each channel of the wrench is any linear function of the known
+    rows: the solution (O, 6 z) holds the coefficients (z, 6)."""
+
+    def solve(weights: Array, scale: Array) -> tuple[Array, Array]:
+        gram = np.swapaxes(both * weights[:, :, None], 1, 2) @ both
+        scaled, length = scaled_to_ones(gram[:, :-6, :-6])
+        right = gram[:, :-6, -6:] / length[:, :, None]
+        coefficients = np.linalg.solve(scaled, right) / length[:, :, None]
+        return coefficients.reshape(len(both), -1), coefficients
+
+    return _reweighted(both, used, floor, iterations, solve)
+
+
+def _reweighted(
+    both: Array,
+    used: Array,
+    floor: Array,
+    iterations: int,
+    solve: Callable[[Array, Array], tuple[Array, Array]],
+) -> RobustRows:
+    """Least squares by iterative reweighting.
+
+    `solve` finds solutions, and the wrench per unit of the known rows (O, z, 6), from
+    weights (O, K) and scales (O, 2); the other arguments are those of `fit_each`.
+    """
+    known, wrench = both[:, :, :-6], both[:, :, -6:]
+    O, K, _ = known.shape
     nu = STUDENT_DEGREES_OF_FREEDOM
     residual = wrench - wrench.mean(axis=1, keepdims=True)
     square = squared_lengths(residual)
     count = np.maximum(used.sum(axis=1), 1.0)
     scale = np.maximum(np.sqrt(square.mean(axis=1) / 3.0), floor)
-    weights = np.ones((O, K))
-    solution = np.zeros((O, maps.shape[2]))
+    weights, solution = np.ones((O, K)), np.zeros((O, 0))
     for _ in range(iterations):
-        solution = solve_each(*normal_equations(both, maps, used * weights, scale))
-        residual = wrench - known @ (solution @ flat.T).reshape(O, z, 6)
+        solution, coefficients = solve(used * weights, scale)
+        residual = wrench - known @ coefficients
         square = squared_lengths(residual)
         for _ in range(2):
             weights = (nu + 6.0) / (nu + _distances(square, scale))

@@ -21,6 +21,7 @@ variance: Wahba, J. Royal Statistical Society B 45 (1983).
 """
 
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from math import comb, factorial, perm
 from typing import Self
 
@@ -45,11 +46,9 @@ FIRST_KNOT_MARGIN = 0.25
 half a spacing apart from lying on the borders of blocks."""
 TIMES_EVALUATED_TOGETHER = 8192
 """Number of samples evaluated at a time; it bounds the memory."""
-INVERSE_STRETCH = 64
-"""Number of coefficients in a stretch of `inverse_bands`. Shorter stretches take fewer
-steps, longer ones repeat less of the overlap."""
-STRETCHES_TOGETHER = 256
-"""Number of stretches inverted side by side; it bounds the memory."""
+SMALLEST_DIFFERENCE = 1e-6
+"""Ratio of the objectives of a fit and of the pilot below which their difference is not
+taken for the fit's: rounding would be 1e-10 of it."""
 
 
 def _piece_coefficients() -> Array:
@@ -149,6 +148,16 @@ class Knots:
         pieces = (coefficients.T[:, start:stop] for start, stop in pairs)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
+    def roughened(self, coefficients: Array, m: int) -> Array:
+        """D^m' D^m c of coefficients (n, d): by differences, as of smooth curves the
+        products of `penalty` cancel."""
+        out = np.empty(coefficients.T.shape)
+        for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
+            rows = np.diff(coefficients.T[:, start:stop], m)
+            padded = np.pad(rows, ((0, 0), (m, m)))
+            out[:, start:stop] = (-1) ** m * np.diff(padded, m)
+        return out.T
+
     def rows_of_differences(self, m: int) -> Integers:
         """First coefficient of each row of D^m; none reaches over a gap."""
         pairs = zip(self.offset[:-1], self.offset[1:], strict=True)
@@ -213,6 +222,11 @@ class Observation:
     weight: float = 1.0
     """Weight of a squared residual relative to that of a sample of the signal."""
 
+    @cached_property
+    def interval(self) -> float:
+        """[s] Median time between samples."""
+        return float(np.median(np.diff(self.time)))
+
     def __getitem__(self, index: Mask) -> Self:
         """The samples chosen by a mask (K,)."""
         return replace(self, time=self.time[index], values=self.values[index])
@@ -266,11 +280,12 @@ class Normal:
     def _set_pilot(self, coefficients: Array) -> None:
         columns, n = coefficients.T[:, None], len(coefficients)
         residual = self.values.copy()
-        for a in range(SUPPORT):
+        for a in range(SUPPORT if coefficients.any() else 0):
             residual[:, :, : n - a] -= self.rows[a, :, : n - a] * columns[:, :, a:]
         weighted = self.weight * residual
         self.pilot = coefficients
         self._rough_pilot: dict[int, Array] = {}
+        self._pilot_roughness: dict[int, float] = {}
         self._pilot_square = float(np.vdot(weighted, residual))
         gradient = np.zeros(coefficients.T.shape)
         for a in range(SUPPORT):
@@ -288,6 +303,27 @@ class Normal:
         L is diagonal: `penalty` times the identity, or one penalty for each row of
         D^m.
         """
+        factor, right = self._factorised(m, penalty)
+        return self.pilot + lapack.dpbtrs(factor, right, lower=1)[0], factor
+
+    def minimum(self, m: int, penalty: float) -> tuple[float, Array]:
+        """The `objective` of the fit with this penalty, and its Cholesky bands.
+
+        It is that of the pilot less the square of half of a solution, but where the two
+        cancel, as without noise.
+        """
+        factor, right = self._factorised(m, penalty)
+        half = lapack.dtbtrs(factor, right, uplo="L")[0]
+        at_pilot = self._pilot_square + penalty * self._pilot_roughness[m]
+        square = at_pilot - float(np.vdot(half, half))
+        if square < SMALLEST_DIFFERENCE * at_pilot:
+            step = lapack.dtbtrs(factor, half, uplo="L", trans="T")[0]
+            square = self.objective(self.pilot + step, m, penalty)
+        return square, factor
+
+    def _factorised(self, m: int, penalty: float | Array) -> tuple[Array, Array]:
+        """The lower Cholesky bands (6, n), and the right-hand side (n, d) of the step
+        from the pilot."""
         if isinstance(penalty, np.ndarray):
             roughness = self.knots.penalty(m, penalty)
             rough_pilot = multiply(roughness, self.pilot)
@@ -295,7 +331,8 @@ class Normal:
             if m not in self._penalties:
                 self._penalties[m] = self.knots.penalty(m)
             if m not in self._rough_pilot:
-                self._rough_pilot[m] = multiply(self._penalties[m], self.pilot)
+                self._rough_pilot[m] = self.knots.roughened(self.pilot, m)
+                self._pilot_roughness[m] = self.knots.roughness(self.pilot, m)
             roughness = penalty * self._penalties[m]
             rough_pilot = penalty * self._rough_pilot[m]
         factor, failed = lapack.dpbtrf(self.bands + roughness, lower=1)
@@ -303,8 +340,7 @@ class Normal:
             raise np.linalg.LinAlgError(
                 "the normal equations of the spline are not positive definite"
             )
-        step = lapack.dpbtrs(factor, self.gradient - rough_pilot, lower=1)[0]
-        return self.pilot + step, factor
+        return factor, self.gradient - rough_pilot
 
     def objective(self, coefficients: Array, m: int, penalty: float) -> float:
         """Weighted sum of squared residuals of a fit, and penalty |D c|²."""
@@ -353,48 +389,3 @@ def _block_averages(
     basis_grid[:, *place] = rows / knots.h**data.derivative
     value_grid[:, *place] = values.T
     return grids
-
-
-def inverse_bands(factor: Array, overlap: int, stretch: int = INVERSE_STRETCH) -> Array:
-    """Lower bands (6, n) of A^-1 from the lower Cholesky bands (6, n) of A.
-
-    The recursion runs backward (Takahashi, Fagan & Chin 1973; Hutchinson & de Hoog
-    1985), in parallel over stretches of the matrix. Each starts from zeros, `overlap`
-    coefficients after the end of its `stretch` coefficients; the error of that start decreases as
-    exp(-2 sin(pi/2m) wc h overlap).
-    """
-    begins = np.arange(0, factor.shape[1], stretch)
-    bands = np.zeros_like(factor)
-    for first in range(0, len(begins), STRETCHES_TOGETHER):
-        some = begins[first : first + STRETCHES_TOGETHER]
-        _invert_stretches(bands, factor, some, overlap, stretch)
-    return bands
-
-
-def _invert_stretches(
-    bands: Array, factor: Array, begins: Integers, overlap: int, stretch: int
-) -> None:
-    """Fill in the `bands` of the stretches that begin at some coefficients."""
-    n, count = factor.shape[1], len(begins)
-    length = min(stretch + overlap, n)
-    stop = np.minimum(begins + stretch + overlap, n)
-    column = stop - 1 - np.arange(length)[:, None]  # (length, count)
-    own = (column >= begins) & (column < begins + stretch)
-    # it is negative in a stretch that is finished; its result is not used
-    column = np.maximum(column, 0)
-    pivots = factor[0, column]
-    slopes = (factor[1:, column] / pivots).transpose(1, 2, 0)[..., None]
-    last = 1.0 / pivots**2
-    rows = np.empty((length, count, SUPPORT))
-    window = np.zeros((count, SUPPORT, SUPPORT))
-    for k, slope in enumerate(slopes):  # (count, 5, 1)
-        corner = window[:, :SPLINE_DEGREE, :SPLINE_DEGREE]
-        row = -(corner @ slope)
-        grown = np.empty_like(window)
-        grown[:, 1:, 1:] = corner
-        grown[:, 1:, :1] = row
-        grown[:, 0, 1:] = row[:, :, 0]
-        grown[:, 0, 0] = last[k] - (row * slope).sum(axis=1)[:, 0]
-        window = grown
-        rows[k] = window[:, 0]
-    bands[:, column[own]] = rows[own].T

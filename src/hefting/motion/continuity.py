@@ -66,7 +66,11 @@ def find_discontinuities(
     frozen = np.zeros(len(time), dtype=bool)
     kept = np.flatnonzero(~out)
     if runs.any_long and len(kept) >= FEWEST_HELD_ROWS:
-        frozen[kept] = _frozen(time[kept], values[kept], limits)
+        if out.any():
+            runs_left = Runs.of(time[kept], values[kept])
+            frozen[kept] = _frozen(runs_left, Steps.of(runs_left, limits))
+        else:
+            frozen = _frozen(runs, steps)
     if not (out.any() or frozen.any() or len(jumps)):
         return None
     ends = (out | frozen) & runs.at_ends
@@ -75,24 +79,22 @@ def find_discontinuities(
     )
 
 
-def _frozen(time: Array, values: Array, limits: Limits) -> Mask:
+def _frozen(runs: Runs, steps: Steps) -> Mask:
     """(K,) samples of runs of equal rows that are longer than usual, and than errors of
     time stamps, and begin or end with a jump.
 
     The first sample of such a run, at which the stream stalled, is not among them,
     unless it is the first of all: the stream had not begun.
     """
-    runs = Runs.of(time, values)
-    steps = Steps.of(runs, limits)
     held = runs.long & (runs.end - runs.time > HELD_TIMING_ERRORS * steps.timing_error)
     if not held.any() or len(runs.first) < FEWEST_HELD_ROWS:
-        return np.zeros(len(time), dtype=bool)
+        return np.zeros(len(runs.of_row), dtype=bool)
     length = np.linalg.norm(steps.steps, axis=1)
     jumps = length > steps.starts_from_rest(steps.interval)
     frozen = np.zeros(len(held), dtype=bool)
     frozen[:-1] = held[:-1] & jumps
     # a jump between two held values is the end of the first one's stall
     frozen[1:] |= held[1:] & jumps & ~held[:-1]
-    repeated = np.ones(len(time), dtype=bool)
+    repeated = np.ones(len(runs.of_row), dtype=bool)
     repeated[runs.first[1:]] = False
     return repeated & frozen[runs.of_row]

@@ -15,8 +15,8 @@ from hefting.motion.bspline import (
     Mask,
     Observation,
     basis,
-    inverse_bands,
 )
+from hefting.motion.inverse_bands import inverse_bands
 from hefting.motion.likelihood import Smoothness
 from hefting.motion.local import (
     LOCAL_KNOT_SPACING,
@@ -81,30 +81,36 @@ class Curve:
         time: Array,
         values: Array,
         name: str,
-        rates: tuple[Observation, ...] = (),
+    ) -> "Curve":
+        """Fit the curve to samples (K, d) of a signal at times (K,) [s] that increase;
+        `name` says what it is in error messages."""
+        kept = fresh_rows(time, values)
+        samples = Observation(time, values)
+        return cls.through((samples if kept.all() else samples[kept],), name, time[-1])
+
+    @classmethod
+    def through(
+        cls,
+        data: tuple[Observation, ...],
+        name: str,
+        end: float,
         near: Smoothness | None = None,
     ) -> "Curve":
-        """Fit the curve to samples of a signal and, optionally, of its derivatives.
+        """Fit the curve to samples of a signal, none of them a repeat of the one
+        before, and of its derivatives.
 
         Parameters
         ----------
-        time : Array
-            (K,) [s], increasing.
-        values : Array
-            (K, d).
+        data : tuple of Observation
+            The samples, then measured derivatives.
         name : str
             What the signal is, for error messages.
-        rates : tuple of Observation
-            Measured derivatives.
+        end : float
+            [s] Time to which the last value is known.
         near : Smoothness, optional
             An approximate smoothness, as that of a fit without the derivatives; only
             its neighbourhood is searched.
         """
-        end = time[-1]
-        kept = fresh_rows(time, values)
-        if not kept.all():
-            time, values = time[kept], values[kept]
-        data = (Observation(time, values), *rates)
         smoothness, h, dt, normal = tune_with_equations(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
             normal = normal_equations(data, h, end)
@@ -142,10 +148,10 @@ class Curve:
         `h` [s] is the knot spacing for the global smoothness, which also decides what
         is a gap; `end` [s] is that of the recording.
         """
-        interval = float(np.median(np.diff(data[0].time)))
+        interval = data[0].interval
         spacing = max(LOCAL_KNOT_SPACING, interval)
         normal = normal_equations(data, h, end, spacing)
-        dt = sampling_interval(data[0].time, h)
+        dt = sampling_interval(data[0], h)
         found = fit_locally(normal, smoothness, dt, variance_floor(data))
         if found is None:
             return None

@@ -293,7 +293,7 @@ def _refit(
     """
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
-    return Curve.fit(samples.time, samples.values, name, (rates,), near)
+    return Curve.through((samples, rates), name, samples.time[-1], near)
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:

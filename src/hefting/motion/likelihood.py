@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.motion.bspline import Normal, multiply
 
 COARSE_STEPS = 8
@@ -15,6 +16,9 @@ NEGLIGIBLE_BANDWIDTH_CHANGE = 0.01
 maximum."""
 MOST_REFINEMENTS = 12
 """Largest number of evaluations after the coarse scan."""
+HOPELESS = 2.0
+"""Log likelihood missing, over the range of the first three, from which on an order is
+given up: uphill it rises less and less."""
 
 
 @dataclass(frozen=True)
@@ -55,11 +59,7 @@ class Likelihood:
         for start, stop in zip(
             normal.knots.offset[:-1], normal.knots.offset[1:], strict=True
         ):
-            free = np.linalg.qr(
-                np.polynomial.legendre.legvander(
-                    np.linspace(-1, 1, stop - start), m - 1
-                )
-            )[0]
+            free = _orthonormal_polynomials(stop - start, m)
             root = np.linalg.cholesky(
                 free.T @ multiply(normal.bands[:, start:stop], free)
             )
@@ -74,8 +74,7 @@ class Likelihood:
         h = self.normal.knots.h
         trial = Smoothness(self.order, np.exp(log_h_bandwidth) / h, np.nan, np.nan)
         penalty = trial.penalty(self.normal, self.dt)
-        c, factor = self.normal.solve(self.order, penalty)
-        square = self.normal.objective(c, self.order, penalty)
+        square, factor = self.normal.minimum(self.order, penalty)
         variance = max(square / (self.d * self.degrees), self.floor)
         log_det = (
             2.0 * float(np.sum(np.log(factor[0])))
@@ -89,13 +88,18 @@ class Likelihood:
         return Smoothness(self.order, trial.bandwidth, variance, score)
 
     def maximum(
-        self, lowest: float, highest: float, near: float | None = None
+        self,
+        lowest: float,
+        highest: float,
+        near: float | None = None,
+        needed: float = -np.inf,
     ) -> Smoothness:
         """The most likely bandwidth, with h wc between two bounds.
 
         A coarse scan, or with `near`, an h wc that is about right, only uphill from
         there; then parabolas through the three best, until the step is below
-        `NEGLIGIBLE_BANDWIDTH_CHANGE`.
+        `NEGLIGIBLE_BANDWIDTH_CHANGE`. Where the log likelihood `needed` is far off it is
+        not searched for.
         """
         low, high = float(np.log(lowest)), float(np.log(highest))
         step = (high - low) / COARSE_STEPS
@@ -109,7 +113,11 @@ class Likelihood:
                 tried[float(np.clip(x, low, high))] = self.at(
                     float(np.clip(x, low, high))
                 )
-        for _ in range(MOST_REFINEMENTS):
+        scores = [found.log_likelihood for found in tried.values()]
+        refinements = MOST_REFINEMENTS
+        if needed - max(scores) > HOPELESS * (max(scores) - min(scores)):
+            refinements = 0
+        for _ in range(refinements):
             x = self._next(sorted(tried), tried, low, high, step)
             if min(abs(x - other) for other in tried) < NEGLIGIBLE_BANDWIDTH_CHANGE:
                 break
@@ -139,3 +147,11 @@ class Likelihood:
             else b
         )
         return float(np.clip(vertex, 0.5 * (a + b), 0.5 * (b + c)))
+
+
+def _orthonormal_polynomials(n: int, m: int) -> Array:
+    """(n, m) of degrees below m at n even places."""
+    columns = np.polynomial.legendre.legvander(np.linspace(-1, 1, n), m - 1)
+    # they are nearly orthogonal already
+    root = np.linalg.inv(np.linalg.cholesky(columns.T @ columns))
+    return np.array(columns @ root.T, dtype=float)

@@ -22,7 +22,8 @@ from math import comb
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.motion.bspline import Knots, Normal, inverse_bands
+from hefting.motion.bspline import Knots, Normal
+from hefting.motion.inverse_bands import inverse_bands
 from hefting.motion.likelihood import Smoothness
 
 LOCAL_ORDER = 4

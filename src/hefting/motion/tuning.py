@@ -4,7 +4,6 @@ equations of its spline."""
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array
 from hefting.motion.bspline import (
     FEWEST_SEGMENT_SAMPLES,
     SUPPORT,
@@ -67,8 +66,8 @@ def variance_floor(data: tuple[Observation, ...]) -> float:
 def _knot_spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
     """Knot spacing [s] for a smoothness: 0.6/bandwidth, within the limits that the
     sampling intervals and the duration set."""
-    duration, dt = float(np.ptp(data[0].time)), float(np.median(np.diff(data[0].time)))
-    finest = min(float(np.median(np.diff(o.time))) for o in data)
+    duration, dt = float(np.ptp(data[0].time)), data[0].interval
+    finest = min(o.interval for o in data)
     return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
 
 
@@ -87,10 +86,10 @@ def tune_with_equations(
             where=name,
             fix="record longer",
         )
-    dt = float(np.median(np.diff(time)))
+    dt = data[0].interval
     duration = time[-1] - time[0]
     coarsest = max(duration / 6.0, dt)
-    finest = min(float(np.median(np.diff(o.time))) for o in data)
+    finest = min(o.interval for o in data)
     h = min(max(FIRST_KNOT_SPACING, dt), coarsest)
     excess = duration / h / TUNED_COEFFICIENTS
     if excess > 1:
@@ -106,7 +105,7 @@ def tune_with_equations(
     middle = orders[len(orders) // 2]
     normal = normal_equations(data, h)
     found = _most_likely_smoothness(
-        normal, middle, sampling_interval(data[0].time, h), floor, near
+        normal, middle, sampling_interval(data[0], h), floor, near
     )
     for _ in range(3):
         wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
@@ -115,25 +114,33 @@ def tune_with_equations(
         h = wanted
         normal = normal_equations(data, h)
         found = _most_likely_smoothness(
-            normal, middle, sampling_interval(data[0].time, h), floor, found
+            normal, middle, sampling_interval(data[0], h), floor, found
         )
-    dt = sampling_interval(data[0].time, normal.knots.h)
+    dt = sampling_interval(data[0], normal.knots.h)
     best = found
     for m in orders:
         if m != middle:
             best = max(
                 best,
-                _most_likely_smoothness(normal, m, dt, floor, found),
+                _most_likely_smoothness(
+                    normal, m, dt, floor, found, best.log_likelihood
+                ),
                 key=lambda c: c.log_likelihood,
             )
     same = whole and np.isclose(normal.knots.h, h)
-    return best, h, sampling_interval(data[0].time, h), normal if same else None
+    return best, h, sampling_interval(data[0], h), normal if same else None
 
 
 def _most_likely_smoothness(
-    normal: Normal, m: int, dt: float, floor: float, near: Smoothness | None
+    normal: Normal,
+    m: int,
+    dt: float,
+    floor: float,
+    near: Smoothness | None,
+    needed: float = -np.inf,
 ) -> Smoothness:
-    """The most likely smoothness of order `m`; `near` may have another order."""
+    """The most likely smoothness of order `m`; `near` may have another order. It is not
+    refined where the log likelihood `needed` is far off."""
     h = normal.knots.h
     guesses = (
         (LARGEST_SCALED_BANDWIDTH, 0.6)
@@ -156,19 +163,18 @@ def _most_likely_smoothness(
         SMALLEST_SCALED_BANDWIDTH,
         LARGEST_SCALED_BANDWIDTH,
         None if near is None else guesses[0],
+        needed,
     )
 
 
-def _is_gap(time: Array, h: float) -> Mask:
+def _is_gap(samples: Observation, h: float) -> Mask:
     """Mask (K - 1,) of the intervals between samples that separate two segments."""
-    steps = np.diff(time)
-    typical = float(np.median(steps)) if len(steps) else 0.0
-    return steps > max(10.0 * h, 20.0 * typical, 0.1)
+    return np.diff(samples.time) > max(10.0 * h, 20.0 * samples.interval, 0.1)
 
 
-def sampling_interval(time: Array, h: float) -> float:
+def sampling_interval(samples: Observation, h: float) -> float:
     """Mean sampling interval outside gaps."""
-    return float(np.mean(np.diff(time)[~_is_gap(time, h)]))
+    return float(np.mean(np.diff(samples.time)[~_is_gap(samples, h)]))
 
 
 def normal_equations(
@@ -184,7 +190,7 @@ def normal_equations(
     repeats of that.
     """
     time = data[0].time
-    cuts = np.flatnonzero(_is_gap(time, h)) + 1
+    cuts = np.flatnonzero(_is_gap(data[0], h)) + 1
     begin, stop = np.concatenate(([0], cuts)), np.concatenate((cuts, [len(time)]))
     apart = np.concatenate(([True], np.diff(np.floor((time - time[0]) / (h / 2))) > 0))
     long_enough = (stop - begin >= FEWEST_SEGMENT_SAMPLES) & (

@@ -51,3 +51,18 @@ LARGE_EXPLANATIONS = (
     pose_inverse.explain,
 )
 """Mistakes that leave much unexplained: they are looked for only then."""
+
+LINEAR_EXPLANATIONS = frozenset(
+    (
+        axes_turned.explain,
+        axis_flipped.explain,
+        force_unit.explain,
+        time_unit.explain,
+        lever_arm.explain,
+        base_tilted.explain,
+        wrench_compensated.explain,
+        calibration_matrix.explain,
+        position_unit.explain,
+    )
+)
+"""Those of which none explains more than `free_channels`."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step
+from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, linear_step
 from hefting.ingest.rivals.explanation import OFFSET_STEP, Explanation, newton_euler
 
 CODE = "clock-rate"
@@ -16,6 +16,10 @@ RATES = np.array(
 """Relative differences of the clocks that are tried; they are refined."""
 OFFSETS = 0.04 * np.arange(-6.0, 7.0)
 """[s] Clock offsets in the middle of the recording that are tried with each."""
+FIRST_ITERATIONS = 2
+"""Reweightings by which they are compared at first."""
+KEPT = 20
+"""Likeliest pairs of a rate and an offset after that, which are compared in full."""
 STEPS = 5
 """Gauss-Newton steps of rate and offset."""
 
@@ -25,13 +29,13 @@ def explain(case: Case) -> Explanation | None:
     if not case.path.moves or np.ptp(case.time) < 3.0:
         return None
     rate, offset = _coarse(case)
-    fitted, std = _fit(case, rate, offset), np.inf
+    (fitted, around), std = _fit(case, rate, offset), np.inf
     for _ in range(STEPS):
-        step = linear_step(fitted, 0, _columns(case, rate, offset, fitted))
+        step = linear_step(fitted, 0, _columns(case, around, fitted))
         std = float(np.sqrt(step.covariance[0, 0]))
         rate += float(np.clip(step.change[0], -0.01, 0.01))
         offset += float(np.clip(step.change[1], -0.04, 0.04))
-        fitted = _fit(case, rate, offset)
+        fitted, around = _fit(case, rate, offset)
     what = (
         f"the clock of the poses seems to run {abs(100.0 * rate):.2g} ± "
         f"{100.0 * std:.1g} % {'fast' if rate > 0.0 else 'slow'} against the wrench's"
@@ -53,22 +57,23 @@ def _coarse(case: Case) -> tuple[float, float]:
     # a third of the samples is enough to begin with
     some = slice(None, None, 3)
     thin = replace(case, time=case.time[some], wrench=case.wrench[some])
-    motion = thin.motion_at(_times(case, rates, offsets)[:, some])
-    best = fit_rows(thin, newton_euler(thin, motion)).best
+    rows = newton_euler(thin, thin.motion_at(_times(case, rates, offsets)[:, some]))
+    quick = fit_rows(thin, rows, FIRST_ITERATIONS).likelihood
+    kept = np.argsort(quick)[-KEPT:]
+    best = kept[fit_rows(thin, rows.part(kept)).best]
     return float(rates[best]), float(offsets[best])
 
 
-def _fit(case: Case, rate: float, offset: float) -> Fitted:
-    motion = case.motion_at(_times(case, rate, offset)[None])
-    return fit_rows(case, newton_euler(case, motion))
+def _fit(case: Case, rate: float, offset: float) -> tuple[Fitted, Rows]:
+    """The fit, and the rows `OFFSET_STEP` before and after it."""
+    around = offset + OFFSET_STEP * np.array((0.0, -1.0, 1.0))
+    rows = newton_euler(case, case.motion_at(_times(case, rate, around)))
+    return fit_rows(case, rows.part(slice(1))), rows.part(slice(1, 3))
 
 
-def _columns(case: Case, rate: float, offset: float, fitted: Fitted) -> Array:
+def _columns(case: Case, around: Rows, fitted: Fitted) -> Array:
     """(K, 6, 2) derivative of the wrench by rate and offset."""
-    around = OFFSET_STEP * np.array((-1.0, 1.0))
-    times = _times(case, rate, offset + around)
-    rows = newton_euler(case, case.motion_at(times))
-    wrench = rows.predict(fitted.solution[0])
+    wrench = around.predict(fitted.solution[0])
     late = (wrench[1] - wrench[0]) / (2.0 * OFFSET_STEP)
     since = case.time - 0.5 * (case.time[0] + case.time[-1])
     return np.stack((-since[:, None] * late, late), axis=2)

@@ -10,7 +10,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Indices, Mask
 from hefting.ingest.autocorrelation import autocorrelation_time
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.robust_rows import (
@@ -23,6 +23,8 @@ from hefting.ingest.robust_rows import (
 
 ITERATIONS = 6
 """Reweightings of a robust fit."""
+SMALLEST_FLOOR = 1e-12
+"""Smallest floor of a residual, against division by zero."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,6 +41,11 @@ class Rows:
     wrench: Array | None = None
     """(O, K, 6) wrench, where it is not the one recorded; of the same length"""
 
+    def part(self, index: slice | Indices) -> "Rows":
+        """Those of some of the alternatives."""
+        wrench = None if self.wrench is None else self.wrench[index]
+        return Rows(self.known[index], self.maps, self.used[index], wrench)
+
     def predict(self, solution: Array) -> Array:
         """(O, K, 6) wrench of one solution (p,) by each alternative, or of the first so
         many unknowns."""
@@ -52,22 +59,16 @@ class Fitted(RobustRows):
 
     rows: Rows
 
-    @property
-    def best(self) -> int:
-        """Index of the most likely alternative."""
-        return int(np.argmax(self.likelihood))
-
     def of_best(self) -> Self:
         """The fit of the most likely alternative alone."""
         part = slice(self.best, self.best + 1)
-        rows = Rows(self.rows.known[part], self.rows.maps, self.rows.used[part])
         return type(self)(
             self.likelihood[part],
             self.solution[part],
             self.scale[part],
             self.weights[part],
             self.residual[part],
-            rows,
+            self.rows.part(part),
         )
 
 
@@ -91,17 +92,17 @@ def with_bias(
     return Rows(known, whole, np.asarray(used, dtype=float), wrench)
 
 
-def fit_rows(case: Case, rows: Rows) -> Fitted:
-    """Robust least squares of each alternative."""
+def fit_rows(case: Case, rows: Rows, iterations: int = ITERATIONS) -> Fitted:
+    """Robust least squares of each alternative, with so many reweightings."""
     wrench = case.wrench if rows.wrench is None else rows.wrench
     wrench = np.broadcast_to(wrench, (*rows.known.shape[:2], 6))
     both = np.concatenate((rows.known, wrench), axis=2)
-    floor = np.maximum(case.floor, 1e-12)
-    fits = fit_each(both, rows.maps, rows.used, floor, ITERATIONS)
+    floor = np.maximum(case.floor, SMALLEST_FLOOR)
+    fits = fit_each(both, rows.maps, rows.used, floor, iterations)
     return Fitted(**vars(fits), rows=rows)
 
 
-def correlation(fitted: Fitted, index: int) -> float:
+def correlation(fitted: RobustRows, index: int) -> float:
     """Samples that count as one, by the autocorrelation of the weighted residuals of an
     alternative; 1 for white ones."""
     weights = np.sqrt(fitted.weights[index])[:, None]

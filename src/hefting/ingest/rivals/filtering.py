@@ -2,6 +2,7 @@
 take longer to import than all mistakes to be looked for."""
 
 from collections.abc import Callable
+from dataclasses import dataclass, field
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,21 +16,32 @@ DECAYS = 8.0
 what is left after it is a part in 3000."""
 
 
-def filtered(
-    values: Array, rate: float, response: Callable[[Complex], Complex], lasting: float
-) -> Array:
-    """Values (K, n) through a filter.
+Response = Callable[[Complex], Complex]
+"""Transfer function of s = 2 pi i f [rad/s]."""
 
-    Parameters
-    ----------
-    values : of a signal that was zero before.
-    rate : of the samples [Hz].
-    response : transfer function of s = 2 pi i f [rad/s].
-    lasting : time [s] in which the filter's response decays by a factor of e.
-    """
-    K = len(values)
-    extra = int(min(DECAYS * lasting * rate, 20 * K)) + 2
-    size = 1 << (K + extra - 1).bit_length()
-    s = 2j * np.pi * np.fft.rfftfreq(size, 1.0 / rate)
-    spectrum = np.fft.rfft(values, size, axis=0) * response(s)[:, None]
-    return np.fft.irfft(spectrum, size, axis=0)[:K]
+
+@dataclass(frozen=True, eq=False)
+class Signal:
+    """An evenly sampled signal, to go through many filters. Before it began it rested
+    at its first value."""
+
+    values: Array
+    """(K, n)"""
+    rate: float
+    """of the samples [Hz]"""
+    _spectra: dict[int, tuple[Complex, Complex]] = field(default_factory=dict)
+    """By the length of the transform: s, and the spectrum of the change since the first
+    value."""
+
+    def change_through(self, response: Response, lasting: float) -> Array:
+        """(K, n) its change since the first value through a filter, whose response
+        decays by a factor of e in the time `lasting` [s]."""
+        K = len(self.values)
+        extra = int(min(DECAYS * lasting * self.rate, 20 * K)) + 2
+        size = 1 << (K + extra - 1).bit_length()
+        if size not in self._spectra:
+            s = 2j * np.pi * np.fft.rfftfreq(size, 1.0 / self.rate)
+            change = self.values - self.values[0]
+            self._spectra[size] = s, np.fft.rfft(change, size, axis=0)
+        s, spectrum = self._spectra[size]
+        return np.fft.irfft(spectrum * response(s)[:, None], size, axis=0)[:K]

@@ -32,8 +32,7 @@ def explain(case: Case) -> Explanation | None:
     load = case.wrench - fitted.residual[fitted.best]
     share = 0.0
     for _ in range(PASSES):
-        lags = np.array([_lag(load, share) for share in SHARES])
-        fitted, share, load = _fit(case, rows, lags)
+        fitted, share, load = _fit(case, rows, _lags(load, SHARES))
     what = (
         f"the sensor seems to follow the load with some {100.0 * share:.2g} % of "
         "play or hysteresis"
@@ -52,11 +51,13 @@ def _fit(case: Case, rows: Rows, lags: Array) -> tuple[Fitted, float, Array]:
     return fitted, float(SHARES[index]), load
 
 
-def _lag(load: Array, share: float) -> Array:
-    """(K, 6) what a follower with play shows less its load (K, 6)."""
-    half = 0.5 * share * np.ptp(load, axis=0)
-    shown = load.copy()
-    low, high = load - half, load + half
+def _lags(load: Array, shares: Array) -> Array:
+    """(S, K, 6) what followers with play of each of the shares (S,) show less their
+    load (K, 6)."""
+    half = 0.5 * shares[:, None] * np.ptp(load, axis=0)
+    shown = np.empty((len(load), *half.shape))
+    shown[0] = load[0]
+    low, high = load[:, None] - half, load[:, None] + half
     for k in range(1, len(load)):
-        shown[k] = np.minimum(np.maximum(shown[k - 1], low[k]), high[k])
-    return shown - load
+        np.minimum(np.maximum(shown[k - 1], low[k]), high[k], out=shown[k])
+    return np.swapaxes(shown - load[:, None], 0, 1)

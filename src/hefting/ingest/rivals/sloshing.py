@@ -9,12 +9,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array, skew
+from hefting.core.spatial import Array, Indices, cross, skew
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import LinearPart, Rows, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation, at_offset, newton_euler
-from hefting.ingest.rivals.filtering import Complex, filtered
+from hefting.ingest.rivals.filtering import Complex, Signal
 
 CODE = "sloshing"
 FREQUENCIES = np.geomspace(0.6, 4.0, 20)
@@ -63,12 +63,12 @@ def explain(case: Case) -> Explanation | None:
 class _Driven:
     """The specific force that drives a loose mass."""
 
-    time: Array
-    """(K,) [s] of the wrench, on the clock of the motion"""
-    grid: Array
-    """(G,) [s]"""
-    specific: Array
+    specific: Signal
     """(G, 3) in sensor axes [m/s²]"""
+    before: Indices
+    """(K,) the instant of it before each sample of the wrench"""
+    beyond: Array
+    """(K, 1) distance of the sample from that, in intervals"""
 
     @classmethod
     def of(cls, case: Case) -> "_Driven":
@@ -76,15 +76,21 @@ class _Driven:
         count = int(np.clip((time[-1] - time[0]) * RATE, 8, MOST_INSTANTS)) + 2
         grid = np.linspace(time[0], time[-1], count)
         features = case.motion_at(grid[None]).features(case.modelled_gravity)
-        return cls(time, grid, -features[0, :, :3])
+        rate = (count - 1) / (grid[-1] - grid[0])
+        places = (time - time[0]) * rate
+        before = np.clip(places.astype(int), 0, count - 2)
+        specific = Signal(-features[0, :, :3], rate)
+        return cls(specific, before, (places - before)[:, None])
 
     def swinging(self, frequency: float, damping: float) -> Array:
         """(K, 6) acceleration of a loose mass, and torque of its weight by its
         displacement, per kilogram."""
-        place, acceleration = swing(self.grid, self.specific, frequency, damping)
-        torque = np.cross(place, self.specific)
-        both = np.hstack((acceleration, torque))
-        return np.column_stack([np.interp(self.time, self.grid, x) for x in both.T])
+        place, acceleration = swing(self.specific, frequency, damping)
+        ends = []
+        for instant in (self.before, self.before + 1):
+            torque = cross(place[instant].T, self.specific.values[instant].T)
+            ends.append(np.hstack((acceleration[instant], torque.T)))
+        return ends[0] + self.beyond * (ends[1] - ends[0])
 
 
 def _score(rigid: LinearPart, swinging: Array) -> float:
@@ -107,22 +113,17 @@ def _rows(case: Case, swinging: Array) -> Rows:
     return with_bias(case, known, maps, motion.known)
 
 
-def swing(
-    time: Array, specific: Array, frequency: float, damping: float
-) -> tuple[Array, Array]:
+def swing(specific: Signal, frequency: float, damping: float) -> tuple[Array, Array]:
     """Place (K, 3) [m] and acceleration (K, 3) of a loose mass that was at rest at
-    first, at even times."""
+    first, driven by a specific force (K, 3)."""
     w = 2.0 * np.pi * frequency
-    rate = (len(time) - 1) / (time[-1] - time[0])
 
     def response(s: Complex) -> Complex:
         return 1.0 / (s * s + 2.0 * damping * w * s + w * w)
 
-    change = specific - specific[0]
     lasting = 1.0 / (damping * w)
-    place = filtered(change, rate, response, lasting)
-    acceleration = filtered(change, rate, lambda s: s * s * response(s), lasting)
-    return specific[0] / w**2 + place, acceleration
+    place = specific.values[0] / w**2 + specific.change_through(response, lasting)
+    return place, specific.change_through(lambda s: s * s * response(s), lasting)
 
 
 def _maps() -> Array:

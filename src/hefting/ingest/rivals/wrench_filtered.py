@@ -7,7 +7,7 @@ from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.filtering import Complex, filtered
+from hefting.ingest.rivals.filtering import Complex, Signal
 
 CODE = "wrench-filtered"
 BANDWIDTHS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
@@ -61,37 +61,35 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
     grid = np.linspace(first, case.time[-1] + 1.0 / RATE, count)
     rate = (count - 1) / (grid[-1] - grid[0])
     motion = case.motion_at(grid[None])
-    features = motion.features(case.modelled_gravity)[0]
+    features = Signal(motion.features(case.modelled_gravity)[0], rate)
     offsets = np.unique((0.0, case.offset)) if abs(case.offset) > 1e-4 else np.zeros(1)
+    # the wrench's samples among the instants, and how far each is from the one before
+    places = (case.time - offsets[:, None] - grid[0]) * rate
+    before = np.clip(places.astype(int), 0, count - 2)
+    beyond = np.clip(places - before, 0.0, 1.0)[:, :, None]
     names: list[tuple[int, float]] = []
     known: list[Array] = []
     for order in ORDERS:
         for bandwidth in BANDWIDTHS:
             if bandwidth > 0.4 * rate:
                 continue
-            change = low_passed(features - features[0], rate, order, bandwidth)
-            smooth = features[0] + change
+            smooth = low_passed(features, order, bandwidth)
             # an offset of the filter's own delay is possible besides
-            for offset in offsets:
-                names.append((order, bandwidth))
-                known.append(
-                    np.column_stack(
-                        [np.interp(case.time - offset, grid, x) for x in smooth.T]
-                    )
-                )
+            names += [(order, bandwidth)] * len(offsets)
+            known.append(smooth[before] * (1.0 - beyond) + smooth[before + 1] * beyond)
     if not known:
         return names, None
     used = np.interp(case.time, grid, motion.known[0].astype(float)) > 0.99
-    used = np.broadcast_to(used, (len(known), len(case.time)))
-    return names, with_bias(case, np.array(known), REGRESSOR_BY_FEATURE, used)
+    used = np.broadcast_to(used, (len(names), len(case.time)))
+    return names, with_bias(case, np.concatenate(known), REGRESSOR_BY_FEATURE, used)
 
 
-def low_passed(values: Array, rate: float, order: int, bandwidth: float) -> Array:
-    """Values (K, n) through a Butterworth filter of first or second order."""
+def low_passed(signal: Signal, order: int, bandwidth: float) -> Array:
+    """A signal (K, n) through a Butterworth filter of first or second order."""
     w = 2.0 * np.pi * bandwidth
 
     def response(s: Complex) -> Complex:
         bend = 2.0**0.5 * s / w + np.square(s / w) if order == 2 else s / w
         return 1.0 / (1.0 + bend)
 
-    return filtered(values, rate, response, 2.0**0.5 / w)
+    return signal.values[0] + signal.change_through(response, 2.0**0.5 / w)
