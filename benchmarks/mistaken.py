@@ -15,6 +15,7 @@ from benchmarks.mistaken_poses import (
     lever,
     moved_shape,
     pose_clock,
+    position_axes,
     position_glitches,
     positions,
     quaternions,
@@ -139,6 +140,15 @@ def mistakes() -> list[Mistake]:
             "mm": positions(1e3),
             "cm": positions(1e2),
             "in": positions(1 / 0.0254),
+        },
+    )
+    add(
+        "axes of position",
+        named("position-axes"),
+        {
+            "swapped": position_axes((0, 1, 0), (1, 0, 0), (0, 0, 1)),
+            "mirrored": position_axes((1, 0, 0), (0, -1, 0), (0, 0, 1)),
+            "y up": position_axes((1, 0, 0), (0, 0, 1), (0, -1, 0)),
         },
     )
     wrong_unit = named(

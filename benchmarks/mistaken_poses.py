@@ -33,6 +33,13 @@ def positions(scale: float) -> Change:
     return lambda given, rng: given.stream("position", lambda _, p: scale * p)
 
 
+def position_axes(*rows: tuple[float, float, float]) -> Change:
+    """Positions in other axes than the orientations."""
+    return lambda given, rng: given.stream(
+        "position", lambda _, p: p @ np.array(rows).T
+    )
+
+
 def lever(metres: float) -> Change:
     """The pose is that of a flange behind the sensor, with the same axes."""
 

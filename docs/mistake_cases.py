@@ -76,6 +76,13 @@ CASES = {
             "as many times too large.",
         ),
         Case(
+            "Positions in other axes",
+            "position-axes",
+            ("axes of position", "swapped"),
+            "Columns that are swapped or have the wrong sign, or positions of a tracker in "
+            "a world of its own.",
+        ),
+        Case(
             "Time in another unit",
             "time-unit",
             ("time", "half as fast"),

@@ -74,7 +74,7 @@ def code_of(said: Any) -> str:
 def text_of(said: Any) -> str:
     """Its text, as the command says it."""
     text = said["text"] if isinstance(said, dict) else str(said)
-    return re.sub(r"(--[a-z-]+ [^ )]+|--[a-z-]+)", r"`\1`", render(text))
+    return re.sub(r"(--[a-z-]+(?: (?!and |\()[^ )]+)?)", r"`\1`", render(text))
 
 
 def picture(found: hefting.Identification, ends: np.ndarray) -> bytes:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 from benchmarks.given import Given, Mistake
 from benchmarks.mistaken import mistakes
-from benchmarks.mistaken_poses import lever, positions, time_scaled
+from benchmarks.mistaken_poses import lever, position_axes, positions, time_scaled
 from benchmarks.mistaken_wrenches import changing_gradually, gains, turned
 from scipy.spatial.transform import Rotation
 
@@ -61,6 +61,8 @@ CLEAR = {
     ("cross-talk", "3%"): "cross-talk",
     ("cable", "5 N/m"): "cable-force",
     ("sloshing", "30%"): "sloshing",
+    ("axes of position", "swapped"): "position-axes",
+    ("axes of position", "y up"): "position-axes",
     ("time", "half as fast"): "time-unit",
     ("time", "in milliseconds"): "time-unit",
     ("leaks", "40%"): "object-changing",
@@ -169,6 +171,15 @@ def test_an_object_that_changes_gradually_is_known_at_the_end(kind, size):
     assert doubt is not None
     assert doubt.message.code == "object-changing"
     assert not doubt.needs_no_change
+
+
+def test_axes_of_positions_are_told_as_what_was_logged():
+    """Logged (y, z, x): x, y and z are the third, first and second of them."""
+    change = position_axes((0, 1, 0), (0, 0, 1), (1, 0, 0))
+    doubt = doubt_of(case_of(change(correct(1), np.random.default_rng(1))))
+    assert doubt is not None
+    assert doubt.message.code == "position-axes"
+    assert "(z, x, y) of those logged" in doubt.message
 
 
 @pytest.mark.parametrize("seed", [0, 1, 2])

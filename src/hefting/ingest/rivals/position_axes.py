@@ -1,0 +1,68 @@
+"""Positions in other axes than the orientations: columns that are swapped or have the
+wrong sign, or positions in another frame of the world."""
+
+import itertools
+from dataclasses import replace
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.rivals.case import Case, Motion
+from hefting.ingest.rivals.evidence import fit_rows
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    newton_euler,
+    over_offsets,
+)
+
+CODE = "position-axes"
+FIRST_ITERATIONS = 2
+"""Reweightings by which the axes are compared at first."""
+SIGNED_PERMUTATIONS = np.array(
+    [
+        np.array(signs)[:, None] * np.array(order)
+        for order in itertools.permutations(np.eye(3))
+        for signs in itertools.product((1.0, -1.0), repeat=3)
+    ]
+)[1:]
+"""(47, 3, 3) ways to name and to direct three axes, without the identity."""
+
+
+def explain(case: Case) -> Explanation | None:
+    """The likeliest axes."""
+    if not case.recording.has("position") or case.path.kind != "smooth":
+        return None
+    each = _in_axes(case.motion_as_found, SIGNED_PERMUTATIONS)
+    quick = fit_rows(case, newton_euler(case, each), FIRST_ITERATIONS)
+    axes = SIGNED_PERMUTATIONS[quick.best]
+    fitted, _ = over_offsets(
+        case, lambda motion: newton_euler(case, _in_axes(motion, axes[None]))
+    )
+    logged = ", ".join(
+        f"{'-' if row.sum() < 0.0 else ''}{'xyz'[int(np.argmax(np.abs(row)))]}"
+        for row in axes
+    )
+    return Explanation(
+        CODE,
+        f"the positions seem to be in other axes than the orientations: ({logged}) of "
+        "those logged in place of (x, y, z)",
+        "give both in the same axes of the world, with positions as they are measured",
+        fitted,
+        0,
+        rarity=float(np.log(len(SIGNED_PERMUTATIONS))),
+    )
+
+
+def _in_axes(motion: Motion, axes: Array) -> Motion:
+    """The motion with the positions in each of other axes of the world (A, 3, 3), at one
+    clock offset, or in one at each of the offsets."""
+    in_world = np.swapaxes(motion.axes, -1, -2) @ motion.a[..., None]
+    a = (motion.axes @ (axes[:, None] @ in_world))[..., 0]
+    count = len(a)
+    return replace(
+        motion,
+        a=a,
+        rest=np.broadcast_to(motion.rest, (count, *motion.rest.shape[1:])),
+        axes=np.broadcast_to(motion.axes, (count, *motion.axes.shape[1:])),
+        known=np.broadcast_to(motion.known, (count, *motion.known.shape[1:])),
+    )
