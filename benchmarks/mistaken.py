@@ -48,6 +48,7 @@ from benchmarks.mistaken_wrenches import (
     turned,
     unbiased_options,
     units,
+    vibrating,
 )
 
 
@@ -290,6 +291,11 @@ def mistakes() -> list[Mistake]:
         "cable",
         named("cable-force", "unexplained"),
         {f"{k:g} N/m": cable(k) for k in (1.0, 5.0, 20.0)},
+    )
+    add(
+        "vibration",
+        named("vibration"),
+        {f"{f:g} Hz": vibrating(f, 1.0) for f in (5.0, 12.0)},
     )
     add(
         "sloshing",

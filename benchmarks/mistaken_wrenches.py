@@ -118,6 +118,16 @@ def play(share: float) -> Change:
     return make
 
 
+def vibrating(hertz: float, newtons: float) -> Change:
+    """A compliant arm: the wrench vibrates."""
+    amplitude = newtons * np.array((1.0, 0.5, 0.7, 0.05, 0.06, 0.02))
+
+    def shake(t: Array, w: Array) -> Array:
+        return w + np.sin(2.0 * np.pi * hertz * t + 1.0)[:, None] * amplitude
+
+    return lambda given, rng: given.wrench(shake)
+
+
 def low_passed(hertz: float) -> Change:
     def make(given: Given, rng: np.random.Generator) -> Given:
         b, a = butter(2, hertz / (0.5 * RATE))

@@ -191,6 +191,13 @@ CASES = {
             "turned.",
         ),
         Case(
+            "The arm vibrates",
+            "vibration",
+            ("vibration", "12 Hz"),
+            "A compliant arm, gripper or sensor shakes faster than the motion is. That is no "
+            "mistake: it counts as noise.",
+        ),
+        Case(
             "Something swings",
             "sloshing",
             ("sloshing", "30%"),

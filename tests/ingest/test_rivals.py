@@ -8,7 +8,7 @@ import pytest
 from benchmarks.given import Given, Mistake
 from benchmarks.mistaken import mistakes
 from benchmarks.mistaken_poses import lever, position_axes, positions, time_scaled
-from benchmarks.mistaken_wrenches import changing_gradually, gains, turned
+from benchmarks.mistaken_wrenches import changing_gradually, gains, turned, vibrating
 from scipy.spatial.transform import Rotation
 
 from benchmarks import given as benchmark
@@ -32,6 +32,7 @@ from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
 from hefting.ingest.rivals.filtering import Signal
 from hefting.ingest.rivals.judge import evidence, judge
+from hefting.ingest.rivals.vibration import Vibration
 from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
 from hefting.simulation import UR5, hammer, random_smooth, simulate
@@ -171,6 +172,40 @@ def test_an_object_that_changes_gradually_is_known_at_the_end(kind, size):
     assert doubt is not None
     assert doubt.message.code == "object-changing"
     assert not doubt.needs_no_change
+
+
+@pytest.mark.parametrize("hertz", [5.0, 12.0])
+def test_a_vibration_is_told_with_its_frequency(hertz):
+    """And not that nothing explains the wrench, which made the answer unusable; its force
+    is 1.32 N, the root of the sum of three squares. Of ten seconds a frequency is known to
+    a tenth."""
+    given = vibrating(hertz, 1.0)(correct(1), np.random.default_rng(1))
+    case = case_of(given)
+    doubt = doubt_of(case)
+    assert doubt is not None
+    assert doubt.message.code == "vibration"
+    assert not doubt.is_fatal
+    found = Vibration.of(case)
+    assert found is not None
+    assert found.frequency == pytest.approx(hertz, abs=0.1)
+    assert found.force == pytest.approx(1.32, rel=0.1)
+
+
+@pytest.mark.parametrize("name", ["spikes", "sloshing"])
+def test_what_is_no_vibration_stays_unexplained(name):
+    """Spikes are at all frequencies, a liquid swings below 3 Hz."""
+    given = correct(4)
+    rng = np.random.default_rng(1)
+    if name == "spikes":
+        hit = rng.random(1000) < 0.15
+        given = given.wrench(
+            lambda _, w: w + hit[:, None] * rng.normal(0.0, 20.0, (1000, 6))
+        )
+    else:
+        given = mistake("sloshing", "30%").make(given, rng)
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code != "vibration"
 
 
 def test_axes_of_positions_are_told_as_what_was_logged():

@@ -9,6 +9,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation
 from hefting.ingest.rivals.judge import Judged, judge
+from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_MASS_CHANGE = 0.03
 """Change of the mass, as a share of it, from which on a mistake makes the answer
@@ -88,6 +89,11 @@ def doubt_of(case: Case) -> Doubt | None:
     factor = 1.0 if case.path.moves else STATIC_FACTOR
     if share <= factor * NOTICED_UNEXPLAINED:
         return None
+    vibration = Vibration.of(case) if case.path.moves else None
+    if vibration is not None:
+        otherwise = share * (1.0 - vibration.share) ** 0.5
+        if otherwise <= NOTICED_UNEXPLAINED:
+            return Doubt(_vibrates(vibration), False)
     what = (
         f"{100.0 * share:.0f} % of the wrench's changes are neither noise nor what a "
         "body on this motion needs: is the object fixed and free, and are clocks, axes "
@@ -95,6 +101,15 @@ def doubt_of(case: Case) -> Doubt | None:
     )
     say = error if share > factor * LARGE_UNEXPLAINED else warning
     return Doubt(say("unexplained", what), False)
+
+
+def _vibrates(vibration: Vibration) -> Message:
+    what = (
+        f"the wrench vibrates at {vibration.frequency:.2g} Hz, the force by "
+        f"{vibration.force:.2g} N, as on a compliant arm: it counts as noise; move slower, "
+        "or wait between moves, for narrower intervals"
+    )
+    return warning("vibration", what)
 
 
 def _named(judged: Judged, named: Explanation) -> Message:

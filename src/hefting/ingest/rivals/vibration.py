@@ -1,0 +1,81 @@
+"""Vibration: what is left of the wrench is at one frequency above those of the motion, as
+of a compliant arm, gripper or sensor. It is no mistake, and averages out."""
+
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from hefting.core.spatial import Array
+from hefting.ingest.blocks import Blocks
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.explanation import fit_as_given
+
+LOWEST_FREQUENCY = 3.0
+"""[Hz] Below it arms with an object move, and liquids in it swing."""
+BAND = 0.1
+"""Half of the width of a vibration's band, as a share of its frequency."""
+LEAST_SHARE = 0.5
+"""Of the variance that is left, in that band: of white noise it is a seventh at most."""
+MOST_BLOCKS = 6_000
+"""Blocks of the wrench, the first ones, that are looked at: a minute."""
+FEWEST_BLOCKS = 64
+"""Fewest of them."""
+
+
+@dataclass(frozen=True)
+class Vibration:
+    """The vibration in what a body leaves of the wrench."""
+
+    frequency: float
+    """[Hz]"""
+    force: float
+    """[N] amplitude, over all axes"""
+    share: float
+    """of the variance that is left"""
+
+    @classmethod
+    def of(cls, case: Case) -> Self | None:
+        """Of the recording as given; None where there are too few samples, or most of
+        what is left is elsewhere."""
+        time, residual = _residual(case)
+        if len(time) < FEWEST_BLOCKS:
+            return None
+        even = np.linspace(time[0], time[-1], len(time))
+        values = np.column_stack([np.interp(even, time, x) for x in residual.T])
+        frequency = np.fft.rfftfreq(len(even), float(even[1] - even[0]))
+        window = np.hanning(len(even))
+        power = np.square(np.abs(np.fft.rfft(values * window[:, None], axis=0)))
+        power *= 2.0 / (len(even) * np.square(window).sum())
+        scale = np.maximum(
+            np.square(values).mean(axis=0).reshape(2, 3).sum(axis=1), 1e-300
+        )
+        weighted = (power.reshape(-1, 2, 3).sum(axis=2) / scale).sum(axis=1)
+        fast = frequency > LOWEST_FREQUENCY
+        if not fast.any() or not weighted[fast].any():
+            return None
+        peak = float(frequency[np.argmax(np.where(fast, weighted, 0.0))])
+        near = np.abs(frequency - peak) < BAND * peak
+        share = float(weighted[near].sum() / weighted.sum())
+        if share < LEAST_SHARE:
+            return None
+        return cls(peak, float(np.sqrt(2.0 * power[near, :3].sum())), share)
+
+
+def _residual(case: Case) -> tuple[Array, Array]:
+    """Times (B,) [s] and residuals (B, 6) of the blocks' wrench, each channel about the
+    line that fits it."""
+    wrench = case.recording["wrench"]
+    blocks = Blocks.of(np.array(wrench.time), np.array(wrench.values))
+    time, values = blocks.time[:MOST_BLOCKS], blocks.wrench[:MOST_BLOCKS]
+    fitted, offset = fit_as_given(case)
+    motion = case.motion_at(time[None] - offset)
+    known = motion.known[0]
+    body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best][:10]
+    left = values - motion.features(case.modelled_gravity)[0] @ body
+    time, left = time[known], left[known]
+    if len(time) < 2:
+        return time[:0], left[:0]
+    line = np.column_stack((np.ones_like(time), time - time.mean()))
+    return time, left - line @ np.linalg.lstsq(line, left, rcond=None)[0]
