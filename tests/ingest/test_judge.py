@@ -61,6 +61,8 @@ LINEAR_MISTAKES = {
     "base tilted": "15°",
     "compensated wrench": "60% of the payload",
     "gain of one axis": "10%",
+    "time": "half as fast",
+    "unit of position": "cm",
 }
 
 

@@ -8,7 +8,13 @@ import pytest
 from benchmarks.given import Given, Mistake
 from benchmarks.mistaken import mistakes
 from benchmarks.mistaken_poses import lever, position_axes, positions, time_scaled
-from benchmarks.mistaken_wrenches import changing_gradually, gains, turned, vibrating
+from benchmarks.mistaken_wrenches import (
+    changing_gradually,
+    compensated,
+    gains,
+    turned,
+    vibrating,
+)
 from scipy.spatial.transform import Rotation
 
 from benchmarks import given as benchmark
@@ -73,9 +79,9 @@ CLEAR = {
 
 
 @cache
-def correct(seed: int, noise: str = "moderate") -> Given:
+def correct(seed: int, noise: str = "moderate", imu: bool = False) -> Given:
     """The benchmark's recording without a mistake."""
-    return benchmark.correct(seed, noise=noise)
+    return benchmark.correct(seed, imu, noise)
 
 
 def mistake(name: str, strength: str) -> Mistake:
@@ -206,6 +212,58 @@ def test_what_is_no_vibration_stays_unexplained(name):
     doubt = doubt_of(case_of(given))
     assert doubt is not None
     assert doubt.message.code != "vibration"
+
+
+@pytest.mark.parametrize(
+    ("share", "code"),
+    [(1.0, "wrench-compensated"), (0.97, "wrench-compensated"), (0.75, "time-unit")],
+)
+def test_a_payload_that_is_taken_away_is_no_unit_of_time(share, code):
+    """It is the same as time that runs too fast: of 75 %, as of time twice as fast, both
+    are said; more is a payload, as no sensor is sampled so rarely."""
+    doubt = doubt_of(case_of(compensated(share)(correct(1), np.random.default_rng(1))))
+    assert doubt is not None
+    assert doubt.message.code == code
+    assert f"{share:.0%}".replace("%", " %") in doubt.message
+
+
+def test_what_was_given_for_nothing_is_to_be_left_out():
+    from hefting.identification import identify
+
+    for given in ({"sensor_turned": "z:90"}, {"sensor_pose_in_log": "0,0,0.1,0,0,0,1"}):
+        found = identify(correct(0).recording, **given).estimate
+        (reason,) = found.verdict.reasons
+        assert reason.code in ("axes-turned", "lever-arm")
+        assert "leave out the pose of the sensor that was given" in reason
+
+
+def test_an_accelerometer_is_not_moved_by_a_pose_of_the_sensor():
+    """It stays where it is, so no pose is advised."""
+    clean = correct(1, imu=True)
+    streams = dict(clean.recording.streams)
+    del streams["position"]
+    alone = replace(clean, recording=replace(clean.recording, streams=streams))
+    z = np.array((0.0, 0.0, 1.0))
+    said = turned(z, 30.0)(alone, np.random.default_rng(1))
+    doubt = doubt_of(case_of(said))
+    assert doubt is not None
+    assert doubt.message.code == "axes-turned"
+    assert "in the same axes" in doubt.message
+    assert "sensor_" not in doubt.message
+
+
+@pytest.mark.parametrize(("share", "told"), [(0.01, False), (0.06, True)])
+def test_a_gain_that_drifts_a_little_is_no_leak(share, told):
+    """Nor a movement in the gripper of no millimetre."""
+
+    def drift(t, w):
+        return w * (1.0 + share * (t - t[0]) / (t[-1] - t[0]))[:, None]
+
+    doubt = doubt_of(case_of(correct(1).wrench(drift)))
+    assert (doubt is not None) == told
+    if doubt is not None:
+        assert doubt.message.code == "object-changing"
+        assert "gain drifts" in doubt.message
 
 
 def test_axes_of_positions_are_told_as_what_was_logged():

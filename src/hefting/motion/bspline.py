@@ -224,7 +224,9 @@ class Observation:
 
     @cached_property
     def interval(self) -> float:
-        """[s] Median time between samples."""
+        """[s] Median time between samples; zero of one sample."""
+        if len(self.time) < 2:
+            return 0.0
         return float(np.median(np.diff(self.time)))
 
     def __getitem__(self, index: Mask) -> Self:

@@ -1,9 +1,9 @@
 """What the motion explains of the wrench at most.
 
-Wrong axes, signs, units, gains, a lever or another gravity leave each channel of the
-wrench a linear function of the motion: of accelerations, products of velocities and the
-sensor's axes. Any such functions, each channel its own, explain at least as much as all
-of these mistakes, and are fitted in the time of one.
+Wrong axes, signs, units, gains, a lever, a payload, another gravity or unit of time leave
+each channel of the wrench a linear function of the motion: of accelerations, products of
+velocities and the sensor's axes. Any such functions, each channel its own, explain at
+least as much as all of these mistakes, and are fitted in the time of one.
 """
 
 import numpy as np

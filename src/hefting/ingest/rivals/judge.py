@@ -126,8 +126,9 @@ def judge(case: Case) -> Judged:
         return Judged(share, None, given)
     best = _simplest(case, given, best, tried)
     other = None if best.alternative is None else best.alternative()
-    if other is not None and _is_told(case, given, other):
-        best = max(best, other, key=lambda each: evidence(case, given, each))
+    if other is not None and not _too_heavy(other, given):
+        both = [each for each in (best, other) if _is_told(case, given, each)]
+        best = max(both, key=lambda each: evidence(case, given, each))
     told = evidence(case, given, best)
     little = _missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
     if little and evidence(case, given, errors_on_data_sheet(case)) > told:

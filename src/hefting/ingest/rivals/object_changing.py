@@ -16,9 +16,10 @@ from hefting.ingest.rivals.explanation import Explanation, over_offsets
 CODE = "object-changing"
 KNOTS = 3
 """Instants between which mass and first moment are linear in time."""
-CLEAR_MASS_CHANGE = 0.03
-"""Change of the mass, as a share of it, above which it is told; else that of the COM
-is."""
+SMALLEST_MASS_CHANGE = 0.02
+"""Change of the mass, as a share of it, that is told: gains of sensors drift by less."""
+SMALLEST_MOVE = 0.002
+"""[m] Movement of the COM that is told."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -31,18 +32,29 @@ def explain(case: Case) -> Explanation | None:
     mass = bodies[:, 0]
     if mass.min() <= 0.0 <= mass.max():
         return None
-    if np.ptp(mass) > CLEAR_MASS_CHANGE * np.abs(mass).max():
+    com = bodies[:, 1:] / mass[:, None]
+    moved = max(float(np.linalg.norm(one - com[0])) for one in com)
+    weight = float(np.linalg.norm(case.gravity))
+    in_force = float(np.ptp(mass)) * weight
+    in_torque = float(np.abs(mass).max()) * moved * weight
+    scale = fitted.scale[fitted.best]
+    if in_force / scale[0] > in_torque / scale[1]:
+        if np.ptp(mass) < SMALLEST_MASS_CHANGE * np.abs(mass).max():
+            return None
         start, middle, end = np.abs(mass)
         what = (
             f"the object seems to be {start:.3g} kg at the start of the recording, "
             f"{middle:.3g} kg in its middle and {end:.3g} kg at its end, as one that "
-            "leaks or is filled"
+            "leaks or is filled, or by a sensor whose gain drifts"
         )
         fix = "close it"
     else:
-        com = bodies[:, 1:] / mass[:, None]
-        moved = 1e3 * np.linalg.norm(com[-1] - com[0])
-        what = f"the object seems to move by {moved:.0f} mm in the gripper, little by little"
+        if moved < SMALLEST_MOVE:
+            return None
+        what = (
+            f"the object seems to move by {1e3 * moved:.0f} mm in the gripper, little by "
+            "little"
+        )
         fix = "grip it tighter"
     return Explanation(
         CODE,

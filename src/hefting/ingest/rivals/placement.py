@@ -31,6 +31,9 @@ from hefting.ingest.rivals.explanation import (
 LARGEST_LEVER = 0.5
 """[m] Largest distance of a sensor from the logged frame: points beyond are found where
 force and torque do not belong together."""
+SMALL_LEVER = 0.005
+"""[m] Distance up to which a sensor counts as at the logged frame's origin, where a pose
+that was given puts it elsewhere."""
 LARGEST_STEP = 0.3
 """[rad, m] Largest turn about, and change of the place along, each axis in one step."""
 LARGEST_OFFSET_STEP = 0.02
@@ -176,19 +179,29 @@ def advice(
     It is a whole number of degrees about an axis where that is within the deviation of
     the turn, by its covariance (3, 3) in logged axes; else the pose.
     """
-    given = case.recording.sensor_pose
+    if case.path.gravity_measured:  # the poses do not say how the accelerometer moves
+        return "give wrench and accelerometer in the same axes, about the same point"
+    given, instead = case.recording.sensor_pose, ""
     if given is not None:
-        before = given[:3, :3]
+        before, instead = given[:3, :3], " in place of the pose that was given"
         R, point = before @ R, before @ point + given[:3, 3]
         if turn_covariance is not None:
             turn_covariance = before @ turn_covariance @ before.T
+        if angle_and_axis(R)[0] < ROUND_ANGLE and np.linalg.norm(point) < SMALL_LEVER:
+            return "leave out the pose of the sensor that was given"
     if turn_covariance is not None and not point.any():
         round_turn = _round_turn(R, turn_covariance)
         if round_turn is not None:
-            return f"give `sensor_turned`='{round_turn}'"
-    place = ",".join(f"{x:.4f}" if x else "0" for x in point)
-    turn = ",".join(f"{q:.5f}".rstrip("0").rstrip(".") for q in quaternion_of(R) + 0.0)
-    return f"give `sensor_pose_in_log`='{place},{turn}'"
+            return f"give `sensor_turned`='{round_turn}'{instead}"
+    place = ",".join(_number(x, 4) for x in point)
+    turn = ",".join(_number(q, 5) for q in quaternion_of(R))
+    return f"give `sensor_pose_in_log`='{place},{turn}'{instead}"
+
+
+def _number(value: float, digits: int) -> str:
+    """A number of so many decimals, without those that are zero."""
+    text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
+    return "0" if text == "-0" else text
 
 
 def _round_turn(R: Array, covariance: Array) -> str | None:

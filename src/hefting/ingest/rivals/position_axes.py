@@ -18,6 +18,8 @@ from hefting.ingest.rivals.explanation import (
 CODE = "position-axes"
 FIRST_ITERATIONS = 2
 """Reweightings by which the axes are compared at first."""
+SMALL_ADVANTAGE = 5.0
+"""Log-likelihood of all samples by which other axes may be likelier than simpler ones."""
 SIGNED_PERMUTATIONS = np.array(
     [
         np.array(signs)[:, None] * np.array(order)
@@ -34,7 +36,10 @@ def explain(case: Case) -> Explanation | None:
         return None
     each = _in_axes(case.motion_as_found, SIGNED_PERMUTATIONS)
     quick = fit_rows(case, newton_euler(case, each), FIRST_ITERATIONS)
-    axes = SIGNED_PERMUTATIONS[quick.best]
+    # where positions hardly vary along an axis its sign is open: the fewest changes
+    best = quick.likelihood > quick.likelihood.max() - SMALL_ADVANTAGE / len(case.time)
+    kept = np.trace(SIGNED_PERMUTATIONS, axis1=1, axis2=2)
+    axes = SIGNED_PERMUTATIONS[int(np.argmax(np.where(best, kept, -np.inf)))]
     fitted, _ = over_offsets(
         case, lambda motion: newton_euler(case, _in_axes(motion, axes[None]))
     )
@@ -50,6 +55,7 @@ def explain(case: Case) -> Explanation | None:
         fitted,
         0,
         rarity=float(np.log(len(SIGNED_PERMUTATIONS))),
+        is_grave=True,
     )
 
 

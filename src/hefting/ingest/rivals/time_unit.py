@@ -2,7 +2,8 @@
 
 Accelerations from poses go with the inverse square of the unit of time, and gravity does
 not: the object seems to have another mass where it is accelerated than where it is
-weighed.
+weighed. Where it seems heavier so, a payload that the controller subtracts does the same:
+time is told beside it, or where samples are further apart than any are.
 """
 
 from dataclasses import replace
@@ -21,16 +22,27 @@ from hefting.ingest.rivals.explanation import (
 CODE = "time-unit"
 MILLISECONDS = 1e-3
 """[s]"""
-RATIOS = (2.0, 2.5, 4.0, 5.0, 8.0, 10.0)
+RATIOS = (2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0)
 """Of the rates at which arms and sensors are usually sampled: 50, 100, 125, 200, 250,
 400, 500 and 1000 Hz. Smaller ones are like a payload that the controller takes away."""
+SHORTEST_INTERVALS = {MILLISECONDS: 0.2, 0.5: 0.0}
+"""[s] Interval between samples, as recorded, below which a unit of less than a second is
+not tried; that of the others is `RARE_INTERVAL`."""
+RARE_INTERVAL = 0.05
+"""[s] Samples are rarely so far apart."""
 
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest unit [s] of the recorded time."""
     if not case.path.moves or case.path.kind != "smooth" or case.path.gravity_measured:
         return None
-    units = (MILLISECONDS, *RATIOS, *(1.0 / ratio for ratio in RATIOS))
+    times = np.array(case.recording["wrench"].time)
+    interval = float(np.median(np.diff(times)))
+    faster = (MILLISECONDS, *(1.0 / ratio for ratio in RATIOS))
+    units = [
+        *RATIOS,
+        *(u for u in faster if interval >= SHORTEST_INTERVALS.get(u, RARE_INTERVAL)),
+    ]
     offsets = np.unique((0.0, case.offset))
     motion = case.motion_at(case.time - offsets[:, None])
     found = [fit_rows(case, _builder(case, unit)(motion)).likelihood for unit in units]
@@ -40,10 +52,15 @@ def explain(case: Case) -> Explanation | None:
     if unit != MILLISECONDS:
         size, way = max(unit, 1.0 / unit), "fast" if unit < 1.0 else "slow"
         what = f"time seems to run {size:g} times too {way}"
+        if unit < 1.0:
+            share = 100.0 * (1.0 - unit**2)
+            what += (
+                f", or the controller to subtract {share:.0f} % of the object's weight"
+            )
     return Explanation(
         CODE,
         what,
-        "give it in seconds, of samples at the rate at which they were taken",
+        "give time in seconds, of samples at the rate at which they were taken",
         fitted,
         0,
         rarity=1.0,

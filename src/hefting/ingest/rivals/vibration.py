@@ -17,7 +17,7 @@ LOWEST_FREQUENCY = 3.0
 BAND = 0.1
 """Half of the width of a vibration's band, as a share of its frequency."""
 LEAST_SHARE = 0.5
-"""Of the variance that is left, in that band: of white noise it is a seventh at most."""
+"""Of the variance that is left, in that band: of white noise it is a fifth at most."""
 MOST_BLOCKS = 6_000
 """Blocks of the wrench, the first ones, that are looked at: a minute."""
 FEWEST_BLOCKS = 64
