@@ -78,9 +78,12 @@ def with_bias(
     maps: Array,
     used: Array | Mask,
     wrench: Array | None = None,
+    functions: Array | None = None,
 ) -> Rows:
-    """Rows with the bias of a case among the unknowns, after the others."""
-    functions = case.bias_functions
+    """Rows with a bias among the unknowns, after the others: that of the case, or of
+    other functions of time (K, n)."""
+    if functions is None:
+        functions = case.bias_functions
     n = functions.shape[1]
     shared = np.broadcast_to(functions, (len(known), *functions.shape))
     known = np.concatenate((known, shared), axis=2)

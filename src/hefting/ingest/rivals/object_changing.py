@@ -11,7 +11,7 @@ from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Rows, with_bias
-from hefting.ingest.rivals.explanation import Explanation, over_offsets
+from hefting.ingest.rivals.explanation import Explanation, at_offset, fit_as_given
 
 CODE = "object-changing"
 KNOTS = 3
@@ -26,7 +26,11 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest change."""
     if not case.path.moves:
         return None
-    fitted, _ = over_offsets(case, lambda motion: _rows(case, motion))
+    _, offset = fit_as_given(case)
+    fitted = at_offset(case, lambda motion: _rows(case, motion), offset)
+    drifting = at_offset(case, lambda motion: _with_drift(case, motion), offset)
+    if drifting.likelihood[0] >= fitted.likelihood[0]:
+        return None
     inertia, rest = np.split(fitted.solution[fitted.best], [6])
     bodies = rest[: 4 * KNOTS].reshape(KNOTS, 4)
     mass = bodies[:, 0]
@@ -76,6 +80,13 @@ def _rows(case: Case, motion: Motion) -> Rows:
     at_knots = [hat[:, None] * features for hat in hats]
     known = np.concatenate((features, *at_knots), axis=2)
     return with_bias(case, known, _maps(), motion.known)
+
+
+def _with_drift(case: Case, motion: Motion) -> Rows:
+    """Rows of one body, and of a bias that is linear between the same knots."""
+    hats = HatFunctions.over(case.time, KNOTS).values
+    features = motion.features(case.modelled_gravity)
+    return with_bias(case, features, REGRESSOR_BY_FEATURE, motion.known, functions=hats)
 
 
 def _maps() -> Array:
