@@ -11,11 +11,19 @@ from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Rows, with_bias
-from hefting.ingest.rivals.explanation import Explanation, at_offset, fit_as_given
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    at_offset,
+    fit_as_given,
+    over_offsets,
+)
 
 CODE = "object-changing"
 KNOTS = 3
 """Instants between which mass and first moment are linear in time."""
+SMALLEST_GAIN = 0.05
+"""Gain of a sample's log-likelihood from which on the clock offset is looked for anew: a
+change that is told gains more."""
 SMALLEST_MASS_CHANGE = 0.02
 """Change of the mass, as a share of it, that is told: gains of sensors drift by less."""
 SMALLEST_MOVE = 0.002
@@ -26,10 +34,13 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest change."""
     if not case.path.moves:
         return None
-    _, offset = fit_as_given(case)
-    fitted = at_offset(case, lambda motion: _rows(case, motion), offset)
+    given, offset = fit_as_given(case)
+    quick = at_offset(case, lambda motion: _rows(case, motion), offset)
+    if quick.likelihood[0] - given.likelihood.max() < SMALLEST_GAIN:
+        return None
+    fitted, offset = over_offsets(case, lambda motion: _rows(case, motion))
     drifting = at_offset(case, lambda motion: _with_drift(case, motion), offset)
-    if drifting.likelihood[0] >= fitted.likelihood[0]:
+    if drifting.likelihood[0] >= fitted.likelihood.max():
         return None
     inertia, rest = np.split(fitted.solution[fitted.best], [6])
     bodies = rest[: 4 * KNOTS].reshape(KNOTS, 4)
