@@ -99,6 +99,10 @@ class Case:
             biased,
         )
 
+    def every(self, nth: int) -> "Case":
+        """Of every n-th average alone."""
+        return replace(self, time=self.time[::nth], wrench=self.wrench[::nth])
+
     def with_path(self, recording: Recording, path: Path) -> "Case":
         """The same wrench beside another motion."""
         return replace(self, recording=recording, path=path)

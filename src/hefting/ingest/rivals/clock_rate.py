@@ -1,7 +1,5 @@
 """One clock runs fast: the poses' against the wrench's."""
 
-from dataclasses import replace
-
 import numpy as np
 
 from hefting.core.spatial import Array
@@ -55,9 +53,8 @@ def _times(case: Case, rate: Array | float, offset: Array | float) -> Array:
 def _coarse(case: Case) -> tuple[float, float]:
     rates, offsets = (x.ravel() for x in np.meshgrid(RATES, OFFSETS, indexing="ij"))
     # a third of the samples is enough to begin with
-    some = slice(None, None, 3)
-    thin = replace(case, time=case.time[some], wrench=case.wrench[some])
-    rows = newton_euler(thin, thin.motion_at(_times(case, rates, offsets)[:, some]))
+    thin, times = case.every(3), _times(case, rates, offsets)[:, ::3]
+    rows = newton_euler(thin, thin.motion_at(times))
     quick = fit_rows(thin, rows, FIRST_ITERATIONS).likelihood
     kept = np.argsort(quick)[-KEPT:]
     best = kept[fit_rows(thin, rows.part(kept)).best]

@@ -21,6 +21,9 @@ from hefting.ingest.robust_rows import (
     scaled_to_ones,
 )
 
+TYPICAL_DEVIATION = 4.46
+"""Average of 4.5 log(1 + x / 3) over x distributed as chi-squared with six degrees of
+freedom: what noise alone takes from the log-likelihood of a sample."""
 ITERATIONS = 6
 """Reweightings of a robust fit."""
 SMALLEST_FLOOR = 1e-12
@@ -111,6 +114,14 @@ def correlation(fitted: RobustRows, index: int) -> float:
     weights = np.sqrt(fitted.weights[index])[:, None]
     scale = np.repeat(fitted.scale[index], 3)
     return autocorrelation_time(weights * fitted.residual[index] / scale)
+
+
+def missing(case: Case, fitted: RobustRows) -> float:
+    """Log-likelihood of a sample that is missing to that of noise alone."""
+    ideal = -TYPICAL_DEVIATION - 3.0 * float(
+        np.log(np.maximum(case.floor, 1e-12)).sum()
+    )
+    return ideal - float(fitted.likelihood[fitted.best])
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,7 +22,13 @@ from hefting.ingest.rivals import (
 )
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, LinearPart, correlation, fit_rows
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    LinearPart,
+    correlation,
+    fit_rows,
+    missing,
+)
 from hefting.ingest.rivals.explanation import (
     HEAVIEST_HELD,
     Explanation,
@@ -32,9 +38,6 @@ from hefting.ingest.rivals.explanation import (
 from hefting.ingest.rivals.free_channels import explained_by_motion
 from hefting.ingest.robust_rows import RobustRows
 
-TYPICAL_DEVIATION = 4.46
-"""Average of 4.5 log(1 + x / 3) over x distributed as chi-squared with six degrees of
-freedom: what noise alone takes from the log-likelihood of a sample."""
 FEWEST_POSES = 12
 """Fewest static poses on which explanations are compared."""
 FEWEST_SAMPLES = 60
@@ -109,7 +112,7 @@ def judge(case: Case) -> Judged:
     if not _is_worth_a_search(case, quick, share):
         return Judged(share)
     given = as_given(case)
-    if _missing(case, given.fitted) < EXPLAINED_BY_NOISE:
+    if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
     candidates = EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
@@ -130,11 +133,11 @@ def judge(case: Case) -> Judged:
         both = [each for each in (best, other) if _is_told(case, given, each)]
         best = max(both, key=lambda each: evidence(case, given, each))
     told = evidence(case, given, best)
-    little = _missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
+    little = missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
     if little and evidence(case, given, errors_on_data_sheet(case)) > told:
         return Judged(share, None, given)
     certain = told > CLEAR_EVIDENCE
-    whole = certain and _missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
+    whole = certain and missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
     return Judged(share, best, given, certain, whole)
 
 
@@ -152,7 +155,7 @@ def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
     if (
         case.path.moves
         and not _is_white(fitted)
-        and _missing(case, fitted) > CLEAR_UNEXPLAINED
+        and missing(case, fitted) > CLEAR_UNEXPLAINED
     ):
         return True
     return _score(case, fitted) > CLEAR_SCORE
@@ -184,7 +187,7 @@ def _is_explained(
 ) -> bool:
     """Whether a fit, or one that leaves a `share` of what it does, leaves little
     unexplained."""
-    left, before = share * _missing(case, fitted), _missing(case, given.fitted)
+    left, before = share * missing(case, fitted), missing(case, given.fitted)
     needed = EXPLAINED_SHARE
     if case.path.moves and _is_white(fitted) and not _is_white(given.fitted):
         needed = EXPLAINED_IF_WHITE
@@ -201,24 +204,16 @@ def _simplest(
 ) -> Explanation:
     """The likeliest of those with the fewest unknowns that explain nearly as much as
     the best one: flexible explanations imitate simple ones, and a little besides."""
-    before = _missing(case, given.fitted)
-    needed = NEARLY * (before - _missing(case, best.fitted))
+    before = missing(case, given.fitted)
+    needed = NEARLY * (before - missing(case, best.fitted))
     simpler = [
         each
         for each in tried
         if each.unknowns < best.unknowns - SIMPLER
-        and before - _missing(case, each.fitted) > needed
+        and before - missing(case, each.fitted) > needed
         and _is_told(case, given, each)
     ]
     return max(simpler, key=lambda each: evidence(case, given, each), default=best)
-
-
-def _missing(case: Case, fitted: RobustRows) -> float:
-    """Log-likelihood of a sample that is missing to that of noise alone."""
-    ideal = -TYPICAL_DEVIATION - 3.0 * float(
-        np.log(np.maximum(case.floor, 1e-12)).sum()
-    )
-    return ideal - float(fitted.likelihood[fitted.best])
 
 
 def _unexplained_share(case: Case, fitted: Fitted) -> float:

@@ -16,8 +16,10 @@ from hefting.ingest.rivals.explanation import (
 )
 
 CODE = "position-axes"
+THIRD = 3
+"""Every so many samples are enough to begin with."""
 FIRST_ITERATIONS = 2
-"""Reweightings by which the axes are compared at first."""
+"""Reweightings by which the axes are compared on them."""
 SMALL_ADVANTAGE = 5.0
 """Log-likelihood of all samples by which other axes may be likelier than simpler ones."""
 SIGNED_PERMUTATIONS = np.array(
@@ -34,8 +36,13 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest axes."""
     if not case.recording.has("position") or case.path.kind != "smooth":
         return None
-    each = _in_axes(case.motion_as_found, SIGNED_PERMUTATIONS)
-    quick = fit_rows(case, newton_euler(case, each), FIRST_ITERATIONS)
+    thin = case.every(THIRD)
+    motion = thin.motion_as_found
+    rows = newton_euler(thin, _in_axes(motion, SIGNED_PERMUTATIONS))
+    quick = fit_rows(thin, rows, FIRST_ITERATIONS)
+    given = fit_rows(thin, newton_euler(thin, motion), FIRST_ITERATIONS)
+    if quick.likelihood.max() <= given.likelihood[0]:
+        return None
     # where positions hardly vary along an axis its sign is open: the fewest changes
     best = quick.likelihood > quick.likelihood.max() - SMALL_ADVANTAGE / len(case.time)
     kept = np.trace(SIGNED_PERMUTATIONS, axis1=1, axis2=2)
