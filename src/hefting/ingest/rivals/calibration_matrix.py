@@ -89,7 +89,7 @@ def _step(
     errors = np.linalg.solve(S + np.diag(scale**-2.0), g)
     _, logdet = np.linalg.slogdet(np.eye(len(free)) + S * scale * scale[:, None])
     cost = 0.5 * float(logdet + np.sum(np.square(errors / scale)))
-    return errors, cost
+    return np.array(errors, dtype=float), cost
 
 
 def _told(errors: Array, size: Array) -> tuple[str, str]:
