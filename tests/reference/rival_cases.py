@@ -18,6 +18,7 @@ from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals import (
     EXPLANATIONS,
     LARGE_EXPLANATIONS,
+    LINEAR_EXPLANATIONS,
     axes_turned,
     axis_flipped,
     calibration_matrix,
@@ -50,7 +51,7 @@ from reference.recorded import (
 
 RIVALS = {
     explain.__module__.rpartition(".")[2]: explain
-    for explain in (*EXPLANATIONS, *LARGE_EXPLANATIONS)
+    for explain in (*EXPLANATIONS, *LINEAR_EXPLANATIONS, *LARGE_EXPLANATIONS)
 }
 """Explanations by the names of their files."""
 OWN = {

@@ -29,23 +29,27 @@ from hefting.ingest.rivals import (
 
 EXPLANATIONS = (
     bias_wrong.explain,
-    axes_turned.explain,
-    axis_flipped.explain,
-    force_unit.explain,
-    time_unit.explain,
-    lever_arm.explain,
-    base_tilted.explain,
     position_axes.explain,
-    wrench_compensated.explain,
     wrench_filtered.explain,
     clock_rate.explain,
-    calibration_matrix.explain,
     hysteresis.explain,
     cable.explain,
     sloshing.explain,
     object_changing.explain,
 )
 """Mistakes that are always looked for."""
+LINEAR_EXPLANATIONS = (
+    axes_turned.explain,
+    axis_flipped.explain,
+    force_unit.explain,
+    time_unit.explain,
+    lever_arm.explain,
+    base_tilted.explain,
+    wrench_compensated.explain,
+    calibration_matrix.explain,
+)
+"""Mistakes of which none explains more than `free_channels`: they are looked for only
+where those explain enough."""
 LARGE_EXPLANATIONS = (
     base_axes.explain,
     position_unit.explain,
@@ -53,18 +57,3 @@ LARGE_EXPLANATIONS = (
     pose_inverse.explain,
 )
 """Mistakes that leave much unexplained: they are looked for only then."""
-
-LINEAR_EXPLANATIONS = frozenset(
-    (
-        axes_turned.explain,
-        axis_flipped.explain,
-        force_unit.explain,
-        time_unit.explain,
-        lever_arm.explain,
-        base_tilted.explain,
-        wrench_compensated.explain,
-        calibration_matrix.explain,
-        position_unit.explain,
-    )
-)
-"""Those of which none explains more than `free_channels`."""

@@ -32,8 +32,8 @@ LARGEST_STEP = 4.0
 REVERSED = np.radians(175.0)
 """[rad] Angle between gravity as given and as found from which on it is reversed."""
 FAR = np.radians(30.0)
-"""[rad] Angle from which on gravity is given in numbers: looked for from the one given,
-it may be found the other way round."""
+"""[rad] Angle from which on gravity is given in numbers: so far off the axes of the world
+are others, not the base tilted."""
 NEAR_AXIS = np.radians(3.0)
 """[rad] Angle to an axis of the world below which gravity that is far from the one
 given is along it."""

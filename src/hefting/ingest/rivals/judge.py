@@ -4,7 +4,8 @@ Explanations are compared by the log-likelihood of the independent samples, less
 their unknowns cost (Schwarz's criterion). One is named if it is far likelier than the
 recording as given, and leaves little of what that leaves unexplained. A sensor's own
 imperfections, which any unknown explains a little of, are not named: of the recordings
-of three real sensors the best mistake explains a third at most.
+of three real sensors the best mistake explains a third at most. Nor is a mistake named
+where next to nothing is unexplained, and errors as on data sheets explain that better.
 """
 
 import itertools
@@ -115,10 +116,10 @@ def judge(case: Case) -> Judged:
     if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
     candidates = EXPLANATIONS
+    if _is_explained(case, given, explained_by_motion(case), BOUND_MARGIN):
+        candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
-    if not _is_explained(case, given, explained_by_motion(case), BOUND_MARGIN):
-        candidates = tuple(x for x in candidates if x not in LINEAR_EXPLANATIONS)
     stage = "looking for mistakes in the recording"
     found = [explain(case) for explain in each_of(stage, candidates)]
     tried = [each for each in found if each is not None and not _too_heavy(each, given)]

@@ -30,14 +30,12 @@ def explain(case: Case) -> Explanation | None:
     point, std = found.point, np.sqrt(found.covariance.diagonal())
     if not np.linalg.norm(point) <= LARGEST_LEVER:
         return None
-    fix = advice(case, np.eye(3), point)
-    if "sensor_pose_in_log" in fix:
-        fix += " if the sensor is there, or log the torque about the logged frame"
+    otherwise = " if the sensor is there, or log the torque about the logged frame"
     return Explanation(
         CODE,
         f"the torque seems to act about a point {place_text(point, std)} from the "
         "logged frame",
-        fix,
+        advice(case, np.eye(3), point, otherwise=otherwise),
         found.fitted,
         3,
         argument="sensor_pose_in_log",

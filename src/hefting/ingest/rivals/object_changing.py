@@ -10,7 +10,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Rows, missing, with_bias
+from hefting.ingest.rivals.evidence import Fitted, Rows, missing, with_bias
 from hefting.ingest.rivals.explanation import (
     Explanation,
     at_offset,
@@ -42,35 +42,37 @@ def explain(case: Case) -> Explanation | None:
     drifting = at_offset(case, lambda motion: _with_drift(case, motion), offset)
     if drifting.likelihood[0] >= fitted.likelihood.max():
         return None
+    return _told(fitted)
+
+
+def _told(fitted: Fitted) -> Explanation | None:
+    """What changes, of mass and COM that which the wrench shows more of; None for a
+    change that is too small."""
     inertia, rest = np.split(fitted.solution[fitted.best], [6])
     bodies = rest[: 4 * KNOTS].reshape(KNOTS, 4)
-    mass = bodies[:, 0]
-    if mass.min() <= 0.0 <= mass.max():
+    if bodies[:, 0].min() <= 0.0 <= bodies[:, 0].max():
         return None
-    com = bodies[:, 1:] / mass[:, None]
-    moved = max(float(np.linalg.norm(one - com[0])) for one in com)
-    weight = float(np.linalg.norm(case.gravity))
-    in_force = float(np.ptp(mass)) * weight
-    in_torque = float(np.abs(mass).max()) * moved * weight
+    mass, com = np.abs(bodies[:, 0]), bodies[:, 1:] / bodies[:, :1]
+    moved = float(np.linalg.norm(com - com[0], axis=1).max())
     scale = fitted.scale[fitted.best]
-    if in_force / scale[0] > in_torque / scale[1]:
-        if np.ptp(mass) < SMALLEST_MASS_CHANGE * np.abs(mass).max():
+    if np.ptp(mass) / scale[0] > mass.max() * moved / scale[1]:
+        if np.ptp(mass) < SMALLEST_MASS_CHANGE * mass.max():
             return None
-        start, middle, end = np.abs(mass)
+        start, middle, end = mass
+        fix = "close it"
         what = (
             f"the object seems to be {start:.3g} kg at the start of the recording, "
             f"{middle:.3g} kg in its middle and {end:.3g} kg at its end, as one that "
             "leaks or is filled, or by a sensor whose gain drifts"
         )
-        fix = "close it"
+    elif moved < SMALLEST_MOVE:
+        return None
     else:
-        if moved < SMALLEST_MOVE:
-            return None
+        fix = "grip it tighter"
         what = (
             f"the object seems to move by {1e3 * moved:.0f} mm in the gripper, little by "
             "little"
         )
-        fix = "grip it tighter"
     return Explanation(
         CODE,
         what,
@@ -101,6 +103,7 @@ def _with_drift(case: Case, motion: Motion) -> Rows:
 
 
 def _maps() -> Array:
+    """Columns of the inertia, then of mass and first moment at each knot."""
     maps = np.zeros(((1 + KNOTS) * FEATURES, 6, 6 + 4 * KNOTS))
     maps[:FEATURES, :, :6] = REGRESSOR_BY_FEATURE[:, :, 4:]
     for i in range(KNOTS):

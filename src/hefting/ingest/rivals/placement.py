@@ -20,10 +20,9 @@ from hefting.core.spatial import (
 )
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, linear_step
+from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step
 from hefting.ingest.rivals.explanation import (
     Build,
-    at_offset,
     newton_euler,
     offset_columns,
 )
@@ -81,8 +80,9 @@ def find_placement(
     `turns` and `moves`: whether the rotation and the place are free; a place that is not
     is the logged frame's origin.
     """
-    point = np.zeros(3)
-    fitted = at_offset(case, _builder(case, R, point), offset)
+    point, build = np.zeros(3), _builder(case, R, np.zeros(3))
+    motion = case.motion_at(case.time[None] - offset)
+    fitted = fit_rows(case, build(motion))
     n = 3 * (turns + moves)
     covariance = np.zeros((n, n))
     for _ in range(steps):
@@ -94,10 +94,8 @@ def find_placement(
             columns.append(blocks.reshape(len(predicted), 6, 3))
         if moves:
             effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]  # (3, 6)
-            arms = _arms(case.motion_at(case.time[None] - offset))[0]
-            columns.append(np.einsum("kxj,xc->kcj", arms, effect))
+            columns.append(np.einsum("kxj,xc->kcj", _arms(motion)[0], effect))
         if case.path.moves:
-            build = _builder(case, R, point)
             columns.append(offset_columns(case, build, offset, fitted.solution[0]))
         step = linear_step(fitted, 0, np.concatenate(columns, axis=2))
         covariance = step.covariance[:n, :n]
@@ -109,7 +107,9 @@ def find_placement(
         if case.path.moves:
             late = float(step.change[n])
             offset += float(np.clip(late, -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
-        fitted = at_offset(case, _builder(case, R, point), offset)
+        build = _builder(case, R, point)
+        motion = case.motion_at(case.time[None] - offset)
+        fitted = fit_rows(case, build(motion))
     return Placement(R, point, offset, fitted, covariance)
 
 
@@ -171,10 +171,14 @@ def angle_and_axis(R: Array) -> tuple[float, Array]:
 
 
 def advice(
-    case: Case, R: Array, point: Array, turn_covariance: Array | None = None
+    case: Case,
+    R: Array,
+    point: Array,
+    turn_covariance: Array | None = None,
+    otherwise: str = "",
 ) -> str:
     """What to type for a sensor that is turned by R and at a point of the logged frame,
-    beside what was given of its pose.
+    beside what was given of its pose; `otherwise` is what else may be done about a pose.
 
     It is a whole number of degrees about an axis where that is within the deviation of
     the turn, by its covariance (3, 3) in logged axes; else the pose.
@@ -195,7 +199,7 @@ def advice(
             return f"give `sensor_turned`='{round_turn}'{instead}"
     place = ",".join(_number(x, 4) for x in point)
     turn = ",".join(_number(q, 5) for q in quaternion_of(R))
-    return f"give `sensor_pose_in_log`='{place},{turn}'{instead}"
+    return f"give `sensor_pose_in_log`='{place},{turn}'{instead}{otherwise}"
 
 
 def _number(value: float, digits: int) -> str:

@@ -34,10 +34,9 @@ RARE_INTERVAL = 0.05
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest unit [s] of the recorded time."""
-    if not case.path.moves or case.path.kind != "smooth" or case.path.gravity_measured:
+    if case.path.kind != "smooth" or case.path.gravity_measured:
         return None
-    times = np.array(case.recording["wrench"].time)
-    interval = float(np.median(np.diff(times)))
+    interval = float(np.median(np.diff(case.recording["wrench"].time)))
     faster = (MILLISECONDS, *(1.0 / ratio for ratio in RATIOS))
     units = [
         *RATIOS,

@@ -67,7 +67,7 @@ def _residual(case: Case) -> tuple[Array, Array]:
     """Times (B,) [s] and residuals (B, 6) of the blocks' wrench, each channel about the
     line that fits it."""
     wrench = case.recording["wrench"]
-    blocks = Blocks.of(np.array(wrench.time), np.array(wrench.values))
+    blocks = Blocks.of(wrench.time, wrench.values)
     time, values = blocks.time[:MOST_BLOCKS], blocks.wrench[:MOST_BLOCKS]
     fitted, offset = fit_as_given(case)
     motion = case.motion_at(time[None] - offset)
