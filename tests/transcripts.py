@@ -62,6 +62,7 @@ compare estimate.json heavy.json
 batch log.csv biased.csv words.csv --output results
 batch log.csv biased.csv words.csv --output results --resume
 identify foreign.csv --map foreign.toml
+identify foreign.csv
 inspect log.csv
 inspect log.csv --verbose
 inspect biased.csv
@@ -125,7 +126,6 @@ identify empty.csv
 identify words.csv
 identify misspelt.csv
 identify partly.csv
-identify foreign.csv
 identify nan.csv
 identify early.csv
 identify log.csv --map missing.toml
@@ -271,7 +271,7 @@ def _write_texts(folder: Path, lines: list[str]) -> None:
         "typo.toml": ['tiem = "stamp_s"', 'wrnech = ["F_X"]'],
         "empty.csv": [""],
         "words.csv": ["name,colour", "mug,blue"],
-        "misspelt.csv": [header.replace("time", "Time").replace("fx", "Fx"), *rows],
+        "misspelt.csv": [header.replace("time", "tiem").replace("fx", "Fx"), *rows],
         "partly.csv": [header.replace(",fy", ",f2").replace(",qw", ",qq"), *rows],
         "nan.csv": [*lines[:9], lines[9].replace(lines[9].split(",")[9], "NaN")],
         "early.csv": [*lines[:9], lines[3], *lines[9:]],

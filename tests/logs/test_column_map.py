@@ -404,10 +404,12 @@ def test_motion_capture_with_several_header_lines(tmp_path):
     )
     mapping_fails(
         path,
-        text.replace("skip = 1", "") % "9, 10, 11",
+        text.replace("skip = 1", "skip = 0") % "9, 10, 11",
         "row 5, column RX",
         "'rad' is not a number",
     )
+    found = text.replace("header = 4", "").replace("skip = 1", "")
+    assert same(mapped(path, found % "9, 10, 11"), got)  # both are found
 
 
 def test_a_file_without_header(tmp_path):

@@ -94,8 +94,9 @@ def test_bad_times(tmp_path):
     )
 
 
-def test_decimal_commas_are_named(tmp_path):
-    lines = [row.replace(",", ";").replace(".", ",") for row in ROWS]
+def test_a_decimal_comma_among_points_is_named(tmp_path):
+    lines = [row.replace(",", ";") for row in ROWS]
+    lines[1] = lines[1].replace("0.1", "0,1", 1)
     fails(
         log(tmp_path, *lines, header=HEADER.replace(",", ";")),
         "row 3, column time",
@@ -131,25 +132,24 @@ def test_quaternions(tmp_path):
             HEADER.replace("fy", "aux"),
             ("column 'fy' is missing beside fx fz tx ty tz", "give all of"),
         ),
+        # with as much lost as here, nothing is taken by its name
         (
-            HEADER.replace("fy", "f_y"),
+            HEADER.replace("fy", "f_y").replace("qw", "aux"),
             ("unknown column 'f_y'", "did you mean 'fy'", "rename it 'fy'"),
         ),
         (
-            HEADER.replace("qw", "q_w"),
+            HEADER.replace("qw", "q_w").replace("fz", "aux"),
             ("unknown column 'q_w'", "did you mean 'qw'", "rename it 'qw'"),
         ),
         (HEADER + ",px,py", ("'pz' is missing beside px py",)),
         (HEADER + ",q1,q2,q4", ("'q3' is missing beside q1 q2 q4",)),
         (HEADER + ",q2", ("'q1' is missing beside q2",)),
-        (HEADER + ",GyroX,GyroY,GyroZ", ("'GyroX'", "did you mean 'gyro_x'", "rename")),
+        (HEADER + ",GyroX,GyroY", ("'GyroX'", "did you mean 'gyro_x'", "rename")),
         (
-            HEADER.replace("time", "timestamp"),
+            HEADER.replace("time", "timestamp") + ",px,py",
             ("'timestamp'", "did you mean 'time'", "in seconds"),
         ),
-        (HEADER.replace("time", "Time"), ("'Time'", "did you mean 'time'")),
         (HEADER.replace("time", "tiem"), ("'tiem'", "did you mean 'time'")),
-        (HEADER.replace("time", "t"), ("'t'", "did you mean 'time'")),
         ("time,qx,qy,qz,qw", ("there is no wrench", "fx fy fz tx ty tz")),
         (
             "time,qx,qy,qz,qw,force_x,moment_x",
@@ -303,11 +303,10 @@ def test_bad_parquet(tmp_path):
         "column fy",
         "holds string, not numbers",
     )
-    times = pa.array([1, 2, 3], pa.timestamp("ns"))
     fails(
-        parquet_log(tmp_path, time=times),
+        parquet_log(tmp_path, time=pa.array([1, 2, 3], pa.time64("ns"))),
         "column time",
-        "timestamp",
+        "time64",
         "give seconds as numbers",
     )
     whole = parquet_log(tmp_path).read_bytes()

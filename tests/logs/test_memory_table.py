@@ -144,7 +144,7 @@ def test_a_column_map_serves_frames_as_well(frame, read, tmp_path):
 BAD = {
     "a column lacks": (lambda f: f.drop(columns="fx"), "'fx' is missing beside fy"),
     "misspelled": (
-        lambda f: f.rename(columns={"time": "timestamp"}),
+        lambda f: f.rename(columns={"time": "tiem"}),
         "did you mean 'time'",
     ),
     "no wrench": (lambda f: f.drop(columns=list(WRENCH)), "there is no wrench"),

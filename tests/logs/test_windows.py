@@ -7,7 +7,7 @@ import pytest
 
 from disturbances import NOISE, body
 from hefting import InputError, read_log, write_log
-from hefting.logs import table_file
+from hefting.core import files
 from hefting.logs import windows as module
 from hefting.logs.windows import needs_windows, windows
 from hefting.simulation import UR5, random_smooth, simulate
@@ -94,7 +94,7 @@ def test_what_is_said_of_the_clock_is_said_once(short, tmp_path):
 
 
 def test_a_table_of_any_size_is_read(path, short, monkeypatch):
-    monkeypatch.setattr(table_file, "MAX_BYTES", 1000)
+    monkeypatch.setattr(files, "MAX_BYTES", 1000)
     with pytest.raises(InputError, match="more than 2 GiB"):
         read_log(path)
     assert len(list(windows(path, rows=600))) == 4

@@ -19,6 +19,10 @@ MAX_LISTS = 1_000_000
 """Most lists and objects in a JSON file that is read: an empty one takes thirty times
 its bytes in memory, an estimate has a hundred."""
 
+MAX_BYTES = 2 * 1024**3
+"""Largest table that is read [bytes]: its numbers are held in memory, and slow motion
+needs far less."""
+
 MAX_XML = 16 * 2**20
 """Largest XML file that is read [bytes]; robot descriptions are thousands of times
 smaller."""
@@ -42,6 +46,24 @@ def check_readable(path: str | Path) -> None:
             "is a pipe or a device, not a file",
             path,
             "write it to a file first",
+        )
+
+
+def check_size(path: str | Path, largest: float | None = None) -> None:
+    """`InputError` unless there is a file that is neither empty nor larger than
+    `largest` [bytes], by default `MAX_BYTES`."""
+    if not Path(path).is_file():
+        raise InputError(
+            "is not a file" if Path(path).exists() else "does not exist", where=path
+        )
+    size = Path(path).stat().st_size
+    if size == 0:
+        raise InputError("the file is empty", where=path)
+    if size > (MAX_BYTES if largest is None else largest):
+        raise InputError(
+            f"the file has {size / 1e9:.1f} GB, more than 2 GiB",
+            path,
+            "cut out the part of interest",
         )
 
 

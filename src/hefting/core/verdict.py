@@ -30,6 +30,7 @@ NO_DOUBT = frozenset(
         "stretches-disagree",
         # what a log or its reader left out, or a format assumes
         "columns-blank",
+        "columns-by-name",
         "columns-ignored",
         "messages-not-finite",
         "messages-repeated",

@@ -38,19 +38,23 @@ def read_log(
     ================================ =================================================================
     suffix                           read as
     ================================ =================================================================
-    .csv, .txt, .tsv                 canonical CSV; a UR real-time record, when its header is one; or
-                                     anything, through a column map
+    .csv, .txt, .tsv                 canonical CSV; a UR real-time record, when its header is one;
+                                     other columns by what their names say, or through a column map
     .parquet                         the same in Parquet
     .bag, .mcap, .db3, or a folder   a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
     ================================ =================================================================
 
-    The canonical table has one header row; SI units; columns `time` and those of
-    `hefting.core.recording.COLUMNS`, of which the wrench and an orientation or joint
-    positions must be there. A blank cell (Parquet: null) means "not measured then", so
+    The canonical table has one row of names, before which comments may stand; SI units;
+    columns `time` and those of `hefting.core.recording.COLUMNS`, of which the wrench and
+    an orientation or joint positions must be there. A blank cell (Parquet: null) means "not measured then", so
     that streams of different rates fit one file. Without `time`, each row is a static
     pose. Times that count from 1970 are shifted to start at 0. A row that repeats the
     one before, time and values alike, is dropped. CSV may be separated by commas,
-    semicolons, tabs or spaces.
+    semicolons, tabs or spaces; times may be dates (ISO 8601).
+
+    Other names (``Fx [N]``, ``roll_deg``) are read where they and the numbers tell a
+    time, a wrench, and an orientation or joint angles; `Recording.warnings` say what
+    was taken for what.
 
     Parameters
     ----------
@@ -60,8 +64,8 @@ def read_log(
         be identified from.
     options : for bags: ``wrench_topic=`` and the others of `hefting.logs.ros.read_bag`.
 
-    Raises `InputError`, naming file, row and column, for anything that cannot be read
-    without guessing; what can be read but looks odd is in `Recording.warnings`. Rows
+    Raises `InputError`, naming file, row and column, for what cannot be read; what can
+    be read but looks odd is in `Recording.warnings`. Rows
     are lines of a CSV file (the header usually is row 1), and are counted from 1 in
     Parquet.
 

@@ -87,7 +87,7 @@ def known_columns(
     is there, and a header without wrench, where it is needed, or without orientation
     and joints.
     """
-    named = _check_names(names, source)
+    named = check_names(names, source)
     present = set(named)
     groups = _group_columns(present)
     expected = {"time", *(column for columns in groups.values() for column in columns)}
@@ -120,7 +120,7 @@ def known_columns(
     return found, _warn_about_ignored(names, unknown, absent)
 
 
-def _check_names(names: Sequence[str], source: str | Path) -> list[str]:
+def check_names(names: Sequence[str], source: str | Path) -> list[str]:
     """The names that are not blank; `InputError` for too many, and for a repeated
     one."""
     if len(names) > MAX_COLUMNS:
@@ -136,6 +136,13 @@ def _check_names(names: Sequence[str], source: str | Path) -> list[str]:
             "keep one of them",
         )
     return named
+
+
+def columns_of_streams(names: Sequence[str], streams: Sequence[str]) -> set[str]:
+    """Those of the names that are canonical ones of these streams."""
+    groups = _group_columns(set(names))
+    columns = {column for each in streams for column in groups.get(each, ())}
+    return columns & set(names)
 
 
 def _find_partly_there(

@@ -3,7 +3,8 @@ what, and in which units.
 
 ::
 
-    time = { column = "timestamp", unit = "ms" }          # s, ms, us, ns, min; or rate = 100 [Hz] for a frame number
+    time = { column = "timestamp", unit = "ms" }          # s, ms, us, ns, min; or rate = 100 [Hz] for a frame number;
+                                                          # { column = "sec", nanoseconds = "nanosec" }; or ISO dates
     position = { columns = ["x", "y", "z"], unit = "mm" }
     orientation = { columns = ["A", "B", "C"], form = "euler", order = "ZYX", unit = "deg" }
     wrench = { columns = "ft_{0..5}", unit = ["N", "N mm"] }
@@ -23,19 +24,18 @@ or ``joint_positions``. Further keys are the streams of
 - Without ``time``, each row is a static pose; ``time = { rate = 1000 }`` counts rows.
 - ``sensor_pose_in_log = [x, y, z, qx, qy, qz, qw]`` or ``sensor_turned = "z:45"``: the
   sensor in the frame whose pose is logged, where that is another.
-- The file's layout: ``separator`` (``,`` ``;`` ``|`` ``tab`` ``space``), ``header``
-  (the line of the column names, from 1, or false), ``skip`` (lines of units and the
-  like after it), ``decimal`` (``.`` or ``,``), and ``nan = "blank"`` where NaN means
-  "not measured".
+- The file's layout, where it is not found by itself: ``separator`` (``,`` ``;`` ``|``
+  ``tab`` ``space``), ``header`` (the line of the column names, from 1, or false),
+  ``skip`` (lines of units and the like after it), ``decimal`` (``.`` or ``,``), and
+  ``nan = "blank"`` where NaN means "not measured".
 """
 
-import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hefting.core.errors import InputError, nearest
+from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.logs.layout import (
     LAYOUT_KEYS,
@@ -43,16 +43,13 @@ from hefting.logs.layout import (
     brief,
     layout_of,
     nan_is_blank,
-    whole,
 )
+from hefting.logs.map_entries import check_known, parse_columns, parse_entry
+from hefting.logs.map_time import MappedTime, parse_time
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
 from hefting.logs.sensor_pose import SENSOR_KEYS, mapped_sensor_pose
-from hefting.logs.table import summarize_list
 from hefting.logs.toml_file import load_toml
-from hefting.logs.units import SECOND, UNITS, Unit, find_unit
-
-MAX_NAMES = 1000
-"""Most columns that one key may name."""
+from hefting.logs.units import UNITS, Unit, find_unit
 
 KINDS: dict[str, tuple[tuple[str, int], ...]] = {
     "position": (("length", 3),),
@@ -77,7 +74,6 @@ KEYS = ("time", "position", "orientation", "pose", *list(KINDS)[1:])
 """Keys of a column map that name columns, in the order in which messages list them."""
 
 ALLOWED = {
-    "time": ("column", "unit", "rate"),
     "orientation": ("columns", "unit", "form", "order"),
     "pose": ("columns", "unit", "form"),
     "joint_positions": ("columns", "unit", "names"),
@@ -110,10 +106,8 @@ class ColumnMap:
 
     source: str
     layout: Layout
-    time: str | int | None
-    """column of time; None: rows are counted"""
-    time_unit: Unit | None
-    """unit of that column, or of the count; None: static poses"""
+    time: MappedTime | None
+    """None: static poses"""
     quantities: Mapping[str, Quantity]
     """by key"""
     nan_is_blank: bool = False
@@ -124,13 +118,16 @@ class ColumnMap:
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     """The column map in a TOML file. `InputError`, naming file and key, for whatever is
     unknown or does not fit."""
-    content = load_toml(path)
-    _check_known(content, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), path, "key")
-    time, unit = (
-        _parse_time(content["time"], f"{path}, key time")
-        if "time" in content
-        else (None, None)
-    )
+    return column_map_of(load_toml(path), path, wrench_needed)
+
+
+def column_map_of(
+    content: Mapping[str, Any], path: str | Path, wrench_needed: bool = True
+) -> ColumnMap:
+    """The column map that the content of a TOML file describes; `path` is named in
+    errors, which are those of `load_map`."""
+    check_known(content, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), path, "key")
+    time = content.get("time")
     quantities = {
         key: _parse_quantity(key, content[key], f"{path}, key {key}")
         for key in KEYS[1:]
@@ -140,58 +137,21 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     return ColumnMap(
         str(path),
         layout_of(content, path),
-        time,
-        unit,
+        None if time is None else parse_time(time, f"{path}, key time"),
         quantities,
         nan_is_blank(content, path),
         mapped_sensor_pose(content, path),
     )
 
 
-def _parse_time(value: Any, where: str) -> tuple[str | int | None, Unit]:
-    """Column and unit of time; a rate makes a unit of its own."""
-    entry = _parse_entry(value, "time", "column", where)
-    column, rate = entry.get("column"), entry.get("rate")
-    if column is None and rate is None:
-        raise InputError(
-            "says neither column nor rate",
-            where,
-            'give { column = "name" } or { rate = 1000 } in Hz',
-        )
-    if column is not None:
-        column, *others = _parse_columns(column, where)
-        if others:
-            raise InputError(f"names {1 + len(others)} columns, time is one", where)
-    if rate is None:
-        return column, find_unit(entry.get("unit", "s"), "time", f"{where}.unit")
-    if (
-        isinstance(rate, bool)
-        or not isinstance(rate, int | float)
-        or not 0 < rate < 1e9
-    ):
-        raise InputError(
-            f"the rate {brief(rate)} is no positive number",
-            f"{where}.rate",
-            "give it in Hz",
-        )
-    if "unit" in entry:
-        raise InputError(
-            "says both unit and rate",
-            where,
-            "give the rate alone if the column counts frames",
-        )
-    return column, SECOND if rate == 1 else Unit(
-        f"frames at {rate:g} Hz", 1.0, float(rate)
-    )
-
-
 def _parse_quantity(key: str, value: Any, where: str) -> Quantity:
-    entry = _parse_entry(value, key, "columns", where)
+    words = ALLOWED.get(key, ("columns", "unit"))
+    entry = parse_entry(value, "columns", words, where)
     if "columns" not in entry:
         raise InputError(
             "does not say which columns", where, 'give { columns = ["name", ...] }'
         )
-    columns = _parse_columns(entry["columns"], f"{where}.columns")
+    columns = parse_columns(entry["columns"], f"{where}.columns")
     form, order = _parse_form(key, entry, where)
     width = (
         {**FORMS, **POSE_FORMS}[form] if form else sum(count for _, count in KINDS[key])
@@ -225,46 +185,6 @@ def _parse_quantity(key: str, value: Any, where: str) -> Quantity:
         axes == "world",
         _parse_names(entry, len(columns), where),
     )
-
-
-def _parse_entry(value: Any, key: str, single: str, where: str) -> dict[str, Any]:
-    """The table of a key; columns alone stand for a table of nothing else."""
-    entry = value if isinstance(value, dict) else {single: value}
-    _check_known(entry, ALLOWED.get(key, ("columns", "unit")), where, "word")
-    return entry
-
-
-def _parse_columns(value: Any, where: str) -> tuple[str | int, ...]:
-    """Names and numbers of columns, ranges expanded."""
-    columns: list[str | int] = []
-    for item in value if isinstance(value, list) else [value]:
-        if isinstance(item, str) and item:
-            columns += _expand_range(item, where)
-        elif whole(item, 1):
-            columns.append(item)
-        else:
-            fix = "give its name, or its number counted from 1"
-            raise InputError(f"{brief(item)} is no column", where, fix)
-        if len(columns) > MAX_NAMES:
-            raise InputError(f"names more than {MAX_NAMES} columns", where)
-    if not columns:
-        raise InputError("names no column", where)
-    return tuple(columns)
-
-
-def _expand_range(name: str, where: str) -> Sequence[str]:
-    """``"q{0..2}"`` as ``q0, q1, q2``; other names as they are."""
-    found = re.fullmatch(r"(.*)\{(\d{1,6})\.\.(\d{1,6})\}(.*)", name, re.DOTALL)
-    if not found:
-        return [name]
-    first, last = int(found[2]), int(found[3])
-    if not first <= last < first + MAX_NAMES:
-        raise InputError(
-            f"{brief(name)} counts no columns",
-            where,
-            "give the smaller number first, as in q{0..6}",
-        )
-    return [f"{found[1]}{number}{found[4]}" for number in range(first, last + 1)]
 
 
 def _parse_form(key: str, entry: Mapping[str, Any], where: str) -> tuple[str, str]:
@@ -372,18 +292,4 @@ def _check_combination(
             "has a wrench in world axes, but no orientation to turn it by",
             path,
             "give its orientation",
-        )
-
-
-def _check_known(
-    names: Iterable[str], known: Sequence[str], where: str | Path, what: str
-) -> None:
-    """`InputError` that lists all of the names that are not known."""
-    unknown = [f"'{n[:40]}'{nearest(n, known)}" for n in names if n not in known]
-    if unknown:
-        plural = "s" if len(unknown) > 1 else ""
-        raise InputError(
-            f"unknown {what}{plural} {summarize_list(unknown)}",
-            where,
-            f"use {', '.join(known)}",
         )

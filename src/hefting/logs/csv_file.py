@@ -7,8 +7,8 @@ import io
 import os
 import re
 import warnings
-from collections.abc import Generator, Iterator, Sequence
-from dataclasses import dataclass
+from collections.abc import Generator, Iterator, Mapping, Sequence
+from dataclasses import dataclass, field
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -19,7 +19,7 @@ from hefting.core.files import write_atomically
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
-from hefting.logs.csv_header import NUMBER, read_header
+from hefting.logs.csv_header import DATE, NUMBER, read_header
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
@@ -56,6 +56,9 @@ class CsvTable:
     first: int
     """line of the first row of data, from 1"""
     decimal: str = "."
+    dates: Mapping[int, bool] = field(default_factory=dict)
+    """columns of dates, and whether their time zone is stated; read as seconds since
+    1970"""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`."""
@@ -159,6 +162,9 @@ class CsvTable:
         from pyarrow import csv as pacsv
 
         labels = [str(j) for j in columns]
+        kinds = {label: pa.float64() for label in labels}
+        for j, zoned in self.dates.items():
+            kinds[str(j)] = pa.timestamp("ns", tz="UTC" if zoned else None)
         return pacsv.read_csv(
             pa.BufferReader(text),
             read_options=pacsv.ReadOptions(
@@ -168,7 +174,7 @@ class CsvTable:
                 delimiter=self.separator, ignore_empty_lines=skip_empty
             ),
             convert_options=pacsv.ConvertOptions(
-                column_types=dict.fromkeys(labels, pa.float64()),
+                column_types=kinds,
                 include_columns=labels,
                 null_values=BLANKS,
                 quoted_strings_can_be_null=True,
@@ -211,13 +217,16 @@ class CsvTable:
                     if self.decimal == "."
                     else cells[j].replace(".", "?").replace(self.decimal, ".")
                 )
-                if not NUMBER.fullmatch(cell):
+                if not (DATE if j in self.dates else NUMBER).fullmatch(cell):
                     comma = self.decimal == "." and re.fullmatch(
                         r"\s*[+-]?\d+,\d*\s*", cells[j]
                     )
                     point = 'write decimals with a point, or give decimal = "," in a column map (`column_map`=FILE)'
                     fix = point if comma else "give a number, or leave the cell blank"
                     what = f"{cells[j][:40]!r} is not a number"
+                    if j in self.dates:
+                        what = f"{cells[j][:40]!r} is no date like those before"
+                        fix = "write each as 2026-01-31T12:00:00.000"
                     return InputError(what, f"{where}, column {label(self, j)}", fix)
         return InputError(
             f"cannot be read as CSV ({str(error)[:200]})", where=self.source
@@ -225,11 +234,18 @@ class CsvTable:
 
 
 def _values_of(array: "pa.Array") -> Array:
-    """(R,) of a column of doubles; where it is blank, anything. Its own `to_numpy`
-    would import pandas if it can."""
-    return np.frombuffer(
-        array.buffers()[1], dtype=float, count=len(array), offset=8 * array.offset
+    """(R,) of a column of numbers, or of dates as seconds since 1970; where it is
+    blank, anything. Its own `to_numpy` would import pandas if it can."""
+    import pyarrow as pa
+
+    dates = pa.types.is_timestamp(array.type)
+    values = np.frombuffer(
+        array.buffers()[1],
+        dtype=np.int64 if dates else float,
+        count=len(array),
+        offset=8 * array.offset,
     )
+    return values / 1e9 if dates else values
 
 
 def _blanks_of(array: "pa.Array") -> Mask | None:
@@ -246,9 +262,15 @@ def _blanks_of(array: "pa.Array") -> Mask | None:
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     """The CSV file at `path`, its header read. `InputError` when that is no header of
     at least two columns."""
-    layout = layout or Layout()
-    names, separator, first = read_header(next(texts(path), b""), path, layout)
-    return CsvTable(str(path), names, separator, first, layout.decimal)
+    header = read_header(next(texts(path), b""), path, layout or Layout())
+    return CsvTable(
+        str(path),
+        header.names,
+        header.separator,
+        header.first,
+        header.decimal,
+        header.dates,
+    )
 
 
 def texts(path: str | Path) -> Iterator[bytes]:
@@ -330,7 +352,7 @@ def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 FORMAT = Format(
     name="CSV",
-    description="CSV with the columns below, or any through a column map",
+    description="CSV with the columns below, or others that names or a map tell",
     suffixes=(".csv", ".txt", ".tsv"),
     help_names=(".csv",),
     open_table=open_csv,

@@ -14,8 +14,8 @@ from hefting.core.messages import warning
 from hefting.core.recording import COLUMNS, Recording
 from hefting.logs import read_log
 from hefting.logs.arrays import ARRAYS, recording_from_arrays
-from hefting.logs.canonical import read_canonical
 from hefting.logs.memory_table import MemoryTable
+from hefting.logs.recognised import reader_of
 from hefting.logs.table import summarize_list
 
 FORMS = (
@@ -133,7 +133,7 @@ def _from_source(
 
         chosen = load_map(column_map, wrench_needed)
         return read_mapped(table, chosen, wrench_needed)
-    return read_canonical(table, wrench_needed)
+    return reader_of(table, wrench_needed)(table)
 
 
 def _from_named_arrays(table: MemoryTable) -> Recording:

@@ -29,19 +29,20 @@ class Layout:
     separator: str | None = None
     """between cells; None finds out: a comma, semicolon, tab, or runs of spaces"""
     header: int | None = None
-    """line of the column names, from 1; 0: there are none; None: the first line that is
-    not blank"""
-    skip: int = 0
-    """lines after the header to leave out: units, for instance"""
-    decimal: str = "."
-    """decimal mark"""
+    """line of the column names, from 1; 0: there are none; None: the first line with as
+    many cells as the numbers below it"""
+    skip: int | None = None
+    """lines after the header to leave out: units, for instance; None: those without
+    numbers"""
+    decimal: str | None = None
+    """decimal mark; None finds out"""
 
 
 def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
     """The layout that the keys of a column map at `path` describe. `InputError`, naming
     the key."""
     separator, header = content.get("separator"), content.get("header")
-    skip, decimal = content.get("skip", 0), content.get("decimal", ".")
+    skip, decimal = content.get("skip"), content.get("decimal")
     if separator is not None and not (
         isinstance(separator, str) and separator in SEPARATORS
     ):
@@ -50,11 +51,11 @@ def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
             f"{path}, key separator",
             "use , ; | tab or space",
         )
-    if decimal not in (".", ","):
+    if decimal not in (".", ",", None):
         raise InputError(
             f"{brief(decimal)} is no decimal mark", f"{path}, key decimal", "use . or ,"
         )
-    if separator == decimal:
+    if separator is not None and separator == decimal:
         raise InputError(
             "cells and decimals are both separated by a comma", f"{path}, key decimal"
         )
@@ -63,7 +64,7 @@ def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
         raise InputError(
             f"{brief(header)} is no line number", f"{path}, key header", fix
         )
-    if not whole(skip, 0):
+    if skip is not None and not whole(skip, 0):
         raise InputError(
             f"{brief(skip)} is no number of lines",
             f"{path}, key skip",

@@ -7,37 +7,22 @@ header says, else by the size of the numbers.
 
 import json
 import re
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hefting.core.errors import InputError, printable
+from hefting.logs.column_words import OTHER, Groups, group_columns, words_of
 from hefting.logs.map_sample import Sample, read_sample
 from hefting.logs.units import UNITS, find_unit
-
-WORDS = {
-    "force": ("f", "force", "forces"),
-    "torque": ("t", "m", "torque", "torques", "moment", "moments", "tau", "mom"),
-    "wrench": ("ft", "fts", "wrench", "ftsensor"),
-    "position": ("", "p", "pos", "position", "translation", "trans", "xyz"),
-    "orientation": ("q", "quat", "quaternion", "orientation", "ori", "rot", "rotation"),
-    "rotation-vector": ("r", "rotvec", "rv", "axisangle"),
-    "pose": ("pose", "tcppose"),
-    "pose-matrix": ("ee", "pose", "matrix", "transform", "tf"),
-    "joint_positions": ("q", "j", "joint", "joints", "jointposition", "jpos"),
-    "gyroscope": ("g", "gyro", "gyroscope"),
-    "linear_accelerometer": ("linearacc", "linearaccel", "linearaccelerometer"),
-    "accelerometer": ("acc", "accel", "accelerometer"),
-}
-"""Words that a column of each kind may have before its component."""
 
 TIMES = ("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds")
 """Names of the time, without its unit."""
 
-OTHER = {"velocity", "vel", "speed", "acceleration", "current", "effort", "target"}
-"""Words of columns that are none of those."""
+NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
+"""Names of what counts on top of the seconds of a stamp."""
 
 ANGLES = {
     ("roll", "pitch", "yaw"): 'form = "rpy"',
@@ -75,6 +60,10 @@ class GuessedMap:
     """the column map, TOML"""
     missing: tuple[str, ...]
     """what a recording needs and no column seems to be"""
+    columns: frozenset[str]
+    """names of those that the map takes"""
+    summary: str
+    """what is taken from which columns, in one line"""
 
 
 def guess_map(path: str | Path) -> GuessedMap:
@@ -82,26 +71,34 @@ def guess_map(path: str | Path) -> GuessedMap:
 
     Raises `InputError` where the table cannot be read, and where no column is known.
     """
-    sample = read_sample(path)
+    return guess_map_of(read_sample(path))
+
+
+def guess_map_of(sample: Sample) -> GuessedMap:
+    """A column map of the table that begins with `sample`; `InputError` where no column
+    is known."""
     guesses = _guesses(sample)
-    keys = {guess.key for guess in guesses}
+    keys = frozenset(guess.key for guess in guesses)
     if not keys - {"time"}:
         raise InputError(
             "no column has a name that says what it holds",
-            path,
+            sample.source,
             "write the map by hand, with the numbers of the columns",
         )
-    missing = []
+    missing = [] if "time" in keys else ['time = { column = "time", unit = "s" }']
     if not keys & {"wrench", "force"}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
     if not keys & {"orientation", "pose", "joint_positions"}:
         missing.append('orientation = { columns = ["qx", "qy", "qz", "qw"] }')
-    return GuessedMap(_text(sample, guesses, missing), tuple(missing))
+    summary = "; ".join(_summary(sample, guess) for guess in guesses)
+    columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
+    text = _text(sample, guesses, missing)
+    return GuessedMap(text, tuple(missing), columns, summary)
 
 
 def _guesses(sample: Sample) -> list[Guess]:
     """All that is recognised, without what two guesses would claim."""
-    groups = _groups(sample)
+    groups = group_columns([sample.words(j) for j in range(len(sample.names))])
     makers: Sequence[Callable[[Sample, Groups], Guess | list[Guess] | None]] = (
         _time,
         _wrench,
@@ -125,66 +122,43 @@ def _guesses(sample: Sample) -> list[Guess]:
     return found
 
 
-@dataclass(frozen=True)
-class Groups:
-    """Columns by what stands before their component: ``("ft", "force")`` -> ``{"x":
-    3}``."""
-
-    by_words: Mapping[tuple[str, ...], Mapping[str, int]]
-
-    def find(self, kind: str, components: Sequence[str]) -> tuple[int, ...] | None:
-        """Columns of the first group of a kind that has all these components."""
-        for words, columns in self.by_words.items():
-            last = words[-1] if words else ""
-            told = last in WORDS[kind] or "".join(words[-2:]) in WORDS[kind]
-            told = told and (kind != "accelerometer" or "linear" not in words)
-            if told and not OTHER & set(words) and set(components) <= set(columns):
-                return tuple(columns[c] for c in components)
-        return None
-
-    def numbered(self, kind: str, count: int) -> tuple[int, ...] | None:
-        """The same for components that are numbers, from 0 or from 1."""
-        for first in (0, 1):
-            names = [str(first + k) for k in range(count)]
-            if (columns := self.find(kind, names)) is not None:
-                return columns
-        return None
-
-
-def _groups(sample: Sample) -> Groups:
-    groups: dict[tuple[str, ...], dict[str, int]] = {}
-    for column in range(len(sample.names)):
-        words = _split(sample.words(column))
-        if words:
-            groups.setdefault(tuple(words[:-1]), {}).setdefault(words[-1], column)
-    return Groups(groups)
-
-
-def _split(name: str) -> list[str]:
-    """Words of a name in small letters, its component as the last: ``Force_X`` and
-    ``forceX`` are ``force``, ``x``."""
-    name = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)
-    words = [word for word in re.split(r"[^a-z0-9]+", name.lower()) if word]
-    if not words:
-        return []
-    if len(words) > 1 and words[0] in "xyzw" and words[-1] not in "xyzw":
-        return [*words[1:], words[0]]
-    match = re.fullmatch(r"(.*?[a-z])([xyzw]|\d+)|([xyzw])", words[-1])
-    if match and match[1] and not words[-1].isdigit():
-        return [*words[:-1], match[1], match[2]]
-    return words
-
-
 def _time(sample: Sample, groups: Groups) -> Guess | None:
     for column in range(len(sample.names)):
-        words = re.split(r"[^a-z0-9]+", sample.words(column).lower())
-        bare = [word for word in words if word and word not in UNITS["time"]]
-        if not bare or bare[-1] in TIMES[1:] or bare == ["t"]:
-            said = sample.units[column] or next(
-                (word for word in words if word in UNITS["time"]), ""
-            )
-            unit, remark = _time_unit(sample.values[:, column], said)
-            return Guess("time", (column,), (_unit(unit),), remark)
+        words = re.findall(r"[a-z0-9]+", sample.words(column).lower())
+        bare = [word for word in words if word not in UNITS["time"]]
+        named = words and (not bare or bare[-1] in TIMES[1:] or bare == ["t"])
+        if not named or not np.isfinite(sample.values[:, column]).any():
+            continue
+        if (more := _nanoseconds(sample, words[:-1])) is not None:
+            return Guess("time", (column,), (f"nanoseconds = {_name(sample, more)}",))
+        said = sample.units[column] or next(
+            (word for word in words if word in UNITS["time"]), ""
+        )
+        unit, remark = _time_unit(sample.values[:, column], said)
+        return Guess("time", (column,), (_unit(unit),), remark)
+    return _index(sample)
+
+
+def _index(sample: Sample) -> Guess | None:
+    """A first column without a name that grows, and does not just count rows: the index
+    of a data frame."""
+    values = sample.values[:, 0]
+    steps = np.diff(values)
+    if sample.names[0] or not len(steps) or not (steps > 0.0).all():
+        return None
+    if (values % 1 == 0.0).all() and (steps == 1.0).all():
+        return None
+    unit, remark = _time_unit(values, "")
+    return Guess("time", (0,), (_unit(unit),), remark)
+
+
+def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
+    """The column of nanoseconds whose name begins with the words that stand before
+    ``sec``."""
+    for column in range(len(sample.names)):
+        words = re.findall(r"[a-z0-9]+", sample.words(column).lower())
+        if words[:-1] == list(before) and words[-1:] and words[-1] in NANOSECONDS:
+            return column
     return None
 
 
@@ -202,7 +176,11 @@ def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
 
 def _wrench(sample: Sample, groups: Groups) -> list[Guess] | None:
     six = groups.numbered("wrench", 6) or groups.numbered("force", 6)
-    force, torque = (groups.find(kind, "xyz") for kind in ("force", "torque"))
+    force, torque = (
+        groups.find(kind, "xyz") or groups.numbered(kind, 3)
+        for kind in ("force", "torque")
+    )
+    torque = torque or groups.find("torque-or-translation", "xyz")
     if six is not None:
         force, torque = six[:3], six[3:]
     if force is None or torque is None:
@@ -241,8 +219,12 @@ def _poses(sample: Sample, groups: Groups) -> list[Guess] | None:
 
 def _angles(sample: Sample, groups: Groups) -> Guess | None:
     """Three angles by their names, or a rotation vector."""
-    names = {sample.words(j).lower(): j for j in reversed(range(len(sample.names)))}
-    last = {re.split(r"[^a-z0-9]+", name)[-1]: j for name, j in names.items()}
+    names: dict[str, int] = {}
+    last: dict[str, int] = {}
+    for column in reversed(range(len(sample.names))):
+        words = words_of(sample.words(column))
+        if words and not OTHER & set(words):
+            names["".join(words)] = last[words[-1]] = column
     for angles, form in ANGLES.items():
         for where in (names, last):
             if set(angles) <= set(where) and (len(angles[0]) > 1 or where is names):
@@ -264,9 +246,12 @@ def _quaternion(sample: Sample, groups: Groups) -> Guess | None:
 
 
 def _four(sample: Sample, columns: tuple[int, ...]) -> Guess:
-    """A quaternion whose columns are numbers."""
-    remark = "or wxyz: their numbers do not tell which is w"
-    return Guess("orientation", columns, ('form = "xyzw"',), remark)
+    """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` to
+    ``q4``, the first is w."""
+    bare = re.fullmatch(r"q\d", sample.words(columns[0]).lower()) is not None
+    form, other = ("wxyz", "xyzw") if bare else ("xyzw", "wxyz")
+    remark = f"or {other}: their numbers do not tell which is w"
+    return Guess("orientation", columns, (f'form = "{form}"',), remark)
 
 
 def _has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
@@ -276,7 +261,11 @@ def _has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
 
 
 def _position(sample: Sample, groups: Groups) -> Guess | None:
-    columns = groups.find("position", "xyz")
+    columns = (
+        groups.find("position", "xyz")
+        or groups.numbered("position", 3)
+        or groups.find("torque-or-translation", "xyz")
+    )
     return None if columns is None else _length("position", sample, columns)
 
 
@@ -328,10 +317,14 @@ def _said(sample: Sample, columns: Sequence[int], kind: str) -> str | None:
         return find_unit(sample.units[columns[0]], kind, sample.source).name
     except InputError:
         pass
-    words = re.split(r"[^A-Za-z0-9]+", sample.names[columns[0]])
-    return next(
-        (word for word in words[1:] if word in UNITS[kind] and word != "m"), None
-    )
+    words = re.findall(r"[a-z0-9]+", sample.names[columns[0]].lower())[1:]
+    known = {_squeezed(name): name for name in UNITS[kind] if name != "m"}
+    return next((known[word] for word in words if word in known), None)
+
+
+def _squeezed(unit: str) -> str:
+    """A unit as a word of a name: ``nmm``."""
+    return re.sub(r"[^a-z0-9]", "", unit.lower())
 
 
 def _size(sample: Sample, columns: Sequence[int]) -> float:
@@ -355,7 +348,7 @@ def _text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -> s
         line = f"{guess.key} = {{ {', '.join((columns, *guess.rest))} }}"
         lines.append(f"{line}  # {guess.remark}" if guess.remark else line)
     lines += [f"# not found; name its columns: {line}" for line in missing]
-    lines += sample.layout
+    lines += ['nan = "blank"'] if sample.has_nan else []
     used = {column for guess in guesses for column in guess.columns}
     others = [n for j, n in enumerate(sample.names) if n and j not in used]
     if others:
@@ -363,9 +356,25 @@ def _text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -> s
     return "\n".join(lines) + "\n"
 
 
+def _summary(sample: Sample, guess: Guess) -> str:
+    """What is taken from which columns: "position X [mm] to Z [mm] (mm)"."""
+    ends = dict.fromkeys((guess.columns[0], guess.columns[-1]))
+    names = " to ".join(printable(sample.names[j] or f"number {j + 1}") for j in ends)
+    how = ", ".join(re.findall(r'"([^"]*)"', " ".join(guess.rest)))
+    remark = f"{', ' if how else ''}{guess.remark}" if guess.remark else ""
+    return (
+        f"{guess.key} from {names[:80]}{f' ({how}{remark})' if how or remark else ''}"
+    )
+
+
 def _name(sample: Sample, column: int) -> str:
     """A column as TOML names it: by its number where its name is not its own."""
     name = sample.names[column]
-    if sample.names.count(name) > 1 or "{" in name or not name.isprintable():
+    if (
+        not name
+        or sample.names.count(name) > 1
+        or "{" in name
+        or not name.isprintable()
+    ):
         return str(column + 1)
     return json.dumps(name)

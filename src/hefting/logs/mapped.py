@@ -41,9 +41,10 @@ def read_mapped(
     """
     quantities = dict(column_map.quantities)
     wanted = {key: quantity.columns for key, quantity in quantities.items()}
-    clock = {} if column_map.time is None else {"time": (column_map.time,)}
-    places = _find_columns(table, column_map, clock | wanted)
-    time = places.pop("time")[0] if clock else None
+    clock = column_map.time
+    times = {} if clock is None else {"time": clock.columns}
+    places = _find_columns(table, column_map, times | wanted)
+    time, nanoseconds, *_ = *places.pop("time", ()), None, None
     notes = [
         note(
             f"{key.replace('_', '-')}-source",
@@ -56,7 +57,9 @@ def read_mapped(
             quantities.pop("force"), quantities.pop("torque"), column_map.source
         )
         places["wrench"] = places.pop("force") + places.pop("torque")
-    streams, warnings = collect(table, time, places, column_map.nan_is_blank)
+    streams, warnings = collect(
+        table, time, places, column_map.nan_is_blank, nanoseconds
+    )
     converted = {}
     for key in tuple(streams):
         labels = [label(table, column) for column in places[key]]
@@ -64,18 +67,17 @@ def read_mapped(
             key, streams.pop(key), quantities[key], table.source, labels
         )
     require_streams(converted, table.source, wrench_needed)
-    unit = column_map.time_unit
-    if unit is not None:
+    if clock is not None:
         what = "row numbers" if time is None else f"column {label(table, time)}"
-        notes.insert(0, note("time-source", f"time from {what} [{unit.name}]"))
-        converted, about_time = in_seconds(converted, table.source, unit)
+        notes.insert(0, note("time-source", f"time from {what} [{clock.unit.name}]"))
+        converted, about_time = in_seconds(converted, table.source, clock.unit)
         warnings += about_time
     names = (
         quantities["joint_positions"].names if "joint_positions" in converted else ()
     )
     recording = Recording(
         converted,
-        unit is None,
+        clock is None,
         table.source,
         warnings,
         joint_names=names,
@@ -89,7 +91,7 @@ def read_mapped(
         )
         turned = replace(recording["wrench"], values=values)
         recording = replace(recording, streams={**recording.streams, "wrench": turned})
-    return warn_about_static(recording) if unit is None else recording
+    return warn_about_static(recording) if clock is None else recording
 
 
 def _find_columns(

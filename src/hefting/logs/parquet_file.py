@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -12,10 +13,14 @@ from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.core.progress import report
 from hefting.core.recording import Recording
+from hefting.core.spatial import Array
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
 from hefting.logs.writing import table_from_recording
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 ROWS = 65_536
 """Rows that are read at a time."""
@@ -35,50 +40,30 @@ class ParquetTable:
     names: tuple[str, ...]
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
-        """The rows block by block; see `hefting.logs.table.Table`."""
+        """The rows block by block; see `hefting.logs.table.Table`. Dates are in seconds
+        since 1970, durations in seconds."""
         import pyarrow as pa
         from pyarrow import parquet
 
         labels = [self.names[j] for j in columns]
-        numeric = (
-            pa.types.is_integer,
-            pa.types.is_floating,
-            pa.types.is_decimal,
-            pa.types.is_null,
-        )
         before = 0
         try:
             with parquet.ParquetFile(
                 self.source, buffer_size=BUFFER, pre_buffer=False
             ) as file:
                 for j, name in zip(columns, labels, strict=True):
-                    kind = file.schema_arrow.field(name).type
-                    if not any(is_kind(kind) for is_kind in numeric):
-                        fix = (
-                            "give seconds as numbers"
-                            if pa.types.is_temporal(kind)
-                            else "give numbers"
-                        )
-                        raise InputError(
-                            f"holds {kind}, not numbers",
-                            f"{self.source}, column {label(self, j)}",
-                            fix,
-                        )
-                schema = pa.schema([(name, pa.float64()) for name in labels])
+                    where = f"{self.source}, column {label(self, j)}"
+                    _check_kind(file.schema_arrow.field(name).type, where)
                 rows = max(file.metadata.num_rows, 1)
                 for batch in file.iter_batches(ROWS, columns=labels):
                     report(READING, before / rows)
-                    table = (
-                        pa.Table.from_batches([batch])
-                        .select(labels)
-                        .cast(schema, safe=False)
-                    )
+                    table = pa.Table.from_batches([batch])
                     arrays = {
                         j: table[name] for j, name in zip(columns, labels, strict=True)
                     }
                     yield Block(
                         np.arange(before + 1, before + len(batch) + 1),
-                        {j: column.to_numpy() for j, column in arrays.items()},
+                        {j: _values_of(column) for j, column in arrays.items()},
                         {
                             j: column.is_null().to_numpy()
                             if column.null_count
@@ -89,6 +74,38 @@ class ParquetTable:
                     before += len(batch)
         except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
             raise _read_error(self.source, error) from error
+
+
+def _check_kind(kind: "pa.DataType", where: str) -> None:
+    """`InputError` for a column of what is neither numbers, dates nor durations."""
+    import pyarrow as pa
+
+    known = (
+        pa.types.is_integer,
+        pa.types.is_floating,
+        pa.types.is_decimal,
+        pa.types.is_null,
+        pa.types.is_timestamp,
+        pa.types.is_duration,
+    )
+    if any(is_kind(kind) for is_kind in known):
+        return
+    fix = "give seconds as numbers" if pa.types.is_temporal(kind) else "give numbers"
+    raise InputError(f"holds {kind}, not numbers", where, fix)
+
+
+def _values_of(column: "pa.ChunkedArray") -> Array:
+    """(R,) of a column of numbers, of dates as seconds since 1970, of durations as
+    seconds; NaN where it is null."""
+    import pyarrow as pa
+
+    kind = column.type
+    if pa.types.is_timestamp(kind):
+        column = column.cast(pa.timestamp("ns", kind.tz)).cast(pa.int64())
+    elif pa.types.is_duration(kind):
+        column = column.cast(pa.duration("ns")).cast(pa.int64())
+    values = column.cast(pa.float64(), safe=False).to_numpy()
+    return values / 1e9 if pa.types.is_temporal(kind) else values
 
 
 def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTable:
@@ -132,7 +149,7 @@ def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 FORMAT = Format(
     name="Parquet",
-    description="Parquet with the columns below, or any through a column map",
+    description="Parquet with the columns below, or others that names or a map tell",
     suffixes=(".parquet",),
     help_names=(".parquet",),
     open_table=open_parquet,

@@ -81,19 +81,20 @@ def collect(
     time: int | None,
     groups: Mapping[str, Sequence[int]],
     nan_is_blank: bool = False,
+    nanoseconds: int | None = None,
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """Samples of each group of columns, in the file's units, and warnings.
 
     A group is measured in a row where none of its cells is blank; groups that are blank
     throughout are left out, with a warning. Without a column of `time` the rows are
-    numbered from 0. A sample that repeats the one before it, time and all, is dropped.
-    Raises `InputError`, naming row and column, for a cell that is not a finite number,
-    a group of which only a part is blank, a blank time beside something measured, and
-    too many numbers.
+    numbered from 0; a column of `nanoseconds` counts on top of seconds. A sample that
+    repeats the one before it, time and all, is dropped. Raises `InputError`, naming row
+    and column, for a cell that is not a finite number, a group of which only a part is
+    blank, a blank time beside something measured, and too many numbers.
     """
     wanted = sorted(
         {column for columns in groups.values() for column in columns}
-        | (set() if time is None else {time})
+        | {column for column in (time, nanoseconds) if column is not None}
     )
     samples = {name: Samples(len(columns)) for name, columns in groups.items()}
     times, rows, count = Growing(), Growing(dtype=np.int32), 0
@@ -109,6 +110,11 @@ def collect(
             if time is None
             else _read_column(block, time, nan_is_blank)
         )
+        if nanoseconds is not None:
+            more, blank = _read_column(block, nanoseconds, nan_is_blank)
+            numbers = numbers + 1e-9 * (
+                more if blank is None else np.where(blank, 0.0, more)
+            )
         times.append(numbers)
         rows.append(block.rows)
         for name, columns in groups.items():

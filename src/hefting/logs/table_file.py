@@ -1,18 +1,14 @@
 """A file with named columns -> Recording: by a column map, by a header that a format
-knows, or canonical."""
+knows, by canonical names, or by what other names tell."""
 
 from collections.abc import Callable
 from pathlib import Path
 
-from hefting.core.errors import InputError
+from hefting.core.files import check_size
 from hefting.core.recording import Recording
-from hefting.logs.canonical import read_canonical
+from hefting.logs.recognised import reader_of
 from hefting.logs.registry import Format, formats
 from hefting.logs.table import Table
-
-MAX_BYTES = 2 * 1024**3
-"""Largest table that is read [bytes]: its numbers are held in memory, and slow motion
-needs far less."""
 
 
 def read_table_file(
@@ -50,23 +46,7 @@ def opened(
         for each in formats()
         if each.read_table and each.is_header and each.is_header(table.names)
     )
-    read = next(readers, read_canonical)
+    read = next(readers, None)
+    if read is None:
+        return table, reader_of(table, wrench_needed)
     return table, lambda part: read(part, wrench_needed)
-
-
-def check_size(path: str | Path, largest: float | None = None) -> None:
-    """`InputError` unless there is a file that is neither empty nor larger than
-    `largest` [bytes], by default `MAX_BYTES`."""
-    if not Path(path).is_file():
-        raise InputError(
-            "is not a file" if Path(path).exists() else "does not exist", where=path
-        )
-    size = Path(path).stat().st_size
-    if size == 0:
-        raise InputError("the file is empty", where=path)
-    if size > (MAX_BYTES if largest is None else largest):
-        raise InputError(
-            f"the file has {size / 1e9:.1f} GB, more than 2 GiB",
-            path,
-            "cut out the part of interest",
-        )

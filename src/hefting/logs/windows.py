@@ -13,12 +13,12 @@ from math import inf
 from pathlib import Path
 
 from hefting.core.errors import InputError
-from hefting.core.files import check_readable
+from hefting.core.files import check_readable, check_size
 from hefting.core.recording import Recording
 from hefting.logs.csv_file import texts
 from hefting.logs.registry import Format, find_format, suffix_of, table_formats
 from hefting.logs.table import Block, Table
-from hefting.logs.table_file import check_size, opened
+from hefting.logs.table_file import opened
 
 SECONDS = 45.0
 """[s] Length of a window. A bias that drifts costs six unknowns a window: in 45 s of
@@ -31,7 +31,8 @@ FEWEST_ROWS = 1_000
 LARGEST_WHOLE = 10_000_000
 """Numbers in a table up to which it is read whole: some twelve minutes of fourteen
 columns at 1 kHz."""
-
+SAID_ONCE = {"time-shifted", "columns-by-name"}
+"""Codes of messages about a file, which its first window has."""
 
 Reader = Callable[[Table], Recording]
 """What makes a recording of a table."""
@@ -182,13 +183,13 @@ class _Pace:
             self.rows = min(wanted, self._most)
 
     def recording(self, part: _Part) -> Recording:
-        """A window as a recording; what is said of the file's clock is said once."""
+        """A window as a recording; what is said of the file is said once."""
         read = self._read(part)
         first, last = part.held[0].rows[0], part.held[-1].rows[-1]
         kept = [
             message
             for message in read.warnings
-            if self._first or getattr(message, "code", "") != "time-shifted"
+            if self._first or getattr(message, "code", "") not in SAID_ONCE
         ]
         self._first = False
         source = f"{read.source}, rows {first} to {last}"

@@ -1,0 +1,99 @@
+"""Tables whose columns have other names than the canonical ones, read by what names and
+numbers tell of them."""
+
+from collections.abc import Callable
+from dataclasses import replace
+from typing import TYPE_CHECKING
+
+from hefting.core.errors import InputError
+from hefting.core.messages import warning
+from hefting.core.recording import Recording
+from hefting.logs.canonical import (
+    check_names,
+    columns_of_streams,
+    known_columns,
+    read_canonical,
+)
+from hefting.logs.table import Table, summarize_list
+
+if TYPE_CHECKING:
+    from hefting.logs.column_map import ColumnMap
+
+NEEDED = (
+    "position",
+    "orientation",
+    "joint_positions",
+    "wrench",
+    "gyroscope",
+    "accelerometer",
+    "linear_accelerometer",
+)
+"""Streams whose canonical columns names must not leave out: a header in which some have
+lost their other columns is a mistake, and is said to be one."""
+
+RATES = (
+    "linear_velocity",
+    "angular_velocity",
+    "linear_acceleration",
+    "angular_acceleration",
+)
+"""Streams whose axes no name tells: of a table with names of its own they are not
+read."""
+
+
+def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Recording]:
+    """What makes a recording of a table, or of a part of it, that no column map
+    describes: by its canonical names, or else by what its names tell.
+
+    Its errors are those of `hefting.logs.canonical.read_canonical`, which say what is
+    missing, wherever names and numbers do not tell a time, a wrench, and an orientation
+    or joint angles.
+    """
+    found = _recognise(table) if wrench_needed else None
+    if found is None:
+        return lambda part: read_canonical(part, wrench_needed)
+    column_map, summary = found
+    return lambda part: _read_recognised(part, column_map, summary)
+
+
+def _recognise(table: Table) -> "tuple[ColumnMap, str] | None":
+    """A column map of a table with a wrench, and what it says in one line; None where
+    the canonical names tell as much, or nothing sufficient is recognised."""
+    check_names(table.names, table.source)
+    try:
+        streams, ignored = known_columns(table.names, table.source)
+    except InputError:
+        streams, ignored = {}, ()
+    if streams and (not ignored or set(RATES) & set(streams)):
+        return None
+    import tomllib
+
+    from hefting.logs.column_map import column_map_of
+    from hefting.logs.map_guess import guess_map_of
+    from hefting.logs.map_sample import sample_of
+
+    try:
+        guessed = guess_map_of(sample_of(table))
+    except InputError:
+        return None
+    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
+    if guessed.missing or not there < guessed.columns:
+        return None
+    summary = guessed.summary
+    if left := columns_of_streams(table.names, RATES):
+        summary += f"; {summarize_list(sorted(left))} not read"
+    return column_map_of(tomllib.loads(guessed.text), table.source), summary
+
+
+def _read_recognised(table: Table, column_map: "ColumnMap", summary: str) -> Recording:
+    """The recording in a table by a guessed map, with a warning that says what was taken
+    for what."""
+    from hefting.logs.mapped import read_mapped
+
+    recording = read_mapped(table, column_map)
+    what = (
+        f"the columns are taken by their names: {summary}; "
+        "give `column_map` where that is wrong (hefting map writes one)"
+    )
+    said = warning("columns-by-name", what, "column_map")
+    return replace(recording, warnings=(said, *recording.warnings))

@@ -1,0 +1,282 @@
+"""Logs as other programs write them, read without a column map: by the names of their
+columns, below comments, with dates for times."""
+
+from datetime import UTC, datetime, timedelta
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+import hefting
+from hefting.core.errors import InputError
+from hefting.core.messages import codes
+from hefting.core.verdict import NO_DOUBT
+from hefting.logs import read_log
+from hefting.logs.windows import windows
+
+ROWS = 40
+RNG = np.random.default_rng(11)
+TIME = 0.01 * np.arange(ROWS)
+POSITION = RNG.uniform(-1.0, 1.0, (ROWS, 3))
+TURNS = Rotation.random(ROWS, random_state=5)
+QUATERNION = TURNS.as_quat()
+WRENCH = RNG.normal(size=(ROWS, 6)) * (5, 5, 5, 0.5, 0.5, 0.5)
+START = 1_700_000_000
+NEWTON_MILLIMETRES = WRENCH * ((1.0,) * 3 + (1e3,) * 3)
+CANONICAL = [
+    "time",
+    "px",
+    "py",
+    "pz",
+    "qx",
+    "qy",
+    "qz",
+    "qw",
+    "fx",
+    "fy",
+    "fz",
+    "tx",
+    "ty",
+    "tz",
+]
+PLAIN = (TIME, POSITION, QUATERNION, WRENCH)
+
+SEC = START + np.floor(TIME)
+NANOSEC = np.round(1e9 * (TIME % 1))
+
+
+def ros(separator: str) -> list[str]:
+    """Names of the fields of a pose and a wrench, flattened."""
+    return [
+        *(separator.join(("pose", "position", c)) for c in "xyz"),
+        *(separator.join(("pose", "orientation", c)) for c in "xyzw"),
+        *(separator.join(("wrench", k, c)) for k in ("force", "torque") for c in "xyz"),
+    ]
+
+
+NAMES = {
+    "short": ("t x y z qx qy qz qw Fx Fy Fz Mx My Mz", PLAIN),
+    "units": (
+        "Time[s] X[mm] Y[mm] Z[mm] Q_x Q_y Q_z Q_w Fx[N] Fy[N] Fz[N]"
+        " Tx[Nmm] Ty[Nmm] Tz[Nmm]",
+        (TIME, 1e3 * POSITION, QUATERNION, NEWTON_MILLIMETRES),
+    ),
+    "units as words": (
+        "time_ms x_mm y_mm z_mm roll_deg pitch_deg yaw_deg fx_N fy_N fz_N"
+        " tx_Nmm ty_Nmm tz_Nmm",
+        (
+            1e3 * TIME,
+            1e3 * POSITION,
+            TURNS.as_euler("xyz", degrees=True),
+            NEWTON_MILLIMETRES,
+        ),
+    ),
+    "seconds and nanoseconds": (
+        "header.stamp.sec header.stamp.nanosec " + " ".join(ros(".")),
+        (SEC, NANOSEC, POSITION, QUATERNION, WRENCH),
+    ),
+    "seconds and nanoseconds of ROS 1": (
+        "secs nsecs " + " ".join(ros("_")),
+        (SEC, NANOSEC, POSITION, QUATERNION, WRENCH),
+    ),
+    "PlotJuggler": ("__time " + " ".join(ros("/")), (START + TIME, *PLAIN[1:])),
+    "TUM with a wrench": (
+        "timestamp tx ty tz qx qy qz qw fx fy fz mx my mz",
+        PLAIN,
+    ),
+    "robosuite": (
+        "time eef_pos_0 eef_pos_1 eef_pos_2 eef_quat_0 eef_quat_1 eef_quat_2 eef_quat_3"
+        " ee_force_0 ee_force_1 ee_force_2 ee_torque_0 ee_torque_1 ee_torque_2",
+        PLAIN,
+    ),
+    "ABB": (
+        "time x y z q1 q2 q3 q4 fx fy fz tx ty tz",
+        (TIME, POSITION, QUATERNION[:, [3, 0, 1, 2]], WRENCH),
+    ),
+    "TCP": (
+        "Timestamp TCP_x TCP_y TCP_z TCP_rx TCP_ry TCP_rz"
+        " TCP_Fx TCP_Fy TCP_Fz TCP_Tx TCP_Ty TCP_Tz",
+        (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
+    ),
+    "set points beside it": (
+        "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
+        " qx qy qz qw fx fy fz tx ty tz",
+        (TIME, 2 * POSITION, POSITION, QUATERNION[::-1], QUATERNION, WRENCH),
+    ),
+}
+
+
+def frame_of(names: str, parts: tuple[np.ndarray, ...]) -> pd.DataFrame:
+    """The parts side by side under these names."""
+    return pd.DataFrame(np.column_stack(parts), columns=names.split())
+
+
+def same(got: hefting.Recording) -> bool:
+    """Whether a recording holds what was written, apart from when it began."""
+    apart = Rotation.from_quat(got["orientation"].values) * TURNS.inv()
+    time = got["wrench"].time - got["wrench"].time[0]
+    return (
+        # seconds since 1970 resolve 2.4e-7 s; text of 17 digits is exact, and what is
+        # converted from millimetres or degrees is rounded again
+        np.allclose(time, TIME, atol=5e-7)
+        and np.allclose(got["position"].values, POSITION, atol=1e-12)
+        and np.allclose(got["wrench"].values, WRENCH, rtol=1e-12)
+        and apart.magnitude().max() < 1e-7
+    )
+
+
+@pytest.mark.parametrize("case", NAMES)
+@pytest.mark.parametrize("form", ["csv", "parquet", "memory"])
+def test_other_names_are_read_by_what_they_say(tmp_path, case, form):
+    frame = frame_of(*NAMES[case])
+    if form == "memory":
+        got = hefting.as_recording(frame)
+    else:
+        path = tmp_path / f"log.{form}"
+        frame.to_csv(path, index=False) if form == "csv" else frame.to_parquet(path)
+        got = read_log(path)
+    assert same(got)
+    assert "columns-by-name" in codes(got.warnings)
+
+
+def test_what_was_taken_for_what_is_said_and_gives_no_doubt(tmp_path):
+    names = "t X[mm] Y[mm] Z[mm] roll pitch yaw Fx Fy Fz Mx My Mz vx vy vz"
+    parts = (TIME, 1e3 * POSITION, TURNS.as_euler("xyz"), WRENCH, POSITION)
+    frame_of(names, parts).to_csv(tmp_path / "log.csv", index=False)
+    [said] = read_log(tmp_path / "log.csv").warnings
+    for words in (
+        "time from t (s)",
+        "wrench from Fx to Mz (N, N m)",
+        "orientation from roll to yaw (rpy, rad)",
+        "position from X[mm] to Z[mm] (mm)",
+        "vx, vy, vz not read",
+    ):
+        assert words in said
+    assert said.code in NO_DOUBT
+
+
+def test_a_whole_canonical_log_is_read_as_such(tmp_path):
+    """Velocities, which no other name would tell, are not lost for a column more."""
+    names = " ".join(CANONICAL) + " vx vy vz wx wy wz joint_1 joint_2 joint_3 joint_4"
+    parts = (*PLAIN, POSITION, POSITION, QUATERNION)
+    got = hefting.as_recording(frame_of(names, parts))
+    assert codes(got.warnings) == {"columns-ignored"}
+    assert got.has("linear_velocity")
+    assert not got.has("joint_positions")
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        ("time x y z qx qy qz qw fx fy fz tx ty k", "'tz' is missing beside fx fy"),
+        ("k x y z qx qy qz qw fx fy fz tx ty tz", "did you mean"),
+        ("time x y z px py qx qy qz qw fx fy fz tx", "missing beside px py"),
+    ],
+)
+def test_a_name_that_is_lost_is_not_made_up(names, words):
+    if names.startswith("k"):
+        names = names.replace("k", "tiem", 1)
+    frame = pd.DataFrame(RNG.normal(size=(ROWS, 14)), columns=names.split())
+    with pytest.raises(InputError, match=words):
+        hefting.as_recording(frame)
+
+
+def text_of(separator: str = ",", decimal: str = ".") -> list[str]:
+    """The canonical log as lines of text."""
+    frame = frame_of(" ".join(CANONICAL), PLAIN)
+    return frame.to_csv(index=False, sep=separator, decimal=decimal).splitlines()
+
+
+LINES = text_of()
+UNITS = "s,m,m,m,,,,,N,N,N,Nm,Nm,Nm"
+BEFORE = {
+    "nothing": LINES,
+    "comments": ["# recorded in the lab, by hand", "% robot: UR5", "", *LINES],
+    "a commented header": ["# made by a script", f"# {LINES[0]}", *LINES[1:]],
+    "rostopic": [f"%{LINES[0]}", *LINES[1:]],
+    "other text": ["Recorded: 2026-01-31 12:00", "Robot;UR5", "", *LINES],
+    "units": [LINES[0], UNITS, *LINES[1:]],
+    "groups": [",pose,,,pose,,,,wrench,,,wrench,,", *LINES],
+    "decimal commas": text_of(";", ","),
+    "tabs and decimal commas": text_of("\t", ","),
+}
+
+
+@pytest.mark.parametrize("case", BEFORE)
+def test_what_stands_around_the_names(tmp_path, case):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(BEFORE[case]) + "\n")
+    got = read_log(path)
+    assert same(got)
+    assert not got.warnings
+    lines = [line for line in BEFORE[case] if line]
+    first = BEFORE[case].index(lines[-ROWS])
+    assert got["wrench"].rows[0] == first + 1
+
+
+def test_a_row_that_is_too_short_is_no_line_of_units(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join((LINES[0], "0,1,2", *LINES[1:])))
+    with pytest.raises(InputError, match="row 2: there are 3 cells under 14"):
+        read_log(path)
+
+
+@pytest.mark.parametrize("zone", ["", "Z", "+01:00"])
+@pytest.mark.parametrize("between", ["T", " "])
+def test_dates_are_times(tmp_path, zone, between):
+    began = datetime(2026, 1, 31, 23, 59, 59, 900000, tzinfo=UTC)
+    dates = [
+        (began + timedelta(seconds=t)).strftime(f"%Y-%m-%d{between}%H:%M:%S.%f") + zone
+        for t in TIME
+    ]
+    lines = [
+        f"{date},{line.partition(',')[2]}"
+        for date, line in zip(dates, LINES[1:], strict=True)
+    ]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join((LINES[0], *lines)))
+    assert same(read_log(path))
+    path.write_text("\n".join((LINES[0], *lines[:9], "soon" + lines[9][4:])))
+    with pytest.raises(
+        InputError, match=r"row 11, column time: 'soon.*is no date like"
+    ):
+        read_log(path)
+
+
+@pytest.mark.parametrize("kind", ["date", "date with a zone", "duration"])
+def test_times_of_pandas_in_parquet(tmp_path, kind):
+    frame = frame_of(" ".join(CANONICAL), PLAIN)
+    time = pd.to_timedelta(frame["time"], unit="s")
+    if kind != "duration":
+        time = pd.Timestamp("2026-01-31T12:00") + time
+    if kind == "date with a zone":
+        time = time.dt.tz_localize("Europe/Berlin")
+    frame.assign(time=time).to_parquet(tmp_path / "log.parquet")
+    assert same(read_log(tmp_path / "log.parquet"))
+
+
+def test_the_index_of_a_frame_is_its_time(tmp_path):
+    """Where it grows by more than rows do."""
+    frame = frame_of(" ".join(CANONICAL), PLAIN)
+    frame.drop(columns="time").set_index(TIME).to_csv(tmp_path / "log.csv")
+    assert same(read_log(tmp_path / "log.csv"))
+    frame.to_csv(tmp_path / "log.csv")  # 0, 1, 2 in front of the time
+    got = read_log(tmp_path / "log.csv")
+    assert same(got)
+    assert codes(got.warnings) == {"columns-ignored"}
+
+
+def test_windows_say_once_what_was_taken(tmp_path):
+    frame = frame_of(*NAMES["short"])
+    frame.to_csv(tmp_path / "log.csv", index=False)
+    first, *others = windows(tmp_path / "log.csv", rows=15)
+    assert "columns-by-name" in codes(first.warnings)
+    assert others
+    assert not any("columns-by-name" in codes(each.warnings) for each in others)
+
+
+def test_without_a_wrench_nothing_is_taken_by_its_name(tmp_path):
+    frame_of(*NAMES["short"]).to_csv(tmp_path / "log.csv", index=False)
+    with pytest.raises(InputError, match="did you mean 'time'"):
+        read_log(tmp_path / "log.csv", wrench_needed=False)
