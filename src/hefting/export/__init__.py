@@ -197,6 +197,12 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
             f"simulators from refusing it and changes its inertia by about {THINNEST:g} of the largest moment"
         )
         warnings.append(warning("body-thickened", what))
+    if target.wants_flange and body.tool_mass:
+        what = (
+            f"the tool of {body.tool_mass:.4g} kg that was subtracted is not in it: a controller that does not "
+            "know the tool takes both, as identified without `tool`"
+        )
+        warnings.append(warning("tool-left-out", what, "tool"))
     if target.wants_flange and body.frame != "flange":
         what = (
             "written in sensor axes, but the controller takes flange axes: "

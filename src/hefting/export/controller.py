@@ -58,6 +58,9 @@ def comment(mark: str, body: Body, *lines: str) -> str:
 def remarks(mark: str, body: Body, where: str, *lines: str) -> str:
     """The same for a target that does not want flange axes; `where` says whose axes the
     numbers are in."""
-    what = "what the sensor carries; the mass of the sensor itself and of an adapter is not in it"
+    what = "what the sensor carries"
+    if body.tool_mass:
+        what = f"the object, without the tool of {body.tool_mass:.4g} kg that was subtracted"
+    what += "; the mass of the sensor itself and of an adapter is not in it"
     said = (where, what, *wrapped(body.notes), *lines)
     return "".join(f"{mark} {line}\n" for line in said)

@@ -12,6 +12,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, warning
+from hefting.core.provenance import subtracted_tool
 from hefting.core.spatial import Array
 from hefting.export.body import Body, HalfWidths
 from hefting.export.notes import notes_of, plain
@@ -47,6 +48,10 @@ def known_body(estimate: Estimate, name: str, fill: Fill, accept: bool) -> Body:
         float(half["mass"]), half["center_of_mass"], half["inertia_at_com"]
     )
     body = replace(body, half_widths=widths, notes=notes_of(estimate))
+    tool = subtracted_tool(estimate)
+    if tool is not None:
+        said = f"the object alone: a tool of {tool[0]:.4g} kg was subtracted"
+        body = replace(body, tool_mass=float(tool[0]), notes=(*body.notes, said))
     if open_.position:
         origin = f"{open_.position}: open, filled in from {open_.filled_from}"
         body = replace(body, notes=(*body.notes, plain(origin)))

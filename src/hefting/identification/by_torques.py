@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import NotIdentifiableError
+from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, error, warning
@@ -38,6 +38,28 @@ from which on they are not of the same arm: of the same simulated robot it was a
 1.03, of others of its kind at least 4.7."""
 LEAST_LOAD = 2.0
 """Mass over its standard deviation below which no load is seen."""
+
+
+def _check_distinct(recordings: Sequence[Recording]) -> None:
+    """`InputError` for the same recording twice, of whatever names."""
+    for i, one in enumerate(recordings):
+        for other in recordings[:i]:
+            if _is_same(one, other):
+                raise InputError(
+                    "is given twice, with the payload or without it",
+                    one.source,
+                    "give each recording once: it counts once",
+                )
+
+
+def _is_same(one: Recording, other: Recording) -> bool:
+    """Whether two recordings hold the same joint positions."""
+    if not (one.has("joint_positions") and other.has("joint_positions")):
+        return False
+    first, second = one["joint_positions"], other["joint_positions"]
+    return np.array_equal(first.time, second.time) and np.array_equal(
+        first.values, second.values
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -82,8 +104,10 @@ class ByTorques:
         torque_gains : (n,) or one number [N m/A], where currents were recorded.
         gravity : (3,) in the axes of the URDF's root [m/s²].
 
-        Raises `InputError` as `JointDynamics.from_urdf`, `samples_of` and `load_arm`.
+        Raises `InputError` for a recording that is given twice, and as
+        `JointDynamics.from_urdf`, `samples_of` and `load_arm`.
         """
+        _check_distinct((*recordings, *empty))
         dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
         loaded = [samples_of(log, dynamics, torque_gains) for log in recordings]
         bare = [samples_of(log, dynamics, torque_gains) for log in empty]

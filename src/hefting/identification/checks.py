@@ -23,7 +23,12 @@ from hefting.estimators import Estimator
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.plausibility import com_warnings, misfit_warnings, named_instead
+from hefting.ingest.plausibility import (
+    com_warnings,
+    density_warnings,
+    misfit_warnings,
+    named_instead,
+)
 from hefting.ingest.rivals.consequence import SUPERSEDED
 from hefting.shapes import Shape
 
@@ -148,6 +153,7 @@ def _not_physical(checked: Checked) -> Iterable[Message]:
 CHECKS: list[Check] = [
     lambda checked: checked.found.warnings,
     lambda checked: com_warnings(checked.found.fit, checked.shape),
+    lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,
     lambda checked: checked.estimate.warnings,
     lambda c: misfit_warnings(c.estimate, c.residual, c.found),

@@ -48,6 +48,7 @@ from hefting.ingest.samples import (
     find_outliers_piecewise,
 )
 from hefting.ingest.uncertainty import estimate_uncertainty
+from hefting.ingest.unmodelled import may_be_acceleration
 from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
@@ -142,17 +143,18 @@ def condition(
     )
     report("finding sign, delay, bias and outliers")
     found = _fit(working, problem, g)
-    if changes:
-        report("looking for changes of the object")
-    changed = find_changes(working, found.fit, recording.start) if changes else None
+    fit = found.fit
     asked = hint and long and not samples.static
     if asked and not (free_gravity or path.gravity_measured):
-        found = replace(found, gravity=_estimate_gravity(working, found.fit))
+        found = replace(found, gravity=_estimate_gravity(working, fit))
     if working is not samples:
-        outliers = find_outliers_piecewise(samples, found.fit.problem, found.fit.fit)
-        found = replace(found, fit=replace(found.fit, outliers=outliers))
+        outliers = find_outliers_piecewise(samples, fit.problem, fit.fit)
+        found = replace(found, fit=replace(fit, outliers=outliers))
     result = _conclude(recording, samples, found, clock=clock, tilt=tilt)
-    return result if changed is None else replace(result, changes=changed)
+    if not changes or may_be_acceleration(recording, result):
+        return result
+    report("looking for changes of the object")
+    return replace(result, changes=find_changes(working, fit, recording.start))
 
 
 def _thinned(samples: Samples) -> Samples:

@@ -193,7 +193,9 @@ def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
         return [_profile_warning(rejected, rejected.profile)]
     if not rejected.known or not found.biased:
         return [unknown]
-    if rejected.contradictory:
+    if rejected.contradictory and found.path is not None:
+        if found.path.kind == "orientation":  # accelerations resemble an offset
+            return [unknown]
         offset = f"{1e3 * rejected.value:.2g} ± {1e3 * rejected.std:.2g} ms"
         what = f"a clock offset of {offset} would explain too little of the wrench: none assumed"
         return [warning("clock-offset-contradictory", what)]

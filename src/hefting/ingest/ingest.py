@@ -36,6 +36,7 @@ from hefting.ingest.quantisation import quantisation_message
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.tool import tool_warnings, without_tool
+from hefting.ingest.unmodelled import acceleration_message, may_be_acceleration
 from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source
@@ -146,6 +147,9 @@ def ingest(
         recording, motion, found, measured, z, fit, drift=may_be_biased
     )
     clock_error = errors_of_clock_offset(found, z, fit)
+    unmodelled = acceleration_message(found)
+    if unmodelled is not None and doubt is None:
+        warnings.append(unmodelled)
     if doubt is not None:
         warnings.insert(0, doubt.message)
     dead = dead_channel_message(recording)
@@ -264,7 +268,7 @@ def _doubt(
     recording: Recording, found: Conditioned, *, may_be_biased: bool
 ) -> Doubt | None:
     """A mistake in the recording, or that much of it is unexplained."""
-    if found.path is None:
+    if found.path is None or may_be_acceleration(recording, found):
         return None
     case = Case.of(
         recording, found.path, found.gravity, found.offset, biased=may_be_biased

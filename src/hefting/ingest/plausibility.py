@@ -20,6 +20,11 @@ SHORTEST_RECORDING = 0.2
 """[s] Duration below which a wrong unit of time is likelier than so short a recording."""
 DENSEST_MATERIAL = 23_000.0
 """[kg/m³] Upper bound on the density of a material (osmium: 22,590)."""
+
+LIGHTEST_OBJECT = 2.0
+"""[kg/m³] Least mass over the volume of an object's bounding box: a hammer has 500, a
+tennis racket 50, an empty carton 10. A length unit ten times too large makes it a
+thousandth."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
 """Ratio of an estimate's residual to that of unconstrained least squares above which a
 warning is given."""
@@ -52,7 +57,9 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
     """
     if shape is not None and float(shape.extents.max()) > LONGEST_OBJECT:
         what = f"the shape is {shape.extents.max():.3g} m long"
-        raise InputError(what, fix="is its file in millimetres? give `unit` mm")
+        of_file = "is its file in millimetres? give `unit` mm"
+        fix = of_file if shape.known == "object" else "give the box in metres"
+        raise InputError(what, fix=fix)
     tilt = found.conditioned.tilt_std
     if tilt is not None and tilt > LARGEST_FOUND_TILT_STD:
         known = (
@@ -168,6 +175,21 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
         "units of force and torque, and the wrench's sign and bias"
     )
     return [warning("com-outside-shape", what, "shape")]
+
+
+def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
+    """A warning if the shape is far too large for what is held."""
+    if shape is None or shape.known != "object" or not fit.mass_t > 10.0:
+        return []
+    mass, volume = float(fit.vector[0]), float(np.prod(shape.extents))
+    if mass >= LIGHTEST_OBJECT * volume:
+        return []
+    sides = " x ".join(f"{side:.2g}" for side in shape.extents)
+    what = (
+        f"the shape of {sides} m would hold {mass / volume:.2g} kg/m³, less than what "
+        "robots hold: check its unit (`unit`)"
+    )
+    return [warning("shape-too-large", what, "unit")]
 
 
 def misfit_warnings(

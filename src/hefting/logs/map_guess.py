@@ -130,7 +130,8 @@ def _time(sample: Sample, groups: Groups) -> Guess | None:
         if not named or not np.isfinite(sample.values[:, column]).any():
             continue
         if (more := _nanoseconds(sample, words[:-1])) is not None:
-            return Guess("time", (column,), (f"nanoseconds = {_name(sample, more)}",))
+            how = f"nanoseconds = {_name(sample, more)}"
+            return Guess("time", (column, more), (how,))
         said = sample.units[column] or next(
             (word for word in words if word in UNITS["time"]), ""
         )

@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -13,9 +12,10 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity
-from hefting.core.magnitudes import LARGEST_GRAVITY, LARGEST_PARAMETER
+from hefting.core.magnitudes import LARGEST_GRAVITY
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, error, note, warning
+from hefting.core.provenance import numbers_in, subtracted_tool
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import SensorAccuracy
@@ -239,11 +239,11 @@ def _doubts(estimate: Estimate, gravity: Array) -> Iterator[Message]:
     if not estimate.physically_consistent:
         what = f"no body has the estimate's parameters: {estimate.consistency}"
         yield warning("not-physical", what)
-    tool = _numbers(estimate.provenance.get("tool"), 10, LARGEST_PARAMETER)
+    tool = subtracted_tool(estimate)
     if tool is not None:
         what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
         yield warning("tool-subtracted", what)
-    found = _numbers(estimate.provenance.get("gravity"), 3, LARGEST_GRAVITY)
+    found = numbers_in(estimate, "gravity", 3, LARGEST_GRAVITY)
     far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
     if found is not None and np.linalg.norm(found - gravity) > far:
         x, y, z = found
@@ -272,14 +272,3 @@ def _open(spread: Spread | None, std: Array | None) -> Iterator[Message]:
     share = f"{100.0 * infinite.any(axis=1).mean():.3g} %"
     what = f"the estimate leaves {names} open: no band for {touched}, at {share} of the instants"
     yield warning("band-open", what)
-
-
-def _numbers(value: Any, count: int, largest: float) -> Array | None:
-    """So many numbers of an estimate's file, none larger than `largest`; None for
-    anything else."""
-    try:
-        values = np.asarray(value, dtype=float)
-    except (TypeError, ValueError, OverflowError):
-        return None
-    fits = values.shape == (count,) and bool((np.abs(values) <= largest).all())
-    return values if fits else None

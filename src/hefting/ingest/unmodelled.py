@@ -1,0 +1,53 @@
+"""Accelerations of a sensor whose position nobody measured: they are not modelled, and
+look like many a mistake."""
+
+import numpy as np
+
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.ingest.conditioned import Conditioned
+from hefting.motion.smoothing import smooth_poses
+
+REACH = 1.0
+"""[m] How far from its centre a sensor of unknown position may be that only turns."""
+SLOW = 1.0
+"""[m/s²] Acceleration that a sensor may have without turning."""
+LARGEST_SHARE = 0.04
+"""Acceleration over gravity up to which 95 % intervals of the mass hold it: simulated
+sinusoids of 1 rad/s have 0.02 to 0.04, those of 2 rad/s 0.05, and miss it a little."""
+
+
+def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:
+    """Whether what is unexplained may be the acceleration of a sensor whose position
+    nobody measured: it looks like many a mistake."""
+    if found.path is None or found.path.kind != "orientation":
+        return False
+    motion = smooth_poses(recording).poses.at(recording["orientation"].time)
+    turning = np.hypot(
+        np.linalg.norm(motion.angular_acceleration, axis=1),
+        np.linalg.norm(motion.angular_velocity, axis=1) ** 2,
+    )
+    fastest = max(SLOW, REACH * float(np.sqrt(np.nanmean(turning**2))))
+    return _acceleration(found) < fastest
+
+
+def acceleration_message(found: Conditioned) -> Message | None:
+    """A doubt where accelerations that are not modelled are not small."""
+    if found.path is None or found.path.kind != "orientation":
+        return None
+    size = _acceleration(found)
+    share = size / float(np.linalg.norm(STANDARD_GRAVITY))
+    if share <= LARGEST_SHARE:
+        return None
+    what = (
+        f"without positions accelerations of some {size:.1g} m/s² are not modelled, and "
+        f"the mass may be off by {100 * share:.1g} %: log positions or an accelerometer, "
+        "or move more slowly"
+    )
+    return warning("accelerations-unmodelled", what)
+
+
+def _acceleration(found: Conditioned) -> float:
+    """[m/s²] What would explain the unexplained force."""
+    return 3**0.5 * found.noise.force / max(abs(float(found.parameters[0])), 1e-9)
