@@ -122,6 +122,8 @@ DURATION = 10.0
 """[s] of a plan, where nothing is said."""
 SHORTEST, LONGEST = 1.0, 120.0
 """[s] of a plan."""
+FASTEST = 20.0
+"""[m/s] of a corner: no arm moves what it holds as fast."""
 
 
 def plan(
@@ -255,6 +257,9 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
         raise InputError(what, fix="give another `duration`")
     if not 0.0 < speed < np.inf:
         raise InputError(f"a speed of {speed:g} m/s is not positive", "`speed`")
+    if speed > FASTEST:
+        what = f"no arm moves what it holds at {speed:g} m/s"
+        raise InputError(what, "`speed`", "give m/s, as in 0.25")
     if not 10.0 <= rate <= 10_000.0:
         raise InputError(f"{rate:g} Hz is not of 10 to 10,000 Hz", "`rate`")
     if seed < 0:

@@ -15,7 +15,7 @@ from hefting.core.estimate import NORMAL_95, com_jacobian
 from hefting.core.estimate_json import json_ready
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message
-from hefting.core.spatial import Array, frozen, vector_to_tensor
+from hefting.core.spatial import SPEED_LIMIT, Array, frozen, vector_to_tensor
 from hefting.estimators import Bayes
 from hefting.planning.held import Held
 from hefting.planning.kinematics import Trajectory
@@ -170,6 +170,20 @@ def corner_speeds(plan: Plan) -> Array:
     robot = Robot.from_urdf(plan.source, plan.tip)
     sensor = sensor_motion(robot, plan.motion)
     return np.max([sensor.linear_speed(corner) for corner in plan.corners], axis=0)
+
+
+def reduced_speed_told(plan: Plan) -> str:
+    """Whether the plan's corners keep reduced speed (ISO 10218-1), as a predicate."""
+    fastest = plan.usage.get("corner_speed", 1.0) * plan.limits.corner_speed
+    if fastest <= SPEED_LIMIT:
+        return "keeps reduced speed"
+    return f"is above reduced speed ({speed_told(SPEED_LIMIT)})"
+
+
+def speed_told(speed: float) -> str:
+    """A speed [m/s] as a person reads it."""
+    value = 1e3 * speed
+    return f"{value:.3g} mm/s" if value < 1e2 else f"{value:.0f} mm/s"
 
 
 INSTANTS = {"full": 10, "next": 6, "quick": 2}
