@@ -65,9 +65,11 @@ class Planner:
     stop_and_go: bool
     seed: int
 
-    def planned(self, duration: float, effort: str) -> tuple[Found, Forecast]:
-        """The motion of `duration` [s], and what is expected of it; errors as of
-        `plan`."""
+    def planned(
+        self, duration: float, effort: str, instants: int | None = None
+    ) -> tuple[Found, Forecast]:
+        """The motion of `duration` [s], and what is expected of it at so many instants,
+        by default as the effort has it; errors as of `plan`."""
         rng = np.random.default_rng([self.seed, 7])
         searcher = Searcher(self.robot.joints, self.space, effort_named(effort), rng)
         problem = self.problem(duration)
@@ -79,7 +81,7 @@ class Planner:
         )
         forecast = self.sensor.forecast(
             best.trajectory,
-            INSTANTS[effort],
+            instants or INSTANTS[effort],
             self.robot,
             problem.chain,
             self.held,
@@ -217,7 +219,7 @@ def plan(
     best, forecast = planner.planned(duration, effort)
     if asked is not None and not asked.met_by(forecast.accuracy[-1]):
         more = min(LONGER * duration, max(LONGEST, 1.5 * duration))
-        longer = planner.planned(more, "quick")[1]
+        longer = planner.planned(more, "quick", 1)[1]
         raise out_of_reach(asked, forecast, longer)
     return Plan(
         joints=robot.joints,

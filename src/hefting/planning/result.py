@@ -186,7 +186,7 @@ def speed_told(speed: float) -> str:
     return f"{value:.3g} mm/s" if value < 1e2 else f"{value:.0f} mm/s"
 
 
-INSTANTS = {"full": 10, "next": 6, "quick": 2}
+INSTANTS = {"full": 10, "next": 6, "quick": 6}
 """At which is told how sure one is expected to be, besides before the motion."""
 SHORTEST = 1.0
 """[s] of a recording from which something is expected."""
@@ -204,11 +204,10 @@ def forecast_by(
     """Before a motion of `duration` [s], and at so many instants of it.
 
     `after` gives the covariance (10, 10) after so long a part of the motion [s], from
-    that before it; None stands for next to nothing.
+    that before it; None stands for next to nothing. A single instant is the end.
     """
-    times = np.linspace(min(SHORTEST, 0.5 * duration), duration, instants)
-    if instants <= 2:
-        times = times[-1:]
+    first = min(SHORTEST, 0.5 * duration) if instants > 1 else duration
+    times = np.linspace(first, duration, instants)
     before = _before(held)
     known = [before, *(after(t, before) for t in times)]
     accuracies = [_accuracy(C, held.body) for C in known]
