@@ -194,6 +194,16 @@ def test_options_of_the_call_are_as_they_are_typed():
         recordings_of(rows, {"shape": Shape.from_box(0, 1, 0, 1, 0, 1)})
 
 
+def test_files_that_only_workers_have_are_not_looked_for(tmp_path):
+    log = written(tmp_path, "a.csv", "")
+    entries = recordings_of(log, {"shape": "mug.stl", "object_pose": "0,0,0"})
+    entries.check(with_files=False)
+    with pytest.raises(InputError, match=r"mug\.stl: no such file"):
+        entries.check()
+    with pytest.raises(InputError, match="unknown method"):
+        recordings_of(log, {"method": "FOO"}).check(with_files=False)
+
+
 def test_objects_by_a_column_or_by_folder(tmp_path):
     text = "recording,thing\nx/a.csv,mug\ny/b.csv,cup\nx/c.csv,mug\nx/d.csv,\n"
     path = written(tmp_path, "m.csv", text)

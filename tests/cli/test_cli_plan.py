@@ -97,6 +97,22 @@ def test_the_motion_keeps_what_is_said(run, arm, tmp_path):
     assert still.max() < 1e-4  # at rest at both ends
 
 
+def test_a_faster_motion_is_told_to_be_above_reduced_speed(run, arm, tmp_path):
+    path = tmp_path / "m.script"
+    given = words(arm, *SHAPE, "--duration", 4, "--speed", 2, "--output", path)
+    status, out, _ = run(*given)
+    assert status == 0
+    told = json.loads(run(*given, "--json")[1])
+    fastest = 2e3 * told["usage"]["corner_speed"]
+    assert fastest > 250.0
+    text, above = " ".join(out.split()), "is above reduced speed (250 mm/s)"
+    assert f"{above}: the fastest corner of the object" in text
+    assert f"moves at {fastest:.0f} of 2000 mm/s" in text
+    header = path.read_text()
+    assert f"{above}: at most 2000 mm/s" in header
+    assert "keeps reduced speed" not in text + header
+
+
 def test_the_report_says_what_json_holds(run, arm):
     given = words(arm, *SHAPE, "--duration", 3, "--until", "mass=2%,com=20mm")
     status, out, _ = run(*given)
@@ -207,6 +223,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--until", "weight=1"), ("--until", "mass=1%")),
         (("--keep", "z>0"), ("'z>0' is no half-space", "z>=0.05")),
         (("--speed", "0"), ("--speed", "not positive")),
+        (("--speed", "250"), ("--speed", "at 250 m/s", "give m/s, as in 0.25")),
         (("--duration", "0.1"), ("--duration", "1 to 120 s")),
         (("--seed", "-1"), ("--seed", "negative")),
         (("--rate", "0"), ("--rate", "10 to 10,000 Hz")),

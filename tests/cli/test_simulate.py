@@ -114,6 +114,16 @@ def test_own_meshes_and_a_urdf(run, tmp_path):
     assert errors_read_back(run, out)["mass"] < 0.2
 
 
+@pytest.mark.parametrize("joints", [0, 100])
+def test_a_log_without_poses_has_no_line_that_reads_it_back(run, joints):
+    """Nor with joint angles: of the arms that are built in there is no URDF."""
+    words = ("--duration", 1, "--pose-rate", 0, "--joint-rate", joints)
+    status, out, err = run("simulate", "log.csv", *words)
+    assert status == 0, err
+    assert "read it back:" not in out
+    assert "cannot read it back, as it has no poses: leave out --pose-rate 0" in out
+
+
 def test_speed_and_joints_are_told(run):
     out = run("simulate", "log.csv", "--speed", 4, "--duration", 5)[1]
     assert "warning: joint6 turns at up to" in out

@@ -296,6 +296,19 @@ def test_the_final_answer_is_that_of_all_samples(clean, played):
     assert live.close() is last
 
 
+def test_the_final_answer_is_of_all_samples_whatever_was_asked_for(clean):
+    """Of the shortest part that suffices it was less sure than what was told before."""
+    case, whole = clean
+    live, said = play(case.recording, until="mass=3%,com=5mm")
+    last = live.close()
+    assert last.state == "sufficient"
+    estimate = last.estimate
+    assert estimate.mass == pytest.approx(whole.mass, rel=1e-9)
+    assert estimate.samples == whole.estimate.samples
+    assert estimate.provenance["used"] == estimate.provenance["of"]
+    assert estimate.half_widths["mass"] < 1.05 * said[-1].estimate.half_widths["mass"]
+
+
 def test_the_final_answer_of_several_objects_is_of_the_last():
     case, live, said = swapped_at_four(0)
     last = live.close()

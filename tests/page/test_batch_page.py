@@ -182,6 +182,15 @@ def test_why_a_row_is_not_to_be_used_is_short(tmp_path):
     assert outlier.why == "do not use: reason 0 (and 39 more)"
 
 
+@pytest.mark.parametrize(
+    ("rows", "step"), [(1, 1), (5, 1), (6, 2), (26, 10), (5_000, 1_000)]
+)
+def test_rows_are_counted_in_whole_numbers(rows, step):
+    """Plotly's own steps are halves where there are few, and rounded to 0, 1, 1, 2."""
+    figure = histogram("h", "force", "N", np.full(rows, 2.0))
+    assert figure.layout["yaxis"]["dtick"] == step
+
+
 def test_histograms_count_every_value_once():
     """Oracle: the area under the curve over bins, and the median."""
     rng = np.random.default_rng(1)

@@ -9,6 +9,7 @@ import hefting
 from hefting.core.errors import InputError
 from hefting.planning import tours
 from hefting.planning.limits import CLEARANCE
+from hefting.planning.result import time_needed
 from hefting.planning.tours import STEPS, best_tour
 from hefting.simulation.arm_links import TORQUE_ARMS
 
@@ -77,6 +78,15 @@ def test_it_starts_where_it_is_told_and_ends_at_rest(quick):
         ends = getattr(motion, name)[[0, -1]]
         np.testing.assert_allclose(ends, 0.0, atol=1e-8)
     assert quick.duration == 4.0
+
+
+def test_a_quick_plan_too_tells_when_what_is_asked_is_expected(quick):
+    """By the middle of the motion, where that suffices; the end alone was told."""
+    forecast = quick.forecast
+    k = int(np.searchsorted(forecast.time, 0.5 * quick.duration))
+    assert 0 < k < len(forecast.time) - 2
+    needed = time_needed(forecast, forecast.accuracy[k])
+    assert forecast.time[k - 1] < needed <= forecast.time[k]
 
 
 def test_usage_is_near_its_limits_and_binding_says_which(quick):

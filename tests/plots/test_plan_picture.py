@@ -65,6 +65,15 @@ def test_each_row_shows_what_it_says(plan, rows):
     np.testing.assert_array_equal(mass.get_xdata(), plan.forecast.time)
 
 
+def test_half_widths_are_whole_at_the_end_and_beside_numbers(plan):
+    """Also where they are within a power of ten, whose ends alone had numbers."""
+    axes = plot_plan(replace(plan, asked=None)).axes[3]
+    axes.set_ylim(2.0, 50.0)
+    assert all(not line.get_clip_on() for line in axes.get_lines())
+    low, high = axes.get_ylim()
+    assert sum(low <= tick <= high for tick in axes.get_yticks()) >= 3
+
+
 def test_what_is_open_is_not_drawn(plan, rows):
     inertia = next(x for x in rows[3].get_lines() if x.get_label() == "inertia [%]")
     assert plan.forecast.accuracy[0].inertia == np.inf

@@ -97,6 +97,60 @@ def test_positions_that_no_message_holds_are_counted(tmp_path):
     assert agrees(recorder.paths[0], given, set(given) - {"position"})
 
 
+@pytest.mark.parametrize("seconds", [0.2, 1.5, 4.0])
+def test_nothing_is_lost_of_batches_of_any_length(seconds, tmp_path):
+    """As of a pipe that is read fast: all positions of a batch, then all
+    orientations."""
+    given = streams(3.0)
+    recorder = Recorder(tmp_path / "log.mcap")
+    for begin in np.arange(3.0, 8.0, seconds):
+        for name, (time, values) in given.items():
+            part = (time >= begin) & (time < begin + seconds)
+            if part.any():
+                recorder.add(Samples(name, time[part], values[part]))
+    recorder.close()
+    assert not +recorder.left_out
+    assert agrees(recorder.paths[0], given)
+
+
+@pytest.mark.parametrize("late", ["position", "orientation"])
+def test_halves_of_poses_may_come_in_different_batches(late, tmp_path):
+    given = streams(3.0)
+    recorder = Recorder(tmp_path / "log.mcap")
+    due = [
+        (time[k] + 0.5 * (name == late), name, slice(k, k + 30))
+        for name, (time, _) in given.items()
+        for k in range(0, N, 30)
+    ]
+    for _, name, part in sorted(due, key=lambda each: each[0]):
+        recorder.add(Samples(name, *(values[part] for values in given[name])))
+    recorder.close()
+    assert not +recorder.left_out
+    assert agrees(recorder.paths[0], given)
+
+
+@pytest.mark.parametrize("begin", [0, N // 2])
+def test_halves_without_another_are_counted_and_the_record_is_read(begin, tmp_path):
+    """Readers take poses from one topic: the one that the file began with."""
+    given = streams(3.0)
+    there = np.arange(N) % 10 > 0
+    there[:begin] = False
+    time, values = given["position"]
+    given["position"] = time[there], values[there]
+    recorder = Recorder(tmp_path / "log.mcap")
+    for samples in in_order(given):
+        recorder.add(samples)
+    recorder.close()
+    if begin:
+        assert +recorder.left_out == {"position": there.sum()}
+        assert agrees(recorder.paths[0], given, set(given) - {"position"})
+    else:
+        assert +recorder.left_out == {"orientation": (~there).sum()}
+        time, values = given["orientation"]
+        given["orientation"] = time[there], values[there]
+        assert agrees(recorder.paths[0], given)
+
+
 def test_a_clock_that_is_set_back_begins_a_new_file(tmp_path):
     first, second = streams(5000.0), streams(1400.0)
     recorder = Recorder(tmp_path / "log.mcap")

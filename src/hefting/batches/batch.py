@@ -136,6 +136,7 @@ def batch(
     """
     began = time.monotonic()
     entries = recordings_of(recordings, options, group_by)
+    entries.check(with_files=scheduler is None)  # whose workers have the files
     count = Progress(len(entries))
     with (
         Results.opened(Path(output), resume) as results,

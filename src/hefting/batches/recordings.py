@@ -12,11 +12,14 @@ from typing import TYPE_CHECKING, Any
 from hefting.batches.manifest import RECORDING, is_manifest, read_manifest
 from hefting.core.errors import InputError, nearest
 from hefting.logs.registry import find_format, formats
+from hefting.request.check import check_request
 from hefting.request.request import (
     Value,
     canonical_name,
+    files_of,
     in_folder,
     option_kinds,
+    request_of,
     said,
 )
 
@@ -131,6 +134,14 @@ class Recordings:
 
     def __iter__(self) -> Iterator[Entry]:
         return (self[row] for row in range(len(self)))
+
+    def check(self, with_files: bool = True) -> None:
+        """`InputError` for what is said of all and is wrong whatever the recording;
+        files that are named may be looked at by others alone."""
+        options = dict(self._options)
+        for name in () if with_files else files_of(options):
+            del options[name]
+        check_request(request_of(options))
 
     @property
     def unused(self) -> list[str]:

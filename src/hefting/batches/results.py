@@ -128,12 +128,13 @@ class Results:
         ------
         InputError
             Where there are results and that is not said, another process writes there,
-            the folder cannot be made, or a file in it is not of a batch.
+            the folder cannot be made, or holds anything that is not of a batch.
         """
         try:
             folder.mkdir(parents=True, exist_ok=True)
         except OSError as error:
             raise InputError(f"cannot be made ({error.strerror})", folder) from error
+        _check_alone(folder)
         with locked(folder):
             for half in folder.glob(".*.parquet.*"):  # of a run that was killed
                 half.unlink()
@@ -146,6 +147,16 @@ class Results:
                 yield results
             finally:
                 results.write()
+
+
+def _check_alone(folder: Path) -> None:
+    """`InputError` for what is no result: who reads the folder as a table reads all of
+    it but hidden files."""
+    names = (each.name for each in folder.iterdir() if each.name[0] not in "._")
+    others = (name for name in names if name != TABLE and not PART.fullmatch(name))
+    if (first := min(others, default=None)) is not None:
+        what = f"holds '{first}', and results need a folder of their own"
+        raise InputError(what, folder, "choose another folder")
 
 
 def _number(part: Path) -> int:

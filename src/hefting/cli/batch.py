@@ -5,6 +5,7 @@ import json
 import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
@@ -12,6 +13,7 @@ from hefting.cli.identify import add_hyperparameters, add_reading
 from hefting.cli.options import add_json, add_log_options, add_mass
 from hefting.cli.pages import check_report, command_line
 from hefting.cli.shapes import add_shape, add_shape_details
+from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
     from hefting.batches.batch import Progress
@@ -86,7 +88,7 @@ def run(arguments: argparse.Namespace) -> int:
     from hefting.cli.report.estimate import print_lines
 
     a = arguments
-    check_report(a.report)
+    _check_report(a)
     with _bar(a.json) as bar:
         found = batch(
             a.log[0] if len(a.log) == 1 else a.log,
@@ -111,6 +113,14 @@ def run(arguments: argparse.Namespace) -> int:
     else:
         print_lines(batch_report(found, render, a.report))
     return STATUS_NONE if summary.failed == summary.total else 0
+
+
+def _check_report(a: argparse.Namespace) -> None:
+    """`InputError` for a page that cannot be written, or among the results."""
+    check_report(a.report)
+    if a.report and Path(a.output).resolve() in Path(a.report).resolve().parents:
+        what = "is among the results, whose folder is for nothing else"
+        raise InputError(what, a.report, "choose another folder")
 
 
 @contextmanager

@@ -3,14 +3,13 @@ truth beside it."""
 
 import argparse
 import json
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import POSE
 from hefting.cli.progress import progress
-from hefting.cli.simulated_files import check_outputs, truth_of
+from hefting.cli.simulated_files import check_outputs, read_back, truth_of
 from hefting.core.errors import InputError
 from hefting.request.numbers import numbers
 
@@ -251,7 +250,7 @@ def run(arguments: argparse.Namespace) -> None:
     print(
         "wrote:", *(f"  {path}" for path in (output, truth, a.mesh) if path), sep="\n"
     )
-    print(f"read it back: {_command(a, scenario, truth)}")
+    print(read_back(a, scenario, made, truth))
 
 
 def _simulate_torques(a: argparse.Namespace) -> None:
@@ -371,25 +370,3 @@ def _told(scenario: "Scenario", made: "Simulated") -> list[str]:
         for name in made.recording.streams
     ]
     return lines + [f"warning: {render(line)}" for line in made.warnings]
-
-
-def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
-    """The ``hefting identify`` command that reads the log back."""
-    from scipy.spatial.transform import Rotation
-
-    words = ["hefting", "identify", a.output]
-    shape = a.mesh or (a.object if a.density and "," not in a.object else None)
-    if shape:
-        pose = scenario.held.pose
-        seven = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat())
-        words += [
-            "--shape",
-            shape,
-            *(["--unit", a.unit] if a.unit and not a.mesh else []),
-        ]
-        words += ["--object-pose", ",".join(f"{number + 0.0:.9g}" for number in seven)]
-    if a.tilt:
-        words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]
-    if a.pose_rate == 0.0 and Path(a.arm).suffix:
-        words += ["--urdf", a.arm, "--sensor-frame", a.sensor_frame]
-    return shlex.join([*words, "--truth", str(truth)])

@@ -1,9 +1,14 @@
-"""Files that hefting simulate writes."""
+"""Files that hefting simulate writes, and the command that reads them back."""
 
 import argparse
+import shlex
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
+
+if TYPE_CHECKING:
+    from hefting.simulation.scenario import Scenario, Simulated
 
 
 def truth_of(a: argparse.Namespace) -> Path:
@@ -45,3 +50,37 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
             )
         if not Path(path).is_dir():  # the writer of a bag's folder refuses one
             check_replaceable(path, *inputs)
+
+
+def read_back(
+    a: argparse.Namespace, scenario: "Scenario", made: "Simulated", truth: Path
+) -> str:
+    """How to read the log back, or why it cannot be."""
+    if made.recording.has("orientation") or (
+        made.recording.has("joint_positions") and Path(a.arm).suffix
+    ):
+        return f"read it back: {_command(a, scenario, truth)}"
+    fix = "leave out --pose-rate 0, or give --arm FILE.urdf and --joint-rate"
+    return f"hefting identify cannot read it back, as it has no poses: {fix}"
+
+
+def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
+    """The ``hefting identify`` command that reads the log back."""
+    from scipy.spatial.transform import Rotation
+
+    words = ["hefting", "identify", a.output]
+    shape = a.mesh or (a.object if a.density and "," not in a.object else None)
+    if shape:
+        pose = scenario.held.pose
+        seven = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat())
+        words += [
+            "--shape",
+            shape,
+            *(["--unit", a.unit] if a.unit and not a.mesh else []),
+        ]
+        words += ["--object-pose", ",".join(f"{number + 0.0:.9g}" for number in seven)]
+    if a.tilt:
+        words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]
+    if a.pose_rate == 0.0 and Path(a.arm).suffix:
+        words += ["--urdf", a.arm, "--sensor-frame", a.sensor_frame]
+    return shlex.join([*words, "--truth", str(truth)])

@@ -101,9 +101,11 @@ def identify_understood(
     shape: Shape | None,
     method: str | Estimator | None,
     hyperparameters: dict[str, Any],
+    stop: bool = True,
 ) -> Identification:
     """Identify the object in one recording, or in several, that were understood; for
-    arguments and errors see `hefting.identify`."""
+    other arguments and errors see `hefting.identify`. An accuracy that was asked for
+    ends it where it is to `stop` there, and else is only judged by."""
     warnings = ()
     if method is None:
         method = default_method(shape is not None)
@@ -116,7 +118,7 @@ def identify_understood(
     require_object(found, shape)
     estimator = estimator_of(method, found, shape, hyperparameters)
     report("identifying")
-    estimate, found = run(estimator, found)
+    estimate, found = run(estimator, found, stop)
     estimate = with_diagnostics(estimate, estimator, found, shape)
     estimate = replace(estimate, warnings=(*warnings, *estimate.warnings))
     return _identification(estimate, estimator, found)

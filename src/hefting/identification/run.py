@@ -37,12 +37,19 @@ def understand(recording: Log | Sequence[Log], **reading: Any) -> Ingested:
     return with_contradictions(ingest_all(recording, **reading))
 
 
-def run(estimator: Estimator, found: Ingested) -> tuple[Estimate, Ingested]:
+def run(
+    estimator: Estimator, found: Ingested, stop: bool = True
+) -> tuple[Estimate, Ingested]:
     """The estimate, and the recording as far as it was used: no farther than an
-    accuracy `asked` for takes."""
-    if estimator.asked is None:
+    accuracy `asked` for takes, where it is to `stop` there."""
+    asked = estimator.asked
+    if asked is None or not stop:
         states = [state_of(estimator, part) for part in found.recordings]
-        return estimator.estimate(estimator.merge_all(states)), found
+        estimate = estimator.estimate(estimator.merge_all(states))
+        if asked is not None:
+            whole = [part.measurements for part in found.recordings]
+            estimate = _with_stop_reason(estimate, asked, whole, whole, found.static)
+        return estimate, found
     if not found.has_samples:
         raise InputError(
             "an accuracy to stop at (`until`) needs the samples in order",
@@ -77,12 +84,8 @@ def _first_sufficient(
             before = estimator.merge(before, seen)
     assert estimate is not None
     seen = [part.measurements for part in parts]
-    if found.static:
-        used, whole, unit = sum(map(len, seen)), sum(map(len, samples)), "poses"
-    else:
-        used, whole = (sum(float(np.ptp(z.time)) for z in a) for a in (seen, samples))
-        unit = "s"
-    estimate = _with_stop_reason(estimate, estimator.asked, used, whole, unit)
+    asked = estimator.asked
+    estimate = _with_stop_reason(estimate, asked, seen, samples, found.static)
     if not isinstance(found, JointIngested):
         return estimate, parts[0]
     again = with_samples(together(parts, found.names[: len(parts)]))
@@ -119,15 +122,24 @@ def first_sufficient(
 
 
 def _with_stop_reason(
-    estimate: Estimate, asked: Accuracy, used: float, whole: float, unit: str
+    estimate: Estimate,
+    asked: Accuracy,
+    seen: Sequence[Measurements],
+    whole: Sequence[Measurements],
+    static: bool,
 ) -> Estimate:
-    """`estimate` with `used` of the `whole` recording in its provenance, and a warning
-    where it does not suffice."""
+    """`estimate` with how much it has `seen` of the `whole` recordings in its
+    provenance, and a warning where it does not suffice."""
     assert estimate.accuracy is not None
+    if static:
+        used, of, unit = sum(map(len, seen)), sum(map(len, whole)), "poses"
+    else:
+        used, of = (sum(float(np.ptp(z.time)) for z in a) for a in (seen, whole))
+        unit = "s"
     provenance = estimate.provenance | {
         "until": str(asked),
         "used": used,
-        "of": whole,
+        "of": of,
         "used_unit": unit,
     }
     warnings = estimate.warnings

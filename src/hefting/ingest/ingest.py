@@ -77,11 +77,7 @@ def ingest(
     `hefting.ingest.plausibility.require_object`. Raises `InputError` for what cannot be
     read or understood.
     """
-    if wrench not in ("auto", "on-object", "on-sensor"):
-        raise InputError(
-            f"unknown wrench convention '{wrench}'",
-            fix="use auto, on-object or on-sensor",
-        )
+    check_convention(wrench)
     recording, first = _read(recording, start, duration)
     whole = recording
     recording, given_bias = _subtract_given_bias(
@@ -223,6 +219,15 @@ def _read(
     if start or duration is not None:
         recording = recording.slice(start, duration)
     return recording, recording.start - whole
+
+
+def check_convention(wrench: str) -> None:
+    """`InputError` for a word that does not say whom a wrench acts on."""
+    if wrench not in ("auto", "on-object", "on-sensor"):
+        raise InputError(
+            f"unknown wrench convention '{wrench}'",
+            fix="use auto, on-object or on-sensor",
+        )
 
 
 def _subtract_given_bias(

@@ -101,10 +101,7 @@ def measure(
     ((1000, 3), 'smooth')
     """
     g_world = check_gravity(gravity)
-    if source not in SOURCES:
-        raise InputError(
-            f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}"
-        )
+    check_source(source)
     wrench, orientation = recording["wrench"], recording["orientation"]
     if (
         not (np.abs(wrench.values) < IMPLAUSIBLE_VALUE).all()
@@ -233,6 +230,14 @@ def _static_measurements(
     return Measurements(
         wrench.time, g, zero, zero, zero, wrench.values[:, :3], wrench.values[:, 3:]
     )
+
+
+def check_source(source: str) -> None:
+    """`InputError` for a word that names no source of motion."""
+    if source not in SOURCES:
+        raise InputError(
+            f"unknown source of motion '{source}'", fix=f"use {', '.join(SOURCES)}"
+        )
 
 
 def _samples_within_poses(recording: Recording, wrench: Stream) -> Mask:

@@ -1,4 +1,5 @@
-"""Final: the last answer of a stream is that of `hefting.identify` on all of it."""
+"""Final: the last answer of a stream is that of `hefting.identify` on all of it; an
+accuracy that was asked for leaves nothing of it out."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -7,7 +8,10 @@ from pathlib import Path
 from hefting.core.errors import InputError
 from hefting.core.messages import note
 from hefting.core.recording import Recording
-from hefting.identification import identify
+from hefting.estimators import Estimator
+from hefting.identification.estimator import shape_of
+from hefting.identification.identify import identify_understood
+from hefting.identification.run import understand
 from hefting.logs.given import as_recording
 from hefting.online.live_estimate import LiveEstimate
 from hefting.online.understanding import Settings
@@ -43,19 +47,18 @@ def final_estimate(
     if not recordings:
         return last
     start = 0.0
+    shape, hyperparameters = settings.shape, dict(settings.hyperparameters)
     try:
         logs = [as_recording(each) for each in recordings]
         if since is not None:  # an object is held in one clock: the last
             logs = logs[-1:]
             start = max(since - logs[0].start, 0.0)
         whole = logs[0] if len(logs) == 1 else logs
-        found = identify(
-            whole,
-            settings.shape,
-            method=settings.method,
-            start=start,
-            **settings.reading,
-            **settings.hyperparameters,
+        if isinstance(settings.method, Estimator):
+            shape = shape_of(settings.method, shape, hyperparameters)
+        understood = understand(whole, start=start, **settings.reading)
+        found = identify_understood(
+            understood, shape, settings.method, hyperparameters, stop=False
         )
     except InputError as error:
         said = note("live-little-motion", f"no final answer: {error}")

@@ -214,7 +214,7 @@ class LiveIdentifier:
         That is what `hefting.identify` finds in the whole stream: in `log`, where the
         stream was recorded, else in the samples as they came, while they fit in memory
         (`hefting.online.kept`); else the last live answer. Of several objects it is the
-        last one's.
+        last one's. ``until`` leaves nothing out of it: it may be surer than asked for.
 
         Parameters
         ----------

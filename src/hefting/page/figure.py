@@ -217,7 +217,9 @@ def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
     }
     layout = {
         "xaxis": axis(f"{title} [{unit}]", type="log", **_ticks(edges)),
-        "yaxis": axis("rows", rangemode="tozero", tickformat=",d", nticks=5),
+        "yaxis": axis(
+            "rows", rangemode="tozero", tickformat=",d", dtick=_step(int(count.max()))
+        ),
         "showlegend": False,
         "shapes": [mark],
     }
@@ -227,6 +229,13 @@ def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
         f"95 % of them from {low:.3g} to {high:.3g} {unit}"
     )
     return Figure(name, [trace], layout, height=240, about=about)
+
+
+def _step(largest: int) -> int:
+    """From label to label of an axis of counts, for five labels at most: 1, 2, 5, 10
+    and so on, as nothing is counted by halves."""
+    steps = (first * 10**zeros for zeros in range(20) for first in (1, 2, 5))
+    return next(step for step in steps if largest <= 5 * step)
 
 
 def _ticks(edges: Array) -> dict[str, Any]:

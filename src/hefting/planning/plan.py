@@ -65,9 +65,11 @@ class Planner:
     stop_and_go: bool
     seed: int
 
-    def planned(self, duration: float, effort: str) -> tuple[Found, Forecast]:
-        """The motion of `duration` [s], and what is expected of it; errors as of
-        `plan`."""
+    def planned(
+        self, duration: float, effort: str, instants: int | None = None
+    ) -> tuple[Found, Forecast]:
+        """The motion of `duration` [s], and what is expected of it at so many instants,
+        by default as the effort has it; errors as of `plan`."""
         rng = np.random.default_rng([self.seed, 7])
         searcher = Searcher(self.robot.joints, self.space, effort_named(effort), rng)
         problem = self.problem(duration)
@@ -79,7 +81,7 @@ class Planner:
         )
         forecast = self.sensor.forecast(
             best.trajectory,
-            INSTANTS[effort],
+            instants or INSTANTS[effort],
             self.robot,
             problem.chain,
             self.held,
@@ -122,6 +124,8 @@ DURATION = 10.0
 """[s] of a plan, where nothing is said."""
 SHORTEST, LONGEST = 1.0, 120.0
 """[s] of a plan."""
+FASTEST = 20.0
+"""[m/s] of a corner: no arm moves what it holds as fast."""
 
 
 def plan(
@@ -215,7 +219,7 @@ def plan(
     best, forecast = planner.planned(duration, effort)
     if asked is not None and not asked.met_by(forecast.accuracy[-1]):
         more = min(LONGER * duration, max(LONGEST, 1.5 * duration))
-        longer = planner.planned(more, "quick")[1]
+        longer = planner.planned(more, "quick", 1)[1]
         raise out_of_reach(asked, forecast, longer)
     return Plan(
         joints=robot.joints,
@@ -255,6 +259,9 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
         raise InputError(what, fix="give another `duration`")
     if not 0.0 < speed < np.inf:
         raise InputError(f"a speed of {speed:g} m/s is not positive", "`speed`")
+    if speed > FASTEST:
+        what = f"no arm moves what it holds at {speed:g} m/s"
+        raise InputError(what, "`speed`", "give m/s, as in 0.25")
     if not 10.0 <= rate <= 10_000.0:
         raise InputError(f"{rate:g} Hz is not of 10 to 10,000 Hz", "`rate`")
     if seed < 0:

@@ -15,7 +15,7 @@ from hefting.core.estimate import NORMAL_95, com_jacobian
 from hefting.core.estimate_json import json_ready
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message
-from hefting.core.spatial import Array, frozen, vector_to_tensor
+from hefting.core.spatial import SPEED_LIMIT, Array, frozen, vector_to_tensor
 from hefting.estimators import Bayes
 from hefting.planning.held import Held
 from hefting.planning.kinematics import Trajectory
@@ -172,7 +172,21 @@ def corner_speeds(plan: Plan) -> Array:
     return np.max([sensor.linear_speed(corner) for corner in plan.corners], axis=0)
 
 
-INSTANTS = {"full": 10, "next": 6, "quick": 2}
+def reduced_speed_told(plan: Plan) -> str:
+    """Whether the plan's corners keep reduced speed (ISO 10218-1), as a predicate."""
+    fastest = plan.usage.get("corner_speed", 1.0) * plan.limits.corner_speed
+    if fastest <= SPEED_LIMIT:
+        return "keeps reduced speed"
+    return f"is above reduced speed ({speed_told(SPEED_LIMIT)})"
+
+
+def speed_told(speed: float) -> str:
+    """A speed [m/s] as a person reads it."""
+    value = 1e3 * speed
+    return f"{value:.3g} mm/s" if value < 1e2 else f"{value:.0f} mm/s"
+
+
+INSTANTS = {"full": 10, "next": 6, "quick": 6}
 """At which is told how sure one is expected to be, besides before the motion."""
 SHORTEST = 1.0
 """[s] of a recording from which something is expected."""
@@ -190,11 +204,10 @@ def forecast_by(
     """Before a motion of `duration` [s], and at so many instants of it.
 
     `after` gives the covariance (10, 10) after so long a part of the motion [s], from
-    that before it; None stands for next to nothing.
+    that before it; None stands for next to nothing. A single instant is the end.
     """
-    times = np.linspace(min(SHORTEST, 0.5 * duration), duration, instants)
-    if instants <= 2:
-        times = times[-1:]
+    first = min(SHORTEST, 0.5 * duration) if instants > 1 else duration
+    times = np.linspace(first, duration, instants)
     before = _before(held)
     known = [before, *(after(t, before) for t in times)]
     accuracies = [_accuracy(C, held.body) for C in known]

@@ -141,12 +141,15 @@ def _draw_corner(axes: "Axes", plan: Plan) -> None:
 
 def _draw_widths(axes: "Axes", plan: Plan) -> None:
     """Half-widths of the intervals, and what was asked for."""
+    from matplotlib.ticker import LogLocator
+
     forecast = plan.forecast
     for name, (label, unit, factor, colour) in QUANTITIES.items():
         known = [getattr(each, name) for each in forecast.accuracy]
         values = factor * np.array(known, dtype=float)  # None, where open, is NaN
         values[~np.isfinite(values)] = np.nan
         look: dict[str, Any] = {"linewidth": 0.9, "marker": ".", "markersize": 3.0}
+        look["clip_on"] = False  # the last point is on the frame
         label = f"{label} [{unit}]"
         axes.plot(forecast.time, values, color=colour, label=label, **look)
         asked = None if plan.asked is None else getattr(plan.asked, name)
@@ -154,6 +157,7 @@ def _draw_widths(axes: "Axes", plan: Plan) -> None:
             axes.axhline(factor * asked, color=colour, **LIMIT)
     axes.set_yscale("log")
     axes.set_ylabel("± 95 %")
+    axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
     axes.yaxis.set_major_formatter("{x:g}")
     axes.yaxis.set_minor_formatter("")
     if plan.asked is not None:

@@ -12,6 +12,7 @@ if TYPE_CHECKING:
     from hefting.core.mass_reading import MassReading
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
+    from hefting.core.spatial import Array
 
 
 def gravity_of(a: Any) -> "Gravity":
@@ -73,17 +74,24 @@ def reading_of(
 
 def _biases(text: str, recordings: "list[Recording]"):
     """A bias model's name, or six numbers for each recording."""
+    from hefting.ingest.bias import tare
+
+    said = bias_said(text)
+    if isinstance(said, str):
+        return said
+    if isinstance(said, list):
+        return [tare(recording, *said) for recording in recordings]
+    return [said for _ in recordings]
+
+
+def bias_said(text: str) -> "str | list[float] | Array":
+    """A bias model's name, the ends of a tare window [s], or six numbers of a file."""
+    from hefting.ingest.bias import load_bias
+
     if text in ("auto", "none", "estimate"):
         return text
-    return [_bias(text, recording) for recording in recordings]
-
-
-def _bias(text: str, recording):
-    """Six numbers from a tare window or a file."""
-    from hefting.ingest.bias import load_bias, tare
-
     if text.startswith("tare:"):
-        return tare(recording, *numbers(text[5:], 2, "--bias tare:START,END"))
+        return numbers(text[5:], 2, "--bias tare:START,END")
     if not Path(text).exists():
         raise InputError(
             f"no file '{text}'",

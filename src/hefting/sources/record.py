@@ -28,6 +28,10 @@ FAR_BACK = 1.0
 is begun, as readers refuse such logs."""
 
 POSES = ("position", "orientation")
+"""Halves of a pose, which one message holds."""
+
+PATIENCE = 1.0
+"""[s] How much longer than its other half a half of a pose is waited with."""
 
 
 class Recorder:
@@ -57,6 +61,10 @@ class Recorder:
         self.left_out: Counter[str] = Counter()
         self.count = 0
         self._waiting: dict[str, list[Samples]] = {}
+        self._halves: dict[str, Samples] = {}
+        """Of poses whose other half may still come."""
+        self._poses: str | None = None
+        """What messages of the file hold of poses: "pose" or "orientation"."""
         self._latest: dict[str, float] = {}
         self._shift: int | None = None
         self._file = _File(self._next_path())
@@ -66,7 +74,8 @@ class Recorder:
         latest = self._latest.get(samples.stream, -np.inf)
         if samples.time[0] < latest - FAR_BACK:
             self._begin_again()
-        elif self._is_due():
+        elif samples.stream in self._waiting and self._is_due():
+            # it comes again: what came with it last time has come, too
             self._write()
         self.count += len(samples.time)
         self._latest[samples.stream] = float(samples.time[-1])
@@ -75,7 +84,7 @@ class Recorder:
     def close(self) -> None:
         """Write what waits, and end the file; `InputError` where that fails. Again does
         nothing."""
-        self._write()
+        self._write(ended=True)
         self._file.close()
 
     def _next_path(self) -> Path:
@@ -86,22 +95,25 @@ class Recorder:
 
     def _begin_again(self) -> None:
         self.close()
-        self._latest, self._shift = {}, None
+        self._latest, self._shift, self._poses = {}, None, None
         self._file = _File(self._next_path())
 
     def _is_due(self) -> bool:
-        """Whether a block is full, and no pose waits for its other half."""
-        counts = [sum(len(s.time) for s in self._waiting.get(n, ())) for n in POSES]
-        spans = [
+        """Whether a block is full."""
+        spans = (
             parts[-1].time[-1] - parts[0].time[0] for parts in self._waiting.values()
-        ]
-        longest = max(spans, default=0.0)
-        is_even = counts[0] == counts[1] or 0 in counts or longest > 10 * BLOCK
-        return longest >= BLOCK and is_even
+        )
+        return max(spans, default=0.0) >= BLOCK
 
-    def _write(self) -> None:
+    def _write(self, ended: bool = False) -> None:
+        """Write what waits; halves of poses wait on, unless the file is `ended`."""
         waiting, self._waiting = self._waiting, {}
+        halves, self._halves = self._halves, {}
+        for name, half in halves.items():
+            waiting[name] = [half, *waiting.get(name, [])]
         streams = {name: _joined(parts) for name, parts in waiting.items()}
+        if not ended and self._poses != "orientation":
+            self._hold_halves(streams)
         if not streams:
             return
         if self._shift is None:
@@ -117,13 +129,45 @@ class Recorder:
                 streams[name], time[name] = stream[good], stamps[good]
             else:
                 del streams[name]
+        self._pair(streams, time)
         groups = list(messages_at(streams, time))
         written = {name for group in groups for name in streams_of(group)}
-        if "position" in written:
-            written |= {"orientation"}
         for name in set(streams) - written:
             self.left_out[name] += len(streams[name])
         self._file.write(groups)
+
+    def _hold_halves(self, streams: dict[str, Stream]) -> None:
+        """Let halves of poses wait whose other half may still come."""
+        both = min(self._latest.get(name, -np.inf) for name in POSES)
+        for name in set(POSES) & set(streams):
+            own = streams.pop(name)
+            waits = own.time > max(both, self._latest[name] - PATIENCE)
+            if waits.any():
+                self._halves[name] = Samples(name, own.time[waits], own.values[waits])
+            if not waits.all():
+                streams[name] = own[~waits]
+
+    def _pair(
+        self, streams: dict[str, Stream], time: dict[str, NDArray[np.int64]]
+    ) -> None:
+        """Leave of poses what the file has messages for: readers take one topic, either
+        of whole poses or of orientations alone. The others are counted."""
+        none = np.empty(0, dtype=np.int64)
+        places, turns = (time.get(name, none) for name in POSES)
+        kept = [np.arange(len(places)), np.arange(len(turns))]
+        if not np.array_equal(places, turns):
+            _, *kept = np.intersect1d(places, turns, return_indices=True)
+        if self._poses is None and len(turns):
+            self._poses = "pose" if len(kept[1]) else "orientation"
+        if self._poses == "orientation":
+            kept = [none, np.arange(len(turns))]
+        for name, index in zip(POSES, kept, strict=True):
+            if name not in streams:
+                continue
+            own, when = streams.pop(name), time.pop(name)
+            self.left_out[name] += len(own) - len(index)
+            if len(index):
+                streams[name], time[name] = own[index], when[index]
 
 
 class _File:

@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.cli.report.estimate import Line
 from hefting.core.accuracy import Accuracy
-from hefting.planning.result import Plan
+from hefting.planning.result import Plan, reduced_speed_told, speed_told
 
 ROWS = {
     "mass": ("mass", "%", 1e2),
@@ -46,15 +46,17 @@ def _headline(plan: Plan) -> str:
 
 
 def _speed(plan: Plan) -> str:
-    """The largest speed of a corner, and what it keeps."""
+    """The largest speed of a corner, what it keeps, and whether that is reduced
+    speed."""
     limit = plan.limits.corner_speed
     of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
     used = plan.usage.get("corner_speed")
     if used is None:
-        return f"every {of} keeps {1e3 * limit:.4g} mm/s"
+        return f"every {of} keeps {speed_told(limit)}"
+    fastest = speed_told(used * limit).removesuffix(" mm/s")
     return (
-        f"keeps reduced speed: the fastest {of} moves at {1e3 * used * limit:.3g} of "
-        f"{1e3 * limit:.4g} mm/s"
+        f"{reduced_speed_told(plan)}: the fastest {of} moves at {fastest} of "
+        f"{speed_told(limit)}"
     )
 
 

@@ -10,7 +10,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.planning.files import MotionFile
-from hefting.planning.result import Plan
+from hefting.planning.result import Plan, reduced_speed_told, speed_told
 
 JOINTS = 6
 """Every arm of theirs has so many."""
@@ -56,11 +56,11 @@ def _list(q: Array) -> str:
 def _comments(plan: Plan) -> list[str]:
     names = ", ".join(_printable(name) for name in plan.joints)
     source = _printable(Path(plan.source).name)
-    speed = f"{1e3 * plan.limits.corner_speed:.4g} mm/s"
+    speed = speed_told(plan.limits.corner_speed)
     return [
         f"Motion of {plan.duration:.4g} s planned by Hefting for '{_printable(plan.tip)}' of {source}",
         f"Joints: {names}; positions in rad, every {1e3 * STEP:.4g} ms",
-        f"As planned it keeps reduced speed: at most {speed} at the object's corners",
+        f"As planned it {reduced_speed_told(plan)}: at most {speed} at the object's corners",
         "The way to the start (movej) is not planned: nothing was checked along it",
         "Try it in simulation first (URSim), then at a low speed slider",
     ]
