@@ -29,6 +29,8 @@ def folder(tmp_path_factory) -> Path:
     massive = TORQUE_ARMS["ur5e"]
     (path / "arm.urdf").write_text(massive.urdf)
     robot = TorqueRobot(massive, seed=2)
+    again = robot.record(wide_smooth(20.0, 100.0, 7, massive.arm), None, 30.0, seed=7)
+    write_log(again, path / "again.csv")
     for name, body, start in (("empty", None, 0.0), ("loaded", BODY, 60.0)):
         joints = wide_smooth(20.0, 100.0, len(name), massive.arm)
         log = robot.record(joints, body, start, seed=len(name))
@@ -141,7 +143,7 @@ def test_every_method_answers(folder, run, name, fitted_once, monkeypatch):
 
 def test_a_compensated_payload_is_told(folder, run):
     """Two empty runs: the torques show no load."""
-    words = [str(folder / "empty.csv"), "--empty", str(folder / "empty.mcap")]
+    words = [str(folder / "again.csv"), "--empty", str(folder / "empty.mcap")]
     status, out, err = run(*command(folder, *words))
     if status == 3:
         assert "no-load-seen" in codes(json.loads(out))
@@ -184,6 +186,12 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
         (("--method", "all"), "compared by the wrench"),
     ):
         assert refused(run(*command(folder, loaded, *words)), said)
+    copied = tmp_path / "copied.csv"
+    copied.write_bytes(Path(empty).read_bytes())
+    for words in ((loaded, loaded), (loaded, "--empty", loaded)):
+        assert refused(run(*command(folder, *words)), "is given twice")
+    again = ("--empty", empty, "--empty", str(copied))
+    assert refused(run(*command(folder, loaded, *again)), "copied.csv: is given twice")
     assert refused(run("identify", loaded, "--torques"), "--urdf")
     assert refused(run("identify", loaded, "--empty", empty), "--torques")
     arm = tmp_path / "bad.json"

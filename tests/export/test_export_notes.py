@@ -4,6 +4,7 @@ leave its comment."""
 from dataclasses import replace
 from xml.etree import ElementTree
 
+import numpy as np
 import pytest
 import yaml
 from test_export_bodies import CONTROLLERS, make
@@ -118,3 +119,28 @@ def test_a_comment_goes_into_the_element():
         plain_, commented = (ElementTree.fromstring(t) for t in (element, text))
         assert commented.attrib == plain_.attrib
         assert [e.tag for e in commented] == [e.tag for e in plain_]
+
+
+@pytest.mark.parametrize("target", ["ur", "franka", "urdf"])
+def test_a_subtracted_tool_is_told(target):
+    """The arm carries it too, and a payload without it is too light."""
+    tool = [0.64, *[0.0] * 9]
+    found = replace(make("box", 0)[0], provenance={"tool": tool})
+    alone = replace(found, provenance={})
+    pose = None if target == "urdf" else np.eye(4)
+    exported = export(found, target, pose)
+    said = [each.code for each in exported.warnings]
+    assert ("tool-left-out" in said) == (target != "urdf")
+    assert "tool-left-out" not in [e.code for e in export(alone, target, pose).warnings]
+    if target != "franka":  # whose JSON has no comments
+        assert "a tool of 0.64 kg was subtracted" in exported.text
+        assert "subtracted" not in export(alone, target, pose).text
+    hostile = replace(found, provenance={"tool": ["x"] * 10})
+    assert export(hostile, target, pose).text == export(alone, target, pose).text
+
+
+def test_a_pose_in_millimetres_is_told():
+    pose = np.eye(4)
+    pose[2, 3] = 30.0
+    said = [each.code for each in export(make("box", 0)[0], "ur", pose).warnings]
+    assert "com-far" in said

@@ -19,7 +19,7 @@ from hefting.core.spatial import pose_matrix
 from hefting.identification import identify
 from hefting.ingest import plausibility
 from hefting.ingest.free_fit import FreeFit
-from hefting.ingest.plausibility import com_warnings
+from hefting.ingest.plausibility import com_warnings, density_warnings
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, simulate
 
@@ -133,3 +133,17 @@ def test_a_very_short_recording_asks_for_the_unit_of_time():
     }
     with pytest.raises(NotIdentifiableError, match="is its time in seconds"):
         identify(replace(log, streams=streams))
+
+
+@pytest.mark.parametrize(("scale", "doubted"), [(1.0, False), (10.0, True)])
+def test_a_shape_ten_times_too_large_is_doubted(scale, doubted):
+    """A body of 0.8 litres has a thousandth of its density in a shape of ten times its
+    length; of a box that only holds the object nothing follows."""
+    shape = Shape.from_mesh(trimesh.creation.box(scale * SIDES))
+    fit = FreeFit(
+        np.array([1.0, *[0.0] * 9]), None, 1e-6 * np.eye(10), Noise(), np.ones(16)
+    )
+    said = codes(density_warnings(fit, shape))
+    assert said == ({"shape-too-large"} if doubted else set())
+    around = Shape.from_box(*(10.0 * np.array((-0.1, 0.1, -0.1, 0.1, -0.1, 0.1))))
+    assert not density_warnings(fit, around)

@@ -13,6 +13,7 @@ from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
 
+import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
@@ -59,6 +60,9 @@ def _by_suffix(targets: Sequence[Target]) -> dict[str, str]:
     ordered = sorted(targets, key=lambda target: not target.is_read_back)
     return {suffix: target.name for target in ordered for suffix in target.suffixes}
 
+
+FARTHEST_COM = 3.0
+"""[m] Distance of the COM from the flange beyond which a pose is hardly in metres."""
 
 REGISTRY: dict[str, Target] = _by_name(FILES)
 """Every target by its name."""
@@ -197,6 +201,13 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
             f"simulators from refusing it and changes its inertia by about {THINNEST:g} of the largest moment"
         )
         warnings.append(warning("body-thickened", what))
+    distance = float(np.linalg.norm(body.center_of_mass))
+    if body.frame == "flange" and distance > FARTHEST_COM:
+        what = (
+            f"the centre of mass is {distance:.3g} m from the flange: is the sensor's "
+            "pose in metres?"
+        )
+        warnings.append(warning("com-far", what, "sensor_pose_in_flange"))
     if target.wants_flange and body.tool_mass:
         what = (
             f"the tool of {body.tool_mass:.4g} kg that was subtracted is not in it: a controller that does not "

@@ -87,7 +87,7 @@ def ingest(
     assumed = Gravity.of(gravity)
     tilt = assumed.direction == "estimate"
     found = condition(recording, assumed.vector, motion, tilt=tilt, hint=hint)
-    doubt = _doubt(recording, found, may_be_biased=may_be_biased)
+    doubt = _doubt(recording, found, may_be_biased=may_be_biased, tool=tool)
     changes, asked = found.changes, bool(start) or duration is not None
     if doubt is not None and doubt.needs_no_change:
         changes = None
@@ -97,7 +97,7 @@ def ingest(
         found = condition(
             recording, assumed.vector, motion, tilt=tilt, hint=hint, changes=False
         )
-        doubt = _doubt(recording, found, may_be_biased=may_be_biased)
+        doubt = _doubt(recording, found, may_be_biased=may_be_biased, tool=tool)
     left_out = left_out_of(
         whole, recording, found, changes if not asked else None, later=first
     )
@@ -270,7 +270,11 @@ def _conditioning_warnings(
 
 
 def _doubt(
-    recording: Recording, found: Conditioned, *, may_be_biased: bool
+    recording: Recording,
+    found: Conditioned,
+    *,
+    may_be_biased: bool,
+    tool: Estimate | None,
 ) -> Doubt | None:
     """A mistake in the recording, or that much of it is unexplained."""
     if found.path is None or may_be_acceleration(recording, found):
@@ -278,7 +282,7 @@ def _doubt(
     case = Case.of(
         recording, found.path, found.gravity, found.offset, biased=may_be_biased
     )
-    return doubt_of(case)
+    return doubt_of(case, with_tool=tool is not None)
 
 
 def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:

@@ -15,6 +15,10 @@ if TYPE_CHECKING:
     from hefting.core.spatial import Array
 
 
+WEAKEST_GRAVITY, STRONGEST_GRAVITY = 1.5, 30.0
+"""[m/s²] Sizes of gravity that a command takes: the Moon has 1.6, Jupiter 25."""
+
+
 def gravity_of(a: Any) -> "Gravity":
     """The gravity that was given, or that of a place; else that of anywhere on the
     Earth."""
@@ -27,7 +31,13 @@ def gravity_of(a: Any) -> "Gravity":
         if latitude is not None:
             what = "gravity is given, so its size does not follow from a latitude"
             raise InputError(what, "--latitude", "leave one of them out")
-        return Gravity.of(numbers(text, 3, "--gravity"))
+        given = Gravity.of(numbers(text, 3, "--gravity"))
+        size = sum(x * x for x in given.vector) ** 0.5
+        if not WEAKEST_GRAVITY <= size <= STRONGEST_GRAVITY:
+            what = f"of {size:.3g} m/s² is that of no place where robots hold things"
+            fix = "give it in m/s², on the Earth as 0,0,-9.81"
+            raise InputError(what, "--gravity", fix)
+        return given
     try:
         found = ON_EARTH if latitude is None else Gravity.at(latitude, a.altitude)
     except InputError as error:

@@ -69,7 +69,15 @@ def explain(case: Case) -> Explanation | None:
         what = "gravity seems to point the other way"
         x, y, z = 0.0 - case.gravity
         fix = f"give `gravity`='{x:g},{y:g},{z:g}'"
-        return Explanation("gravity-reversed", what, fix, fitted, 0, argument="gravity")
+        return Explanation(
+            "gravity-reversed",
+            what,
+            fix,
+            fitted,
+            0,
+            argument="gravity",
+            is_grave=True,  # weight and inertia have opposite signs
+        )
     x, y, z = gravity
     what = (
         f"gravity seems to point along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², "

@@ -75,12 +75,12 @@ class Doubt:
         return self.names_mistake and self.is_whole
 
 
-def doubt_of(case: Case) -> Doubt | None:
+def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
     """The mistake in a recording, or that much of it is unexplained; None where neither
-    is."""
+    is. What is held includes a tool where one is known."""
     judged = judge(case)
     if judged.named is not None:
-        message = _named(judged, judged.named)
+        message = _named(judged, judged.named, "object and tool" if with_tool else "it")
         fatal = message.severity == "error"
         simple = judged.named.unknowns <= FEW_UNKNOWNS
         whole = judged.whole or (fatal and simple)
@@ -112,8 +112,8 @@ def _vibrates(vibration: Vibration) -> Message:
     return warning("vibration", what)
 
 
-def _named(judged: Judged, named: Explanation) -> Message:
-    """The mistake, and how far off the answer is with it."""
+def _named(judged: Judged, named: Explanation, held: str) -> Message:
+    """The mistake, and how far off the answer, about what is held, is with it."""
     assert judged.given is not None
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)
@@ -128,7 +128,7 @@ def _named(judged: Judged, named: Explanation) -> Message:
     if LARGE_COM_CHANGE < com < np.inf:
         effects.append(f"the centre of mass {1e3 * com:.0f} mm elsewhere")
     if effects:
-        said += f" (it would be {' and '.join(effects)})"
+        said += f" ({held} would be {' and '.join(effects)})"
     return error(named.code, said, named.argument)
 
 
