@@ -249,6 +249,18 @@ def test_inspect(run, folder):
     assert result["streams"]["wrench"]["samples"] == 500
 
 
+def test_commands_to_be_copied_are_quoted(run, folder, tmp_path):
+    log, tool = tmp_path / "a b;ü.csv", tmp_path / "g g.json"
+    log.write_bytes((folder / "log.csv").read_bytes())
+    status, out, _ = run("inspect", log)
+    assert status == 0
+    assert f"hefting identify '{log}' --shape MESH" in " ".join(out.split())
+    status, out, _ = run("calibrate", log, "--output", tool)
+    out = " ".join(out.split())
+    assert f"--tool '{tool}'" in out
+    assert f"--bias '{tool}'" in out
+
+
 def test_flipped_wrench_is_found_and_said(run, folder, tmp_path):
     log = read_log(folder / "log.csv")
     wrench = log["wrench"]

@@ -114,18 +114,21 @@ def say(message: str) -> None:
 
 
 def wrapped(text: str, width: int) -> str:
-    """A line in as many as it takes, all but the first one with two spaces more."""
+    """A line in as many as it takes, all but the first one with two spaces more. Names
+    in quotes, as of a command that is to be copied, stay in one."""
     if len(text) <= width:
         return text
     start = text[: len(text) - len(text.lstrip())]
-    return fill(
-        text.strip(),
+    kept = re.sub(r"(?<!\S)'[^']*'", lambda name: name[0].replace(" ", "\0"), text)
+    lines = fill(
+        kept.strip(),
         width,
         initial_indent=start,
         subsequent_indent=start + "  ",
         break_long_words=False,
         break_on_hyphens=False,
     )
+    return lines.replace("\0", " ")
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:

@@ -3,7 +3,6 @@ truth beside it."""
 
 import argparse
 import json
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -12,6 +11,7 @@ from hefting.cli.options import POSE
 from hefting.cli.progress import progress
 from hefting.cli.simulated_files import check_outputs, truth_of
 from hefting.core.errors import InputError
+from hefting.core.shell import typed
 from hefting.request.numbers import numbers
 
 if TYPE_CHECKING:
@@ -392,4 +392,4 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
         words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]
     if a.pose_rate == 0.0 and Path(a.arm).suffix:
         words += ["--urdf", a.arm, "--sensor-frame", a.sensor_frame]
-    return shlex.join([*words, "--truth", str(truth)])
+    return typed([*words, "--truth", str(truth)])
