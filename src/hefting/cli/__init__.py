@@ -92,6 +92,7 @@ OPTIONS = {
             "report",
         ),
         *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
+        *("hull", "empty", "torque_gains"),
         *("tip", "estimate", "speed", "acceleration", "jerk", "keep", "srdf", "rate"),
         *("sensor_range", "sensor_noise", "stop_and_go", "seed", "torques"),
     )

@@ -81,6 +81,7 @@ def run(arguments: argparse.Namespace) -> None:
         a.link,
         accept=a.accept,
         fill_inertia=fill,
+        say=render,
     )
     for line in exported.warnings:
         say(f"warning: {render(line)}")

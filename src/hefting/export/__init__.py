@@ -8,7 +8,7 @@ Each target is a file of this package that ends with its `Target`; here is their
 and what is done with one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -99,6 +99,7 @@ def export(
     *,
     accept: bool = False,
     fill_inertia: Fill = None,
+    say: Callable[[str], str] = str,
 ) -> Exported:
     """Text of an estimate for a target; nothing is written.
 
@@ -124,6 +125,7 @@ def export(
     fill_inertia : what takes the place of an inertia that is open, as simulators need
         one: ``"point"`` the smallest that they take, or a shape in sensor axes, whose
         mass is then evenly spread. JSON and CSV are never filled in.
+    say : turns names of arguments in backquotes, in comments, into the reader's.
 
     Raises `InputError` for an unknown target, arguments that do not fit it, a file or
     link that does not, and, for everything but JSON and CSV, parameters no body can
@@ -149,7 +151,7 @@ def export(
             () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
         )
 
-    body = known_body(estimate, name, fill_inertia, accept)
+    body = known_body(estimate, name, fill_inertia, accept, say)
     warnings = inertia_messages(estimate, chosen, body, fill_inertia)
     if sensor_pose_in_flange is not None:
         if chosen.in_sensor_axes:

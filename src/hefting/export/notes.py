@@ -4,7 +4,9 @@ The sentences may come from a file of somebody else's. They are cut to plain ASC
 of bounded length, so that none can end a comment or add a line to a program.
 """
 
+import re
 import unicodedata
+from collections.abc import Callable
 from textwrap import wrap
 
 from hefting.core.estimate import Estimate
@@ -22,14 +24,19 @@ PLAIN = str.maketrans(
     | {"µ": "u", "…": "...", "`": ""}
 )
 
+OPTION = re.compile(r"(?<![\w-])--(?=[a-z])")
+"""What an option of a command begins with."""
+TWO_DASHES = re.compile(r"-(?=-)")
 
-def notes_of(estimate: Estimate) -> tuple[str, ...]:
-    """Verdict, its reasons, and all other warnings, a line each."""
+
+def notes_of(estimate: Estimate, say: Callable[[str], str] = str) -> tuple[str, ...]:
+    """Verdict, its reasons, and all other warnings, a line each; `say` turns names of
+    arguments in backquotes into the reader's."""
     verdict = estimate.verdict
     others = [text for text in estimate.warnings if text not in verdict.reasons]
     said = [f"- {text}" for text in verdict.reasons]
     said += [f"warning: {text}" for text in others]
-    return tuple(map(plain, (f"estimate: {verdict}", *said[:MOST])))
+    return tuple(plain(say(text)) for text in (f"estimate: {verdict}", *said[:MOST]))
 
 
 def plain(text: str) -> str:
@@ -49,8 +56,10 @@ def wrapped(notes: tuple[str, ...]) -> list[str]:
 
 
 def xml_comment(notes: tuple[str, ...]) -> str:
-    """An XML comment, of one line or of several."""
-    lines = [line.replace("--", "- -").rstrip("-") for line in wrapped(notes)]
+    """An XML comment, of one line or of several. It must not hold two dashes: options
+    are without theirs."""
+    plain_ = [OPTION.sub("", note) for note in notes]
+    lines = [TWO_DASHES.sub("- ", line).rstrip("-") for line in wrapped(tuple(plain_))]
     return "<!-- " + "\n     ".join(lines) + " -->"
 
 
