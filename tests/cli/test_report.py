@@ -7,7 +7,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from hefting.cli import render
+from hefting.cli import render, spell_out_signs
 from hefting.cli.report.estimate import estimate_report, print_lines
 from hefting.core.estimate import Estimate
 from hefting.core.messages import warning
@@ -74,6 +74,7 @@ def test_a_terminal_gets_styles_unless_it_wants_none(estimate, monkeypatch):
 def test_an_output_without_box_characters_gets_plain_ones(estimate, monkeypatch):
     out = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
     monkeypatch.setattr(sys, "stdout", out)
+    spell_out_signs()
     print_lines(estimate_report(replace(estimate, warnings=())))
     out.flush()
     assert "| mass " in out.buffer.getvalue().decode("latin-1")

@@ -95,13 +95,10 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unknown option{plural} {', '.join(unknown)}{where}")
 
     def _print_message(self, message: str, file: IO[str] | None = None) -> None:
-        """Print help or version; that of `argparse` says nothing where it cannot. What
-        an encoding does not have is a question mark."""
+        """Print help or version; that of `argparse` says nothing where it cannot."""
         file = file or sys.stdout
-        if file is None:
-            return
-        encoding = getattr(file, "encoding", None) or "utf-8"
-        file.write(message.encode(encoding, "replace").decode(encoding))
+        if file is not None:
+            file.write(message)
 
 
 def say(message: str) -> None:

@@ -5,11 +5,11 @@ of bounded length, so that none can end a comment or add a line to a program.
 """
 
 import re
-import unicodedata
 from collections.abc import Callable
 from textwrap import wrap
 
 from hefting.core.estimate import Estimate
+from hefting.core.plain_text import ascii_of
 
 LONGEST = 400
 """Characters of a sentence that are repeated."""
@@ -19,10 +19,6 @@ GOOD = ("estimate: good",)
 """What there is to say where nothing gives doubt."""
 WIDTH = 96
 """Characters of a line: controllers read no longer ones than some 240."""
-PLAIN = str.maketrans(
-    {"°": " deg", "±": "+/-", "·": "*", "×": "x", "→": "->", "–": "-", "−": "-"}
-    | {"µ": "u", "…": "...", "`": ""}
-)
 
 OPTION = re.compile(r"(?<![\w-])--(?=[a-z])")
 """What an option of a command begins with."""
@@ -41,8 +37,7 @@ def notes_of(estimate: Estimate, say: Callable[[str], str] = str) -> tuple[str, 
 
 def plain(text: str) -> str:
     """One line of printable ASCII."""
-    decomposed = unicodedata.normalize("NFKD", text[:LONGEST].translate(PLAIN))
-    ascii_ = decomposed.encode("ascii", "ignore").decode()
+    ascii_ = ascii_of(text[:LONGEST].replace("`", ""))
     return " ".join("".join(c if c.isprintable() else " " for c in ascii_).split())
 
 

@@ -40,8 +40,6 @@ are told without --verbose."""
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
 """How a terminal is told of each style."""
-ASCII = str.maketrans("┏┳┓┡╇┩├┼┤└┴┘━─┃│", "++++++++++++--||")
-"""For an output that has no lines to draw with."""
 
 
 @dataclass(frozen=True)
@@ -139,10 +137,8 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
     """
     terminal = sys.stdout.isatty()
     width = get_terminal_size().columns if terminal else WIDTH
-    unicode = (sys.stdout.encoding or "utf-8").lower().startswith("utf")
     for line in lines:
         text = "\n".join(map(printable, render(line.text).split("\n")))
-        text = text if unicode else text.translate(ASCII)
         text = text if line.whole else wrapped(text, width)
         style = STYLES[line.style] if terminal and "NO_COLOR" not in os.environ else ""
         print(f"{style}{text}\x1b[0m" if style else text)
