@@ -17,8 +17,9 @@ def printable(text: str) -> str:
 
 def encodable(text: str) -> str:
     """`text` with a question mark for each character that UTF-8 does not have: bytes of
-    the name of a file that is not in UTF-8."""
-    return text.encode(errors="replace").decode()
+    the name of a file that is not in UTF-8. A text without stays what it is."""
+    written = text.encode(errors="replace").decode()
+    return text if written == text else written
 
 
 class HeftingError(Exception):
