@@ -12,6 +12,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Protocol
 
 from numpy.typing import ArrayLike
 
@@ -89,8 +90,17 @@ class Exported:
     """One sentence each."""
 
 
+class Answered(Protocol):
+    """What holds an estimate, as what `hefting.identify` returns."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """The estimate."""
+        ...
+
+
 def export(
-    estimate: Estimate,
+    estimate: Estimate | Answered,
     target: str,
     sensor_pose_in_flange: ArrayLike | None = None,
     into: str | Path | None = None,
@@ -109,7 +119,8 @@ def export(
 
     Parameters
     ----------
-    estimate : in sensor axes about the sensor origin.
+    estimate : in sensor axes about the sensor origin; or what `hefting.identify`
+        returns, whose estimate it is.
     target : a name in `TARGETS`.
     sensor_pose_in_flange : (4, 4) pose of the sensor frame in the flange frame [m];
         with it the text is in flange axes about the flange origin, without it in sensor
@@ -127,10 +138,11 @@ def export(
         mass is then evenly spread. JSON and CSV are never filled in.
     say : turns names of arguments in backquotes, in comments, into the reader's.
 
-    Raises `InputError` for an unknown target, arguments that do not fit it, a file or
+    Raises `InputError` for what holds no estimate, an unknown target, arguments that do not fit it, a file or
     link that does not, and, for everything but JSON and CSV, parameters no body can
     have, a mass or a COM that is open, and an open inertia where one is needed.
     """
+    estimate = _estimate_of(estimate)
     if target not in REGISTRY:
         raise InputError(
             f"unknown target '{target}'{nearest(target, REGISTRY)}",
@@ -165,6 +177,17 @@ def export(
         return Exported(chosen.write(body), body.frame, tuple(warnings))
     text, more = _put_into(chosen, body, into, link)
     return Exported(text, body.frame, (*warnings, *more))
+
+
+def _estimate_of(given: Estimate | Answered) -> Estimate:
+    """The estimate that is given, or held by what is."""
+    estimate = getattr(given, "estimate", given)
+    if not isinstance(estimate, Estimate):
+        raise InputError(
+            f"{type(given).__name__} is no estimate",
+            fix="give what hefting.identify returns, or hefting.Estimate.load(path)",
+        )
+    return estimate
 
 
 def _check_arguments(
