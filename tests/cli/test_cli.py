@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+import hefting
 from commands import refused
 from hefting import Estimate
 from hefting.core.measurements import Noise
@@ -244,6 +245,8 @@ def test_inspect(run, folder):
         assert text in out
     _, out, _ = run("inspect", folder / "log.csv", "--json")
     result = json.loads(out)
+    assert result["schema"] == "hefting.inspection/1"
+    assert result["version"] == hefting.__version__
     assert result["wrench"] == "on-object"
     assert result["undetermined"] == []
     assert result["streams"]["wrench"]["samples"] == 500

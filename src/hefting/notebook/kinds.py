@@ -136,7 +136,9 @@ def agreement_html(agreement: Agreement) -> str:
             for of, values in agreement.values.items()
         ]
         rows.append((f"{name} [{unit}]", *cells, f"{apart[i]:.1f}"))
-    return block(paragraph(_verdict(agreement)), table_html(head, rows))
+    doubted = [f"{name}: {verdict}" for name, verdict in agreement.doubted.items()]
+    words = paragraph(_verdict(agreement))
+    return block(words, list_html(doubted), table_html(head, rows))
 
 
 def _verdict(agreement: Agreement) -> str:
