@@ -81,7 +81,8 @@ def json_ready(value: Any) -> Any:
     """Arrays to lists, non-finite numbers to None and texts to what UTF-8 can write,
     through dicts and lists."""
     if isinstance(value, dict):
-        return {str(k): json_ready(v) for k, v in cast(dict[Any, Any], value).items()}
+        items = cast(dict[Any, Any], value).items()
+        return {encodable(str(k)): json_ready(v) for k, v in items}
     if isinstance(value, list | tuple):
         return [json_ready(v) for v in cast(list[Any], value)]
     if isinstance(value, np.ndarray):

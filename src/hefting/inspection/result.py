@@ -145,7 +145,7 @@ class Inspection:
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; see the class for the keys."""
         names = "log duration static notes gravity quick_mass missing advice warnings"
-        out = {"schema": SCHEMA, "version": __version__}
+        out: dict[str, Any] = {"schema": SCHEMA, "version": __version__}
         out |= {name: getattr(self, name) for name in names.split()}
         out["verdict"] = self.verdict.level
         out["reasons"] = list(self.verdict.reasons)
