@@ -10,6 +10,7 @@ import time
 import numpy as np
 import pytest
 
+import hefting
 from commands import refused
 from hefting import Estimate
 from hefting.core.measurements import Noise
@@ -244,9 +245,23 @@ def test_inspect(run, folder):
         assert text in out
     _, out, _ = run("inspect", folder / "log.csv", "--json")
     result = json.loads(out)
+    assert result["schema"] == "hefting.inspection/1"
+    assert result["version"] == hefting.__version__
     assert result["wrench"] == "on-object"
     assert result["undetermined"] == []
     assert result["streams"]["wrench"]["samples"] == 500
+
+
+def test_commands_to_be_copied_are_quoted(run, folder, tmp_path):
+    log, tool = tmp_path / "a b;ü.csv", tmp_path / "g g.json"
+    log.write_bytes((folder / "log.csv").read_bytes())
+    status, out, _ = run("inspect", log)
+    assert status == 0
+    assert f"hefting identify '{log}' --shape MESH" in " ".join(out.split())
+    status, out, _ = run("calibrate", log, "--output", tool)
+    out = " ".join(out.split())
+    assert f"--tool '{tool}'" in out
+    assert f"--bias '{tool}'" in out
 
 
 def test_flipped_wrench_is_found_and_said(run, folder, tmp_path):

@@ -80,7 +80,7 @@ def test_what_makes_no_sense_is_refused(run, folder):
     for words, said in (
         (("--latitude", "91"), ("--latitude", "degrees")),
         (("--altitude", "100"), ("--altitude", "--latitude")),
-        (("--latitude", "4", "--altitude", "1e9"), ("--latitude", "metres")),
+        (("--latitude", "4", "--altitude", "1e9"), ("--altitude", "metres")),
         (("--latitude", "4", "--gravity", "0,0,-9.8"), ("--latitude", "leave one")),
         (("--sensor-accuracy", "5kg"), ("--sensor-accuracy", "as in")),
         (("--sensor-accuracy", "gamma"), ("--sensor-accuracy", "certificate")),

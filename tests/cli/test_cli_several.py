@@ -1,13 +1,16 @@
 """Several logs and several estimates on the command line."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
 
+import hefting
 from commands import refused
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Noise
+from hefting.core.messages import error
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, random_smooth, simulate, truth
 
@@ -139,6 +142,22 @@ def test_estimates_of_two_objects_contradict(run, folder):
     status, out, _ = run("compare", *paths, "--json")
     assert status == 3
     assert not json.loads(out)["agree"]
+
+
+def test_an_estimate_in_doubt_is_told(run, folder):
+    path = identified(run, folder, "a")
+    bad = replace(Estimate.load(path), warnings=(error("unexplained", "no fit"),))
+    bad.save(folder / "bad.json")
+    status, out, _ = run("compare", path, folder / "bad.json")
+    assert status == 0
+    assert "bad: do not use\n- no fit\n" in out
+    assert "a: " not in out.split("┏")[0]
+    _, out, _ = run("compare", path, folder / "bad.json", "--json")
+    found = json.loads(out)
+    assert found["schema"] == "hefting.agreement/1"
+    assert found["version"] == hefting.__version__
+    told = [(one["verdict"], one["reasons"]) for one in found["estimates"]]
+    assert told == [("good", []), ("do not use", ["no fit"])]
 
 
 def test_compare_refuses_in_one_line(run, folder):

@@ -116,7 +116,8 @@ def test_a_part_of_it(run, tmp_path):
     refused(
         run("convert", path, tmp_path / "no.csv", "--start", 9), "no sample from 9 s on"
     )
-    refused(run("convert", path, tmp_path / "no.csv", "--start", -1), "start >= 0")
+    words = ("convert", path, tmp_path / "no.csv", "--start", -1)
+    assert refused(run(*words), "cannot start at -1 s; give a --start of 0 s or more")
     assert not (tmp_path / "no.csv").exists()
 
 
@@ -161,6 +162,7 @@ def test_what_is_refused(run, tmp_path):
         "'.xlsx' is not a log format",
         ".mcap",
     )
+    assert refused(run("convert", path, "-"), "-: is no name of a file")
     refused(run("convert", path), "OUTPUT")
     refused(
         run("convert", path, tmp_path / "out.csv", "--imu-topic", "/imu"),

@@ -141,3 +141,42 @@ def test_errors_do_not_control_a_terminal(run, tmp_path):
     result = run("inspect", tmp_path / "log.csv", "--map", path)
     assert refused(result, "unknown key")
     assert result[2].strip().isprintable()
+
+
+@pytest.mark.parametrize(
+    "env",
+    [
+        {"PYTHONIOENCODING": "cp1252"},
+        {"PYTHONIOENCODING": "ascii"},
+        {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"},
+    ],
+)
+def test_an_encoding_without_some_signs_is_no_error(folder, env):
+    words = (
+        ("identify", folder / "log.csv"),
+        ("inspect", folder / "log.csv", "--verbose"),
+    )
+    for command in words:
+        done = subprocess.run(
+            [sys.executable, "-m", "hefting", *map(str, command)],
+            env={**os.environ, **env},
+            capture_output=True,
+        )
+        assert (done.returncode, done.stderr) == (0, b"")
+        assert done.stdout.decode("cp1252").count("kg") > 1
+
+
+@pytest.mark.skipif(
+    sys.platform != "linux", reason="names of files are any bytes on Linux"
+)
+def test_a_name_that_is_not_utf_8(run, folder, tmp_path):
+    log, page = (tmp_path / name for name in ("l\udcf6g.csv", "r\udcf6.html"))
+    log.write_bytes((folder / "log.csv").read_bytes())
+    for command in ("inspect", "identify"):
+        status, _, err = run(command, log, "--report", page)
+        assert (status, err) == (0, "")
+        assert "l?g.csv" in page.read_text("utf-8")
+        status, out, _ = run(command, log, "--json")
+        assert "l?g.csv" in out
+        assert "udcf6" not in out
+    assert refused(run("batch", log, "--output", tmp_path / "b.csv"), "not UTF-8")

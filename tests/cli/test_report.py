@@ -1,14 +1,19 @@
 """An estimate as it is printed: aligned, wrapped, plain where no terminal is."""
 
 import io
+import re
 import sys
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from rich.box import SIMPLE_HEAD
+from rich.console import Group
+from rich.table import Table
 
-from hefting.cli import render
+from hefting.cli import render, spell_out_signs
 from hefting.cli.report.estimate import estimate_report, print_lines
+from hefting.cli.report.printing import print_report
 from hefting.core.estimate import Estimate
 from hefting.core.messages import warning
 from random_problems import random_body
@@ -61,8 +66,10 @@ def test_long_lines_are_wrapped_and_arguments_become_options(estimate, capsys):
 
 
 def test_a_terminal_gets_styles_unless_it_wants_none(estimate, monkeypatch):
-    for variables, styled in (({}, True), ({"NO_COLOR": "1"}, False)):
+    plain = ({"NO_COLOR": "1"}, False), ({"TERM": "dumb"}, False)
+    for variables, styled in (({}, True), *plain):
         monkeypatch.delenv("NO_COLOR", raising=False)
+        monkeypatch.setenv("TERM", "xterm")
         monkeypatch.setenv("COLUMNS", "60")
         for name, value in variables.items():
             monkeypatch.setenv(name, value)
@@ -71,9 +78,27 @@ def test_a_terminal_gets_styles_unless_it_wants_none(estimate, monkeypatch):
         assert ("\x1b[33mverdict" in sys.stdout.getvalue()) is styled
 
 
+def test_tables_fit_a_narrow_terminal(estimate, monkeypatch):
+    """Three columns more than a table's cells take: no head is broken."""
+    monkeypatch.setenv("COLUMNS", "46")
+    monkeypatch.setattr(sys, "stdout", Terminal())
+    print_lines(estimate_report(estimate, estimate.parameters))
+    assert max(map(len, re.findall(r"[┏┃│].*", sys.stdout.getvalue()))) <= 46
+    monkeypatch.setattr(sys, "stdout", Terminal())
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    for name in ("samples", "missing", "repeated", "orientation"):
+        table.add_column(name, overflow="fold")
+    table.add_row("1000", "0", "0", "1")
+    monkeypatch.setenv("COLUMNS", "39")
+    print_report(Group(table))
+    shown = re.sub(r"\x1b\[[0-9;]*m", "", sys.stdout.getvalue())
+    assert "samples missing repeated orientation" in shown
+
+
 def test_an_output_without_box_characters_gets_plain_ones(estimate, monkeypatch):
     out = io.TextIOWrapper(io.BytesIO(), encoding="latin-1")
     monkeypatch.setattr(sys, "stdout", out)
+    spell_out_signs()
     print_lines(estimate_report(replace(estimate, warnings=())))
     out.flush()
     assert "| mass " in out.buffer.getvalue().decode("latin-1")

@@ -85,12 +85,13 @@ def test_with_an_empty_run(folder, run, suffix):
 
 
 def test_a_calibration_serves_as_the_empty_run(folder, run, tmp_path):
-    arm = str(tmp_path / "arm.json")
+    arm = str(tmp_path / "an arm.json")
     robot = ["--urdf", str(folder / "arm.urdf"), "--sensor-frame", "flange"]
     words = ["calibrate", str(folder / "empty.csv"), "--torques", *robot]
     status, out, _ = run(*words, "--output", arm)
     assert status == 0
     assert "base parameters" in out
+    assert f"--arm '{arm}'" in " ".join(out.split())
     status, found = answer(
         run, command(folder, str(folder / "loaded.csv"), "--arm", arm)
     )
@@ -111,6 +112,7 @@ def test_the_published_arm_warns_and_is_unsure(folder, run):
     assert status == 0
     assert found["verdict"] == "usable with care"
     assert "arm-published" in codes(found)
+    assert "record an empty run (--empty)" in found["warnings"][0]
     low, high = found["intervals"]["mass"]
     # four standard deviations of a published arm's 0.1 kg
     assert high - low > 0.3
@@ -176,7 +178,9 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
 
     robot = command(folder, without("tau", "no.csv"), "--empty", empty)
     assert refused(run(*robot), "there are no joint torques")
-    assert refused(run(*command(folder, str(folder / "loadedA.csv"))), "amperes")
+    assert refused(
+        run(*command(folder, str(folder / "loadedA.csv"))), "give --torque-gains"
+    )
     assert refused(run(*command(folder, without("q6", "five.csv"))))
     for words, said in (
         (("--torque-gains", "1,2"), "2 gains for 6"),

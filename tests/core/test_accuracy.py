@@ -208,9 +208,9 @@ def test_the_claim_is_of_the_body_that_is_shown():
 def test_what_was_asked_for_decides_whether_it_suffices():
     mass, com, inertia = limits_of(estimate("mass=1%").accuracy)
     for words in (
-        "mass={:f},com={:f}m,inertia={:f}",
-        "mass={:f}",
-        "mass={0:f},com={1:f}m",
+        "mass={:%},com={:f}m,inertia={:%}",
+        "mass={:%}",
+        "mass={0:%},com={1:f}m",
     ):
         assert (
             estimate(words.format(1.01 * mass, 1.01 * com, 1.01 * inertia)).sufficient

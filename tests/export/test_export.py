@@ -9,6 +9,7 @@ import ast
 import csv
 import io
 import re
+from dataclasses import dataclass
 from xml.etree import ElementTree
 
 import numpy as np
@@ -33,6 +34,7 @@ from test_export_bodies import (
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.estimators import OLS
 from hefting.export import SUFFIXES, TARGETS, export
 
 
@@ -203,3 +205,19 @@ def test_arguments():
             export(estimate, target, into="robot.urdf", link="x")
     with pytest.raises(InputError, match="`into`=FILE"):
         export(estimate, "urdf", link="x")
+
+
+@dataclass
+class Found:
+    """As what `hefting.identify` returns."""
+
+    estimate: object
+
+
+def test_what_holds_an_estimate_is_exported_and_nothing_else():
+    estimate = make("box", 0)[0]
+    for target in ("ur", "json"):
+        assert export(Found(estimate), target) == export(estimate, target)
+    for other in (Found(3), OLS(), {}):
+        with pytest.raises(InputError, match="is no estimate; give what"):
+            export(other, "ur")

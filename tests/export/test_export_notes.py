@@ -10,6 +10,7 @@ import yaml
 from test_export_bodies import CONTROLLERS, make
 from test_export_controllers import READERS, WITHOUT_COMMENTS
 
+from hefting.cli import render
 from hefting.core.messages import note, warning
 from hefting.export import export
 from hefting.export.notes import LONGEST, MOST, notes_of, plain, with_comment
@@ -48,6 +49,16 @@ def test_verdict_reasons_and_warnings():
     )
     text = " ".join(export(found, "urdf").text.split())
     assert "turn it by 3 deg +/- 1 deg: give gravity warning: no shape given" in text
+
+
+def test_a_command_spells_options_which_end_no_comment(estimate):
+    doubt = warning("torque-units", "turn it: give `gravity`='estimate' ---")
+    found = replace(estimate, warnings=(doubt,))
+    assert "give --gravity estimate ---" in export(found, "ur", say=render).text
+    for target in ("urdf", "mjcf", "sdf"):
+        text = export(found, target, say=render).text
+        ElementTree.fromstring(text)
+        assert "give gravity estimate" in text
 
 
 def test_lines_and_their_number_are_bounded():

@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from test_export_bodies import make
 
+from commands import refused
 from hefting.export import FILES, REGISTRY, SUFFIXES, TARGETS
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids
@@ -114,3 +115,17 @@ def test_a_new_target_by_its_suffix(copy):
     word, mass = (copy.folder / "a.toy").read_text().split()
     assert word == "toy"
     assert float(mass) == pytest.approx(body.mass, rel=1e-3)  # no noise
+
+
+def test_a_name_of_another_format_is_refused(run, copy, estimate, tmp_path):
+    file = copy.folder / estimate[0]
+    result = run("export", file, "--to", "mjcf", "--output", tmp_path / "x.urdf")
+    assert refused(result, "x.urdf", "a file of urdf, not of mjcf", ".xml")
+    words = ("--to", "urdf", "--output", tmp_path / "robot.xml")
+    assert refused(run("export", file, *words), "not of urdf")
+    (tmp_path / "r.xml").write_text("<robot><link name='a'/></robot>")
+    status, _, _ = run(
+        "export", file, *words, "--into", tmp_path / "r.xml", "--link", "a"
+    )
+    assert status == 0
+    assert run("export", file, "--to", "ur", "--output", tmp_path / "x.txt")[0] == 0

@@ -8,6 +8,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+import hefting
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
@@ -67,6 +68,8 @@ def log(recording, tmp_path_factory):
 
 def test_all_means_all_methods_and_variants(everything):
     assert list(everything.results) == [*METHODS, *VARIANTS]
+    assert list(everything.shown) == list(METHODS)
+    assert f"recommended of  {', '.join(METHODS)}" in repr(everything)
     assert everything.skipped == {}
     assert set(everything.seconds) == set(everything.results)
     for name, estimate in everything.results.items():
@@ -337,6 +340,8 @@ def test_methods_are_described(run):
     status, out, _ = run("methods", "--json")
     assert status == 0
     found = json.loads(out)
+    assert found.pop("schema") == "hefting.methods/1"
+    assert found.pop("version") == hefting.__version__
     assert found == describe_methods()
     assert list(found) == list(METHODS)
     for description in found.values():

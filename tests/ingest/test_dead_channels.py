@@ -8,7 +8,8 @@ from benchmarks.given import correct
 
 from hefting import identify
 from hefting.core.recording import Stream
-from hefting.ingest.dead_channels import dead_channel_message
+from hefting.ingest.dead_channels import dead_channel_message, still_pose_message
+from hefting.inspection import inspect
 
 
 def changed(change):
@@ -55,3 +56,35 @@ def test_the_answer_is_not_to_be_used():
     found = identify(given.recording, given.shape)
     assert found.estimate.verdict.level == "do not use"
     assert found.estimate.warnings[0].code == "channel-dead"
+
+
+def still(names):
+    """A correct recording in which streams of poses never change."""
+    recording = correct(0).recording
+    held = {
+        name: Stream(s.time, np.tile(s.values[:1], (len(s), 1)))
+        for name in names
+        for s in (recording[name],)
+    }
+    return replace(recording, streams={**recording.streams, **held})
+
+
+def test_a_pose_that_never_changes_is_named():
+    assert still_pose_message(still([])) is None
+    assert still_pose_message(still(["position"])) is None
+    said = [
+        still_pose_message(still(names))
+        for names in (["orientation"], ["orientation", "position"])
+    ]
+    assert [message.code for message in said] == ["pose-constant"] * 2
+    assert said[0].startswith("the orientation never changes in ")
+    assert said[1].startswith("the pose never changes in ")
+
+
+@pytest.mark.filterwarnings("error")
+def test_where_the_wrench_changes_and_the_pose_does_not():
+    recording = still(["orientation", "position"])
+    assert "pose-constant" in [m.code for m in inspect(recording).warnings]
+    found = identify(recording).estimate
+    assert "pose-constant" in [message.code for message in found.warnings]
+    assert found.verdict.level == "do not use"

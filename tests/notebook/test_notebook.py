@@ -222,8 +222,8 @@ def test_a_comparison_shows_every_method(compared):
     page = Page(html)
     start = next(i for i, row in enumerate(page.cells) if row[0] == "method")
     rows = {row[0]: row for row in page.cells[start + 1 :]}
-    assert list(rows) == list(compared.results)
-    for name, estimate in compared.results.items():
+    assert list(rows) == list(compared.shown)
+    for name, estimate in compared.shown.items():
         assert rows[name][1] == estimate.verdict.level
     assert compared.reason in page.text
     for why in compared.skipped.values():

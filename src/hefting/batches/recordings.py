@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.batches.manifest import RECORDING, is_manifest, read_manifest
-from hefting.core.errors import InputError, nearest
+from hefting.core.errors import InputError, encodable, nearest
 from hefting.logs.registry import find_format, formats
 from hefting.request.check import check_request
 from hefting.request.request import (
@@ -232,6 +232,10 @@ def recordings_of(
     if not logs:
         where = ", ".join(map(str, paths[:3])) or None
         raise InputError("there are no recordings", where, "name logs or a folder")
+    for log in logs:
+        if log != encodable(log):
+            what = "the name is not UTF-8, so no table can hold it"
+            raise InputError(what, log, "rename the file")
     return Recordings(pa.table({RECORDING: logs}), None, options, group_by)
 
 

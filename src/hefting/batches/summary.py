@@ -83,8 +83,11 @@ class Summary:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values."""
+        from hefting import __version__
+
         return {
             "schema": SCHEMA,
+            "version": __version__,
             "rows": self.total,
             "verdicts": self.verdicts,
             "failed": self.failed,

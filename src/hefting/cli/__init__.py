@@ -5,7 +5,9 @@ inside the commands keep ``hefting --help`` and the start of every command quick
 """
 
 import argparse
+import codecs
 import contextlib
+import io
 import os
 import re
 import sys
@@ -15,10 +17,14 @@ from textwrap import wrap
 
 from hefting.cli.parser import WIDTH, Parser, did_you_mean, say
 from hefting.core.errors import HeftingError, InputError
+from hefting.core.plain_text import spell_out
 from hefting.core.threads import use_one_thread
 
 STATUS_STOPPED = 130
 """Exit status of a command that Ctrl-C ended, as shells have it."""
+
+SPELL_OUT = "hefting.spell-out"
+"""Name of how signs are printed that an encoding does not have."""
 
 COMMANDS = {
     "demo": "simulate a robot arm wielding a hammer, identify it, write pictures.",
@@ -92,6 +98,7 @@ OPTIONS = {
             "report",
         ),
         *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
+        *("hull", "empty", "torque_gains"),
         *("tip", "estimate", "speed", "acceleration", "jerk", "keep", "srdf", "rate"),
         *("sensor_range", "sensor_noise", "stop_and_go", "seed", "torques"),
     )
@@ -176,6 +183,7 @@ def main() -> None:
     the answer is not to be used, 130 stopped, 1 anything else."""
     if sys.stdout is None:  # was closed before the start
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (as long as the process)
+    spell_out_signs()
     use_one_thread()
     try:
         try:
@@ -255,6 +263,14 @@ def _joined(words: list[str]) -> list[str]:
         else:
             joined.append(word)
     return joined
+
+
+def spell_out_signs() -> None:
+    """Let signs that the encoding of an output does not have be printed in ASCII."""
+    codecs.register_error(SPELL_OUT, spell_out)
+    for stream in (sys.stdout, sys.stderr):
+        if isinstance(stream, io.TextIOWrapper):
+            stream.reconfigure(errors=SPELL_OUT)
 
 
 def _drop_output() -> None:

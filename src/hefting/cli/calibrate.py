@@ -18,6 +18,7 @@ from hefting.cli.pages import add_report, check_report, command_line, write_repo
 from hefting.cli.progress import progress
 from hefting.cli.torques import add_torques, calibrate, require_torques
 from hefting.core.errors import InputError
+from hefting.core.shell import typed
 from hefting.request.settings import gravity_of, sensor_accuracy_of
 
 if TYPE_CHECKING:
@@ -78,10 +79,11 @@ def run(arguments: argparse.Namespace) -> int:
     tool = found.estimate
     tool.save(a.output)
     pages = write_report(a.report, page)
+    subtract = typed(["hefting", "identify", "LOG", "--tool", a.output])
     next_steps = (
-        f"wrote {a.output}: to subtract it, hefting identify LOG --tool {a.output}",
+        f"wrote {a.output}: to subtract it, {subtract}",
         "to use its wrench bias as well, where the sensor was not zeroed since: "
-        f"--bias {a.output}",
+        f"{typed(['--bias', a.output])}",
     )
     report = estimate_report(tool, verbose=a.verbose)
     written = [f"wrote {path}" for path in pages]

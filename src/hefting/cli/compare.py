@@ -2,6 +2,7 @@
 
 import argparse
 
+from hefting.cli import render
 from hefting.cli.options import add_json
 from hefting.core.errors import InputError
 
@@ -42,10 +43,10 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         import json
 
-        print(json.dumps(agreement.to_dict()))
+        print(render(json.dumps(agreement.to_dict())))
     else:
         from hefting.cli.report.agreement import agreement_report
         from hefting.cli.report.estimate import print_lines
 
-        print_lines(agreement_report(agreement))
+        print_lines(agreement_report(agreement), render)
     return 0 if agreement.agree else STATUS_DO_NOT_USE

@@ -1,6 +1,7 @@
 """hefting export: write an estimate for a simulator or a robot controller."""
 
 import argparse
+from pathlib import Path
 
 from hefting.cli import render
 from hefting.cli.options import (
@@ -15,6 +16,7 @@ from hefting.cli.options import (
     read_estimate,
 )
 from hefting.cli.parser import say
+from hefting.core.errors import InputError
 
 EXAMPLES = (
     "hefting export mug.json --to urdf --output mug.urdf",
@@ -69,6 +71,7 @@ def run(arguments: argparse.Namespace) -> None:
     if a.output:
         inputs = (a.estimate, a.into, a.sensor_pose_in_flange, a.shape, a.object_pose)
         check_output(a.output, *inputs)
+        _check_suffix(a.output, a.to, a.into)
     flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
     pose = parse_pose(a.object_pose) if a.object_pose else None
     shape = load_shape(a.shape, a.unit, pose) if a.shape else None
@@ -81,6 +84,7 @@ def run(arguments: argparse.Namespace) -> None:
         a.link,
         accept=a.accept,
         fill_inertia=fill,
+        say=render,
     )
     for line in exported.warnings:
         say(f"warning: {render(line)}")
@@ -89,3 +93,17 @@ def run(arguments: argparse.Namespace) -> None:
         print(f"wrote {a.output} ({exported.frame} axes)")
     else:
         print(exported.text, end="" if exported.text.endswith("\n") else "\n")
+
+
+def _check_suffix(path: str, target: str, into: str | None) -> None:
+    """`InputError` for the suffix of another target than the one that is written; that
+    of a file that something is put into may be any."""
+    from hefting.export import REGISTRY, SUFFIXES
+
+    suffix = Path(path).suffix
+    own = REGISTRY[target].suffixes if target in REGISTRY else ()
+    if not own or suffix in own or suffix not in SUFFIXES:
+        return
+    if into is None or suffix != Path(into).suffix:
+        what = f"is the name of a file of {SUFFIXES[suffix]}, not of {target}"
+        raise InputError(what, path, f"choose a name that ends in {' or '.join(own)}")

@@ -283,7 +283,12 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
         print_results(results, render, a.verbose)
     if a.export_to:
         exported = export(
-            estimate, a.export_to, flange, accept=a.accept, fill_inertia=fill
+            estimate,
+            a.export_to,
+            flange,
+            accept=a.accept,
+            fill_inertia=fill,
+            say=render,
         )
         for line in exported.warnings:
             say(f"warning: {render(line)}")

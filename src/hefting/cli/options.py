@@ -236,10 +236,13 @@ def read_recording(
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` for an output in no folder, one that is an input, by whatever link,
-    and would be overwritten, and one that is there and no regular file."""
+    """`InputError` for standard output, an output in no folder, one that is an input,
+    by whatever link, and would be overwritten, and one that is there and no regular
+    file."""
     from hefting.core.files import check_replaceable
 
+    if path == "-":
+        raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():
         raise InputError("the folder does not exist", where=path)
     if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hefting.cli import render
 from hefting.cli.parser import say
 from hefting.cli.report.pictures import is_picture
 
@@ -77,6 +78,7 @@ def write(
                 flange,
                 accept=accept,
                 fill_inertia=fill,
+                say=render,
             ),
         )
         for path in paths

@@ -1,7 +1,6 @@
 """Reports: one page of a result, with plots, that needs no network."""
 
 import argparse
-import shlex
 import sys
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -10,6 +9,7 @@ from hefting.cli import render
 from hefting.cli.options import check_output
 from hefting.cli.parser import say
 from hefting.core.errors import InputError
+from hefting.core.shell import typed
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -70,7 +70,7 @@ def identified(
 
 def command_line() -> str:
     """The command, as one would type it."""
-    return shlex.join(["hefting", *sys.argv[1:]])
+    return typed(["hefting", *sys.argv[1:]])
 
 
 def write_report(path: str | None, page: str | None) -> tuple[str, ...]:

@@ -95,13 +95,10 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unknown option{plural} {', '.join(unknown)}{where}")
 
     def _print_message(self, message: str, file: IO[str] | None = None) -> None:
-        """Print help or version; that of `argparse` says nothing where it cannot. What
-        an encoding does not have is a question mark."""
+        """Print help or version; that of `argparse` says nothing where it cannot."""
         file = file or sys.stdout
-        if file is None:
-            return
-        encoding = getattr(file, "encoding", None) or "utf-8"
-        file.write(message.encode(encoding, "replace").decode(encoding))
+        if file is not None:
+            file.write(message)
 
 
 def say(message: str) -> None:
@@ -114,18 +111,21 @@ def say(message: str) -> None:
 
 
 def wrapped(text: str, width: int) -> str:
-    """A line in as many as it takes, all but the first one with two spaces more."""
+    """A line in as many as it takes, all but the first one with two spaces more. Names
+    in quotes, as of a command that is to be copied, stay in one."""
     if len(text) <= width:
         return text
     start = text[: len(text) - len(text.lstrip())]
-    return fill(
-        text.strip(),
+    kept = re.sub(r"(?<!\S)'[^']*'", lambda name: name[0].replace(" ", "\0"), text)
+    lines = fill(
+        kept.strip(),
         width,
         initial_indent=start,
         subsequent_indent=start + "  ",
         break_long_words=False,
         break_on_hyphens=False,
     )
+    return lines.replace("\0", " ")
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:

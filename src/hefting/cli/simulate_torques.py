@@ -3,13 +3,13 @@ torques of its joints, and what is needed to identify from them."""
 
 import argparse
 import json
-import shlex
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+from hefting.core.shell import typed
 
 if TYPE_CHECKING:
     from hefting.simulation.objects import HeldObject
@@ -69,7 +69,7 @@ def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> 
     print("wrote:", *(f"  {path}" for path in paths), sep="\n")
     words = ["hefting", "identify", str(output), "--torques", "--urdf", str(urdf)]
     words += ["--sensor-frame", "flange", "--empty", str(empty)]
-    print(f"read it back: {shlex.join([*words, '--truth', str(truth)])}")
+    print(f"read it back: {typed([*words, '--truth', str(truth)])}")
 
 
 def _tell(made: "TorquesSimulated", held: "HeldObject", duration: float) -> None:

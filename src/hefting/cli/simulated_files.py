@@ -1,11 +1,11 @@
 """Files that hefting simulate writes, and the command that reads them back."""
 
 import argparse
-import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
+from hefting.core.shell import typed
 
 if TYPE_CHECKING:
     from hefting.simulation.scenario import Scenario, Simulated
@@ -83,4 +83,4 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
         words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]
     if a.pose_rate == 0.0 and Path(a.arm).suffix:
         words += ["--urdf", a.arm, "--sensor-frame", a.sensor_frame]
-    return shlex.join([*words, "--truth", str(truth)])
+    return typed([*words, "--truth", str(truth)])

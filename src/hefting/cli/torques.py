@@ -4,6 +4,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
+from hefting.core.shell import typed
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -104,12 +105,13 @@ def calibrate(a: argparse.Namespace) -> list[str]:
     )
     save_arm(a.output, dynamics, runs)
     noise = ", ".join(f"{value:.3g}" for value in runs.fit.std)
+    words = ["hefting", "identify", "LOG", "--torques", "--urdf", a.urdf]
+    words += ["--sensor-frame", a.sensor_frame, "--arm", a.output]
     return [
         f"arm of {dynamics.joints} joints, {len(dynamics.base)} base parameters, "
         f"{runs.scales.samples} samples",
         f"what its torques leave unexplained: {noise} N m",
-        f"wrote {a.output}: hefting identify LOG --torques --urdf {a.urdf} "
-        f"--sensor-frame {a.sensor_frame} --arm {a.output}",
+        f"wrote {a.output}: {typed(words)}",
     ]
 
 

@@ -50,7 +50,7 @@ class Accuracy:
                 raise InputError(f"{name} is given twice in '{text}'")
             try:
                 found[NAMES[name]] = quantity(
-                    value, "length" if name == "com" else "share"
+                    value, "length" if name == "com" else "percentage"
                 )
             except InputError as error:
                 raise InputError(f"{name}: {error.what}", fix=error.fix) from None

@@ -15,6 +15,13 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)
 
 
+def encodable(text: str) -> str:
+    """`text` with a question mark for each character that UTF-8 does not have: bytes of
+    the name of a file that is not in UTF-8. A text without stays what it is."""
+    written = text.encode(errors="replace").decode()
+    return text if written == text else written
+
+
 class HeftingError(Exception):
     """Root of every error this library raises on purpose.
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate
-from hefting.core.errors import printable
+from hefting.core.errors import encodable, printable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE, SMALLEST_MASS
 from hefting.core.messages import Message, Severity
@@ -78,13 +78,17 @@ def coded(text: str) -> Message:
 
 
 def json_ready(value: Any) -> Any:
-    """Arrays to lists and non-finite numbers to None, through dicts and lists."""
+    """Arrays to lists, non-finite numbers to None and texts to what UTF-8 can write,
+    through dicts and lists."""
     if isinstance(value, dict):
-        return {str(k): json_ready(v) for k, v in cast(dict[Any, Any], value).items()}
+        items = cast(dict[Any, Any], value).items()
+        return {encodable(str(k)): json_ready(v) for k, v in items}
     if isinstance(value, list | tuple):
         return [json_ready(v) for v in cast(list[Any], value)]
     if isinstance(value, np.ndarray):
         return json_ready(cast(Array, value).tolist())
+    if isinstance(value, str):
+        return encodable(value)
     if isinstance(value, np.generic):
         return json_ready(value.item())
     if isinstance(value, float) and not np.isfinite(value):

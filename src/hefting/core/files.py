@@ -189,13 +189,15 @@ def _is_same(one: os.stat_result, path: str | Path) -> bool:
 
 def write_atomically(path: str | Path, content: str | bytes) -> None:
     """Write `content` to a temporary neighbour of `path`, then rename it: a reader
-    never sees half a file.
+    never sees half a file. Characters of a text that UTF-8 does not have are question
+    marks.
 
     Raises `InputError` when the folder does not exist or cannot be written, and when
     something is there that is no regular file.
     """
     with replacing(path) as stream:
-        stream.write(content.encode() if isinstance(content, str) else content)
+        text = isinstance(content, str)
+        stream.write(content.encode(errors="replace") if text else content)
 
 
 @contextmanager

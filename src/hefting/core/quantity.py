@@ -5,11 +5,12 @@ from typing import Literal
 
 from hefting.core.errors import InputError
 
-Kind = Literal["length", "angle", "share", "force", "torque", "mass"]
+Kind = Literal["length", "angle", "share", "percentage", "force", "torque", "mass"]
 UNITS: dict[Kind, dict[str, float]] = {
     "length": {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "um": 1e-6},
     "angle": {"rad": 1.0, "deg": 0.017453292519943295, "°": 0.017453292519943295},
     "share": {"%": 1e-2, "": 1.0},
+    "percentage": {"%": 1e-2},
     "force": {"N": 1.0, "mN": 1e-3},
     "torque": {"Nm": 1.0, "N m": 1.0, "mNm": 1e-3},
     "mass": {"kg": 1.0, "g": 1e-3, "lb": 0.45359237, "oz": 0.028349523125},

@@ -343,12 +343,12 @@ class Recording:
         Times keep their values. Streams without a sample there are dropped;
         `InputError` when none is left. A static recording is sliced by row.
         """
-        if not (start >= 0 and (duration is None or duration > 0)):
-            raise InputError(
-                f"cannot take {duration} s from {start} s on",
-                self.source,
-                "give start >= 0, duration > 0",
-            )
+        if not start >= 0.0:
+            what, fix = f"cannot start at {start:g} s", "give a `start` of 0 s or more"
+            raise InputError(what, self.source, fix)
+        if not (duration is None or duration > 0.0):
+            what, fix = f"cannot take {duration:g} s", "give a `duration` above 0 s"
+            raise InputError(what, self.source, fix)
         begin = self.start + start
         end = np.inf if duration is None else begin + duration
         kept = {}

@@ -38,6 +38,7 @@ NO_DOUBT = frozenset(
         "messages-unreadable",
         "messages-unstamped",
         "no-time-column",
+        "pose-constant",
         "rows-repeated",
         "stream-left-out",
         "recording-left-out",

@@ -8,10 +8,11 @@ Each target is a file of this package that ends with its `Target`; here is their
 and what is done with one.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -93,8 +94,17 @@ class Exported:
     """One sentence each."""
 
 
+class Answered(Protocol):
+    """What holds an estimate, as what `hefting.identify` returns."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """The estimate."""
+        ...
+
+
 def export(
-    estimate: Estimate,
+    estimate: Estimate | Answered,
     target: str,
     sensor_pose_in_flange: ArrayLike | None = None,
     into: str | Path | None = None,
@@ -103,6 +113,7 @@ def export(
     *,
     accept: bool = False,
     fill_inertia: Fill = None,
+    say: Callable[[str], str] = str,
 ) -> Exported:
     """Text of an estimate for a target; nothing is written.
 
@@ -112,7 +123,8 @@ def export(
 
     Parameters
     ----------
-    estimate : in sensor axes about the sensor origin.
+    estimate : in sensor axes about the sensor origin; or what `hefting.identify`
+        returns, whose estimate it is.
     target : a name in `TARGETS`.
     sensor_pose_in_flange : (4, 4) pose of the sensor frame in the flange frame [m];
         with it the text is in flange axes about the flange origin, without it in sensor
@@ -128,11 +140,13 @@ def export(
     fill_inertia : what takes the place of an inertia that is open, as simulators need
         one: ``"point"`` the smallest that they take, or a shape in sensor axes, whose
         mass is then evenly spread. JSON and CSV are never filled in.
+    say : turns names of arguments in backquotes, in comments, into the reader's.
 
-    Raises `InputError` for an unknown target, arguments that do not fit it, a file or
+    Raises `InputError` for what holds no estimate, an unknown target, arguments that do not fit it, a file or
     link that does not, and, for everything but JSON and CSV, parameters no body can
     have, a mass or a COM that is open, and an open inertia where one is needed.
     """
+    estimate = _estimate_of(estimate)
     if target not in REGISTRY:
         raise InputError(
             f"unknown target '{target}'{nearest(target, REGISTRY)}",
@@ -153,7 +167,7 @@ def export(
             () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
         )
 
-    body = known_body(estimate, name, fill_inertia, accept)
+    body = known_body(estimate, name, fill_inertia, accept, say)
     warnings = inertia_messages(estimate, chosen, body, fill_inertia)
     if sensor_pose_in_flange is not None:
         if chosen.in_sensor_axes:
@@ -167,6 +181,17 @@ def export(
         return Exported(chosen.write(body), body.frame, tuple(warnings))
     text, more = _put_into(chosen, body, into, link)
     return Exported(text, body.frame, (*warnings, *more))
+
+
+def _estimate_of(given: Estimate | Answered) -> Estimate:
+    """The estimate that is given, or held by what is."""
+    estimate = getattr(given, "estimate", given)
+    if not isinstance(estimate, Estimate):
+        raise InputError(
+            f"{type(given).__name__} is no estimate",
+            fix="give what hefting.identify returns, or hefting.Estimate.load(path)",
+        )
+    return estimate
 
 
 def _check_arguments(

@@ -4,6 +4,7 @@ What neither the recording nor a shape determines is not exported, unless the ca
 says what to put in its place.
 """
 
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Literal
 
@@ -28,8 +29,15 @@ POINT_RADIUS = 1e-3
 above what simulators refuse (MuJoCo: moments of 1e-15 kg m²)."""
 
 
-def known_body(estimate: Estimate, name: str, fill: Fill, accept: bool) -> Body:
-    """Mass, COM and inertia of an estimate in sensor axes, with what a comment says.
+def known_body(
+    estimate: Estimate,
+    name: str,
+    fill: Fill,
+    accept: bool,
+    say: Callable[[str], str] = str,
+) -> Body:
+    """Mass, COM and inertia of an estimate in sensor axes, with what a comment says;
+    `say` turns names of arguments in backquotes into the reader's.
 
     An inertia that is open is left out, or filled in. Raises `InputError` where the
     mass or the COM is open and it is not accepted, and for what no body can have.
@@ -47,7 +55,7 @@ def known_body(estimate: Estimate, name: str, fill: Fill, accept: bool) -> Body:
     widths = HalfWidths(
         float(half["mass"]), half["center_of_mass"], half["inertia_at_com"]
     )
-    body = replace(body, half_widths=widths, notes=notes_of(estimate))
+    body = replace(body, half_widths=widths, notes=notes_of(estimate, say))
     tool = subtracted_tool(estimate)
     if tool is not None:
         said = f"the object alone: a tool of {tool[0]:.4g} kg was subtracted"

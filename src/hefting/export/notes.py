@@ -4,10 +4,12 @@ The sentences may come from a file of somebody else's. They are cut to plain ASC
 of bounded length, so that none can end a comment or add a line to a program.
 """
 
-import unicodedata
+import re
+from collections.abc import Callable
 from textwrap import wrap
 
 from hefting.core.estimate import Estimate
+from hefting.core.plain_text import ascii_of
 
 LONGEST = 400
 """Characters of a sentence that are repeated."""
@@ -17,25 +19,25 @@ GOOD = ("estimate: good",)
 """What there is to say where nothing gives doubt."""
 WIDTH = 96
 """Characters of a line: controllers read no longer ones than some 240."""
-PLAIN = str.maketrans(
-    {"°": " deg", "±": "+/-", "·": "*", "×": "x", "→": "->", "–": "-", "−": "-"}
-    | {"µ": "u", "…": "...", "`": ""}
-)
+
+OPTION = re.compile(r"(?<![\w-])--(?=[a-z])")
+"""What an option of a command begins with."""
+TWO_DASHES = re.compile(r"-(?=-)")
 
 
-def notes_of(estimate: Estimate) -> tuple[str, ...]:
-    """Verdict, its reasons, and all other warnings, a line each."""
+def notes_of(estimate: Estimate, say: Callable[[str], str] = str) -> tuple[str, ...]:
+    """Verdict, its reasons, and all other warnings, a line each; `say` turns names of
+    arguments in backquotes into the reader's."""
     verdict = estimate.verdict
     others = [text for text in estimate.warnings if text not in verdict.reasons]
     said = [f"- {text}" for text in verdict.reasons]
     said += [f"warning: {text}" for text in others]
-    return tuple(map(plain, (f"estimate: {verdict}", *said[:MOST])))
+    return tuple(plain(say(text)) for text in (f"estimate: {verdict}", *said[:MOST]))
 
 
 def plain(text: str) -> str:
     """One line of printable ASCII."""
-    decomposed = unicodedata.normalize("NFKD", text[:LONGEST].translate(PLAIN))
-    ascii_ = decomposed.encode("ascii", "ignore").decode()
+    ascii_ = ascii_of(text[:LONGEST].replace("`", ""))
     return " ".join("".join(c if c.isprintable() else " " for c in ascii_).split())
 
 
@@ -49,8 +51,10 @@ def wrapped(notes: tuple[str, ...]) -> list[str]:
 
 
 def xml_comment(notes: tuple[str, ...]) -> str:
-    """An XML comment, of one line or of several."""
-    lines = [line.replace("--", "- -").rstrip("-") for line in wrapped(notes)]
+    """An XML comment, of one line or of several. It must not hold two dashes: options
+    are without theirs."""
+    plain_ = [OPTION.sub("", note) for note in notes]
+    lines = [TWO_DASHES.sub("- ", line).rstrip("-") for line in wrapped(tuple(plain_))]
     return "<!-- " + "\n     ".join(lines) + " -->"
 
 

@@ -24,6 +24,7 @@ from typing import Any
 
 import numpy as np
 
+from hefting import __version__
 from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, com_jacobian
@@ -34,6 +35,7 @@ from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
 from hefting.core.metrics import Errors, errors_between
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, vector_to_tensor
+from hefting.core.verdict import Verdict
 from hefting.shapes import Shape
 
 QUANTITIES = (
@@ -43,6 +45,8 @@ QUANTITIES = (
 )
 """What is compared, with its unit; moments are the principal ones about the COM, the
 smallest first."""
+AGREEMENT_SCHEMA = "hefting.agreement/1"
+"""Name and version of the JSON form, under the key ``schema``."""
 FALSE_ALARM = 0.001
 """Probability that estimates of the same object contradict one another by chance, over
 all quantities and pairs together."""
@@ -76,6 +80,8 @@ class Agreement(Shown):
     apart: dict[tuple[str, str], Array]
     """(7,) standard deviations between each pair; 0 where one leaves the quantity
     open"""
+    verdicts: dict[str, Verdict]
+    """of each estimate"""
 
     @classmethod
     def of(cls, estimates: Mapping[str, Estimate]) -> "Agreement":
@@ -96,7 +102,14 @@ class Agreement(Shown):
             )
             for a, b in combinations(estimates, 2)
         }
-        return cls(values, intervals, apart)
+        verdicts = {name: e.verdict for name, e in estimates.items()}
+        return cls(values, intervals, apart, verdicts)
+
+    @property
+    def doubted(self) -> dict[str, Verdict]:
+        """Verdicts that are not good: such an estimate may agree for its wide intervals
+        alone, or by mistake."""
+        return {n: v for n, v in self.verdicts.items() if v.level != "good"}
 
     @property
     def limit(self) -> float:
@@ -128,10 +141,18 @@ class Agreement(Shown):
         names = [name for name, _ in QUANTITIES]
         return json_ready(
             {
+                "schema": AGREEMENT_SCHEMA,
+                "version": __version__,
                 "quantities": names,
                 "units": [unit for _, unit in QUANTITIES],
                 "estimates": [
-                    {"name": n, "values": v, "intervals": self.intervals[n]}
+                    {
+                        "name": n,
+                        "values": v,
+                        "intervals": self.intervals[n],
+                        "verdict": self.verdicts[n].level,
+                        "reasons": self.verdicts[n].reasons,
+                    }
                     for n, v in self.values.items()
                 ],
                 "differences": [

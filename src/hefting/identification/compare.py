@@ -78,12 +78,21 @@ class Comparison(Answer):
     """The recording as far as each used it."""
 
     def __repr__(self) -> str:
-        return f"{super().__repr__()}\n  recommended of  {', '.join(self.results)}"
+        return f"{super().__repr__()}\n  recommended of  {', '.join(self.shown)}"
 
     @property
     def estimate(self) -> Estimate:
         """The estimate to trust."""
         return self.results[self.recommended]
+
+    @property
+    def shown(self) -> dict[str, Estimate]:
+        """Results to show side by side: those that were asked for, of all without the
+        variants."""
+        is_of_all = set(METHODS) <= {*self.results, *self.skipped}
+        if not is_of_all or self.recommended in VARIANTS:
+            return self.results
+        return {name: e for name, e in self.results.items() if name not in VARIANTS}
 
 
 def compare(

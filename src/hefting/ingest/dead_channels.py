@@ -1,9 +1,9 @@
-"""Channels of the wrench that measure nothing: a broken wire, a column that was filled
-in or copied."""
+"""Channels of the wrench, and poses, that measure nothing: a broken wire, a column that
+was filled in or copied, a stream that stopped."""
 
 import numpy as np
 
-from hefting.core.messages import Message, error
+from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -41,3 +41,18 @@ def dead_channel_message(recording: Recording) -> Message | None:
         return None
     what = f"{', '.join(said)}: is the channel connected, and its column the right one?"
     return error("channel-dead", what)
+
+
+def still_pose_message(recording: Recording) -> Message | None:
+    """A warning of poses that are the same throughout, which a sensor that stands still
+    has too; None where they change."""
+    q = recording["orientation"].values
+    if len(q) < FEWEST_SAMPLES or (q != q[0]).any():
+        return None
+    p = recording["position"].values if recording.has("position") else q
+    what = "orientation" if (p != p[0]).any() else "pose"
+    text = (
+        f"the {what} never changes in {len(q)} samples: did the sensor stand still, or "
+        "its stream stop?"
+    )
+    return warning("pose-constant", text)

@@ -23,7 +23,7 @@ from hefting.ingest.changes.messages import change_warnings
 from hefting.ingest.clock import errors_of_clock_offset
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.dead_channels import dead_channel_message
+from hefting.ingest.dead_channels import dead_channel_message, still_pose_message
 from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
 from hefting.ingest.gravity import (
     errors_of_estimated_gravity,
@@ -148,6 +148,9 @@ def ingest(
         warnings.append(unmodelled)
     if doubt is not None:
         warnings.insert(0, doubt.message)
+    still = still_pose_message(whole)
+    if still is not None:
+        warnings.insert(0, still)
     dead = dead_channel_message(recording)
     if dead is not None:  # it accounts for the others
         warnings.insert(0, dead)

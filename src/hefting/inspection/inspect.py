@@ -11,6 +11,7 @@ from hefting.core.errors import InputError
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
+from hefting.core.shell import file_word, typed
 from hefting.core.spatial import SPEED_LIMIT, Array, check_gravity
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
@@ -197,7 +198,7 @@ def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
     """Sentences for a person, the most pressing first."""
     if "object" in found.missing:
         return _what_is_missing(found, recording)
-    ready = f"ready: hefting identify {found.log} --shape MESH"
+    ready = f"ready: {_with_shape(found)}"
     return (*(list(_obstacles(found)) or [ready]), *_improvements(found))
 
 
@@ -234,8 +235,16 @@ def _obstacles(found: Inspection) -> Iterator[str]:
             "another axis"
         )
     if any(name.startswith("J") for name in open_):
-        how = f"hefting identify {found.log} --shape MESH"
-        yield f"give `shape`: it says of the inertia what the motion does not ({how})"
+        yield (
+            "give `shape`: it says of the inertia what the motion does not "
+            f"({_with_shape(found)})"
+        )
+
+
+def _with_shape(found: Inspection) -> str:
+    """The command that identifies the object with its shape."""
+    words = ["hefting", "identify", file_word(found.log), "--shape", "MESH"]
+    return typed(words)
 
 
 def _improvements(found: Inspection) -> Iterator[str]:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from hefting import __version__
 from hefting.core.estimate_json import json_ready
 from hefting.core.messages import Message, error
 from hefting.core.spatial import SPEED_LIMIT, Array
@@ -14,6 +15,9 @@ from hefting.ingest import Conditioned, WrenchSign
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.ingested import Ingested
 from hefting.inspection.facts import Movement, StreamFacts, WrenchFacts
+
+SCHEMA = "hefting.inspection/1"
+"""Name and version of the JSON form, under the key ``schema``."""
 
 
 @dataclass(frozen=True)
@@ -47,6 +51,7 @@ class Inspection:
     ======================= ==========================================================================================
     key                     value
     ======================= ==========================================================================================
+    ``schema``, ``version`` name and version of the form, and of the library
     ``log``                 name of the log
     ``duration``            s; rows less one, when static
     ``static``              whether every row is a static pose
@@ -140,7 +145,8 @@ class Inspection:
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; see the class for the keys."""
         names = "log duration static notes gravity quick_mass missing advice warnings"
-        out = {name: getattr(self, name) for name in names.split()}
+        out: dict[str, Any] = {"schema": SCHEMA, "version": __version__}
+        out |= {name: getattr(self, name) for name in names.split()}
         out["verdict"] = self.verdict.level
         out["reasons"] = list(self.verdict.reasons)
         out["streams"] = {name: asdict(facts) for name, facts in self.streams.items()}

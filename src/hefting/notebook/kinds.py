@@ -102,12 +102,12 @@ def card(estimate: Estimate, title: str) -> str:
 
 def comparison_html(comparison: Comparison) -> str:
     """The recommended estimate, then what each method found."""
-    names = list(comparison.results)
+    names = list(comparison.shown)
     first = next(iter(comparison.results.values()))
     units = [f"{row.name} [{row.unit}]" for row in rows_of(first, products=False)]
     head = ("method", "verdict", *units, "residual [N]", "[N m]", "time [ms]")
     rows = []
-    for name, estimate in comparison.results.items():
+    for name, estimate in comparison.shown.items():
         numbers = [row.value for row in rows_of(estimate, products=False)]
         residual = ["", ""]
         if estimate.residual is not None:
@@ -136,7 +136,9 @@ def agreement_html(agreement: Agreement) -> str:
             for of, values in agreement.values.items()
         ]
         rows.append((f"{name} [{unit}]", *cells, f"{apart[i]:.1f}"))
-    return block(paragraph(_verdict(agreement)), table_html(head, rows))
+    doubted = [f"{name}: {verdict}" for name, verdict in agreement.doubted.items()]
+    words = paragraph(_verdict(agreement))
+    return block(words, list_html(doubted), table_html(head, rows))
 
 
 def _verdict(agreement: Agreement) -> str:

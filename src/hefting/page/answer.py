@@ -11,7 +11,6 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_vector
 from hefting.core.verdict import Verdict
-from hefting.estimators import METHODS, VARIANTS
 from hefting.identification.compare import Comparison
 from hefting.identification.convergence import ten_ends, ten_of
 from hefting.inspection import Inspection
@@ -145,9 +144,7 @@ def methods(
 ) -> Section:
     """A table of all methods, and each quantity by all of them."""
     best = comparison.recommended
-    shown, skipped = comparison.results, comparison.skipped
-    if set(METHODS) <= {*shown, *skipped}:  # all were asked for: without variants
-        shown = {name: e for name, e in shown.items() if name not in VARIANTS}
+    shown, skipped = comparison.shown, comparison.skipped
     known = [None] * 10 if truth is None else ten(truth)
     found = {name: (ten(e.parameters), *ends_of(e)) for name, e in shown.items()}
     groups = [

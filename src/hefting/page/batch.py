@@ -3,7 +3,6 @@ gets to these."""
 
 import json
 import re
-import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -15,6 +14,7 @@ from hefting.batches.batch import Batch
 from hefting.batches.headline import duration, headline
 from hefting.batches.reasons import Reason
 from hefting.batches.summary import Outlier, Summary
+from hefting.core.shell import file_word, typed
 from hefting.page.answer import WORDS, Say
 from hefting.page.bars import Count, counts
 from hefting.page.figure import histogram
@@ -242,9 +242,9 @@ def look_at(row: Mapping[str, Any]) -> str | None:
     if not 0 < len(recordings) <= MOST_RECORDINGS:
         return None
     name = row["name"] or (Path(alone).stem if alone is not None else row["object"])
-    words = ["hefting", "identify", *map(_path, recordings)]
+    words = ["hefting", "identify", *map(file_word, recordings)]
     words += _options(json.loads(row["options"] or "{}"))
-    return shlex.join([*words, "--report", f"{_plain(name)}.html"])
+    return typed([*words, "--report", f"{_plain(name)}.html"])
 
 
 def _options(options: Mapping[str, Any]) -> Sequence[str]:
@@ -257,11 +257,6 @@ def _options(options: Mapping[str, Any]) -> Sequence[str]:
         elif value is not False:
             words.append(f"{option}={value}")
     return words
-
-
-def _path(recording: str) -> str:
-    """A path that is not taken for an option."""
-    return f"./{recording}" if recording.startswith("-") else recording
 
 
 def _plain(name: str) -> str:

@@ -192,7 +192,7 @@ def _target(
     """The lines to paste with what to know before, or why there are none."""
     pose = None if target.in_sensor_axes else flange
     try:
-        found = export(estimate, target.name, pose)
+        found = export(estimate, target.name, pose, say=say)
     except InputError as error:
         parts = [element("p", say(f"Nothing to paste: {error}."))]
     else:

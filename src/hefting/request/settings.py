@@ -1,5 +1,7 @@
 """How a recording is read, and what a method is told."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -38,31 +40,39 @@ def gravity_of(a: Any) -> "Gravity":
             fix = "give it in m/s², on the Earth as 0,0,-9.81"
             raise InputError(what, "--gravity", fix)
         return given
-    try:
-        found = ON_EARTH if latitude is None else Gravity.at(latitude, a.altitude)
-    except InputError as error:
-        raise InputError(error.what, "--latitude", error.fix) from None
+    if latitude is None:
+        found = ON_EARTH
+    else:
+        with _naming("--latitude"):
+            found = Gravity.at(latitude)
+        with _naming("--altitude"):
+            found = Gravity.at(latitude, a.altitude)
     return found if text is None else found.in_unknown_direction
+
+
+@contextmanager
+def _naming(option: str) -> Iterator[None]:
+    """An `InputError` inside names the option."""
+    try:
+        yield
+    except InputError as error:
+        raise InputError(error.what, option, error.fix) from None
 
 
 def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
     """The accuracy that was given; `InputError` names the option."""
     from hefting.core.sensor_accuracy import SensorAccuracy
 
-    try:
+    with _naming("--sensor-accuracy"):
         return SensorAccuracy.of(a.sensor_accuracy)
-    except InputError as error:
-        raise InputError(error.what, "--sensor-accuracy", error.fix) from None
 
 
 def mass_of(a: Any) -> "MassReading | None":
     """The scale's reading that was given; `InputError` names the option."""
     from hefting.core.mass_reading import MassReading
 
-    try:
+    with _naming("--mass"):
         return MassReading.of(a.mass)
-    except InputError as error:
-        raise InputError(error.what, "--mass", error.fix) from None
 
 
 def reading_of(
@@ -145,7 +155,5 @@ def accuracy_of(text: str) -> "Accuracy":
     """What was asked for; `InputError` names the option."""
     from hefting.core.accuracy import Accuracy
 
-    try:
+    with _naming("--until"):
         return Accuracy.parse(text)
-    except InputError as error:
-        raise InputError(error.what, "--until", error.fix) from None

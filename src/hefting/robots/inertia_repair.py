@@ -9,6 +9,7 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from hefting.core.errors import encodable
 from hefting.core.files import read_xml, tag_end
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.robots.inertia_check import LinkCheck, check_links
@@ -57,7 +58,7 @@ class Repaired:
         return {
             "schema": SCHEMA,
             "version": __version__,
-            "file": self.source,
+            "file": encodable(self.source),
             "metric": METRIC,
             "links": [checked.to_dict() for checked in self.checks],
             "impossible": len(self.failing),

@@ -16,8 +16,8 @@ SHOWN = {"m": (1e3, "mm"), "kg m²": (1e3, "10⁻³ kg m²")}
 
 
 def agreement_report(agreement: Agreement) -> Iterable[Line]:
-    """Whether they agree, then every quantity with its 95 % interval, and how far the
-    estimates are apart."""
+    """Whether they agree, and which of the estimates are in doubt; then every quantity
+    with its 95 % interval, and how far the estimates are apart."""
     largest = agreement.largest
     names = _short(list(agreement.values))
     between = f"{names[largest.first]} and {names[largest.second]}"
@@ -32,6 +32,9 @@ def agreement_report(agreement: Agreement) -> Iterable[Line]:
         yield Line(f"they agree: {far}; {limit}", "bold")
     else:
         yield Line(f"they contradict one another: {between}, {far}", "yellow")
+    for path, verdict in agreement.doubted.items():
+        yield Line(f"{names[path]}: {verdict}", "yellow")
+        yield from (Line(f"- {reason}", "yellow") for reason in verdict.reasons)
     yield from _table_of(agreement, names)
     for path, name in names.items():
         if path != name:

@@ -40,8 +40,6 @@ are told without --verbose."""
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
 """How a terminal is told of each style."""
-ASCII = str.maketrans("┏┳┓┡╇┩├┼┤└┴┘━─┃│", "++++++++++++--||")
-"""For an output that has no lines to draw with."""
 
 
 @dataclass(frozen=True)
@@ -137,34 +135,46 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
     `render` turns the library's way of naming its arguments into the reader's.
     Characters that control a terminal, as of a name in a file, are question marks.
     """
-    terminal = sys.stdout.isatty()
-    width = get_terminal_size().columns if terminal else WIDTH
-    unicode = (sys.stdout.encoding or "utf-8").lower().startswith("utf")
+    styled = sys.stdout.isatty() and _takes_styles()
+    width = _width()
     for line in lines:
         text = "\n".join(map(printable, render(line.text).split("\n")))
-        text = text if unicode else text.translate(ASCII)
         text = text if line.whole else wrapped(text, width)
-        style = STYLES[line.style] if terminal and "NO_COLOR" not in os.environ else ""
+        style = STYLES[line.style] if styled else ""
         print(f"{style}{text}\x1b[0m" if style else text)
+
+
+def _takes_styles() -> bool:
+    """Whether the terminal understands styles, and they are wanted."""
+    return "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+
+def _width() -> int:
+    """Columns of standard output."""
+    return get_terminal_size().columns if sys.stdout.isatty() else WIDTH
 
 
 def _table(
     head: list[str], rows: list[list[str]], ends: tuple[int, ...]
 ) -> Iterable[Line]:
     """A table with its first and last column to the left, the others to the right; a
-    line after the rows `ends`."""
+    line after the rows `ends`. Without blanks beside its cells where it is too wide
+    with them."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
+    blank = " " if sum(widths) + 3 * len(widths) < _width() else ""
 
     def ruled(left: str, line: str, between: str, right: str) -> Line:
         return Line(
-            left + between.join(line * (width + 2) for width in widths) + right,
+            left
+            + between.join(line * (width + 2 * len(blank)) for width in widths)
+            + right,
             whole=True,
         )
 
     def cells(row: list[str], bar: str, style: Style = "") -> Line:
         last = len(row) - 1
         padded = [
-            f" {c:<{w}} " if j in (0, last) else f" {c:>{w}} "
+            f"{blank}{c:<{w}}{blank}" if j in (0, last) else f"{blank}{c:>{w}}{blank}"
             for j, (c, w) in enumerate(zip(row, widths, strict=True))
         ]
         return Line(bar + bar.join(padded) + bar, style, whole=True)

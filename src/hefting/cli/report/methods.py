@@ -15,7 +15,7 @@ from hefting.cli.report.printing import verdict_texts, warning_lines
 from hefting.cli.report.verdict import other_warnings
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
-from hefting.estimators import METHODS, VARIANTS, describe_methods
+from hefting.estimators import VARIANTS, describe_methods
 from hefting.estimators.base import INVARIANCES
 from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
@@ -67,7 +67,7 @@ def comparison_report(
     which one to trust. With `verbose` also residual, consistency, time, variants of
     methods and what was assumed."""
     best = comparison.results[comparison.recommended]
-    names = _shown(comparison, verbose)
+    names = list(comparison.results if verbose else comparison.shown)
     lines: list[RenderableType] = [
         *verdict_texts(best.verdict),
         *warning_lines(other_warnings(best.warnings, best.verdict)),
@@ -89,15 +89,6 @@ def comparison_report(
         lines.append(Text("below the line: variants, see hefting methods"))
     lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
     return Group(*lines, *map(Text, assumptions(best)))
-
-
-def _shown(comparison: "Comparison", verbose: bool) -> list[str]:
-    """Names of the methods that are shown: without `verbose` none of the variants where
-    all methods were asked for."""
-    names = list(comparison.results)
-    if verbose or not set(METHODS) <= {*names, *comparison.skipped}:
-        return names
-    return [name for name in names if name not in VARIANTS]
 
 
 def _answers(comparison: "Comparison", names: list[str]) -> Table:

@@ -5,6 +5,8 @@ from collections.abc import Callable, Iterable
 from shutil import get_terminal_size
 
 from rich.console import Console, Group
+from rich.measure import Measurement
+from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.parser import WIDTH, wrapped
@@ -12,18 +14,36 @@ from hefting.cli.report.verdict import verdict_lines
 from hefting.core.errors import printable
 from hefting.core.verdict import Verdict
 
+WIDEST = 1000
+"""Columns that no table needs."""
+
 
 def print_report(report: Group, render: Callable[[str], str] = str) -> None:
     """Print on standard output, no wider than the terminal; `WIDTH` columns where there
     is none.
 
-    `render` turns the library's way of naming its arguments into the reader's.
+    `render` turns the library's way of naming its arguments into the reader's. A table
+    that is too wide has less space between its columns.
     """
     width = get_terminal_size().columns if sys.stdout.isatty() else WIDTH
     for line in report.renderables:
         if isinstance(line, Text):
             line.plain = wrapped(printable(render(line.plain)), width)
-    Console(highlight=False, width=width).print(report)
+    console = Console(highlight=False, width=width)
+    for line in report.renderables:
+        if (
+            isinstance(line, Table)
+            and not line.show_lines  # of prose, which is wrapped anyway
+            and _width_of(line, console) > width
+        ):
+            line.padding = 0
+    console.print(report)
+
+
+def _width_of(table: Table, console: Console) -> int:
+    """Columns that a table takes where it has them."""
+    wide = console.options.update_width(WIDEST)
+    return Measurement.get(console, wide, table).maximum
 
 
 def verdict_texts(verdict: Verdict) -> list[Text]:

@@ -122,18 +122,19 @@ def response_errors(
     subtracted.
     """
     signal = found.information @ phi @ phi
-    score, scatter = found.scores @ phi, variances * np.maximum(signal, 1e-300)
-    unknown = -float((details * score / scatter).sum() / (details**2 / scatter).sum())
+    score, moves = found.scores @ phi, signal > 0.0
+    told = details[moves] / (variances * signal)[moves]
+    unknown = -float(told @ score[moves]) / max(float(told @ details[moves]), 1e-300)
     explained = max(unknown, 0.0) * details
     score = np.maximum(np.abs(score) - explained, 0.0)
-    seen = np.where(signal > 0.0, signal, np.inf)
+    seen = np.where(moves, signal, np.inf)
     gain = score / seen
     significance = gain**2 * signal / variances
     shown = gain * np.sqrt(
         np.maximum(1.0 - GAIN_CHANCE / np.maximum(significance, GAIN_CHANCE), 0.0)
     )
     possible = gain + GAIN_BOUND_STDS * np.sqrt(variances / seen)
-    possible[signal <= 0.0] = np.inf
+    possible[~moves] = np.inf
     errors = [0.0]
     for own, most in zip(shown.tolist(), possible.tolist(), strict=True):
         errors.append(max(own, min(GAIN_FADE_PER_OCTAVE * errors[-1], most)))

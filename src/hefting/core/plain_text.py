@@ -1,0 +1,27 @@
+"""Text in plain ASCII, for what takes nothing else: programs of controllers, terminals
+and pipes of other encodings."""
+
+import unicodedata
+
+PLAIN = str.maketrans(
+    {"°": " deg", "±": "+/-", "·": "*", "×": "x", "→": "->", "–": "-", "−": "-"}
+    | {"µ": "u", "…": "...", "⁻": "^-"}
+    | dict(zip("┏┳┓┡╇┩├┼┤└┴┘━─┃│", "++++++++++++--||", strict=True))
+)
+"""Signs that have no letter or digit below them."""
+
+
+def ascii_of(text: str) -> str:
+    """`text` in ASCII: letters without accents, raised digits as digits, and nothing in
+    place of what is neither."""
+    decomposed = unicodedata.normalize("NFKD", text.translate(PLAIN))
+    return decomposed.encode("ascii", "ignore").decode()
+
+
+def spell_out(error: UnicodeError) -> tuple[str, int]:
+    """For `codecs.register_error`: what an encoding does not have is in ASCII, or else
+    a question mark."""
+    if not isinstance(error, UnicodeEncodeError):
+        raise error
+    signs = error.object[error.start : error.end]
+    return "".join(ascii_of(sign) or "?" for sign in signs), error.end

@@ -1,0 +1,38 @@
+"""Text in ASCII, for outputs that take nothing else."""
+
+import codecs
+
+import pytest
+
+from hefting.core.plain_text import ascii_of, spell_out
+
+
+@pytest.mark.parametrize(
+    ("text", "plain"),
+    [
+        ("kg m²", "kg m2"),
+        ("10⁻³ ± 3°", "10^-3 +/- 3 deg"),
+        ("┏━┳┓", "+-++"),
+        ("Prüfling", "Prufling"),
+        ("日", ""),
+    ],
+)
+def test_signs_are_spelled_out(text, plain):
+    assert ascii_of(text) == plain
+
+
+def test_what_an_encoding_has_stays():
+    codecs.register_error("spell-out-here", spell_out)
+    for encoding, plain in (
+        ("utf-8", "² ± ┃ 日 ?"),
+        ("cp1252", "² ± | ? ?"),
+        ("ascii", "2 +/- | ? ?"),
+    ):
+        text = "² ± ┃ 日 \udcf6".encode(encoding, "spell-out-here")
+        assert text.decode(encoding) == plain
+
+
+def test_what_cannot_be_read_is_not_its_business():
+    codecs.register_error("spell-out-here", spell_out)
+    with pytest.raises(UnicodeDecodeError):
+        b"\xff".decode("utf-8", "spell-out-here")
