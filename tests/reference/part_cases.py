@@ -77,7 +77,7 @@ def of_outliers() -> Any:
         found[f"poses {rate}"] = poses.spike
         cell = np.arange(K) // 7
         found[f"parts {rate}"] = (
-            outliers._nearby(wrench - predicted, cell),
+            outliers._nearby(wrench - predicted, cell)[cell],
             outliers._cell_medians(wrench, cell),
             outliers._imperfection(time, predicted, cell, sizes[1]),
             outliers._spread(wrench - predicted),

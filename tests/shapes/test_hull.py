@@ -6,17 +6,13 @@ from scipy.optimize import linprog
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
-from hefting.shapes.clouds import Hull
+from hefting.shapes.clouds import Hull, depth_in_hull
 from random_problems import random_pose
 
 CUBE = np.array(
     [(x, y, z) for x in (0, 1) for y in (0, 1) for z in (0, 1)], dtype=float
 )
 SIDES = np.array((0.3, 0.2, 0.05))
-
-
-def depth_in_hull(points, x) -> float:
-    return Hull.of(points).depth(x)
 
 
 def box_depth(x):
@@ -247,3 +243,17 @@ def test_as_qhull_has_it(name, seed, monkeypatch):
     other = Hull.of(points)
     for x in rng.uniform(points.min(axis=0) - 0.1, points.max(axis=0) + 0.1, (50, 3)):
         assert own.depth(x) == pytest.approx(other.depth(x), abs=1e-12)
+
+
+@pytest.mark.parametrize("name", SOLID)
+@pytest.mark.parametrize("seed", range(3))
+def test_with_few_of_its_faces(name, seed):
+    """The depth is that of the whole hull, inside, on a corner and outside."""
+    rng = np.random.default_rng(seed)
+    pose, points = random_pose(rng), SOLID[name](rng) * rng.uniform(0.1, 1.0, 3)
+    points = points @ pose[:3, :3].T
+    hull = Hull.of(points)
+    inside = rng.dirichlet(np.full(len(points), 0.1), 30) @ points
+    outside = rng.uniform(points.min(axis=0) - 0.1, points.max(axis=0) + 0.1, (20, 3))
+    for x in (*inside, *outside, points[0], points.mean(axis=0)):
+        assert depth_in_hull(points, x) == pytest.approx(hull.depth(x), abs=1e-12)

@@ -20,7 +20,7 @@ from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 from hefting.core.summary import body_lines, warning_lines
-from hefting.core.undetermined import Undetermined
+from hefting.core.undetermined import NOTHING_OPEN, Undetermined
 from hefting.core.verdict import Verdict, verdict_of
 
 NORMAL_95 = 1.96
@@ -92,7 +92,8 @@ class Estimate(Shown):
             if getattr(self, name) is not None:
                 object.__setattr__(self, name, frozen(getattr(self, name)))
         if self.undetermined is None:
-            found = Undetermined.without_end(self._ends())
+            ends = self._ends()
+            found = NOTHING_OPEN if ends is None else Undetermined.without_end(ends)
             object.__setattr__(self, "undetermined", found)
 
     def _ends(self) -> dict[str, Array] | None:

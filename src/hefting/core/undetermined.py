@@ -62,11 +62,9 @@ class Undetermined:
         return cls(mass, com, inertia, filled_from)
 
     @classmethod
-    def without_end(cls, ends: Mapping[str, np.ndarray] | None) -> Self:
+    def without_end(cls, ends: Mapping[str, np.ndarray]) -> Self:
         """What intervals leave open, whose lower and upper ends (2, ...) may be
         infinite."""
-        if ends is None:
-            return cls()
         names = ("mass", "center_of_mass", "inertia_at_com")
         infinite = [np.isinf(ends[name]) for name in names]
         if not any(each.any() for each in infinite):
@@ -114,3 +112,7 @@ class Undetermined:
     def __bool__(self) -> bool:
         """Whether anything is open."""
         return self.mass or bool(self.center_of_mass.any()) or self.inertia
+
+
+NOTHING_OPEN = Undetermined()
+"""Of an estimate all of whose numbers are determined."""

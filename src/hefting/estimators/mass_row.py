@@ -94,6 +94,8 @@ class MassRow:
 
     def applied(self, estimate: Estimate) -> Estimate:
         """An estimate of what the sensor shows, with the row, as that of the object."""
+        if self.weight == 0.0 and not self.doubts:
+            return estimate
         warnings = (*estimate.warnings, *self.doubts)
         if self.weight == 0.0:
             return replace(estimate, warnings=warnings)

@@ -201,21 +201,25 @@ class _Rows:
             return cls._of_equations(state, equation)
         states = states_by_bias(state, free_bias)
         reduced, full = [s.reduced for s in states], [s.full for s in states]
-        more_full = _weight(full) >= _weight(reduced)
-        of_full = equation if more_full else None
-        of_reduced = None
-        if equation is not None and not more_full:
-            of_reduced = equation[[0, 1, 2, 3, 10]]
+        of_reduced = of_full = None
+        if equation is not None:
+            if _weight(full) >= _weight(reduced):
+                of_full = equation
+            else:
+                of_reduced = equation[[0, 1, 2, 3, 10]]
         reduced = _factors(reduced, REDUCED_EQUATIONS, free_bias, of_reduced)
         full = _factors(full, FULL_EQUATIONS, free_bias, of_full)
         size = _norm(np.concatenate([R[:, -1] for R in (*reduced, *full)]))
         n = 6 if free_bias else 0
         parts = [_coupled(*both) for both in zip(reduced, full, strict=True) if n]
-        for K, factors in (((1.0, 0.0), reduced), ((0.0, 1.0), full)):
-            rows = np.concatenate([R[n:, n:] for R in factors])
-            parts.append((rows if len(states) == 1 else triangular(rows), K))
+        for share, factors in (((1.0, 0.0), reduced), ((0.0, 1.0), full)):
+            rows = factors[0][n:, n:]
+            if len(states) > 1:
+                rows = triangular(np.concatenate([R[n:, n:] for R in factors]))
+            parts.append((rows, share))
+        shares = np.array([share for _, share in parts]).T
+        K = np.repeat(shares, [len(rows) for rows, _ in parts], axis=1)
         rows = np.concatenate([_with_inertia(rows) for rows, _ in parts])
-        K = np.concatenate([np.tile(K, (len(rows), 1)) for rows, K in parts]).T
         return cls(tuple(reduced), tuple(full), rows[:, :10], rows[:, 10], K, size)
 
     @classmethod

@@ -70,15 +70,18 @@ class Blocks:
         variance = np.maximum(
             np.add.reduceat(weight * since * since, starts) / total - mean**2, 0.0
         )
-        average = (
-            np.add.reduceat(wrench * weight[:, None], starts, axis=0) / total[:, None]
-        )
+        weighted = wrench if kept is None else wrench * weight[:, None]
+        average = np.add.reduceat(weighted, starts, axis=0) / total[:, None]
         return cls(mean + time[0], variance, count, average, starts)
+
+    def step_of(self, most: int) -> int:
+        """How many blocks apart at most so many of them are, evenly chosen."""
+        return max(-(-len(self) // most), 1)
 
     def every(self, most: int) -> Self:
         """At most so many of the blocks, evenly chosen."""
-        step = -(-len(self) // most)
-        if step <= 1:
+        step = self.step_of(most)
+        if step == 1:
             return self
         return type(self)(
             self.time[::step],
@@ -102,11 +105,16 @@ def block_starts(time: Array) -> Indices | None:
     )
 
 
-def medians(wrench: Array, starts: Indices | None) -> Array:
-    """(B, 6) median of each block, of samples (K, 6) as they are."""
+def medians(wrench: Array, starts: Indices | None, nth: int = 1) -> Array:
+    """(B, 6) median of each block, of samples (K, 6) as they are; of every n-th block
+    alone."""
     if starts is None:
-        return wrench
+        return wrench[::nth]
     sizes = np.diff(np.append(starts, len(wrench)))
+    if nth > 1:
+        chosen = np.arange(len(starts)) % nth == 0
+        wrench, sizes = wrench[np.repeat(chosen, sizes)], sizes[chosen]
+        starts = np.cumsum(sizes) - sizes
     # the samples of a block stand side by side: they are sorted in half the time
     table = np.full((len(starts), wrench.shape[1], int(sizes.max())), np.inf)
     block = np.repeat(np.arange(len(starts)), sizes)

@@ -162,10 +162,9 @@ def _thinned(samples: Samples) -> Samples:
     if len(samples.time) <= MOST_FITTED_SAMPLES:
         return samples
     blocks = samples.blocks()
-    chosen = replace(blocks, wrench=medians(samples.wrench, blocks.starts)).every(
-        MOST_FITTED_BLOCKS
-    )
-    return Samples(chosen.time, chosen.wrench, samples.static, smooth=False)
+    nth = blocks.step_of(MOST_FITTED_BLOCKS)
+    typical = medians(samples.wrench, blocks.starts, nth)
+    return Samples(blocks.time[::nth], typical, samples.static, smooth=False)
 
 
 def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:

@@ -5,6 +5,7 @@ import numpy as np
 
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
+from hefting.core.spatial import Array
 
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 FEWEST_SAMPLES = 20
@@ -31,11 +32,13 @@ def dead_channel_message(recording: Recording) -> Message | None:
     noisy = fourth > NOISY * np.maximum(second, 1e-300)
     if noisy.sum() < 2:
         return None
-    still = (values == values[0]).all(axis=0)
+    still = (values[:SAMPLES_FOR_NOISE] == values[0]).all(axis=0)
+    if still.any():
+        still = (values == values[0]).all(axis=0)
     said = [f"{CHANNELS[c]} never changes" for c in np.flatnonzero(still)]
     for c in np.flatnonzero(noisy):
         for other in np.flatnonzero(noisy[:c]):
-            if np.array_equal(values[:, c], values[:, other]):
+            if _equal(values[:, c], values[:, other]):
                 said.append(f"{CHANNELS[c]} is the same as {CHANNELS[other]}")
     if not said:
         return None
@@ -56,3 +59,9 @@ def still_pose_message(recording: Recording) -> Message | None:
         "its stream stop?"
     )
     return warning("pose-constant", text)
+
+
+def _equal(one: Array, other: Array) -> bool:
+    """Whether two channels (K,) are the same; the first samples of most tell."""
+    first = slice(SAMPLES_FOR_NOISE)
+    return np.array_equal(one[first], other[first]) and np.array_equal(one, other)

@@ -98,7 +98,8 @@ def find_outliers(
     """
     limit = saturated(wrench, predicted, np.repeat(scale, 3)) & known
     known = known & ~limit
-    r = np.where(known[:, None], wrench - predicted, np.nan) / spread[:, None]
+    r = (wrench - predicted) / spread[:, None]
+    r[~known] = np.nan
     width = max(
         CELL_DURATION, FEWEST_SAMPLES_PER_CELL * float(np.median(np.diff(time)))
     )
@@ -117,10 +118,10 @@ def find_outliers(
     contact |= np.concatenate((contact[1:], [False])) | np.concatenate(
         ([False], contact[:-1])
     )
-    apart = np.nan_to_num(r - medians[cell])
-    usual = np.maximum(
-        _nearby(apart, cell), np.maximum(_spread(apart[known]), floor[cell])
-    )
+    apart = r - medians.take(cell, axis=0)
+    apart[~known] = 0.0
+    least = np.maximum(_spread(apart[known]), floor)
+    usual = np.maximum(_nearby(apart, cell), least).take(cell, axis=0)
     spike = _length(apart, usual) > SPIKE_RESIDUAL
     touched = contact[cell]
     if np.mean(touched | spike) > LARGEST_OUTLIER_SHARE:
@@ -163,12 +164,13 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
     """
     out = np.zeros(len(wrench), dtype=bool)
     for c in range(6):
-        for side in (1.0, -1.0):
-            y, p = side * wrench[:, c], side * predicted[:, c]
-            limit = y.max()
-            at = y == limit
-            if not FEWEST_SATURATED_SAMPLES <= at.sum() <= 0.5 * len(y):
+        channel = np.ascontiguousarray(wrench[:, c])
+        for side, extreme in ((1.0, channel.max()), (-1.0, channel.min())):
+            at = channel == extreme
+            shared = np.count_nonzero(at)
+            if not FEWEST_SATURATED_SAMPLES <= shared <= 0.5 * len(channel):
                 continue
+            y, p, limit = side * channel, side * predicted[:, c], side * extreme
             if np.sum(p[at] - limit > 5.0 * scale[c]) >= FEWEST_SATURATED_SAMPLES:
                 out |= p > limit - 3.0 * scale[c]
                 out |= at
@@ -232,11 +234,11 @@ def _length(values: Array, scale: Array) -> Array:
 
 
 def _nearby(apart: Array, cell: Indices) -> Array:
-    """(K, 2) robust spread of force and torque about each sample; it is larger while
-    the arm moves."""
+    """(C, 2) robust spread of force and torque about each cell; it is larger while the
+    arm moves."""
     size = np.sqrt(squared_lengths(apart))
     typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH_OF_THREE
-    return _running_median(typical)[cell]
+    return _running_median(typical)
 
 
 def _running_median(values: Array) -> Array:

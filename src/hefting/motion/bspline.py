@@ -136,11 +136,16 @@ class Knots:
         position u (K,) in the knot interval, and a mask (K,) of the times inside a
         segment.
         """
-        segment = np.maximum(np.searchsorted(self.first, time, side="right") - 1, 0)
-        x = (time - self.first[segment]) / self.h + FIRST_KNOT_MARGIN
-        interval = np.clip(np.floor(x), 0, self.intervals[segment] - 1).astype(int)
+        segment = np.zeros(1, dtype=int)  # most recordings have but one
+        if len(self.first) > 1:
+            segment = np.maximum(np.searchsorted(self.first, time, side="right") - 1, 0)
+        x = (time - self.first[segment]) / self.h
+        x += FIRST_KNOT_MARGIN
+        interval = x.astype(int)  # rounded to 0 before the first one
+        np.clip(interval, 0, self.intervals[segment] - 1, out=interval)
         covered = (time >= self.first[segment]) & (time <= self.last[segment])
-        return self.offset[segment] + interval, x - interval, covered
+        x -= interval
+        return self.offset[segment] + interval, x, covered
 
     def roughness(self, coefficients: Array, m: int) -> float:
         """|D^m c|² of coefficients (n, d), summed over the segments."""

@@ -263,17 +263,15 @@ def displacement(before: Array, after: Array) -> Array:
     """
     if before.shape[1] == 3:
         return after - before
-    x, y, z, s = after.T
-    a, b, c, r = before.T
-    vector = np.empty(
-        (len(after), 3)
-    )  # by components: `numpy.cross` takes twice as long
-    vector[:, 0] = r * x - s * a - (y * c - z * b)
-    vector[:, 1] = r * y - s * b - (z * a - x * c)
-    vector[:, 2] = r * z - s * c - (x * b - y * a)
-    scalar = s * r + np.einsum("ij,ij->i", after[:, :3], before[:, :3])
-    vector *= np.where(scalar < 0.0, -2.0, 2.0)[:, None]
-    return vector
+    # by components, each side by side: `numpy.cross` takes four times as long
+    x, y, z, s = np.ascontiguousarray(after.T)
+    a, b, c, r = np.ascontiguousarray(before.T)
+    vector = np.empty((3, len(after)))
+    vector[0] = r * x - s * a - (y * c - z * b)
+    vector[1] = r * y - s * b - (z * a - x * c)
+    vector[2] = r * z - s * c - (x * b - y * a)
+    vector *= np.where(s * r + a * x + b * y + c * z < 0.0, -2.0, 2.0)
+    return vector.T
 
 
 def _noise(steps: Array) -> float:

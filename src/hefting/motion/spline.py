@@ -8,6 +8,7 @@ ones (`hefting.motion.curve`).
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,6 +19,9 @@ from hefting.core.spatial import Array, Mask
 from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES, TIMES_EVALUATED_TOGETHER
 from hefting.motion.curve import Curve
 from hefting.motion.state import Motion, motion_from_channels, motion_from_pieces
+
+POSE_WIDTH = {"time": (), "position": (3,), "orientation": (4,)}
+"""Numbers in a sample of each array of poses."""
 
 
 @dataclass(frozen=True)
@@ -101,10 +105,8 @@ def fit_poses(
         time, position, orientation = check_poses(time, position, orientation)
         own_time = time
     else:
-        no_rotation = np.tile(
-            (0.0, 0.0, 0.0, 1.0), (len(np.atleast_1d(position_time)), 1)
-        )
-        own_time, position, _ = check_poses(position_time, position, no_rotation)
+        own_time, found = _checked(position_time, {"position": position})
+        position = found["position"]
         time, _, orientation = check_poses(time, None, orientation)
     if min(len(time), len(own_time)) < FEWEST_SEGMENT_SAMPLES:
         few = min(len(time), len(own_time))
@@ -147,14 +149,29 @@ def smooth(
 def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array]:
     """Float arrays (K,), (K, 3) or None, (K, 4) of unit length; `InputError` when they
     do not fit."""
-    time = np.atleast_1d(np.asarray(time, dtype=float))
-    arrays = {
-        "time": (time, (len(time),)),
-        "orientation": (np.asarray(orientation, dtype=float), (len(time), 4)),
-    }
+    given = {"orientation": orientation}
     if position is not None:
-        arrays["position"] = (np.asarray(position, dtype=float), (len(time), 3))
-    for name, (array, shape) in arrays.items():
+        given["position"] = position
+    time, found = _checked(time, given)
+    orientation = found["orientation"]
+    norm = np.sqrt(np.einsum("ki,ki->k", orientation, orientation))[:, None]
+    if (norm < 1e-6).any():
+        raise InputError(
+            f"row {int(np.argmin(norm))} is no rotation: its quaternion is zero",
+            where="orientation",
+        )
+    return time, found.get("position"), orientation / norm
+
+
+def _checked(
+    time: ArrayLike, poses: Mapping[str, ArrayLike]
+) -> tuple[Array, dict[str, Array]]:
+    """Float arrays: the times (K,), and positions (K, 3) or orientations (K, 4) by name;
+    `InputError` when they do not fit."""
+    time = np.atleast_1d(np.asarray(time, dtype=float))
+    arrays = {name: np.asarray(values, dtype=float) for name, values in poses.items()}
+    for name, array in {"time": time, **arrays}.items():
+        shape = (len(time), *POSE_WIDTH[name])
         if array.shape != shape:
             raise InputError(f"has shape {array.shape}, expected {shape}", where=name)
         if not np.isfinite(array).all():
@@ -171,18 +188,7 @@ def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array
             where="time",
             fix="sort it, drop doubles",
         )
-    orientation = arrays["orientation"][0]
-    norm = np.sqrt(np.einsum("ki,ki->k", orientation, orientation))[:, None]
-    if (norm < 1e-6).any():
-        raise InputError(
-            f"row {int(np.argmin(norm))} is no rotation: its quaternion is zero",
-            where="orientation",
-        )
-    return (
-        time,
-        arrays["position"][0] if position is not None else None,
-        orientation / norm,
-    )
+    return time, arrays
 
 
 def aligned(quaternions: Array, previous: Array | None = None) -> Array:
@@ -190,7 +196,9 @@ def aligned(quaternions: Array, previous: Array | None = None) -> Array:
     near `previous`)."""
     if len(quaternions) == 0:
         return quaternions
-    flips = np.sum(quaternions[1:] * quaternions[:-1], axis=1) < 0
+    flips = np.einsum("ij,ij->i", quaternions[1:], quaternions[:-1]) < 0
     first = previous is not None and quaternions[0] @ previous < 0
+    if not (first or flips.any()):
+        return quaternions
     signs = 1.0 - 2.0 * (np.cumsum(np.concatenate(([first], flips))) % 2)
     return quaternions * signs[:, None]

@@ -8,17 +8,16 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array
+from hefting.shapes.polytope import depth_inside, hull_planes
 
-SMALL_HULL, LARGEST_HULL = 3000, 400
-"""Points up to which a hull is found here, if it has no more than so many corners: that
-takes less time than importing `scipy.spatial`, which is a quarter of a second."""
-ROUNDING = 1e-13
-"""Distance from a plane, in a box of unit sides, that counts as none."""
+SMALL_HULL = 3000
+"""Points up to which a hull is found here, if it has no more than `LARGEST_HULL`
+corners: that takes less time than importing `scipy.spatial`, which is a quarter of a
+second."""
 FLAT = 1e-9
 """Thickness of a hull, relative to its length, up to which it counts as flat
 (collinear, a single point)."""
-_NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
 
 
 def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]:
@@ -94,19 +93,8 @@ class Hull:
     def of(cls, points: ArrayLike) -> Self:
         """Of points (V, 3) [m]. Raises `InputError` unless there is one and all are
         finite."""
-        P = np.asarray(points, dtype=float)
-        if P.ndim != 2 or P.shape[1:] != (3,) or not len(P) or not np.isfinite(P).all():
-            raise InputError(
-                f"a hull needs finite points (V, 3), V >= 1, not an array of shape {P.shape}"
-            )
-        center = P.mean(axis=0)
-        axes = np.linalg.svd(P - center, full_matrices=len(P) < 3)[2]
-        along = (P - center) @ axes.T
-        sides = np.ptp(along, axis=0)
-        rounding = 32.0 * np.finfo(float).eps * float(np.abs(center).max())
-        d = int(np.sum(sides > max(FLAT * float(sides.max()), rounding)))
-        normals, offsets = _faces(along[:, :d], sides[:d])
-        return cls(center, axes, normals, offsets)
+        center, axes, along, sides = _principal(points)
+        return cls(center, axes, *_faces(along, sides))
 
     def depth(self, x: ArrayLike) -> float:
         """Distance [m] from x (3,) to the nearest face, negative outside.
@@ -120,14 +108,49 @@ class Hull:
 
         Raises `InputError` unless x is finite.
         """
-        target = np.asarray(x, dtype=float)
-        if target.shape != (3,) or not np.isfinite(target).all():
-            raise InputError("a point to find in a hull is three finite numbers")
+        target = _target(x)
         y, d = self.axes @ (target - self.center), self.normals.shape[1]
         # from the plane or line of a flat hull, or from its one point
         off = float(np.linalg.norm(y[d:]))
         depth = float(np.min(self.offsets - self.normals @ y[:d])) if d else 0.0
         return depth if d == 3 else min(depth, -off)
+
+
+def depth_in_hull(points: ArrayLike, x: ArrayLike) -> float:
+    """`Hull.depth` of x (3,) in the hull of points (V, 3) [m]: where x is inside a solid
+    one, in a tenth of the time, as most of its faces are not found."""
+    center, axes, along, sides = _principal(points)
+    if len(sides) == 3 and len(along) <= SMALL_HULL:
+        place = (axes @ (_target(x) - center)) / sides
+        depth = depth_inside(along / sides, sides, place)
+        if depth is not None:
+            return depth
+    return Hull(center, axes, *_faces(along, sides)).depth(x)
+
+
+def _principal(points: ArrayLike) -> tuple[Array, Array, Array, Array]:
+    """Center (3,) and principal axes (3, 3) of points (V, 3), and along the first d of
+    these, in which they extend, the points (V, d) and their extents (d,)."""
+    P = np.asarray(points, dtype=float)
+    if P.ndim != 2 or P.shape[1:] != (3,) or not len(P) or not np.isfinite(P).all():
+        raise InputError(
+            f"a hull needs finite points (V, 3), V >= 1, not an array of shape {P.shape}"
+        )
+    center = P.mean(axis=0)
+    axes = np.linalg.svd(P - center, full_matrices=len(P) < 3)[2]
+    along = (P - center) @ axes.T
+    sides = np.ptp(along, axis=0)
+    rounding = 32.0 * np.finfo(float).eps * float(np.abs(center).max())
+    d = int(np.sum(sides > max(FLAT * float(sides.max()), rounding)))
+    return center, axes, along[:, :d], sides[:d]
+
+
+def _target(x: ArrayLike) -> Array:
+    """A point to find in a hull; `InputError` unless it is three finite numbers."""
+    target = np.asarray(x, dtype=float)
+    if target.shape != (3,) or not np.isfinite(target).all():
+        raise InputError("a point to find in a hull is three finite numbers")
+    return target
 
 
 def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
@@ -138,7 +161,8 @@ def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
     if len(sides) == 1:
         return np.array([[1.0], [-1.0]]), np.array([points.max(), -points.min()])
     scaled = points / sides
-    faces = _planes(scaled) if len(sides) == 3 and len(scaled) <= SMALL_HULL else None
+    small = len(sides) == 3 and len(scaled) <= SMALL_HULL
+    faces = hull_planes(scaled) if small else None
     if faces is None:
         from scipy.spatial import ConvexHull
 
@@ -146,90 +170,3 @@ def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
     normals = faces[:, :-1] / sides
     lengths = np.linalg.norm(normals, axis=1)
     return normals / lengths[:, None], -faces[:, -1] / lengths
-
-
-def _planes(points: Array) -> Array | None:
-    """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides: n x + b
-    <= 0 inside, normals outward.
-
-    None where it has more than `LARGEST_HULL` corners, or rounding leaves a point
-    outside of a plane.
-
-    Point after point, those far out first: the faces that see it give way to a cone
-    from their outline to it.
-    """
-    center = points.mean(axis=0)
-    start = _tetrahedron(points)
-    faces = start[np.array(((0, 1, 2), (0, 2, 3), (0, 3, 1), (1, 3, 2)))]
-    one, two, three = points[start[1:]] - points[start[0]]
-    if np.cross(one, two) @ three > 0.0:
-        faces = faces[:, ::-1]
-    planes = np.zeros((12 * LARGEST_HULL, 4))
-    corners = np.zeros((12 * LARGEST_HULL, 3), dtype=np.int64)
-    count = 4
-    planes[:4], corners[:4] = _plane(points, faces), faces
-    left = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
-    while len(left := left[_outside(points[left], planes[:count])]):
-        for k in left[:64].tolist():
-            x, y, z = points[k].tolist()
-            known = planes[:count]
-            height = known[:, 0] * x + known[:, 1] * y + known[:, 2] * z + known[:, 3]
-            sees = np.flatnonzero(height > ROUNDING)
-            if not len(sees):
-                continue
-            edges = {
-                edge
-                for a, b, c in corners[sees].tolist()
-                for edge in ((a, b), (b, c), (c, a))
-            }
-            cone = np.array(
-                [(a, b, k) for a, b in sorted(edges) if (b, a) not in edges]
-            )
-            if count + len(cone) > len(planes) or not len(cone):
-                return None
-            planes[sees] = 0.0, 0.0, 0.0, -1.0  # gone: they see nothing
-            new = slice(count, count + len(cone))
-            planes[new], corners[new] = _plane(points, cone), cone
-            count += len(cone)
-        left = left[64:]
-    found = planes[:count][planes[:count, :3].any(axis=1)]
-    return None if _outside(points, found, 10.0 * ROUNDING).any() else found
-
-
-def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
-    """Which points (V, 3) are further outside of any of the planes (F, 4) than that."""
-    number = 1 + len(planes) * len(points) // 1_000_000  # bounds the memory
-    parts = np.array_split(planes[planes[:, :3].any(axis=1)], number)
-    return np.logical_or.reduce(
-        [
-            (points @ each[:, :3].T + each[:, 3] > tolerance).any(axis=1)
-            for each in parts
-        ]
-    )
-
-
-def _tetrahedron(points: Array) -> np.ndarray:
-    """Four of the points (V, 3), far from one another, not in a plane."""
-    first = int(np.argmin(points[:, 0]))
-    away = points - points[first]
-    second = int(np.argmax(np.einsum("vi,vi->v", away, away)))
-    off = np.cross(away, away[second])
-    third = int(np.argmax(np.einsum("vi,vi->v", off, off)))
-    fourth = int(np.argmax(np.abs(away @ off[third])))
-    return np.array((first, second, third, fourth))
-
-
-def _plane(points: Array, faces: np.ndarray) -> Array:
-    """Planes (F, 4) of triangles (F, 3) of points; one without a normal, and all points
-    inside, where it is a line."""
-    a = points[faces[:, 0]]
-    u, v = points[faces[:, 1]] - a, points[faces[:, 2]] - a
-    planes = np.empty((len(faces), 4))
-    normal = planes[:, :3]
-    # as np.cross, in a fifth of its time
-    normal[:] = u[:, _NEXT] * v[:, _AFTER] - u[:, _AFTER] * v[:, _NEXT]
-    length = np.sqrt((normal * normal).sum(axis=1))[:, None]
-    normal /= np.where(length > 0.0, length, 1.0)
-    planes[:, 3] = -(normal * a).sum(axis=1)
-    planes[length[:, 0] < 1e-14] = 0.0, 0.0, 0.0, -1.0
-    return planes

@@ -37,7 +37,7 @@ from hefting.shapes.checks import (
     suspicions,
     unit_scale,
 )
-from hefting.shapes.clouds import Hull, convex_hull, voxel_representatives
+from hefting.shapes.clouds import convex_hull, depth_in_hull, voxel_representatives
 from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import sample
@@ -154,11 +154,7 @@ class Shape(Shown):
         """Depth of a point (3,) [m] in the object's convex hull over its largest side;
         negative outside."""
         size = float(self.extents.max()) or 1.0
-        return self._solid_hull.depth(center_of_mass) / size
-
-    @cached_property
-    def _solid_hull(self) -> Hull:
-        return Hull.of(self.hull)
+        return depth_in_hull(self.hull, center_of_mass) / size
 
     # factories
 

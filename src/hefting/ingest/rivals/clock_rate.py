@@ -4,8 +4,19 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, linear_step
-from hefting.ingest.rivals.explanation import OFFSET_STEP, Explanation, newton_euler
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    Rows,
+    fit_rows,
+    is_hopeless,
+    linear_step,
+)
+from hefting.ingest.rivals.explanation import (
+    OFFSET_STEP,
+    Explanation,
+    fit_as_given,
+    newton_euler,
+)
 
 CODE = "clock-rate"
 RATES = np.array(
@@ -16,7 +27,7 @@ OFFSETS = 0.04 * np.arange(-6.0, 7.0)
 """[s] Clock offsets in the middle of the recording that are tried with each."""
 FIRST_ITERATIONS = 2
 """Reweightings by which they are compared at first."""
-KEPT = 20
+KEPT = 6
 """Likeliest pairs of a rate and an offset after that, which are compared in full."""
 STEPS = 5
 """Gauss-Newton steps of rate and offset."""
@@ -28,7 +39,10 @@ def explain(case: Case) -> Explanation | None:
         return None
     rate, offset = _coarse(case)
     (fitted, around), std = _fit(case, rate, offset), np.inf
-    for _ in range(STEPS):
+    given, _ = fit_as_given(case)
+    for taken in range(STEPS):
+        if taken and is_hopeless(case, fitted, given):
+            return None
         step = linear_step(fitted, 0, _columns(case, around, fitted))
         std = float(np.sqrt(step.covariance[0, 0]))
         rate += float(np.clip(step.change[0], -0.01, 0.01))

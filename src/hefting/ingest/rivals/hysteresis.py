@@ -5,7 +5,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows
+from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, is_hopeless
 from hefting.ingest.rivals.explanation import (
     Explanation,
     fit_as_given,
@@ -24,7 +24,7 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest play."""
     if not case.path.moves:
         return None
-    _, late = fit_as_given(case)
+    given, late = fit_as_given(case)
     # play looks like a delay, which the recording as given may have taken it for
     offsets = np.unique((0.0, 0.5 * late, late))
     rows = newton_euler(case, case.motion_at(case.time - offsets[:, None]))
@@ -33,6 +33,8 @@ def explain(case: Case) -> Explanation | None:
     share = 0.0
     for _ in range(PASSES):
         fitted, share, load = _fit(case, rows, _lags(load, SHARES))
+        if is_hopeless(case, fitted, given):
+            return None
     what = (
         f"the sensor seems to follow the load with some {100.0 * share:.2g} % of "
         "play or hysteresis"

@@ -24,6 +24,7 @@ from hefting.ingest.rivals import (
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
+    NEGLIGIBLE_UNEXPLAINED,
     Fitted,
     LinearPart,
     correlation,
@@ -80,8 +81,6 @@ NEARLY = 0.9
 named in its place."""
 SIMPLER = 3
 """Difference of unknowns that counts as much simpler."""
-NEGLIGIBLE_UNEXPLAINED = 0.3
-"""Log-likelihood of a sample missing to noise alone that counts as nothing."""
 
 
 @dataclass(frozen=True, eq=False)

@@ -8,7 +8,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import fit_rows
+from hefting.ingest.rivals.evidence import fit_rows, is_hopeless
 from hefting.ingest.rivals.explanation import (
     Explanation,
     newton_euler,
@@ -41,7 +41,7 @@ def explain(case: Case) -> Explanation | None:
     rows = newton_euler(thin, _in_axes(motion, SIGNED_PERMUTATIONS))
     quick = fit_rows(thin, rows, FIRST_ITERATIONS)
     given = fit_rows(thin, newton_euler(thin, motion), FIRST_ITERATIONS)
-    if quick.likelihood.max() <= given.likelihood[0]:
+    if quick.likelihood.max() <= given.likelihood[0] or is_hopeless(thin, quick, given):
         return None
     # where positions hardly vary along an axis its sign is open: the fewest changes
     best = quick.likelihood > quick.likelihood.max() - SMALL_ADVANTAGE / len(case.time)

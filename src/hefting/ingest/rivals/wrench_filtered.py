@@ -5,8 +5,14 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, with_bias
-from hefting.ingest.rivals.explanation import Explanation
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    Rows,
+    fit_rows,
+    is_hopeless,
+    with_bias,
+)
+from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 from hefting.ingest.rivals.filtering import Complex, Signal
 
 CODE = "wrench-filtered"
@@ -19,6 +25,8 @@ RATE = 50.0
 FILTERED_SHARE = 0.5
 """Correlation of all channels' residuals from one average to the next, over that of
 noise through the filter, below which their noise did not pass it."""
+FIRST_ITERATIONS = 2
+"""Reweightings by which it is told whether any explains something."""
 MOST_INSTANTS = 6000
 """Largest number of instants of the filtered motion."""
 
@@ -30,6 +38,9 @@ def explain(case: Case) -> Explanation | None:
         return None
     names, rows = _rows(case)
     if rows is None:
+        return None
+    given, _ = fit_as_given(case)
+    if is_hopeless(case, fit_rows(case, rows, FIRST_ITERATIONS), given):
         return None
     fitted = fit_rows(case, rows)
     _, bandwidth = names[fitted.best]
