@@ -67,6 +67,17 @@ def test_the_lines_hold_values_and_half_widths():
     assert "10⁻³ kg m²" in lines[2]
 
 
+def test_what_is_shown_holds_a_lopsided_interval():
+    """As of a moment at the bound of what the shape allows: 1.26 [1.26, 3.07]."""
+    ends = intervals()
+    ends["mass"] = BODY.mass + np.array((0.0, 0.4))
+    [(value, far)] = re.findall(
+        r"([\d.]+) ± ([\d.]+)", headline(intervals=ends).numbers[0]
+    )
+    assert float(far) == pytest.approx(0.4)
+    assert float(value) == pytest.approx(BODY.mass, abs=0.01)
+
+
 def test_without_intervals_the_covariance_serves_and_without_both_nothing_is_claimed():
     covariance = np.diag(np.full(10, 1e-4))
     assert f"± {1.96 * 0.01:.3f} kg" in headline(covariance=covariance).numbers[0]

@@ -20,7 +20,7 @@ from hefting.notebook.html import (
     table_html,
     verdict_html,
 )
-from hefting.scene import half_widths, place_of, plus_minus, power_of_thousand, scene_of
+from hefting.scene import place_of, plus_minus, power_of_thousand, reach, scene_of
 from hefting.shapes import Shape
 
 HEAD = ("quantity", "estimate ± 95 %", "from", "to", "unit")
@@ -40,7 +40,7 @@ class Row(NamedTuple):
 
     name: str
     value: str
-    """With half the width of its interval, or ``open``."""
+    """With how far its interval reaches at the farther end, or ``open``."""
     low: str
     high: str
     """Ends of its interval; empty where there is none."""
@@ -55,7 +55,7 @@ def rows_of(estimate: Estimate, products: bool = True) -> list[Row]:
 
     def row(name: str, quantity: str, at: tuple[int, ...], scale: float, unit: str):
         values = np.asarray(getattr(p, quantity))
-        halves, value = half_widths(estimate, quantity), scale * values[at]
+        halves, value = reach(estimate, quantity), scale * values[at]
         half = None if halves is None else scale * float(halves[at])
         ends = ["", ""]
         if estimate.intervals is not None and half is not None and np.isfinite(half):
@@ -154,8 +154,8 @@ def _verdict(agreement: Agreement) -> str:
 
 
 def _number(value: float, ends: Array) -> str:
-    """A value with half the width of its interval."""
-    half = 0.5 * float(ends[1] - ends[0])
+    """A value with how far its interval reaches at the farther end."""
+    half = float(abs(ends - value).max())
     if half > 0.0 and half < 1e-4:  # moments of a small object, in full
         return f"{value:.3g} ± {half:.1g}".replace("-", "−")
     return plus_minus(value, half)

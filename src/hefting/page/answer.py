@@ -16,7 +16,7 @@ from hefting.identification.convergence import ten_ends, ten_of
 from hefting.inspection import Inspection
 from hefting.page.bars import Row, bars
 from hefting.page.html import Markup, Section, element, items, join, note, table, terms
-from hefting.scene.surface import half_widths
+from hefting.scene.surface import reach
 
 WORDS = {
     "good": ("good", "Good", "Use it: nothing that was looked at speaks against it."),
@@ -33,7 +33,7 @@ WORDS = {
 }
 """Style of each verdict, its words, and what to do."""
 MEANING = (
-    "Each bar is a 95 % interval, the dark line in it the value; ± is half its width. "
+    "Each bar is a 95 % interval, the dark line in it the value; ± reaches to its farther end. "
     "In sensor axes."
 )
 Say = Callable[[str], str]
@@ -130,8 +130,7 @@ def ends_of_intervals(intervals: dict[str, Array]) -> tuple[Array, Array]:
 def _half_widths(estimate: Estimate) -> Array:
     """(10,) in the units shown, NaN where the method has none."""
     parts = [
-        half_widths(estimate, name)
-        for name in ("mass", "center_of_mass", "inertia_at_com")
+        reach(estimate, name) for name in ("mass", "center_of_mass", "inertia_at_com")
     ]
     if any(part is None for part in parts):
         return np.full(10, np.nan)

@@ -55,8 +55,8 @@ def _cells(name: str, number: str, *drawn: Markup) -> list[Markup]:
 
 
 def _number(row: Row) -> str:
-    """The value with half the width of its interval; the middle of the interval where
-    there is no value."""
+    """The value, and how far its interval reaches at the farther end; the middle of the
+    interval where there is no value."""
     if row.value is None and np.isfinite((row.low, row.high)).all():
         middle, half = 0.5 * (row.low + row.high), 0.5 * (row.high - row.low)
         return plus_minus(middle, half)
@@ -64,7 +64,7 @@ def _number(row: Row) -> str:
         return "open"
     if np.isnan(row.low):
         return plus_minus(row.value, None)
-    return plus_minus(row.value, 0.5 * (row.high - row.low))
+    return plus_minus(row.value, max(row.high - row.value, row.value - row.low))
 
 
 def _scale(rows: Sequence[Row], *, from_zero: bool) -> tuple[float, float]:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
 from hefting.core.spatial import Array
-from hefting.scene.surface import com_half_widths, half_widths
+from hefting.scene.surface import com_reach, reach
 from hefting.shapes import Shape
 
 MOST_DIGITS = 6
@@ -28,8 +28,8 @@ class Headline:
     usable: bool
     """Whether the estimate may be used at all."""
     numbers: tuple[str, ...]
-    """Mass, COM and inertia, a line each, with half the width of their 95 %
-    intervals."""
+    """Mass, COM and inertia, a line each, with how far their 95 %
+    intervals reach at the farther end."""
 
 
 def headline_of(estimate: Estimate) -> Headline:
@@ -44,8 +44,8 @@ def headline_of(estimate: Estimate) -> Headline:
 
 
 def plus_minus(value: float, half_width: float | None) -> str:
-    """A value with half the width of its interval, such as ``172.24 ± 0.83``: as many
-    digits as the half-width has with two significant ones; ``open`` where it is
+    """A value with how far its interval reaches, such as ``172.24 ± 0.83``: as many
+    digits as that has with two significant ones; ``open`` where it is
     infinite, the value alone where there is none."""
     if half_width is None or np.isnan(half_width):
         return f"{value:.4g}".replace("-", "−")
@@ -72,7 +72,7 @@ def inertia_doubt(estimate: Estimate) -> float | None:
     largest moment, infinite where an entry of the tensor is open; None where the method
     has no intervals."""
     tensor = estimate.parameters.inertia_at_com
-    half = half_widths(estimate, "inertia_at_com")
+    half = reach(estimate, "inertia_at_com")
     if half is None:
         return None
     if np.isinf(half).any():
@@ -86,21 +86,21 @@ def inertia_doubt(estimate: Estimate) -> float | None:
 
 def _mass(estimate: Estimate) -> str:
     mass = estimate.parameters.mass
-    half = half_widths(estimate, "mass")
+    half = reach(estimate, "mass")
     number = plus_minus(mass, None if half is None else float(half))
     return f"mass {number} kg" + (" (no intervals)" if half is None else "")
 
 
 def _center(estimate: Estimate) -> str:
     center = 1e3 * estimate.parameters.center_of_mass
-    half = com_half_widths(estimate)
+    half = com_reach(estimate)
     return f"COM {_each('xyz', center, None if half is None else 1e3 * half)} mm"
 
 
 def _inertia(estimate: Estimate) -> str:
     """The moments at the COM, in the power of a thousand that suits them."""
     tensor = estimate.parameters.inertia_at_com
-    half = half_widths(estimate, "inertia_at_com")
+    half = reach(estimate, "inertia_at_com")
     moments = tensor.diagonal()
     if half is not None and not (half.diagonal() < np.abs(moments)).any():
         return "inertia at the COM: open"

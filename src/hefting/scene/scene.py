@@ -15,7 +15,7 @@ from hefting.scene.headline import inertia_doubt
 from hefting.scene.surface import (
     Ellipsoid,
     Surface,
-    com_half_widths,
+    com_reach,
     com_region,
     surface_of,
     uniform_ellipsoid,
@@ -148,7 +148,7 @@ def scene_of(
 
 def _found(name: str, estimate: Estimate) -> Body:
     """An estimate, without what it leaves open."""
-    half = com_half_widths(estimate)
+    half = com_reach(estimate)
     center = np.array(estimate.parameters.center_of_mass)
     if half is not None:
         center[np.isinf(half)] = np.nan

@@ -122,39 +122,38 @@ def com_region(estimate: Estimate) -> Ellipsoid | None:
     that the covariance of some methods does not; its tilt from the covariance. None
     where neither is known, or an axis is open.
     """
-    half = com_half_widths(estimate)
+    half = com_reach(estimate)
     if half is None or not np.isfinite(half).all():
         return None
-    if estimate.intervals is not None:  # the larger side, so that it holds all of them
-        ends = estimate.intervals["center_of_mass"]
-        half = np.abs(ends - estimate.parameters.center_of_mass).max(axis=0)
     values, axes = np.linalg.eigh(_com_correlation(estimate))
     root = axes * np.sqrt(np.maximum(values, 0.0))
     scale = half * (CHI95 / Z95)
     return Ellipsoid(estimate.parameters.center_of_mass, scale[:, None] * root)
 
 
-def com_half_widths(estimate: Estimate) -> Array | None:
-    """(3,) [m] half the widths of the 95 % intervals of the COM; infinite where it is
-    open, None where the method has no uncertainty."""
-    return half_widths(estimate, "center_of_mass")
+def com_reach(estimate: Estimate) -> Array | None:
+    """(3,) [m] of the COM; see `reach`."""
+    return reach(estimate, "center_of_mass")
 
 
-def half_widths(estimate: Estimate, name: str) -> Array | None:
-    """Half the widths of the 95 % intervals of a quantity of ``Estimate.intervals``;
-    from the covariance where there are no intervals. Infinite where it is open, None
-    where the method has no uncertainty."""
+def reach(estimate: Estimate, name: str) -> Array | None:
+    """How far the 95 % interval of a quantity of ``Estimate.intervals`` reaches from its
+    value, at the farther end; from the covariance where there are no intervals.
+
+    So ``value ± reach`` holds the interval, also where it is lopsided. Infinite where it
+    is open, None where the method has no uncertainty.
+    """
     open_ = np.asarray(getattr(estimate.undetermined, name))
     if estimate.intervals is not None:
-        low, high = estimate.intervals[name]
-        half = 0.5 * (high - low)
+        value = np.asarray(getattr(estimate.parameters, name))
+        found = np.abs(estimate.intervals[name] - value).max(axis=0)
     elif estimate.std is not None:
-        half = Z95 * np.asarray(estimate.std[name])
+        found = Z95 * np.asarray(estimate.std[name])
     elif open_.any():
-        half = np.full(open_.shape, np.nan)
+        found = np.full(open_.shape, np.nan)
     else:
         return None
-    return np.where(open_, np.inf, half)
+    return np.where(open_, np.inf, found)
 
 
 def _com_correlation(estimate: Estimate) -> Array:

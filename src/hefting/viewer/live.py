@@ -14,7 +14,7 @@ from hefting.core.measurements import Measurements
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.online import LiveEstimate
-from hefting.scene import headline_of, scene_of
+from hefting.scene import com_reach, headline_of, scene_of
 from hefting.scene.curves import PARTS
 from hefting.shapes import Shape
 from hefting.viewer.drawing import ObjectDrawing
@@ -42,7 +42,7 @@ COLOURS = {
 AWAY = 2.2
 """Distance of the camera over the size of what is drawn."""
 MOST_MESSAGES = 4
-INTERVALS = (("mass", "kg"), ("COM, half-width", "mm"))
+INTERVALS = (("mass", "kg"), ("COM, ±", "mm"))
 """What is drawn over time."""
 
 
@@ -154,7 +154,7 @@ class Intervals:
     def add(self, time: float, number: int, estimate: Estimate) -> None:
         """Add an estimate of the object of a number."""
         low, high = estimate.interval("mass")
-        half = 1e3 * estimate.half_widths["center_of_mass"]
+        half = np.full(3, np.nan) if (com := com_reach(estimate)) is None else 1e3 * com
         if number != self._object:  # no line from one object to the next
             self._object = number
             self._rows.append((time, *[np.nan] * 6))
@@ -215,7 +215,7 @@ AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
-    """State, verdict, numbers with half their 95 % intervals, and what is to be said.
+    """State, verdict, numbers with their 95 % intervals, and what is to be said.
     All text is escaped.
 
     Parameters

@@ -45,7 +45,7 @@ STEPS = {"c1": 0.01, "regularization": 0.001}
 def answer_html(
     answer: Answer, used: str, static: bool, say: Callable[[str], str] = str
 ) -> str:
-    """Verdict, reasons for doubt, numbers with half their 95 % intervals, and what they
+    """Verdict, reasons for doubt, numbers with their 95 % intervals, and what they
     rest on. All text is escaped.
 
     Parameters

@@ -72,8 +72,9 @@ def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
 
 
 def _interval(value: float, ends: Array) -> str:
-    """A value and half its interval, with the digits that this is worth."""
-    half = 0.5 * float(ends[1] - ends[0])
+    """A value and how far its interval reaches at the farther end, with the digits that
+    this is worth."""
+    half = float(np.abs(ends - value).max())
     if not np.isfinite(half):
         return "open"
     digits = max(0, 1 - int(np.floor(np.log10(half)))) if half > 0.0 else 6

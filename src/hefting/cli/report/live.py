@@ -123,15 +123,14 @@ def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
 
 
 def numbers_of(estimate: "Estimate") -> list[str]:
-    """Mass and COM, each with half the width of its 95 % interval."""
+    """Mass and COM, each with how far its 95 % interval reaches at the farther end."""
     ends = estimate.intervals or {}
     body = estimate.parameters
     mass = com = None
     if "mass" in ends:
-        mass = 0.5 * float(ends["mass"][1] - ends["mass"][0])
+        mass = float(np.abs(ends["mass"] - body.mass).max())
     if "center_of_mass" in ends:
-        low, high = ends["center_of_mass"]
-        com = 500.0 * float(np.max(high - low))
+        com = 1e3 * float(np.abs(ends["center_of_mass"] - body.center_of_mass).max())
     return [
         f"{with_reach([body.mass], mass)} kg",
         f"COM {with_reach(1e3 * body.center_of_mass, com)} mm",

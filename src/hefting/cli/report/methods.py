@@ -115,10 +115,12 @@ def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
     most, with 95 % probability; None where the method does not say."""
     if e.intervals is None:
         return None
-    halves = {k: 0.5 * (ends[1] - ends[0]) for k, ends in e.intervals.items()}
-    moments = np.diagonal(halves["inertia_at_com"])
-    com = halves["center_of_mass"]
-    return float(halves["mass"]), 1e3 * float(com.max()), 1e3 * float(moments.max())
+    far = {
+        name: np.abs(ends - getattr(e.parameters, name)).max(axis=0)
+        for name, ends in e.intervals.items()
+    }
+    moments, com = np.diagonal(far["inertia_at_com"]), far["center_of_mass"]
+    return float(far["mass"]), 1e3 * float(com.max()), 1e3 * float(moments.max())
 
 
 def _moments(e: "Estimate", reach: float | None) -> str:
