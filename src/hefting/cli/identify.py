@@ -251,6 +251,8 @@ def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
 
 def _recordings(a: argparse.Namespace) -> "list[Recording]":
     """The logs, read with the same options."""
+    if a.poses and len(a.log) > 1:
+        raise InputError("are those of one log", "--poses", "convert each log first")
     given: set[Path] = set()
     for log in a.log:
         if Path(log).resolve() in given:

@@ -36,7 +36,11 @@ from hefting.ingest.quantisation import quantisation_message
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.tool import tool_warnings, without_tool
-from hefting.ingest.unmodelled import acceleration_message, may_be_acceleration
+from hefting.ingest.unmodelled import (
+    acceleration_message,
+    may_be_acceleration,
+    weights_at_rest,
+)
 from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source
@@ -299,6 +303,11 @@ def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | N
         and measured.source != "orientation"
         and len(counts) > 1
     )
+    if measured.source == "orientation" and measured.motion is not None:
+        weights = counts * weights_at_rest(
+            measured.motion, measured.measurements, found
+        )
+        return weights / weights.mean()
     if not smoothed and (counts == 1.0).all():
         return None
     weights = counts

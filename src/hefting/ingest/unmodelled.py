@@ -6,13 +6,22 @@ import numpy as np
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.core.measurements import Measurements
+from hefting.core.spatial import Array
 from hefting.ingest.conditioned import Conditioned
+from hefting.motion.state import Motion
 from hefting.motion.smoothing import smooth_poses
 
 REACH = 1.0
 """[m] How far from its centre a sensor of unknown position may be that only turns."""
 SLOW = 1.0
 """[m/s²] Acceleration that a sensor may have without turning."""
+LEVER = 0.3
+"""[m] The same, as it typically is."""
+WHITE = 1.0 / (0.6745 * 6.0**0.5)
+"""Standard deviation of white noise over the median size of its second difference."""
+LEAST_NOISE = 0.02
+"""[m/s²] Noise of the force over the mass that is assumed at least."""
 LARGEST_SHARE = 0.04
 """Acceleration over gravity up to which 95 % intervals of the mass hold it: simulated
 sinusoids of 1 rad/s have 0.02 to 0.04, those of 2 rad/s 0.05, and miss it a little."""
@@ -23,13 +32,28 @@ def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:
     nobody measured: it looks like many a mistake."""
     if found.path is None or found.path.kind != "orientation":
         return False
-    motion = smooth_poses(recording).poses.at(recording["orientation"].time)
-    turning = np.hypot(
+    turning = _turning(smooth_poses(recording).poses.at(recording["orientation"].time))
+    fastest = max(SLOW, REACH * float(np.sqrt(np.nanmean(turning**2))))
+    return _acceleration(found) < fastest
+
+
+def weights_at_rest(motion: Motion, z: Measurements, found: Conditioned) -> Array:
+    """Weights (K,) by the acceleration of a sensor that is `LEVER` from the axis about
+    which it turns: what rests counts most."""
+    if len(z.force) < 3:
+        return np.ones(len(z.force))
+    noise = WHITE * np.median(np.abs(np.diff(z.force, 2, axis=0)))
+    mass = abs(float(found.parameters[0]))
+    noise = max(float(noise), LEAST_NOISE * mass)
+    return 1.0 / (1.0 + (mass * LEVER * _turning(motion) / noise) ** 2)
+
+
+def _turning(motion: Motion) -> Array:
+    """(K,) [1/s²] Acceleration of a point over its distance from the axis."""
+    return np.hypot(
         np.linalg.norm(motion.angular_acceleration, axis=1),
         np.linalg.norm(motion.angular_velocity, axis=1) ** 2,
     )
-    fastest = max(SLOW, REACH * float(np.sqrt(np.nanmean(turning**2))))
-    return _acceleration(found) < fastest
 
 
 def acceleration_message(found: Conditioned) -> Message | None:
