@@ -29,7 +29,7 @@ from hefting.estimators.bayes.mixture import (
     holding,
     prior_mixture,
 )
-from hefting.estimators.bayes.nearest import Duals, nearest_body
+from hefting.estimators.bayes.nearest import Duals, duals_of, nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
@@ -265,7 +265,10 @@ class Bayes(Estimator):
         Raises `NotIdentifiableError` when there are no samples, or they determine
         nothing beside a bias.
         """
-        return self._summary(state, self.posterior(state, start), None)[0]
+        posterior = self.posterior(state, start)
+        masses = None if start is None else start.point_masses
+        duals = duals_of(masses, posterior.prior)
+        return self._summary(state, posterior, duals)[0]
 
     def _summary(
         self, state: State, posterior: Posterior, duals: Duals | None

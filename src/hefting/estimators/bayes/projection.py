@@ -18,6 +18,7 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
+from hefting.estimators.bayes.roots import root_of_inverse
 from hefting.estimators.nonnegative import nonnegative_least_squares
 
 DISTANCE_WEIGHT = 1e4
@@ -99,6 +100,20 @@ def projected(
     off = M @ masses - target
     distance = off @ np.linalg.lstsq(DISTANCE_WEIGHT * metric, off, rcond=1e-12)[0]
     return Projection(mass * masses, float(distance), None)
+
+
+def dual_of(masses: Array, points: Array, shares: Array) -> Array | None:
+    """(10,) `Projection.dual` of masses (n,) that a projection found over points (10, n)
+    with shares (n,) of the volume: where a mass is positive it is m0 v (1 + M'z). None
+    where none is, or they are too few to tell it."""
+    kept = masses > 0.0
+    M = points[:, kept]
+    total = float(masses.sum())
+    if M.shape[1] < len(M) or not total > 0.0:
+        return None
+    weighted = M * shares[kept]
+    root = root_of_inverse(weighted @ M.T)
+    return root.T @ (root @ (M @ (masses[kept] / total) - weighted.sum(axis=1)))
 
 
 def _metric(C: Array, weight: float) -> Array:
