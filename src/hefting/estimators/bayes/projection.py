@@ -18,7 +18,6 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.roots import root_of_inverse
 from hefting.estimators.nonnegative import nonnegative_least_squares
 
 DISTANCE_WEIGHT = 1e4
@@ -41,6 +40,8 @@ RELATIVE_DUAL_TOLERANCE = 1e-5
 """The same as a share of the distance from the parameters, by which rounding grows."""
 NEGLIGIBLE_DUAL_CHANGE = 1e-13
 """Relative change of the dual objective that is attributed to rounding."""
+SMALLEST_SHARE = 1e-9
+"""What keeps the equations of a dual invertible, as a share of their diagonal."""
 
 
 class Projection(NamedTuple):
@@ -105,15 +106,18 @@ def projected(
 def dual_of(masses: Array, points: Array, shares: Array) -> Array | None:
     """(10,) `Projection.dual` of masses (n,) that a projection found over points (10, n)
     with shares (n,) of the volume: where a mass is positive it is m0 v (1 + M'z). None
-    where none is, or they are too few to tell it."""
-    kept = masses > 0.0
-    M = points[:, kept]
+    where that does not tell it."""
     total = float(masses.sum())
-    if M.shape[1] < len(M) or not total > 0.0:
+    if not total > 0.0:
         return None
-    weighted = M * shares[kept]
-    root = root_of_inverse(weighted @ M.T)
-    return root.T @ (root @ (M @ (masses[kept] / total) - weighted.sum(axis=1)))
+    weighted = points * (shares * (masses > 0.0))
+    J = weighted @ points.T
+    scale = 1.0 / np.sqrt(np.maximum(J.diagonal(), 1e-300))
+    left = points @ (masses / total) - weighted.sum(axis=1)
+    J *= np.outer(scale, scale)
+    J.ravel()[::11] += SMALLEST_SHARE  # cells in a plane leave some of z open
+    _, z, failed = lapack.dposv(J, left * scale)
+    return None if failed else z * scale
 
 
 def _metric(C: Array, weight: float) -> Array:
