@@ -82,11 +82,6 @@ class Stretches:
         )
 
     @property
-    def number(self) -> int:
-        """How many `parts` there are."""
-        return len(self.factors) + (self.open_count >= 0.5 * self.length)
-
-    @property
     def parts(self) -> list[tuple[Array, int]]:
         """Factor and samples of each; what is being filled belongs to the last one
         until it is half a stretch."""

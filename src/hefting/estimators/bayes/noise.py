@@ -205,8 +205,6 @@ class NoiseSource:
         time, colour = self.time, found.colour
         if time is None or colour is None or found.scores is None:
             return 0.0, 0.0
-        if not time.has_enough_stretches:
-            return 0.0, 0.0
         W, more = found.equations.whitening, None
         if not colour.white_claimed:
             counts = time.scales.counts

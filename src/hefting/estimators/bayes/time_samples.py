@@ -22,7 +22,6 @@ from hefting.estimators.bayes.sensor_errors import slow_variances
 from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.joint_state import State, states_by_bias
 from hefting.estimators.sample_state import SampleState
-from hefting.estimators.stretches import Stretches
 from hefting.estimators.whitened_state import WhitenedState
 
 FEWEST_COMPARED_STRETCHES = 4
@@ -39,8 +38,7 @@ class TimeSamples:
     free."""
 
     scales: Groups
-    recordings: "tuple[_Grouped, ...]"
-    """those that have a bias of their own"""
+    stretches: Groups
     samples: float
     """of the whole record; of several recordings that of the longest"""
     free_bias: bool
@@ -74,24 +72,13 @@ class TimeSamples:
                 )
                 for j in range(levels)
             ]
+        stretches = [part for each in groups for part in each.stretches]
         return cls(
             Groups.of(factors, counts, None),
-            tuple(groups),
+            Groups.of([part[0] for part in stretches], [n for _, n in stretches], None),
             float(max(each.samples for each in states)),
             free_bias,
         )
-
-    @cached_property
-    def stretches(self) -> Groups:
-        """The samples by stretch: most short records need none."""
-        parts = [part for each in self.recordings for part in each.parts]
-        return Groups.of([factor for factor, _ in parts], [n for _, n in parts], None)
-
-    @property
-    def has_enough_stretches(self) -> bool:
-        """Whether there are as many as are compared with each other."""
-        number = sum(each.stretches.number for each in self.recordings)
-        return number >= FEWEST_COMPARED_STRETCHES
 
     @cached_property
     def slow(self) -> Array:
@@ -164,10 +151,10 @@ class TimeSamples:
         without it, for a series as long as one of them. A difference in the body has
         energy at the time scales where the motion has.
         """
-        # a claim that does not hold is no measure
-        if not self.has_enough_stretches or colour.exceeds_claim:
-            return 0.0, 0.0
         n = len(self.stretches.counts)
+        # a claim that does not hold is no measure
+        if n < FEWEST_COMPARED_STRETCHES or colour.exceeds_claim:
+            return 0.0, 0.0
         found = self.stretches.scores(W, phi, attenuation)
         white = float(found.birge(np.ones(n)).sum()) / (n - 1)
         if colour.white_claimed and white < LARGEST_STRETCH_DISAGREEMENT:
@@ -203,13 +190,11 @@ class TimeSamples:
 
 @dataclass(frozen=True, eq=False)
 class _Grouped:
-    """One recording's time scales and stretches."""
+    """Factors (22, 22) and numbers of samples of one recording's time scales and
+    stretches, without their mean where a bias is free."""
 
     scales: tuple[Sequence[Array], Sequence[int]]
-    """factors (22, 22), without their mean where a bias is free, and numbers of
-    samples"""
-    stretches: Stretches
-    free_bias: bool
+    stretches: list[tuple[Array, int]]
 
     @classmethod
     def of(cls, state: SampleState, free_bias: bool) -> "_Grouped | None":
@@ -217,22 +202,15 @@ class _Grouped:
         if state.record is None:
             return None
         scales, stretches = state.record.complete
+        parts = stretches.parts
         if not free_bias:
-            return cls((scales.factors, scales.counts), stretches, free_bias)
+            return cls((scales.factors, scales.counts), parts)
         # else what is left holds the mean, and counts like the longest sums
         scales = scales.closed()
         mean = _mean(state.full.factor)
         factors = [_without(mean, factor) for factor in scales.factors]
-        return cls((factors, scales.counts), stretches, free_bias)
-
-    @property
-    def parts(self) -> list[tuple[Array, int]]:
-        """Factor (22, 22) and samples of each stretch; without their mean, and one less,
-        where a bias is free."""
-        parts = self.stretches.parts
-        if not self.free_bias:
-            return parts
-        return [(_without(_mean(factor), factor), n - 1) for factor, n in parts]
+        own = [(_without(_mean(factor), factor), n - 1) for factor, n in parts]
+        return cls((factors, scales.counts), own)
 
 
 def _mean(factor: Array) -> Array:
