@@ -118,13 +118,14 @@ class Samples:
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
         A, b = (self.A * scale[:, None]).reshape(-1, 10), (self.b * scale).ravel()
-        units: Array = np.sqrt((A * A).sum(axis=0))
+        G = A.T @ A
+        units: Array = np.sqrt(G.diagonal())
         units[units < 1e-13 * units.max()] = np.inf
-        A /= units
-        root = triangular_root(A.T @ A)
+        root = triangular_root(G / units / units[:, None])
         if root is not None:
-            return root.T @ (root @ (b @ A)) / units
-        return np.linalg.lstsq(A, b, rcond=1e-10)[0] / units
+            root /= units
+            return root.T @ (root @ (b @ A))
+        return np.linalg.lstsq(A / units, b, rcond=1e-10)[0] / units
 
     @cached_property
     def least_residual(self) -> Array:
