@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.core.errors import InputError
-from hefting.request.numbers import numbers, quantities
+from hefting.core.quantity import numbers, quantities
 
 if TYPE_CHECKING:
     from hefting.core.accuracy import Accuracy

@@ -4,7 +4,7 @@ import re
 from typing import TYPE_CHECKING, Any
 
 from hefting.core.errors import InputError
-from hefting.request.numbers import quantities
+from hefting.core.quantity import quantities
 
 if TYPE_CHECKING:
     from hefting.core.spatial import Array
