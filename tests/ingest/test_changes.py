@@ -19,7 +19,6 @@ from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
 from hefting.ingest.changes.cells import Cells, runs_of
 from hefting.ingest.changes.find import _without_excursions
-from hefting.ingest.changes.messages import change_warnings
 from hefting.ingest.changes.partition import (
     COST_OF_INTERVAL,
     LARGEST_BIAS,
@@ -35,6 +34,7 @@ from hefting.ingest.changes.stretches import (
     Stretch,
     Touch,
     center_of_mass,
+    change_warnings,
     event_between,
 )
 from hefting.ingest.ingest import ingest

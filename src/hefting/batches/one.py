@@ -25,7 +25,7 @@ from hefting.request.request import (
     files_of,
     request_of,
 )
-from hefting.request.shape import shape_of
+from hefting.request.settings import shape_of
 from hefting.shapes import Shape
 
 T = TypeVar("T")

@@ -38,8 +38,13 @@ from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.cli.torques import add_empty, add_torques, require_torques
 from hefting.core.errors import InputError
-from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
-from hefting.request.shape import require_shape, shape_of
+from hefting.request.settings import (
+    gravity_of,
+    hyperparameters_of,
+    reading_of,
+    require_shape,
+    shape_of,
+)
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate

@@ -23,8 +23,7 @@ from hefting.request.planning import (
     sensor_range_of,
     torques_of,
 )
-from hefting.request.settings import accuracy_of
-from hefting.request.shape import shape_of
+from hefting.request.settings import accuracy_of, shape_of
 
 if TYPE_CHECKING:
     from hefting.planning import Plan

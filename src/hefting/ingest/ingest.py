@@ -19,7 +19,7 @@ from hefting.core.spatial import Array, frozen
 from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.blocks import measured_blocks, residual_size
-from hefting.ingest.changes.messages import change_warnings
+from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
     dead_channel_message,
     quantisation_message,
@@ -34,12 +34,13 @@ from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.systematic import (
+    acceleration_message,
     errors_of_clock_offset,
     errors_of_estimated_gravity,
     errors_of_gravity_size,
+    may_be_acceleration,
 )
 from hefting.ingest.tool import tool_covariance, tool_warnings, without_tool
-from hefting.ingest.unmodelled import acceleration_message, may_be_acceleration
 from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source

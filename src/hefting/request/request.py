@@ -17,8 +17,8 @@ from hefting.request.settings import (
     gravity_of,
     hyperparameters_of,
     reading_of,
+    shape_of,
 )
-from hefting.request.shape import shape_of
 from hefting.shapes import Shape
 
 Value = str | int | float | bool | None
@@ -158,7 +158,7 @@ def identify_requested(
     ----------
     request : what `request_of` returns.
     log : path of the recording.
-    shape : what `hefting.request.shape.shape_of` makes of the request.
+    shape : what `hefting.request.settings.shape_of` makes of the request.
 
     Raises `InputError` and `NotIdentifiableError` as `hefting.identify`.
     """
