@@ -35,7 +35,7 @@ def write(rows: int, path: Path) -> None:
     from pyarrow import parquet
 
     from hefting.core.measurements import Noise
-    from hefting.logs.writing import table_from_recording
+    from hefting.logs.canonical import table_from_recording
     from hefting.simulation import UR5, hammer, simulate
 
     noise, body = Noise(force=0.1, torque=0.005), hammer().parameters

@@ -9,7 +9,7 @@ from typing import Any
 import pytest
 
 from hefting.jobs.outcome import Task
-from hefting.online.inline import Inline
+from hefting.online.process import Inline
 
 
 class Here:

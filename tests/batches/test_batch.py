@@ -132,10 +132,10 @@ def test_a_content_moved_elsewhere_is_the_same(tmp_path):
 def test_faults_of_the_machine_are_tried_again_and_those_of_the_input_never(
     tmp_path, monkeypatch
 ):
-    from hefting.batches import attempt, one
+    from hefting.batches import one
 
     data = recorded(tmp_path)
-    monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
+    monkeypatch.setattr(one, "PAUSES", (0.0, 0.0))
     calls = []
 
     def fails(error, times):
@@ -166,10 +166,10 @@ def test_faults_of_the_machine_are_tried_again_and_those_of_the_input_never(
 
 
 def test_a_recording_that_is_written_while_it_is_read_says_so(tmp_path, monkeypatch):
-    from hefting.batches import attempt, one
+    from hefting.batches import one
 
     data = recorded(tmp_path)
-    monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
+    monkeypatch.setattr(one, "PAUSES", (0.0, 0.0))
     real = one.estimate_of
 
     def grows(request, log, shape):
@@ -187,10 +187,10 @@ def test_a_recording_that_is_written_while_it_is_read_says_so(tmp_path, monkeypa
 
 def test_a_recording_that_changes_before_it_is_condensed_says_so(tmp_path, monkeypatch):
     """Its hash is that of what was there; what is read may be another thing."""
-    from hefting.batches import attempt, group, one
+    from hefting.batches import group, one
 
     data = recorded(tmp_path)
-    monkeypatch.setattr(attempt, "PAUSES", (0.0, 0.0))
+    monkeypatch.setattr(one, "PAUSES", (0.0, 0.0))
     real = one.hash_of
 
     def hash_of(log, options):

@@ -19,7 +19,7 @@ from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
 from hefting.logs import write_log
 from hefting.online import identifier
-from hefting.online.inline import Inline
+from hefting.online.process import Inline
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 from hefting.sources import live as pumps
 

@@ -12,7 +12,7 @@ from hefting.core.messages import codes
 from hefting.estimators import OLS, PMD, Bayes
 from hefting.estimators.bayes.colour import Colour
 from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, first_order, spectrum
-from hefting.estimators.stretches import FIRST_STRETCH_LENGTH, MOST_STRETCHES
+from hefting.estimators.time_record import FIRST_STRETCH_LENGTH, MOST_STRETCHES
 from hefting.simulation import hammer
 
 WHITE = Noise(0.1, 0.005)

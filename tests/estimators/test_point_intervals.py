@@ -16,9 +16,8 @@ from hefting.core.regressor import full_regressor
 from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.mixture import NON_NEGATIVE_NUMBERS
-from hefting.estimators.body_posterior import Root, posterior
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.point_intervals import _known
+from hefting.estimators.point_intervals import Root, _known, posterior
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.state_likelihood import StateSamples
 from hefting.simulation import hammer

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hefting.core.regressor import FEATURES
-from hefting.estimators.stretches import (
+from hefting.estimators.time_record import (
     FIRST_STRETCH_LENGTH,
     MOST_STRETCHES,
     Stretches,

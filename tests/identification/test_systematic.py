@@ -21,7 +21,8 @@ from hefting.core.spatial import Array
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.identification import identify
-from hefting.ingest.ingest import UNDETERMINED_TOOL_INERTIA, ingest
+from hefting.ingest.ingest import ingest
+from hefting.ingest.tool import UNDETERMINED_TOOL_INERTIA
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 from hefting.simulation.arm import SensorMotion

@@ -9,8 +9,13 @@ from scipy.ndimage import median_filter
 
 from hefting.core.measurements import Noise
 from hefting.identification import identify
-from hefting.ingest.averages import measured_blocks
-from hefting.ingest.blocks import Blocks, block_starts, medians, within_blocks
+from hefting.ingest.blocks import (
+    Blocks,
+    block_starts,
+    measured_blocks,
+    medians,
+    within_blocks,
+)
 from hefting.ingest.condition import condition
 from hefting.ingest.free_fit import fit_freely, residuals
 from hefting.ingest.ingest import ingest

@@ -18,9 +18,7 @@ from hefting.ingest import Conditioned, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
 from hefting.ingest.changes.cells import Cells, runs_of
-from hefting.ingest.changes.events import center_of_mass, event_between
 from hefting.ingest.changes.find import _without_excursions
-from hefting.ingest.changes.messages import change_warnings
 from hefting.ingest.changes.partition import (
     COST_OF_INTERVAL,
     LARGEST_BIAS,
@@ -31,7 +29,14 @@ from hefting.ingest.changes.partition import (
     partition,
 )
 from hefting.ingest.changes.screening import is_suspicious, with_noise_scale
-from hefting.ingest.changes.stretches import Changes, Stretch, Touch
+from hefting.ingest.changes.stretches import (
+    Changes,
+    Stretch,
+    Touch,
+    center_of_mass,
+    change_warnings,
+    event_between,
+)
 from hefting.ingest.ingest import ingest
 from hefting.inspection import inspect
 from hefting.logs import read_log

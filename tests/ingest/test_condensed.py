@@ -10,7 +10,7 @@ from disturbances import NOISE, body
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.averages import residual_size
+from hefting.ingest.blocks import residual_size
 from hefting.ingest.condensed import Condensed
 from hefting.ingest.excitation import Excitation
 from hefting.ingest.ingest import ingest

@@ -9,8 +9,8 @@ from disturbances import disturbed, with_wrench
 from hefting.core.regressor import ONE
 from hefting.ingest.ingest import ingest
 from hefting.ingest.joint import _weighed
-from hefting.ingest.joint_errors import common_errors
 from hefting.ingest.several import ingest_all, names_of
+from hefting.ingest.systematic import common_errors
 
 
 @pytest.fixture(scope="module")

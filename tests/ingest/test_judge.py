@@ -13,8 +13,7 @@ from hefting.core.recording import Stream
 from hefting.ingest.rivals import LINEAR_EXPLANATIONS, judge
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, correlation
-from hefting.ingest.rivals.explanation import as_given
-from hefting.ingest.rivals.free_channels import explained_by_motion
+from hefting.ingest.rivals.explanation import as_given, explained_by_motion
 from hefting.ingest.rivals.judge import _is_white, _is_worth_a_search
 
 

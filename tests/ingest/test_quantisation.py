@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from benchmarks.given import correct
 
+from hefting.ingest.channels import quantisation_message, step_beyond_noise
 from hefting.ingest.outliers import saturated
-from hefting.ingest.quantisation import quantisation_message, step_beyond_noise
 
 
 def in_steps(values, step):

@@ -13,8 +13,8 @@ from pyarrow import parquet
 from hefting.core.recording import Recording
 from hefting.core.spatial import rotation_matrices
 from hefting.logs import read_log, write_log
+from hefting.logs.canonical import table_from_recording
 from hefting.logs.units import UNITS, find_unit
-from hefting.logs.writing import table_from_recording
 from log_files import HEADER, ROWS, log, mapped, mapping_fails, random_recording, same
 
 WRENCH = 'wrench = ["fx", "fy", "fz", "tx", "ty", "tz"]\n'

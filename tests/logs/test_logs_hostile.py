@@ -9,9 +9,10 @@ from scipy.spatial.transform import Rotation
 import ur_records
 from bags import write
 from hefting.core.errors import InputError
+from hefting.core.files import MAX_MAP
 from hefting.core.recording import Recording
 from hefting.core.spatial import rotation_matrices
-from hefting.logs import read_log, toml_file
+from hefting.logs import read_log
 from log_files import HEADER, ROWS, check_line, fails, log, mapping_fails
 
 
@@ -27,7 +28,7 @@ from log_files import HEADER, ROWS, check_line, fails, log, mapping_fails
 )
 def test_maps_of_dotted_keys(tmp_path, line):
     """The first took two minutes and 8 GB."""
-    assert len(line) < toml_file.MAX_MAP
+    assert len(line) < MAX_MAP
     mapping_fails(log(tmp_path, *ROWS), line, "a line of more than 1,000 dots")
 
 

@@ -10,8 +10,7 @@ from benchmarks.online_streams import swapped
 from hefting.core.inertia import InertialParameters
 from hefting.core.regressor import predict_wrench
 from hefting.ingest.ingest import ingest
-from hefting.online.expected import Expected
-from hefting.online.watch import LARGEST, Watch
+from hefting.online.expected import LARGEST, Expected, Watch
 
 
 @pytest.fixture(scope="module")

@@ -61,7 +61,7 @@ def test_the_final_answer_may_be_that_of_a_log(recording, tmp_path):
 def test_a_stream_that_is_not_kept_ends_with_the_last_live_answer(
     recording, monkeypatch
 ):
-    monkeypatch.setattr("hefting.online.kept.MOST_NUMBERS", 1000)
+    monkeypatch.setattr("hefting.online.history.MOST_NUMBERS", 1000)
     live = hefting.LiveIdentifier(in_process=False)
     for together in parts(recording, 0.1):
         for samples in together:

@@ -10,8 +10,7 @@ import pytest
 from benchmarks.online_streams import swapped
 
 from hefting.core.errors import HeftingError
-from hefting.online.inline import Inline
-from hefting.online.process import Remote
+from hefting.online.process import Inline, Remote
 from hefting.online.understanding import Settings, Task
 
 PATIENCE = 120.0

@@ -5,8 +5,7 @@ from collections import Counter
 import numpy as np
 
 from hefting.online.history import History
-from hefting.online.possible import possible
-from hefting.online.samples import Samples
+from hefting.online.samples import Samples, possible
 from hefting.online.series import BIN, Series
 
 

@@ -1,4 +1,5 @@
-"""Batch: identify many recordings, and keep one row of each."""
+"""Batch: identify many recordings, keep one row of each, and say in a line what was
+done."""
 
 import time
 from collections.abc import Callable, Collection, Iterator
@@ -9,8 +10,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.batches.columns import Row
+from hefting.batches.content import Kept
 from hefting.batches.group import rows_of_objects
-from hefting.batches.kept import Kept
 from hefting.batches.one import Unchanged, lost, row_of, start_row
 from hefting.batches.recordings import Recordings, Sources, recordings_of
 from hefting.batches.results import Results, rows_named
@@ -19,6 +20,9 @@ from hefting.jobs import Jobs, Lost
 
 if TYPE_CHECKING:
     import pyarrow as pa
+
+LONG = 120.0
+"""[s] From here on times are told in minutes."""
 
 
 @dataclass
@@ -170,3 +174,22 @@ def _rows(
             if isinstance(row, Lost):
                 row = start_row(entries[number]) | lost(row)
             yield 1, row
+
+
+def headline(found: Batch) -> str:
+    """Recordings, time, rate, and what was there already."""
+    progress = found.progress
+    new = progress.done - progress.kept
+    text = f"{progress.done:,} recordings in {duration(found.seconds)}"
+    if new:
+        text += f", {new / max(found.seconds, 1e-9):.3g} a second"
+    if progress.kept:
+        text += f"; {progress.kept:,} of them unchanged"
+    if found.summary.total != progress.done:
+        text += f"; {found.summary.total:,} rows in all"
+    return text
+
+
+def duration(seconds: float) -> str:
+    """A time as people say it."""
+    return f"{seconds:.1f} s" if seconds < LONG else f"{seconds / 60.0:.1f} min"

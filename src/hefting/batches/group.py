@@ -11,12 +11,11 @@ from dataclasses import dataclass, field, replace
 from hashlib import blake2b
 from typing import Any
 
-from hefting.batches.attempt import attempted
 from hefting.batches.columns import STAGES, Row, filled
-from hefting.batches.content import hash_of
-from hefting.batches.kept import Kept
+from hefting.batches.content import Kept, hash_of
 from hefting.batches.one import (
     Unchanged,
+    attempted,
     failure,
     lost,
     read_unchanged,

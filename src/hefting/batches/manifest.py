@@ -13,8 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.files import check_readable
-from hefting.logs.toml_file import load_toml
+from hefting.core.files import check_readable, load_toml
 
 if TYPE_CHECKING:
     import pyarrow as pa

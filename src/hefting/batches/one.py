@@ -1,7 +1,11 @@
-"""One recording of a batch: from what is said of it to its row, in whichever
-process."""
+"""One recording of a batch: from what is said of it to its row, in whichever process.
 
+Faults of the machine may pass, and are tried again; those of the input never.
+"""
+
+import errno
 import json
+import time
 import warnings
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -9,26 +13,39 @@ from functools import lru_cache
 from types import SimpleNamespace
 from typing import TypeVar
 
-from hefting.batches.attempt import ChangedError, attempted, is_of_machine
 from hefting.batches.columns import Row, filled
 from hefting.batches.content import Signature, hash_of, signature
 from hefting.batches.parts import estimate_of
 from hefting.batches.recordings import Entry
 from hefting.batches.stopwatch import stopwatch
-from hefting.core.errors import HeftingError, InputError
+from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.core.estimate import Estimate
 from hefting.jobs import Lost
 from hefting.request.request import (
     files_of,
     request_of,
 )
-from hefting.request.shape import shape_of
+from hefting.request.settings import shape_of
 from hefting.shapes import Shape
 
 T = TypeVar("T")
 
 SHAPES = 8
 """Shapes that a process keeps: recordings of one object follow one another."""
+
+PAUSES = (0.5, 2.0)
+"""[s] Waited before the second and the third attempt: a server that is busy answers."""
+
+TRANSIENT = frozenset(
+    getattr(errno, name)
+    for name in (
+        *("EIO", "EAGAIN", "ENOMEM", "EMFILE", "ENFILE", "EBUSY", "EINTR", "ESTALE"),
+        *("ETIMEDOUT", "ENOTCONN", "EHOSTDOWN", "EHOSTUNREACH", "ENETUNREACH"),
+        *("ECONNRESET", "ECONNABORTED", "EREMOTEIO"),
+    )
+    if hasattr(errno, name)
+)
+"""Errors of the system that may be gone the next time."""
 
 
 @dataclass(frozen=True)
@@ -140,3 +157,34 @@ def _shape(
     _as_they_are: tuple[tuple[str, Signature], ...],
 ) -> Shape | None:
     return shape_of(SimpleNamespace(**dict(said)))
+
+
+class ChangedError(Exception):
+    """A recording is not what it was when its reading began."""
+
+
+def is_of_machine(error: BaseException) -> bool:
+    """Whether an error, or what caused it, is no fault of the input."""
+    causes: list[BaseException] = []
+    cause: BaseException | None = error
+    while cause is not None and cause not in causes:
+        causes.append(cause)
+        cause = cause.__cause__
+    return any(
+        isinstance(each, MemoryError | ChangedError | MissingDependencyError)
+        or (isinstance(each, OSError) and each.errno in TRANSIENT)
+        for each in causes
+    )
+
+
+def attempted(what: Callable[[], T], pause: Callable[[float], None] = time.sleep) -> T:
+    """What a call returns; once more after each of `PAUSES` while it fails by a fault
+    of the machine. Raises what the last attempt raised."""
+    for seconds in PAUSES:
+        try:
+            return what()
+        except Exception as error:
+            if not is_of_machine(error) or isinstance(error, MissingDependencyError):
+                raise
+        pause(seconds)
+    return what()

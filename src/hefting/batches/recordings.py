@@ -12,10 +12,10 @@ from typing import TYPE_CHECKING, Any
 from hefting.batches.manifest import RECORDING, is_manifest, read_manifest
 from hefting.core.errors import InputError, encodable, nearest
 from hefting.logs.registry import find_format, formats
-from hefting.request.check import check_request
 from hefting.request.request import (
     Value,
     canonical_name,
+    check_request,
     files_of,
     in_folder,
     option_kinds,

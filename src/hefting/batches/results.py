@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Self
 import numpy as np
 
 from hefting.batches.columns import SCHEMA, Row, columns, table_of
-from hefting.batches.kept import Digests, Kept, digest_of, digests_of
+from hefting.batches.content import Digests, Kept, digest_of, digests_of
 from hefting.batches.lock import locked
 from hefting.core.errors import InputError
 from hefting.core.files import replacing

@@ -24,16 +24,27 @@ from hefting.cli.options import (
     fill_inertia_of,
     read_recording,
 )
-from hefting.cli.outputs import STATUS_NOT_WRITTEN, wanted, write
+from hefting.cli.outputs import (
+    STATUS_NOT_WRITTEN,
+    draw_pictures,
+    is_picture,
+    wanted,
+    write,
+    write_pictures,
+)
 from hefting.cli.pages import add_report, check_report, identified, write_report
 from hefting.cli.progress import progress
-from hefting.cli.report.pictures import draw_pictures, is_picture, write_pictures
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.cli.torques import add_empty, add_torques, require_torques
 from hefting.core.errors import InputError
-from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
-from hefting.request.shape import require_shape, shape_of
+from hefting.request.settings import (
+    gravity_of,
+    hyperparameters_of,
+    reading_of,
+    require_shape,
+    shape_of,
+)
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate

@@ -32,8 +32,7 @@ from hefting.cli.report.results import Results, print_results
 from hefting.cli.report.verdict import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError, MissingDependencyError
-from hefting.request.settings import gravity_of, hyperparameters_of
-from hefting.request.shape import shape_of
+from hefting.request.settings import gravity_of, hyperparameters_of, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.messages import Message

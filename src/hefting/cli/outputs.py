@@ -1,4 +1,5 @@
-"""Files of an estimate that hefting identify writes, and why some are not written."""
+"""Files of an estimate, pictures among them, that hefting identify writes, and why some
+are not written."""
 
 import argparse
 from pathlib import Path
@@ -6,13 +7,18 @@ from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.parser import say
-from hefting.cli.report.pictures import is_picture
+from hefting.cli.progress import progress
 
 if TYPE_CHECKING:
+    from collections.abc import Iterable
+
     from hefting.core.estimate import Estimate
+    from hefting.core.inertia import InertialParameters
+    from hefting.core.measurements import Measurements
     from hefting.core.spatial import Array
     from hefting.export import Exported, Target
     from hefting.export.known import Fill
+    from hefting.shapes import Shape
 
 STATUS_NOT_WRITTEN = 2
 """Exit status where an output that was asked for was left out, and nothing worse is to
@@ -86,3 +92,36 @@ def write(
     for path, exported in texts:
         write_atomically(path, exported.text)
     return texts
+
+
+def is_picture(path: str) -> bool:
+    """Whether a file of this name is a picture."""
+    from hefting.plots.style import FORMATS
+
+    return Path(path).suffix.lower() in FORMATS
+
+
+def draw_pictures(
+    paths: "Iterable[str]",
+    measurements: "Measurements",
+    estimate: "Estimate",
+    shape: "Shape | None",
+    truth: "InertialParameters | None",
+) -> dict[str, bytes]:
+    """The contents of those of the paths that are pictures; nothing is written."""
+    wanted = [path for path in paths if is_picture(path)]
+    if not wanted:
+        return {}
+    from hefting.plots import picture_of, plot_identification
+
+    with progress("drawing"):
+        figure = plot_identification(measurements, estimate, shape, truth, render)
+        return {path: picture_of(figure, Path(path).suffix.lower()) for path in wanted}
+
+
+def write_pictures(pictures: dict[str, bytes]) -> None:
+    """Write each, whole or not at all."""
+    from hefting.core.files import write_atomically
+
+    for path, content in pictures.items():
+        write_atomically(path, content)

@@ -16,15 +16,14 @@ from hefting.cli.options import (
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
-from hefting.request.numbers import numbers
+from hefting.core.quantity import numbers
 from hefting.request.planning import (
     noise_of,
     of_joints,
     sensor_range_of,
     torques_of,
 )
-from hefting.request.settings import accuracy_of
-from hefting.request.shape import shape_of
+from hefting.request.settings import accuracy_of, shape_of
 
 if TYPE_CHECKING:
     from hefting.planning import Plan
@@ -190,7 +189,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for an output that cannot or must not be written."""
-    from hefting.cli.report.pictures import is_picture
+    from hefting.cli.outputs import is_picture
     from hefting.planning.files import FORMATS
     from hefting.plots.style import FORMATS as PICTURES
     from hefting.plots.style import picture_suffix
@@ -247,7 +246,7 @@ def _start(text: str | None) -> list[float] | None:
 
 def _content(found: "Plan", path: str) -> str | bytes:
     """The plan as a file of a suffix."""
-    from hefting.cli.report.pictures import is_picture
+    from hefting.cli.outputs import is_picture
     from hefting.planning.files import format_of
 
     suffix = Path(path).suffix.lower()

@@ -9,8 +9,7 @@ from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
-from hefting.request.settings import gravity_of
-from hefting.request.shape import shape_of
+from hefting.request.settings import gravity_of, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate

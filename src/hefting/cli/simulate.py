@@ -11,7 +11,7 @@ from hefting.cli.options import POSE
 from hefting.cli.progress import progress
 from hefting.cli.simulated_files import check_outputs, read_back, truth_of
 from hefting.core.errors import InputError
-from hefting.request.numbers import numbers
+from hefting.core.quantity import numbers
 
 if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates

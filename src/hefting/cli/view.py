@@ -13,8 +13,12 @@ from hefting.cli.pages import open_page
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
-from hefting.request.settings import gravity_of, hyperparameters_of, reading_of
-from hefting.request.shape import shape_of
+from hefting.request.settings import (
+    gravity_of,
+    hyperparameters_of,
+    reading_of,
+    shape_of,
+)
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate

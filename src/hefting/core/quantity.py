@@ -1,6 +1,7 @@
-"""Quantity: a number with its unit, as a person writes it."""
+"""Quantity: a number with its unit, as a person writes it, and several in one text."""
 
 import re
+from collections.abc import Sequence
 from typing import Literal
 
 from hefting.core.errors import InputError
@@ -34,3 +35,37 @@ def quantity(text: str, kind: Kind) -> float:
             f"'{text}' is not a {kind}", fix=f"a number and a unit: {names}"
         )
     return float(match[1] + (match[2] or "")) * units[match[3]]
+
+
+def numbers(text: str, count: int, option: str) -> list[float]:
+    """`count` finite numbers separated by commas; `InputError` names the option
+    otherwise."""
+    try:
+        values = [float(part) for part in text.split(",")]
+    except ValueError:
+        values = []
+    if len(values) != count or not all(abs(value) < float("inf") for value in values):
+        raise InputError(
+            f"'{text}' is not {count} finite numbers separated by commas", where=option
+        )
+    return values
+
+
+def quantities(
+    text: str, kinds: Sequence[Kind], option: str, example: str
+) -> tuple[float, ...]:
+    """Numbers with units separated by commas, in SI units; `InputError` names the
+    option otherwise."""
+    parts = text.split(",")
+    if len(parts) != len(kinds):
+        raise InputError(
+            f"'{text}' is not {len(kinds)} numbers with units",
+            where=option,
+            fix=f"as in {example}",
+        )
+    try:
+        return tuple(
+            quantity(part, kind) for part, kind in zip(parts, kinds, strict=True)
+        )
+    except InputError as error:
+        raise InputError(error.what, option, error.fix) from None

@@ -20,7 +20,7 @@ from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.dashboards.replay import Dashboard, Replay
-from hefting.logs.ros.mcap_output import McapOutput
+from hefting.logs.ros.serialising import McapOutput
 from hefting.scene import headline_of
 
 if TYPE_CHECKING:

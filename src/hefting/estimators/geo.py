@@ -11,7 +11,7 @@ from typing import Any, ClassVar, Literal
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.estimate import Certificate, Estimate
+from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
@@ -161,12 +161,7 @@ class GEO(PointEstimator):
             parameters=InertialParameters(vector),
             samples=state.samples,
             duration=state.duration,
-            certificate=Certificate(
-                solution.objective,
-                solution.bound,
-                solution.iterations,
-                solution.converged,
-            ),
+            certificate=solution.certificate,
             bias=problem.bias(vector),
         )
         return self.with_intervals(found, state, row)

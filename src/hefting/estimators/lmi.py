@@ -8,9 +8,9 @@ from typing import ClassVar
 
 import numpy as np
 
-from hefting.core.estimate import Certificate, Estimate
+from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import PARAMETERS, Array, vector_to_tensor
+from hefting.core.spatial import Array, vector_to_tensor
 from hefting.estimators.base import (
     INVARIANCES,
     BiasModel,
@@ -21,7 +21,12 @@ from hefting.estimators.coordinates import PARAMETERS_OF, congruence, vec
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
-from hefting.estimators.quadratic import Quadratic, WrenchNoise, require_information
+from hefting.estimators.quadratic import (
+    Quadratic,
+    WrenchNoise,
+    require_information,
+    warnings_of,
+)
 from hefting.estimators.semidefinite import solve
 from hefting.shapes import Shape
 
@@ -95,26 +100,14 @@ class LMI(PointEstimator):
         T = PARAMETERS_OF @ congruence(G)
         solution = solve(problem.A @ T, problem.b, half_space=half_space)
         vector = T @ solution.q
-        open_: list[int] = problem.svd.open.tolist()
-        warnings = ()
-        if open_:
-            names = ", ".join(PARAMETERS[i] for i in open_)
-            warnings = (
-                f"the motion does not determine {names}: shown are those of a compact body",
-            )
         found = Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
             samples=state.samples,
             duration=state.duration,
-            certificate=Certificate(
-                solution.objective,
-                solution.bound,
-                solution.iterations,
-                solution.converged,
-            ),
+            certificate=solution.certificate,
             bias=problem.bias(vector),
-            warnings=warnings,
+            warnings=warnings_of(problem.svd.open, "those of a compact body"),
         )
         return self.with_intervals(found, state, row)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices
+from hefting.core.spatial import Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.joint_state import JointState, State, as_one
 from hefting.estimators.point_estimator import PointEstimator
@@ -19,6 +19,7 @@ from hefting.estimators.quadratic import (
     ScaledSVD,
     WrenchNoise,
     stacked_factor,
+    warnings_of,
     with_equation,
 )
 from hefting.estimators.sample_state import SMOOTHED_C1, Model
@@ -109,16 +110,7 @@ class LeastSquares:
     @property
     def warnings(self) -> tuple[str, ...]:
         """A sentence on what is undetermined, if anything is."""
-        free: list[int] = self.free.tolist()
-        if not free:
-            return ()
-        names = ", ".join((PARAMETERS + BIAS_NAMES)[i] for i in free)
-        return (
-            f"the motion does not determine {names}: shown are the smallest values that fit",
-        )
-
-
-BIAS_NAMES = tuple(f"bias {name}" for name in WRENCH)
+        return warnings_of(self.free, "the smallest values that fit")
 
 
 def least_squares(

@@ -17,7 +17,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.lapack import lapack
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
-from hefting.core.spatial import Array, Indices, frozen
+from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices, frozen
 from hefting.estimators.joint_state import State, as_one, states_of
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.whitened_state import WhitenedState
@@ -36,6 +36,19 @@ they are rounding errors."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
+
+UNKNOWNS = PARAMETERS + tuple(f"bias {name}" for name in WRENCH)
+"""Names of the ten parameters and of a free bias."""
+
+
+def warnings_of(open_: Indices, shown: str) -> tuple[str, ...]:
+    """A sentence on the unknowns that the data leave open, if any are, and on what is
+    `shown` of them."""
+    which: list[int] = open_.tolist()
+    if not which:
+        return ()
+    names = ", ".join(UNKNOWNS[i] for i in which)
+    return (f"the motion does not determine {names}: shown are {shown}",)
 
 
 def whitening(noise: WrenchNoise) -> Array | None:

@@ -11,11 +11,16 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
-from hefting.core.spatial import PARAMETERS, Array
+from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, Known, require_samples
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, ScaledSVD
+from hefting.estimators.quadratic import (
+    RANK_TOLERANCE,
+    Quadratic,
+    ScaledSVD,
+    warnings_of,
+)
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,13 +112,6 @@ class RTLS(PointEstimator):
         vector[noisy] = y / levels
         if svd is not None:
             vector[exact] = svd.solve(b - A @ y)
-        open_: list[int] = problem.svd.open.tolist()
-        warnings = ()
-        if open_:
-            names = ", ".join(PARAMETERS[i] for i in open_)
-            warnings = (
-                f"the motion does not determine {names}: shown are the smallest values that fit",
-            )
         found = Estimate(
             method=self.name,
             parameters=InertialParameters(vector),
@@ -121,7 +119,7 @@ class RTLS(PointEstimator):
             duration=state.duration,
             certificate=Certificate(square, bound, iterations=1),
             bias=problem.bias(vector),
-            warnings=warnings,
+            warnings=warnings_of(problem.svd.open, "the smallest values that fit"),
         )
         return self.with_intervals(found, state, row)
 

@@ -19,6 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.certificate import Certificate
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
 from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, vec
@@ -73,6 +74,11 @@ class Solution:
     """lower bound on the optimum"""
     iterations: int
     converged: bool
+
+    @property
+    def certificate(self) -> Certificate:
+        """How close it is to the optimum."""
+        return Certificate(self.objective, self.bound, self.iterations, self.converged)
 
 
 def solve(

@@ -17,24 +17,27 @@ from hefting.core.recording import Recording
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.averages import measured_blocks, residual_size
-from hefting.ingest.changes.messages import change_warnings
-from hefting.ingest.clock import errors_of_clock_offset
+from hefting.ingest.blocks import measured_blocks, residual_size
+from hefting.ingest.changes.stretches import change_warnings
+from hefting.ingest.channels import (
+    dead_channel_message,
+    quantisation_message,
+    still_pose_message,
+)
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.dead_channels import dead_channel_message, still_pose_message
 from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
-from hefting.ingest.gravity import (
-    errors_of_estimated_gravity,
-    errors_of_gravity_size,
-)
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
 from hefting.ingest.poses import without_faulty_poses
-from hefting.ingest.quantisation import quantisation_message
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
-from hefting.ingest.tool import tool_warnings, without_tool
+from hefting.ingest.systematic import (
+    errors_of_clock_offset,
+    errors_of_estimated_gravity,
+    errors_of_gravity_size,
+)
+from hefting.ingest.tool import tool_covariance, tool_warnings, without_tool
 from hefting.ingest.unmodelled import acceleration_message, may_be_acceleration
 from hefting.ingest.weights import motion_noise_of, weights_of
 from hefting.logs.given import as_recording
@@ -42,10 +45,6 @@ from hefting.motion import Measured
 from hefting.motion.measure import Source
 
 __all__ = ["Ingested", "ingest"]
-
-UNDETERMINED_TOOL_INERTIA = 1.0
-"""[m²] Standard deviation per kilogram of a tool's parameter that its own recording
-left undetermined: that of the whole mass at a distance of one metre."""
 
 
 def ingest(
@@ -348,16 +347,3 @@ def _systematic_covariance(
     parts += [] if of_tool is None else [of_tool]
     C = np.sum(parts, axis=0) if parts else np.zeros((10, 10))
     return C if C.any() else None
-
-
-def tool_covariance(tool: Estimate | None) -> Array | None:
-    """(10, 10) covariance of a tool that was subtracted, for parameters it left
-    undetermined that of `UNDETERMINED_TOOL_INERTIA`; None where it has none."""
-    if tool is None or tool.covariance is None:
-        return None
-    undetermined = np.isinf(tool.covariance.diagonal())
-    covariance = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
-    covariance[undetermined, undetermined] = np.square(
-        UNDETERMINED_TOOL_INERTIA * tool.parameters.mass
-    )
-    return covariance

@@ -21,7 +21,7 @@ from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.excitation import Excitation
 from hefting.ingest.free_fit import free_fit
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.joint_errors import common_errors, shares_of
+from hefting.ingest.systematic import common_errors, shares_of
 
 MOST_NAMED = 3
 """Number of recordings that an error names one by one."""

@@ -10,11 +10,18 @@ recording: the covariances add.
 from dataclasses import replace
 from pathlib import Path
 
+import numpy as np
+
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
 from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import Array
+
+UNDETERMINED_TOOL_INERTIA = 1.0
+"""[m²] Standard deviation per kilogram of a tool's parameter that its own recording
+left undetermined: that of the whole mass at a distance of one metre."""
 
 
 def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
@@ -30,6 +37,19 @@ def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
         force=measurements.force - wrench[:, :3],
         torque=measurements.torque - wrench[:, 3:],
     )
+
+
+def tool_covariance(tool: Estimate | None) -> Array | None:
+    """(10, 10) covariance of a tool that was subtracted, for parameters it left
+    undetermined that of `UNDETERMINED_TOOL_INERTIA`; None where it has none."""
+    if tool is None or tool.covariance is None:
+        return None
+    undetermined = np.isinf(tool.covariance.diagonal())
+    covariance = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
+    covariance[undetermined, undetermined] = np.square(
+        UNDETERMINED_TOOL_INERTIA * tool.parameters.mass
+    )
+    return covariance
 
 
 def tool_warnings(tool: Estimate) -> list[Message]:

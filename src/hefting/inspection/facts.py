@@ -8,7 +8,7 @@ from hefting.core.measurements import Measurements
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import dynamism, predict_wrench
 from hefting.core.spatial import SPEED_LIMIT, Array, frozen
-from hefting.ingest.averages import residual_size
+from hefting.ingest.blocks import residual_size
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.ingest import Ingested
 from hefting.motion import Measured

@@ -4,6 +4,9 @@ was not measured."""
 import re
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
@@ -16,6 +19,9 @@ from hefting.logs.table import (
     summarize_list,
     warn_about_static,
 )
+
+if TYPE_CHECKING:
+    import pyarrow as pa
 
 MAX_COLUMNS = 1000
 """Most columns that a header may have."""
@@ -257,3 +263,23 @@ def _guess_column(name: str, absent: Sequence[str]) -> str | None:
         or get_close_matches(letters, ["time"], 1, 0.7)
     )
     return "time" if timely and "time" in absent else None
+
+
+def table_from_recording(recording: Recording) -> "pa.Table":
+    """The canonical table of a recording: a row for each instant at which any stream
+    has a sample."""
+    import pyarrow as pa
+
+    times = np.unique(
+        np.concatenate([stream.time for stream in recording.streams.values()])
+    )
+    columns = {} if recording.static else {"time": pa.array(times)}
+    for name, stream in recording.streams.items():
+        at = np.searchsorted(times, stream.time)
+        blank = np.ones(len(times), dtype=bool)
+        blank[at] = False
+        for j, column in enumerate(column_names(name, stream.values.shape[1])):
+            values = np.zeros(len(times))
+            values[at] = stream.values[:, j]
+            columns[column] = pa.array(values, mask=blank)
+    return pa.table(columns)

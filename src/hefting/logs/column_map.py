@@ -36,6 +36,7 @@ from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError
+from hefting.core.files import load_toml
 from hefting.core.spatial import Array
 from hefting.logs.layout import (
     LAYOUT_KEYS,
@@ -44,11 +45,15 @@ from hefting.logs.layout import (
     layout_of,
     nan_is_blank,
 )
-from hefting.logs.map_entries import check_known, parse_columns, parse_entry
-from hefting.logs.map_time import MappedTime, parse_time
+from hefting.logs.map_entries import (
+    MappedTime,
+    check_known,
+    parse_columns,
+    parse_entry,
+    parse_time,
+)
 from hefting.logs.orientations import ANGULAR, FORMS, POSE_FORMS, is_euler_order
 from hefting.logs.sensor_pose import SENSOR_KEYS, mapped_sensor_pose
-from hefting.logs.toml_file import load_toml
 from hefting.logs.units import UNITS, Unit, find_unit
 
 KINDS: dict[str, tuple[tuple[str, int], ...]] = {

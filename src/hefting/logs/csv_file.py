@@ -19,11 +19,11 @@ from hefting.core.files import write_atomically
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
+from hefting.logs.canonical import table_from_recording
 from hefting.logs.csv_header import DATE, NUMBER, read_header
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
-from hefting.logs.writing import table_from_recording
 
 if TYPE_CHECKING:
     import pyarrow as pa

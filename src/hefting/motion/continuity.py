@@ -10,12 +10,24 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.spatial import Array, Indices, Mask
-from hefting.motion.pose_steps import FEWEST_HELD_ROWS, Limits, Runs, Steps
-from hefting.motion.reachable import Chain
+from hefting.motion.pose_steps import (
+    FEWEST_HELD_ROWS,
+    STEPS_OF_VELOCITY,
+    Limits,
+    Runs,
+    Steps,
+)
 
 HELD_TIMING_ERRORS = 2.0
 """Errors of time stamps that a stall of the stream lasts longer than. Shorter ones are
 part of every log: in recordings at a nominal 1 kHz some last 3 to 8 ms."""
+
+PIECES_LOOKED_BACK = 40
+"""Number of earlier pieces from which a piece may be reached: of more faulty pieces in
+a row the chain is cut."""
+JUMP_COST = 1.0
+"""[s] Duration of poses that a jump must be worth: two parts of a recording that cannot
+be reached from each other are both kept where each is longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -98,3 +110,89 @@ def _frozen(runs: Runs, steps: Steps) -> Mask:
     repeated = np.ones(len(runs.of_row), dtype=bool)
     repeated[runs.first[1:]] = False
     return repeated & frozen[runs.of_row]
+
+
+class Chain:
+    """The most samples of a stream that can be reached one after the other.
+
+    A piece is not reached from the one just before it, from which a break separates it,
+    unless this ends with a value that is held, as the body may have moved meanwhile, or
+    one of the two samples at the break may be the only fault. Where two parts are out
+    of reach of each other a jump between them costs the samples of `JUMP_COST`.
+    """
+
+    reached: Mask
+    """(U,) the samples of the chain"""
+    jumps: Indices
+    """first samples of those of its pieces that follow a jump"""
+
+    def __init__(self, steps: Steps, runs: Runs, broken: Mask):
+        """Of steps between U runs of equal samples, of which some (U - 1,) are
+        `broken`."""
+        breaks = np.flatnonzero(broken)
+        self._steps = steps
+        self._first = np.concatenate(([0], breaks + 1))
+        self._last = np.concatenate((breaks, [len(broken)]))
+        self._samples = np.add.reduceat(runs.length, self._first).astype(float)
+        self._held = runs.long[self._last]
+        duration = float(runs.end[-1] - runs.time[0])
+        self._cost = JUMP_COST * float(self._samples.sum()) / duration
+        # a jump to a value that is only held is not worth it, however long that lasts
+        single = self._first == self._last
+        most = np.where(single, 0.5 * self._cost, np.inf)
+        self._samples = np.minimum(self._samples, most)
+        self._link()
+        self._follow()
+
+    def _link(self) -> None:
+        """Find for each piece the one that it is best reached from."""
+        score = self._samples.copy()
+        self._before = np.full(len(score), -1)
+        self._jumped = np.zeros(len(score), dtype=bool)
+        self._trimmed = np.zeros(len(score), dtype=bool)
+        for p in range(1, len(score)):
+            best = int(np.argmax(score[:p]))
+            if score[best] > self._cost:
+                score[p] += score[best] - self._cost
+                self._before[p], self._jumped[p] = best, True
+            near = self._reached_from(p)
+            if not len(near) and self._reached_when_trimmed(p):
+                near, self._trimmed[p] = np.array([p - 1]), True
+            source = int(near[np.argmax(score[near])]) if len(near) else -1
+            if source >= 0 and self._samples[p] + score[source] > score[p]:
+                score[p] = self._samples[p] + score[source]
+                self._before[p], self._jumped[p] = source, False
+        self._score = score
+
+    def _reached_from(self, p: int) -> Indices:
+        """The earlier pieces from which piece `p` is reached."""
+        stalled = self._held[p - 1] and self._last[p] > self._first[p]
+        earlier = np.arange(max(p - PIECES_LOOKED_BACK, 0), p - 1 + stalled)
+        begin, end = self._first[earlier], self._last[earlier]
+        return earlier[
+            self._steps.reaches(begin, end, int(self._first[p]), int(self._last[p]))
+        ]
+
+    def _reached_when_trimmed(self, p: int) -> bool:
+        """Whether a piece is reached from the one before without the samples at the
+        break between them."""
+        length = (self._last - self._first)[p - 1 : p + 1]
+        if (length < STEPS_OF_VELOCITY).any():
+            return False
+        begin, end = self._first[p - 1 : p], self._last[p - 1 : p] - 1
+        first, last = int(self._first[p]) + 1, int(self._last[p])
+        return bool(self._steps.reaches(begin, end, first, last)[0])
+
+    def _follow(self) -> None:
+        """Follow the chain with the largest score from its end."""
+        self.reached = np.zeros(int(self._last[-1]) + 1, dtype=bool)
+        p, jumps, trimmed = int(np.argmax(self._score)), [], []
+        while p >= 0:
+            self.reached[self._first[p] : self._last[p] + 1] = True
+            if self._jumped[p]:
+                jumps.append(int(self._first[p]))
+            elif self._trimmed[p]:
+                trimmed += [int(self._first[p]) - 1, int(self._first[p])]
+            p = int(self._before[p])
+        self.reached[trimmed] = False
+        self.jumps = np.array(jumps[::-1], dtype=int)

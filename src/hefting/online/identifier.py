@@ -24,12 +24,10 @@ from hefting.core.recording import Recording
 from hefting.estimators import Estimator, method_named, methods_with
 from hefting.ingest.tool import load_tool
 from hefting.online.final import final_estimate
-from hefting.online.inline import Inline
 from hefting.online.live_estimate import LiveEstimate
-from hefting.online.passing import joined, poses_of
 from hefting.online.pipeline import Pipeline
-from hefting.online.process import Remote
-from hefting.online.samples import Samples
+from hefting.online.process import Inline, Remote
+from hefting.online.samples import Samples, joined, poses_of
 from hefting.online.understanding import Settings
 from hefting.robots import Robot
 from hefting.shapes import as_shape
@@ -213,7 +211,7 @@ class LiveIdentifier:
 
         That is what `hefting.identify` finds in the whole stream: in `log`, where the
         stream was recorded, else in the samples as they came, while they fit in memory
-        (`hefting.online.kept`); else the last live answer. Of several objects it is the
+        (`hefting.online.history`); else the last live answer. Of several objects it is the
         last one's. ``until`` leaves nothing out of it: it may be surer than asked for.
 
         Parameters

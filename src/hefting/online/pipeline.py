@@ -14,12 +14,12 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
+from hefting.online.expected import Watch
 from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
 from hefting.online.live_estimate import LiveEstimate, LiveStateName
 from hefting.online.samples import Samples
 from hefting.online.understanding import Task, Understanding, long_enough
-from hefting.online.watch import Watch
 
 EVERY = 1.0
 """[s] of the stream between two understandings of its history."""

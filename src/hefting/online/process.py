@@ -1,5 +1,5 @@
 """Process: a history is understood in another process, so that neither sampling nor the
-estimates between wait for it."""
+estimates between wait for it; or in this one, for streams that are played."""
 
 import os
 import pickle
@@ -147,3 +147,23 @@ def _receive(stream: IO[bytes]) -> bytes | None:
         return None
     message = stream.read(LENGTH.unpack(head)[0])
     return message if len(message) == LENGTH.unpack(head)[0] else None
+
+
+class Inline:
+    """Understands each task when it is given: for streams that are played as fast as
+    it goes."""
+
+    busy = False
+
+    def __init__(self, settings: Settings):
+        self._understand = Understander(settings)
+        self._found: Understanding | None = None
+
+    def ask(self, task: Task) -> None:
+        """Understand the history now."""
+        self._found = self._understand(task)
+
+    def answer(self) -> Understanding | None:
+        """What was found, once."""
+        found, self._found = self._found, None
+        return found

@@ -1,13 +1,26 @@
-"""Samples of a live stream, and what a source of them must offer."""
+"""Samples of a live stream, and what a source of them must offer.
+
+And what becomes of any: which of them can be, several joined, and joint positions as
+poses.
+"""
 
 from __future__ import annotations
 
 from collections import Counter
+from collections.abc import Sequence
 from typing import NamedTuple, Protocol, runtime_checkable
 
+import numpy as np
+
 from hefting.core.errors import HeftingError
+from hefting.core.magnitudes import LARGEST, LARGEST_TIME
 from hefting.core.messages import Message
-from hefting.core.spatial import Array
+from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, Stream
+from hefting.core.spatial import Array, Mask
+from hefting.robots import Robot, with_poses
+
+UNIT_NORM = 0.01
+"""Largest distance of a quaternion's norm from one, as in `hefting.Recording`."""
 
 
 class Samples(NamedTuple):
@@ -85,3 +98,78 @@ class Source(Protocol):
     def close(self) -> None:
         """Disconnect; again does nothing."""
         ...
+
+
+def arrays_of(samples: Samples) -> tuple[Array, Array] | None:
+    """Times (n,) and values (n, d); None where they are no stream's."""
+    columns = COLUMNS.get(samples.stream)
+    time, values = np.asarray(samples.time), np.asarray(samples.values)
+    if (
+        columns is None
+        or time.dtype.kind not in "fiu"
+        or values.dtype.kind not in "fiu"
+    ):
+        return None
+    if time.ndim != 1 or values.ndim != 2 or len(time) != len(values):
+        return None
+    joints = samples.stream in JOINT_STREAMS and values.shape[1] > 0
+    if not joints and values.shape[1] != len(columns):
+        return None
+    return time.astype(float, copy=False), values.astype(float, copy=False)
+
+
+def possible(name: str, time: Array, values: Array, skipped: Counter[str]) -> Mask:
+    """Samples (n,) that are finite, and not larger than anything is; the others are
+    counted in `skipped`."""
+    with np.errstate(all="ignore"):
+        finite = np.isfinite(time) & np.isfinite(values).all(axis=1)
+        size = np.abs(values).max(axis=1, initial=0.0)
+        good = (np.abs(time) < LARGEST_TIME) & (size <= LARGEST.get(name, np.inf))
+        if name == "orientation":
+            norm = np.linalg.norm(values, axis=1)
+            good &= np.abs(norm - 1.0) <= UNIT_NORM
+    for reason, which in (("not finite", ~finite), ("impossible", finite & ~good)):
+        if which.any():
+            skipped[reason] += int(which.sum())
+    return finite & good
+
+
+def joined(parts: Sequence[Samples]) -> list[Samples]:
+    """Samples of one stream, in order of arrival, in as few parts as their widths
+    allow; those that are no arrays of (n,) and (n, d) are left as they are."""
+    found: list[Samples] = []
+    held: list[Samples] = []
+    for part in parts:
+        if held and _width(part) != _width(held[0]):
+            found.append(_one(held))
+            held = []
+        held.append(part)
+    return [*found, _one(held)] if held else found
+
+
+def poses_of(samples: Samples, robot: Robot) -> list[Samples]:
+    """Position and orientation of the sensor by joint positions.
+
+    Raises `InputError` where these are not the robot's.
+    """
+    # stamps may repeat here: the poses are checked as others are
+    order = np.arange(len(samples.time), dtype=float)
+    log = Recording({"joint_positions": Stream(order, samples.values)}, source="live")
+    posed = with_poses(log, robot)
+    return [
+        Samples(name, samples.time, posed[name].values)
+        for name in ("position", "orientation")
+    ]
+
+
+def _width(samples: Samples) -> int | None:
+    values, time = samples.values, samples.time
+    fits = values.ndim == 2 and time.ndim == 1 and len(time) == len(values)
+    return values.shape[1] if fits else None
+
+
+def _one(parts: Sequence[Samples]) -> Samples:
+    if len(parts) == 1 or _width(parts[0]) is None:
+        return parts[0]
+    time = np.concatenate([part.time for part in parts])
+    return Samples(parts[0].stream, time, np.concatenate([p.values for p in parts]))

@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.batches.batch import Batch
-from hefting.batches.headline import duration, headline
+from hefting.batches.batch import Batch, duration, headline
 from hefting.batches.reasons import Reason
 from hefting.batches.summary import Outlier, Summary
 from hefting.core.shell import file_word, typed

@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING, Any
 
 from hefting.core.errors import InputError
-from hefting.request.numbers import numbers, quantities
+from hefting.core.quantity import numbers, quantities
 
 if TYPE_CHECKING:
     from hefting.core.measurements import Noise

@@ -14,8 +14,7 @@ from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.files import check_replaceable
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
-from hefting.logs.ros.mcap_output import McapOutput
-from hefting.logs.ros.serialising import Messages, serialise
+from hefting.logs.ros.serialising import McapOutput, Messages, serialise
 from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
 from hefting.online.samples import Samples
 

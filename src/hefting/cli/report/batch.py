@@ -22,7 +22,7 @@ def batch_report(
     found: "Batch", render: Callable[[str], str], page: str | None
 ) -> Iterable[Line]:
     """Counts, what failed and why, what is worth a look, and where the table is."""
-    from hefting.batches.headline import headline
+    from hefting.batches.batch import headline
 
     summary = found.summary
     yield Line(headline(found), "bold")

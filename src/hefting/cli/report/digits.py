@@ -1,15 +1,28 @@
 """Numbers as people read them: as many digits as their interval is worth, points under
-each other."""
+each other; and the ten numbers of an estimate so, ``open`` where neither the recording
+nor a shape determines them."""
 
 from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from hefting.core.estimate import Estimate
+from hefting.core.rounding import decimals
+from hefting.core.spatial import tensor_to_vector
 
 FEWEST, MOST = 0, 9
 """Decimals that are printed."""
 SIGNIFICANT = 4
 """Digits of a number of which nobody says how sure it is."""
+
+MILLIMETRE = 3
+"""Decimal places by which millimetres differ from metres."""
+LEAST_DIGITS = 2
+"""Significant digits of the mass, and of the largest moment, that are shown however
+wide their intervals are."""
 
 
 def decimals_of(value: float, reach: float | None, digits: int = 2) -> int:
@@ -60,3 +73,42 @@ def _places(text: str) -> int:
     """Characters from the point on."""
     _, point, part = text.partition(".")
     return len(point) + len(part)
+
+
+@dataclass(frozen=True, eq=False)
+class Worth:
+    """Decimal places of mass [kg], COM [mm] and inertia at the COM [kg m²], and which of
+    the ten are open."""
+
+    places: np.ndarray
+    open: np.ndarray
+
+    @classmethod
+    def of(cls, estimate: Estimate) -> Self:
+        """From the intervals of an estimate."""
+        p, half, open_ = (
+            estimate.parameters,
+            estimate.half_widths,
+            estimate.undetermined,
+        )
+        com, moments = p.center_of_mass, p.inertia_at_com.diagonal()
+        inertia = decimals(
+            half["inertia_at_com"], float(np.abs(moments).max()), LEAST_DIGITS
+        )
+        places = (
+            decimals(half["mass"], abs(p.mass), LEAST_DIGITS),
+            *decimals(half["center_of_mass"], float(np.abs(com).max())) - MILLIMETRE,
+            *tensor_to_vector(inertia).astype(int),
+        )
+        flags = (
+            open_.mass,
+            *open_.center_of_mass,
+            *tensor_to_vector(open_.inertia_at_com),
+        )
+        return cls(np.array(places, dtype=int), np.array(flags, dtype=bool))
+
+    def text(self, value: float, row: int, is_estimate: bool) -> str:
+        """A number of one row; an end of an interval may be open by itself."""
+        if not np.isfinite(value) or (is_estimate and self.open[row]):
+            return "open"
+        return fixed(value, max(int(self.places[row]), 0))

@@ -29,6 +29,10 @@ MOST_DRIFT_FUNCTIONS = 12
 LONGEST_CORRELATION = 20.0
 """[cells] Longest autocorrelation time that is believed."""
 
+NEGLIGIBLE_DIRECTION = 1e-6
+"""Singular value of the columns, as a share of the largest, below which a direction of
+them is left out."""
+
 
 def drift_degrees(cells: Cells) -> int:
     """Number of polynomials of time for the bias of a recording."""
@@ -197,3 +201,16 @@ def autocorrelation(residuals: Array) -> float:
     if rho >= 1.0:
         return LONGEST_CORRELATION
     return float(np.clip((1.0 + rho) / (1.0 - rho), 1.0, LONGEST_CORRELATION))
+
+
+def variance_of_any_linear_function(cells: Cells) -> Array:
+    """(2,) variance of the whitened residuals of force and torque, each channel the
+    linear function of features, axes and drift that fits it best."""
+    drift = bias_columns(cells, drift_degrees(cells))[:, 0, : drift_degrees(cells)]
+    columns = np.hstack((cells.features, cells.axes, drift))
+    size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    left, singular, _ = np.linalg.svd(columns / size, full_matrices=False)
+    left = left[:, singular > NEGLIGIBLE_DIRECTION * singular[0]]
+    residual = cells.whitened - left @ (left.T @ cells.whitened)
+    square = np.sum(residual.reshape(-1, 2, 3) ** 2, axis=(0, 2))
+    return square / max(3.0 * (len(cells) - left.shape[1]), 1.0)

@@ -11,13 +11,24 @@ import numpy as np
 
 from hefting.core.progress import each
 from hefting.core.spatial import Array
-from hefting.ingest.changes.alternatives import variance_of_any_linear_function
 from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
-from hefting.ingest.changes.bodies import PARAMETERS, JointFit, JointModel
+from hefting.ingest.changes.bodies import (
+    PARAMETERS,
+    JointFit,
+    JointModel,
+    variance_of_any_linear_function,
+)
 from hefting.ingest.changes.cells import Cells, cells_of, has_long_contact
-from hefting.ingest.changes.events import BARE_SHARE, center_of_mass, event_between
 from hefting.ingest.changes.screening import is_suspicious, with_noise_scale
-from hefting.ingest.changes.stretches import Changes, EventKind, Stretch, Touch
+from hefting.ingest.changes.stretches import (
+    BARE_SHARE,
+    Changes,
+    EventKind,
+    Stretch,
+    Touch,
+    center_of_mass,
+    event_between,
+)
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.robust_fit import RobustFit
 from hefting.ingest.samples import Samples

@@ -1,14 +1,29 @@
-"""Stretches of a recording in each of which the same free body is held, and the events
-between them."""
+"""Stretches of a recording in each of which the same free body is held, the events between
+them, and what is said of these changes: when they were, what happened, and which part
+to use."""
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 
+from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 
 EventKind = Literal["picked-up", "put-down", "swapped", "slipped", "touched"]
+
+BARE_SHARE = 0.2
+"""Share of the heavier body's mass up to which the lighter one is a bare gripper, or
+nothing."""
+SIGNIFICANT = 4.0
+"""Number of standard deviations from which on two masses differ."""
+SAME_MASS_SHARE = 0.05
+"""Difference of two masses, as a share of the larger, up to which they are the same:
+the errors of a sensor."""
+
+LONG_TOUCH_SHARE = 0.5
+"""Share of a recording above which it is said that a contact lasts so long."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,3 +109,88 @@ class Changes:
                 Touch(t.start + seconds, t.end + seconds) for t in self.touches
             ),
         )
+
+
+def event_between(before: Array, after: Array, std_of_difference: float) -> EventKind:
+    """Kind of a change from one body to another.
+
+    Parameters
+    ----------
+    before, after : (10,) parameters, with a positive mass for what is heavy.
+    std_of_difference : of the masses [kg].
+    """
+    heavier = max(float(before[0]), float(after[0]))
+    if before[0] <= BARE_SHARE * heavier:
+        return "picked-up"
+    if after[0] <= BARE_SHARE * heavier:
+        return "put-down"
+    apart = abs(float(after[0] - before[0]))
+    if apart > max(SIGNIFICANT * std_of_difference, SAME_MASS_SHARE * heavier):
+        return "swapped"
+    return "slipped"
+
+
+def center_of_mass(body: Array, heaviest: float) -> Array | None:
+    """(3,) [m]; None for a body (10,) whose mass is negligible beside the heaviest
+    [kg]."""
+    mass = float(body[0])
+    if not mass > 0.02 * heaviest:
+        return None
+    return np.asarray(body[1:4] / mass)
+
+
+def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
+    """Warnings of changes of the object; `chosen` is whether a stretch was chosen, or the
+    part was given."""
+    if changes is None:
+        return []
+    said = [_change(changes)] if _events(changes) else []
+    if changes.touches:
+        said.append(_touch(changes))
+    parts = ", ".join(_part(stretch) for stretch in changes.stretches)
+    if not chosen:
+        what = f"the part that was given is used, though not one free body explains it; for one: {parts}"
+        return [*said, error("change-left-in", what, "start")]
+    used = changes.chosen
+    what = f"only {used.start:.2f} to {used.end:.2f} s is used; to choose: {parts}"
+    return [*said, warning("change-part-used", what, "start")]
+
+
+def _events(changes: Changes) -> list[str]:
+    """What happened, and when."""
+    return [
+        f"{one.event} at {0.5 * (one.end + other.start):.1f} s"
+        for one, other in pairwise(changes.stretches)
+        if one.event not in (None, "touched")
+    ]
+
+
+def _change(changes: Changes) -> Message:
+    what = f"the object changes: {', '.join(_events(changes))}"
+    return warning("change-point", what)
+
+
+def _touch(changes: Changes) -> Message:
+    """That something touches the object, and when."""
+    when = ", ".join(f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches)
+    long = changes.touched > LONG_TOUCH_SHARE * changes.duration
+    much = ", more than half of the recording" if long else ""
+    parts = (*changes.touches, *changes.stretches)
+    first, last = min(p.start for p in parts), max(p.end for p in parts)
+    # a sensor that is zeroed stays so to the end of the recording
+    lasts = any(first == t.start or t.end == last for t in changes.touches)
+    also = ", or was the sensor zeroed" if lasts else ""
+    what = f"no free body explains the wrench from {when}{much}: touched{also}?"
+    return warning("change-touched", what)
+
+
+def _part(stretch: Stretch) -> str:
+    """Start and duration of a stretch, as one gives them, and the body in it."""
+    com = stretch.center_of_mass
+    where = "" if com is None else f", COM {_millimetres(com)} mm"
+    numbers = f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f}"
+    return f"{numbers} ({stretch.mass:.3g} kg{where})"
+
+
+def _millimetres(com: Array) -> str:
+    return f"({', '.join(f'{1e3 * x:.0f}' for x in com)})"

@@ -48,8 +48,8 @@ LINEAR_EXPLANATIONS = (
     wrench_compensated.explain,
     calibration_matrix.explain,
 )
-"""Mistakes of which none explains more than `free_channels`: they are looked for only
-where those explain enough."""
+"""Mistakes of which none explains more than free channels (`explained_by_motion`): they
+are looked for only where those explain enough."""
 LARGE_EXPLANATIONS = (
     base_axes.explain,
     position_unit.explain,

@@ -25,8 +25,8 @@ from hefting.ingest.rivals.placement import (
     angle_and_axis,
     find_placement,
     turn_text,
+    turned_and_moved,
 )
-from hefting.ingest.rivals.turned_and_moved import turned_and_moved
 from hefting.ingest.robust_rows import normal_equations, scaled_to_ones
 
 CODE = "axes-turned"

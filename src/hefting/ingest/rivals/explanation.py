@@ -6,10 +6,20 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals.case import FINE_OFFSETS, Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, with_bias
+from hefting.ingest.rivals.evidence import (
+    ITERATIONS,
+    SMALLEST_FLOOR,
+    Fitted,
+    Rows,
+    fit_rows,
+    with_bias,
+)
+from hefting.ingest.robust_rows import RobustRows, fit_channels
 
 OFFSET_STEP = 2e-3
 """[s] Half of the step of the numerical derivative by the clock offset."""
@@ -19,6 +29,11 @@ it."""
 _FITS_AS_GIVEN: WeakKeyDictionary[Case, tuple[Fitted, float]] = WeakKeyDictionary()
 Build = Callable[[Motion], Rows]
 """Rows of the model for the motion at O clock offsets."""
+
+FINEST_OFFSETS = 0.2 * FINE_OFFSETS
+"""[s] Clock offsets about the best of the fine ones: mistakes are refined beside it."""
+FIRST_ITERATIONS = 3
+"""Reweightings by which offsets are compared."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,3 +144,47 @@ def offset_columns(
 def at_offset(case: Case, build: Build, offset: float) -> Fitted:
     """The fit at one clock offset [s]."""
     return fit_rows(case, build(case.motion_at(case.time[None] - offset)))
+
+
+def explained_by_poses(case: Case, recording: Recording) -> Fitted | None:
+    """The fit with the poses of another recording; None where there is no motion in
+    them."""
+    if case.path.kind in ("columns", "accelerometer"):
+        return None
+    path = (
+        path_of(recording, "auto", case.gravity)
+        if case.path.moves
+        else static_path(recording)
+    )
+    if path is None:
+        return None
+    other = case.with_path(recording, path)
+    return over_offsets(other, lambda motion: newton_euler(other, motion))[0]
+
+
+def explained_by_motion(case: Case) -> RobustRows:
+    """The fit of free channels at the clock offsets about the likeliest one."""
+    if not case.path.moves:
+        return _fit(case, case.motion, ITERATIONS)
+    offset = case.offsets[_fit(case, case.motion, FIRST_ITERATIONS).best]
+    for step in (FINE_OFFSETS, FINEST_OFFSETS):
+        near = offset + step
+        motion = case.motion_at(case.time - near[:, None])
+        fitted = _fit(case, motion, ITERATIONS)
+        offset = near[fitted.best]
+    return fitted
+
+
+def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:
+    known: list[Array] = [
+        motion.features(case.modelled_gravity),
+        motion.axes.reshape(*motion.known.shape, 9),
+    ]
+    shared = (case.bias_functions, case.wrench)
+    known += [np.broadcast_to(x, (len(motion.known), *x.shape)) for x in shared]
+    return fit_channels(
+        np.concatenate(known, axis=2),
+        motion.known.astype(float),
+        np.maximum(case.floor, SMALLEST_FLOOR),
+        iterations,
+    )

@@ -35,9 +35,9 @@ from hefting.ingest.rivals.explanation import (
     HEAVIEST_HELD,
     Explanation,
     as_given,
+    explained_by_motion,
     newton_euler,
 )
-from hefting.ingest.rivals.free_channels import explained_by_motion
 from hefting.ingest.robust_rows import RobustRows
 
 FEWEST_POSES = 12

@@ -11,8 +11,8 @@ from hefting.ingest.rivals.placement import (
     find_placement,
     place_text,
     seen_from_log,
+    turned_and_moved,
 )
-from hefting.ingest.rivals.turned_and_moved import turned_and_moved
 
 CODE = "lever-arm"
 STEPS = 5

@@ -23,6 +23,7 @@ from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Fitted, fit_rows, linear_step
 from hefting.ingest.rivals.explanation import (
     Build,
+    Explanation,
     newton_euler,
     offset_columns,
 )
@@ -40,6 +41,9 @@ LARGEST_OFFSET_STEP = 0.02
 ROUND_ANGLE = np.radians(0.5)
 """[rad] Standard deviation up to which an angle is known well enough to be rounded to a
 whole number of degrees."""
+
+STEPS = 6
+"""Gauss-Newton steps of turn, place and clock offset."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -222,3 +226,33 @@ def _round_turn(R: Array, covariance: Array) -> str | None:
     if known >= ROUND_ANGLE or off @ np.linalg.solve(covariance, off) >= 9.0:
         return None
     return f"{'xyz'[main]}:{180 if degrees == 180 else round(sign * degrees)}"
+
+
+def turned_and_moved(
+    case: Case, code: str, R: Array, offset: float
+) -> Explanation | None:
+    """Both, from a rotation (3, 3) and a clock offset [s], under the code of the one that
+    explains more alone."""
+    if not case.path.moves or case.path.kind == "orientation":
+        return None
+    found = find_placement(case, R, offset, turns=True, moves=True, steps=STEPS)
+    point, C = found.point, found.covariance
+    if not np.linalg.norm(point) <= LARGEST_LEVER:
+        return None
+    angle, axis = angle_and_axis(found.R)
+    known = float(np.sqrt(axis @ C[:3, :3] @ axis))
+    std = np.sqrt(C.diagonal()[3:])
+    return Explanation(
+        code,
+        f"the sensor's axes seem turned by {turn_text(found.R, known)} of the logged "
+        f"ones, and its origin at {place_text(point, std)} of the logged frame",
+        advice(case, found.R, point),
+        found.fitted,
+        6,
+        argument="sensor_pose_in_log",
+        parameters=seen_from_log(found.parameters, found.R.T @ point),
+        effect=min(
+            angle / max(known, 1e-12),
+            float(np.linalg.norm(point / np.maximum(std, 1e-12))),
+        ),
+    )

@@ -5,8 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.poses import explained_by_poses
+from hefting.ingest.rivals.explanation import Explanation, explained_by_poses
 
 CODE = "quaternion-order"
 

@@ -1,7 +1,8 @@
-"""Messages of one topic as bytes, all of them at once."""
+"""Messages of one topic as bytes, all of them at once, and the file that Foxglove's
+writer of MCAP writes them to."""
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, BinaryIO
 
 import numpy as np
 from numpy.typing import NDArray
@@ -67,3 +68,28 @@ def _blank_message(store: Any, kind: str) -> Any:
                 else np.zeros(count if node == 3 else 0, dtype=name)
             )
     return store.types[kind](*values)
+
+
+class McapOutput:
+    """A file for Foxglove's writer, which logs errors and goes on: the first is kept,
+    and nothing is written after it."""
+
+    def __init__(self, stream: BinaryIO):
+        self._stream = stream
+        self.error: OSError | None = None
+
+    def write(self, data: bytes | bytearray) -> int:
+        """Write, unless that failed before."""
+        if self.error is None:
+            try:
+                return self._stream.write(data)
+            except OSError as error:
+                self.error = error
+        return len(data)
+
+    def seek(self, offset: int, whence: int = 0) -> int:
+        """Go to a place in the file."""
+        return self._stream.seek(offset, whence)
+
+    def flush(self) -> None:
+        """Nothing: the file is flushed when it is closed."""

@@ -8,7 +8,7 @@ from benchmarks.given import correct
 
 from hefting import identify
 from hefting.core.recording import Stream
-from hefting.ingest.dead_channels import dead_channel_message, still_pose_message
+from hefting.ingest.channels import dead_channel_message, still_pose_message
 from hefting.inspection import inspect
 
 
