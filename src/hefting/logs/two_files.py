@@ -15,7 +15,7 @@ from hefting.logs.map_sample import sample_of
 from hefting.logs.mapped import Mapped, mapped
 from hefting.logs.registry import find_format, join_words, table_formats
 from hefting.logs.table import with_times
-from hefting.logs.toml_file import load_toml
+from hefting.logs. import load_toml
 from hefting.logs.units import SECOND
 
 SINCE_1970 = 1e8
