@@ -1,10 +1,9 @@
-"""Reading JSON and XML with care, and writing files whole or not at all."""
+"""Reading JSON, TOML and XML with care, and writing files whole or not at all."""
 
 import json
 import os
 import re
 import stat
-import tomllib
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -246,6 +245,8 @@ def load_toml(
     """The content of a TOML file, which is to be a column map, say. `InputError` when
     it cannot be read, is larger than `largest` [bytes], has lines of too many dots, or
     is not TOML."""
+    import tomllib
+
     check_readable(path)
     try:
         with open(path, "rb") as stream:

@@ -23,8 +23,7 @@ from hefting.core.messages import Message
 from hefting.core.recording import Recording
 from hefting.estimators import Estimator, method_named, methods_with
 from hefting.ingest.tool import load_tool
-from hefting.online.final import final_estimate
-from hefting.online.live_estimate import LiveEstimate
+from hefting.online.live_estimate import LiveEstimate, final_estimate
 from hefting.online.pipeline import Pipeline
 from hefting.online.process import Inline, Remote
 from hefting.online.samples import Samples, joined, poses_of
