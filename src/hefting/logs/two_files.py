@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hefting.core.errors import InputError
-from hefting.core.files import check_readable, check_size
+from hefting.core.files import check_readable, check_size, load_toml
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
 from hefting.logs.column_map import column_map_of
@@ -15,7 +15,6 @@ from hefting.logs.map_sample import sample_of
 from hefting.logs.mapped import Mapped, mapped
 from hefting.logs.registry import find_format, join_words, table_formats
 from hefting.logs.table import with_times
-from hefting.logs. import load_toml
 from hefting.logs.units import SECOND
 
 SINCE_1970 = 1e8
