@@ -26,13 +26,16 @@ from hefting.cli.options import (
 )
 from hefting.cli.outputs import (
     STATUS_NOT_WRITTEN,
+    add_report,
+    check_report,
     draw_pictures,
+    identified,
     is_picture,
     wanted,
     write,
     write_pictures,
+    write_report,
 )
-from hefting.cli.pages import add_report, check_report, identified, write_report
 from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details

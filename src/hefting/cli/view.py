@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
 from hefting.cli.options import add_mass, add_recording, check_output, read_recording
-from hefting.cli.pages import open_page
+from hefting.cli.outputs import open_page
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError

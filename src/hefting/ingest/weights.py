@@ -4,7 +4,7 @@ import numpy as np
 
 from hefting.core.measurements import MotionNoise
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.white_noise import white_motion_noise
+from hefting.estimators.raw_motion import white_motion_noise
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.unmodelled import weights_at_rest
 from hefting.motion import Measured

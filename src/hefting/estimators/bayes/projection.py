@@ -18,7 +18,7 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
-from hefting.estimators.nonnegative import nonnegative_least_squares
+from hefting.estimators.quadratic import nonnegative_least_squares
 
 DISTANCE_WEIGHT = 1e4
 """Weight of the distance from the parameters, relative to the evenness of the mass
