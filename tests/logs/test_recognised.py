@@ -244,6 +244,25 @@ def test_dates_are_times(tmp_path, zone, between):
         read_log(path)
 
 
+@pytest.mark.parametrize("date", ["2026-13-41T12:00:00", "9999-12-31T12:00:00"])
+def test_a_date_that_cannot_be_is_named(tmp_path, date):
+    """The first of all is no date at all, so that its column is one of numbers."""
+    dates = [f"2026-01-31T12:00:0{k}" for k in range(10)]
+    lines = [
+        f"{d},{line.partition(',')[2]}"
+        for d, line in zip(dates, LINES[1:], strict=False)
+    ]
+    path = tmp_path / "log.csv"
+    for row, words in ((4, "is no date like"), (2, "is not a number")):
+        wrong = [LINES[0], *lines]
+        wrong[row - 1] = f"{date},{LINES[row - 1].partition(',')[2]}"
+        path.write_text("\n".join(wrong))
+        with pytest.raises(
+            InputError, match=f"row {row}, column time: '{date}' {words}"
+        ):
+            read_log(path)
+
+
 @pytest.mark.parametrize("kind", ["date", "date with a zone", "duration"])
 def test_times_of_pandas_in_parquet(tmp_path, kind):
     frame = frame_of(" ".join(CANONICAL), PLAIN)

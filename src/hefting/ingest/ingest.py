@@ -38,8 +38,12 @@ from hefting.ingest.systematic import (
     errors_of_gravity_size,
 )
 from hefting.ingest.tool import tool_covariance, tool_warnings, without_tool
-from hefting.ingest.unmodelled import acceleration_message, may_be_acceleration
-from hefting.ingest.weights import motion_noise_of, weights_of
+from hefting.ingest.weights import (
+    acceleration_message,
+    may_be_acceleration,
+    motion_noise_of,
+    weights_of,
+)
 from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source

@@ -20,7 +20,7 @@ from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
-from hefting.logs.csv_header import DATE, NUMBER, read_header
+from hefting.logs.csv_header import NUMBER, read_header, seconds_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
@@ -217,14 +217,17 @@ class CsvTable:
                     if self.decimal == "."
                     else cells[j].replace(".", "?").replace(self.decimal, ".")
                 )
-                if not (DATE if j in self.dates else NUMBER).fullmatch(cell):
+                is_date = j in self.dates
+                if (is_date and cell.strip() and seconds_of(cell) is None) or (
+                    not is_date and not NUMBER.fullmatch(cell)
+                ):
                     comma = self.decimal == "." and re.fullmatch(
                         r"\s*[+-]?\d+,\d*\s*", cells[j]
                     )
                     point = 'write decimals with a point, or give decimal = "," in a column map (`column_map`=FILE)'
                     fix = point if comma else "give a number, or leave the cell blank"
                     what = f"{cells[j][:40]!r} is not a number"
-                    if j in self.dates:
+                    if is_date:
                         what = f"{cells[j][:40]!r} is no date like those before"
                         fix = "write each as 2026-01-31T12:00:00.000"
                     return InputError(what, f"{where}, column {label(self, j)}", fix)

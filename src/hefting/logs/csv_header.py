@@ -4,6 +4,7 @@ import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
+from datetime import UTC, datetime
 from pathlib import Path
 
 from hefting.core.errors import InputError
@@ -35,6 +36,10 @@ DATE = re.compile(
     r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?\d\d)?\s*"
 )
 """A date with a time of day, by ISO 8601."""
+
+
+YEARS = range(1678, 2262)
+"""Of dates whose nanoseconds since 1970 are a number of 64 bits."""
 
 
 @dataclass(frozen=True)
@@ -203,12 +208,26 @@ def split_cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
 
 
+def seconds_of(cell: str) -> float | None:
+    """A date as seconds since 1970; None for what is none."""
+    if not DATE.fullmatch(cell):
+        return None
+    try:
+        date = datetime.fromisoformat(cell.strip())
+    except ValueError:  # of a month 13
+        return None
+    date = date if date.tzinfo else date.replace(tzinfo=UTC)
+    return date.timestamp() if date.year in YEARS else None
+
+
 def is_numbers(cells: Sequence[str], separator: str) -> bool:
     """Whether most cells of a row are numbers or dates, and some are not blank."""
     known = [cell for cell in cells if cell]
     if separator != ",":
         known = [cell.replace(",", ".") for cell in known]
-    readable = sum(bool(NUMBER.fullmatch(c) or DATE.fullmatch(c)) for c in known)
+    readable = sum(
+        NUMBER.fullmatch(c) is not None or seconds_of(c) is not None for c in known
+    )
     return bool(known) and readable > len(known) / 2
 
 
@@ -225,7 +244,9 @@ def _has_decimal_commas(rows: Sequence[Sequence[str]], separator: str) -> bool:
 
 def _date_columns(cells: Sequence[str]) -> dict[int, bool]:
     """Columns of a row that hold a date, and whether with its time zone."""
-    found = {j: DATE.fullmatch(cell) for j, cell in enumerate(cells)}
+    found = {
+        j: DATE.fullmatch(cell) for j, cell in enumerate(cells) if seconds_of(cell)
+    }
     return {j: match["zone"] is not None for j, match in found.items() if match}
 
 

@@ -4,7 +4,6 @@ columns."""
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
-from datetime import UTC, datetime
 from pathlib import Path
 
 import numpy as np
@@ -14,10 +13,10 @@ from hefting.core.files import check_size
 from hefting.core.spatial import Array
 from hefting.logs.csv_file import CsvTable, open_csv, texts
 from hefting.logs.csv_header import (
-    DATE,
     NUMBER,
     is_numbers,
     read_header,
+    seconds_of,
     split_cells,
 )
 from hefting.logs.layout import Layout
@@ -113,8 +112,8 @@ def _has_nan(rows: Sequence[Sequence[str]]) -> bool:
 
 def _number(cell: str, decimal: str) -> float:
     """A cell as a number, a date as seconds; NaN where it is neither."""
-    if DATE.fullmatch(cell):
-        return datetime.fromisoformat(cell).replace(tzinfo=UTC).timestamp()
+    if (date := seconds_of(cell)) is not None:
+        return date
     cell = cell.replace(decimal, ".")
     return float(cell) if cell.strip() and NUMBER.fullmatch(cell) else np.nan
 
