@@ -12,7 +12,7 @@ from hefting.core.measurements import NOISE_LEVELS, Measurements, MotionNoise, N
 from hefting.core.metrics import errors_between
 from hefting.core.spatial import Array
 from hefting.estimators import LMI, PMD, Bayes
-from hefting.estimators.bayes.white_noise import white_noise
+from hefting.estimators.raw_motion import white_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go, wield
 from hefting.simulation.arm import SensorMotion

@@ -117,10 +117,10 @@ def verdict(number: int) -> Verdict:
     spent = 0.0
     search = ingesting.doubt_of
 
-    def timed(case):
+    def timed(case, with_tool):
         nonlocal spent
         began = time.process_time()
-        found = search(case)
+        found = search(case, with_tool)
         spent += time.process_time() - began
         return found
 

@@ -94,7 +94,7 @@ def nothing_looked_for(monkeypatch):
     (`ingest/test_changes.py`); a mistake that is named widens intervals."""
     ingest = import_module("hefting.ingest.ingest")
     monkeypatch.setattr(ingest, "condition", partial(ingest.condition, changes=False))
-    monkeypatch.setattr(ingest, "doubt_of", lambda case: None)
+    monkeypatch.setattr(ingest, "doubt_of", lambda case, with_tool: None)
 
 
 @pytest.fixture(scope="module")

@@ -16,7 +16,7 @@ from hefting.core.messages import codes
 from hefting.core.metrics import errors_between
 from hefting.estimators import PMD, Bayes
 from hefting.estimators.bayes.mixture import INTERVAL_QUANTITIES
-from hefting.estimators.bayes.white_noise import white_noise
+from hefting.estimators.raw_motion import white_noise
 from hefting.shapes import Shape
 from hefting.simulation import hammer
 from random_problems import with_wrench

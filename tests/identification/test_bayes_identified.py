@@ -9,7 +9,7 @@ import pytest
 from hefting.core.measurements import NOISE_LEVELS, Noise
 from hefting.core.messages import codes
 from hefting.core.recording import Recording
-from hefting.estimators.bayes.white_noise import white_motion_noise
+from hefting.estimators.raw_motion import white_motion_noise
 from hefting.identification import identify
 from hefting.ingest.ingest import ingest
 from hefting.shapes import Shape

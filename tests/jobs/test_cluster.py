@@ -17,7 +17,7 @@ from clusters import local_cluster
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.jobs import Jobs, Lost, run_jobs
 from hefting.jobs.cluster import _do
-from hefting.jobs.source import source_version
+from hefting.jobs.worker import source_version
 from job_tasks import POISON
 
 pytestmark = pytest.mark.skipif(

@@ -25,7 +25,7 @@ from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.bayes.voxels import Voxels
-from hefting.estimators.bayes.white_noise import white_motion_noise, white_noise
+from hefting.estimators.raw_motion import white_motion_noise, white_noise
 from hefting.shapes import Shape
 from reference.held import (
     TOOL,

@@ -21,10 +21,10 @@ from hefting.batches.one import (
     read_unchanged,
     shape_once,
     start_row,
+    stopwatch,
 )
 from hefting.batches.parts import estimate_of_parts, parts_of
 from hefting.batches.recordings import Entry, Recordings
-from hefting.batches.stopwatch import stopwatch
 from hefting.core.errors import InputError
 from hefting.core.messages import warning
 from hefting.identification.partials import what_others_tell

@@ -7,20 +7,23 @@ import errno
 import json
 import time
 import warnings
-from collections.abc import Callable
+from collections.abc import Callable, Generator
+from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import lru_cache
+from time import perf_counter
 from types import SimpleNamespace
 from typing import TypeVar
 
-from hefting.batches.columns import Row, filled
+from hefting.batches.columns import STAGES, Row, filled
 from hefting.batches.content import Signature, hash_of, signature
 from hefting.batches.parts import estimate_of
 from hefting.batches.recordings import Entry
-from hefting.batches.stopwatch import stopwatch
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.core.estimate import Estimate
+from hefting.core.progress import listening
 from hefting.jobs import Lost
+from hefting.logs.registry import READING
 from hefting.request.request import (
     files_of,
     request_of,
@@ -188,3 +191,39 @@ def attempted(what: Callable[[], T], pause: Callable[[float], None] = time.sleep
                 raise
         pause(seconds)
     return what()
+
+
+STAGE_OF = {
+    READING: "reading",
+    "smoothing the motion": "motion",
+    "identifying": "solving",
+}
+"""Stage of what is reported; all else is conditioning."""
+
+
+class Stopwatch:
+    """Time by stage; what comes before the first report is reading."""
+
+    def __init__(self) -> None:
+        self._seconds: dict[str, float] = dict.fromkeys(STAGES, 0.0)
+        self._stage, self._since = "reading", perf_counter()
+
+    def __call__(self, reported: str, share: float | None = None) -> None:
+        """A stage is begun, or goes on."""
+        now = perf_counter()
+        self._seconds[self._stage] += now - self._since
+        self._stage, self._since = STAGE_OF.get(reported, "conditioning"), now
+
+    @property
+    def seconds(self) -> dict[str, float]:
+        """[s] by stage, up to now."""
+        going_on = perf_counter() - self._since
+        return self._seconds | {self._stage: self._seconds[self._stage] + going_on}
+
+
+@contextmanager
+def stopwatch() -> Generator[Stopwatch, None, None]:
+    """A stopwatch of what is reported meanwhile."""
+    watch = Stopwatch()
+    with listening(watch):
+        yield watch

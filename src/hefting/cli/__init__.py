@@ -59,6 +59,7 @@ def option_of(name: str) -> str:
 OPTIONS = {
     "pose": "--object-pose",
     "column_map": "--map",
+    "poses": "--poses",
     "sign": "--wrench",
     "noise": "--sensor-noise",
 } | {

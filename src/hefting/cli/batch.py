@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
 from hefting.cli.options import add_json, add_log_options, add_mass
-from hefting.cli.pages import check_report, command_line
+from hefting.cli.outputs import check_report, command_line
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
 

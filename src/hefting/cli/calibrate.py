@@ -14,11 +14,11 @@ from hefting.cli.options import (
     check_output,
     read_recording,
 )
-from hefting.cli.pages import add_report, check_report, command_line, write_report
+from hefting.cli.outputs import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 from hefting.cli.torques import add_torques, calibrate, require_torques
 from hefting.core.errors import InputError
-from hefting.core.shell import typed
+from hefting.core.plain_text import typed
 from hefting.request.settings import gravity_of, sensor_accuracy_of
 
 if TYPE_CHECKING:

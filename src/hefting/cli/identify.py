@@ -27,13 +27,16 @@ from hefting.cli.options import (
 )
 from hefting.cli.outputs import (
     STATUS_NOT_WRITTEN,
+    add_report,
+    check_report,
     draw_pictures,
+    identified,
     is_picture,
     wanted,
     write,
     write_pictures,
+    write_report,
 )
-from hefting.cli.pages import add_report, check_report, identified, write_report
 from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details
@@ -259,6 +262,8 @@ def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
 
 def _recordings(a: argparse.Namespace) -> "list[Recording]":
     """The logs, read with the same options."""
+    if a.poses and len(a.log) > 1:
+        raise InputError("are those of one log", "--poses", "convert each log first")
     given: set[Path] = set()
     for log in a.log:
         if Path(log).resolve() in given:

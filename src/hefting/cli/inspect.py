@@ -11,7 +11,7 @@ from hefting.cli.options import (
     add_verbose,
     read_recording,
 )
-from hefting.cli.pages import add_report, check_report, command_line, write_report
+from hefting.cli.outputs import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 from hefting.request.settings import gravity_of
 

@@ -25,8 +25,7 @@ from hefting.cli.options import (
     either,
     fill_inertia_of,
 )
-from hefting.cli.outputs import wanted, write
-from hefting.cli.pages import open_page
+from hefting.cli.outputs import open_page, wanted, write
 from hefting.cli.parser import say
 from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results

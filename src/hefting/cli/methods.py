@@ -4,9 +4,6 @@ import argparse
 
 from hefting.cli.options import add_json, add_verbose
 
-SCHEMA = "hefting.methods/1"
-"""Name and version of the JSON form, beside the methods under their names."""
-
 EXAMPLES = (
     "hefting methods",
     "hefting methods --verbose",
@@ -25,11 +22,9 @@ def run(arguments: argparse.Namespace) -> None:
     if arguments.json:
         import json
 
-        from hefting import __version__
         from hefting.estimators import describe_methods
 
-        form = {"schema": SCHEMA, "version": __version__}
-        print(json.dumps(form | describe_methods()))
+        print(json.dumps(describe_methods()))
         return
     from hefting.cli.report.methods import methods_report
     from hefting.cli.report.printing import print_report

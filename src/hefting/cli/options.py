@@ -114,7 +114,14 @@ def add_recording(
         nargs=count,
         help=f"{what}: {known}; - reads standard input; see --map, --urdf",
     )
-    return add_log_options(parser)
+    group = add_log_options(parser)
+    group.add_argument(
+        "--poses",
+        metavar="FILE",
+        help="poses or joint angles from another table, where the log has only the "
+        "wrench; on the same clock",
+    )
+    return group
 
 
 def add_log_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":

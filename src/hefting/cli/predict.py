@@ -20,7 +20,7 @@ from hefting.cli.options import (
     read_estimate,
     read_recording,
 )
-from hefting.cli.pages import add_report, check_report, command_line, write_report
+from hefting.cli.outputs import add_report, check_report, command_line, write_report
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.request.settings import gravity_of, sensor_accuracy_of

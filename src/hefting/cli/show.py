@@ -92,12 +92,12 @@ def _of_log(a: argparse.Namespace) -> "tuple[Estimate, Array]":
 
 def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:
     """How deep each COM is in the shape's convex hull, a line each."""
-    from hefting.scene import com_half_widths, depth_of, headline_of
+    from hefting.scene import com_reach, depth_of, headline_of
 
     lines = []
     for name, estimate in found.items():
         depth = depth_of(shape, estimate.parameters.center_of_mass)
-        half = com_half_widths(estimate)
+        half = com_reach(estimate)
         side = "inside" if depth >= 0.0 else "outside"
         where = f"{1e3 * abs(depth):.1f} mm {side} the convex hull"
         if depth < 0.0 and (half is None or -depth > half.max()):

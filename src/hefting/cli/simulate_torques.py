@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
-from hefting.core.shell import typed
+from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
     from hefting.simulation.objects import HeldObject

@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
-from hefting.core.shell import typed
+from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
     from hefting.simulation.scenario import Scenario, Simulated

@@ -4,7 +4,7 @@ import argparse
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
-from hefting.core.shell import typed
+from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate

@@ -15,7 +15,7 @@ from hefting.cli.options import (
     check_output,
     read_recording,
 )
-from hefting.cli.pages import open_page
+from hefting.cli.outputs import open_page
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError

@@ -24,7 +24,7 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array, Mask
-from hefting.estimators.nonnegative import nonnegative_least_squares
+from hefting.estimators.quadratic import nonnegative_least_squares
 
 FLOOR = 1e-7
 """Smallest scale of a norm that vanishes, relative to the objective: costs half of it

@@ -15,10 +15,14 @@ from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
 from hefting.estimators.joint_state import State
-from hefting.estimators.nonnegative import nonnegative_least_squares
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
-from hefting.estimators.quadratic import RANK_TOLERANCE, Quadratic, WrenchNoise
+from hefting.estimators.quadratic import (
+    RANK_TOLERANCE,
+    Quadratic,
+    WrenchNoise,
+    nonnegative_least_squares,
+)
 from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
 

@@ -247,3 +247,14 @@ class Quadratic:
         square = float(column @ column)
         mass = float(column @ self.b) / square if square else 0.0
         return mass if mass > 0.0 else 1e-3 * self.size / (square**0.5 or 1.0) or 1e-3
+
+
+def nonnegative_least_squares(A: Array, b: Array) -> Array:
+    """(n,) x >= 0 that minimises |A x - b|, for A (r, n) and b (r,) (Lawson & Hanson,
+    1974).
+
+    Raises `RuntimeError` after 100 n steps without an end, which rounding could cause.
+    """
+    from scipy.optimize import nnls  # pyright: ignore[reportUnknownVariableType]
+
+    return np.asarray(nnls(A, b, maxiter=100 * A.shape[1])[0], dtype=float)

@@ -47,8 +47,8 @@ from hefting.ingest.samples import (
     find_outliers_of_fit,
     find_outliers_piecewise,
 )
-from hefting.ingest.systematic import may_be_acceleration
 from hefting.ingest.uncertainty import estimate_uncertainty
+from hefting.ingest.unmodelled import may_be_acceleration
 from hefting.motion import smooth_poses
 from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors

@@ -11,12 +11,11 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
-from hefting.core.measurements import MotionNoise, Noise
+from hefting.core.measurements import Noise
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, frozen
-from hefting.estimators.bayes.white_noise import white_motion_noise
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
@@ -34,17 +33,16 @@ from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.systematic import (
-    acceleration_message,
     errors_of_clock_offset,
     errors_of_estimated_gravity,
     errors_of_gravity_size,
-    may_be_acceleration,
 )
 from hefting.ingest.tool import tool_covariance, tool_warnings, without_tool
+from hefting.ingest.unmodelled import acceleration_message, may_be_acceleration
+from hefting.ingest.weights import motion_noise_of, weights_of
 from hefting.logs.given import as_recording
 from hefting.motion import Measured
 from hefting.motion.measure import Source
-from hefting.motion.weighting import lasting_variances, sample_weights
 
 __all__ = ["Ingested", "ingest"]
 
@@ -114,8 +112,8 @@ def ingest(
         )
     z = replace(
         z,
-        weights=_weights(found, measured, counts),
-        motion_noise=_motion_noise(measured),
+        weights=weights_of(found, measured, counts),
+        motion_noise=motion_noise_of(measured),
     )
     state = SampleState.of(z)
     fits = _FreeFits(
@@ -143,7 +141,7 @@ def ingest(
         recording, motion, found, measured, z, fit, drift=may_be_biased
     )
     clock_error = errors_of_clock_offset(found, z, fit)
-    unmodelled = acceleration_message(found)
+    unmodelled = acceleration_message(found, z)
     if unmodelled is not None and doubt is None:
         warnings.append(unmodelled)
     if doubt is not None:
@@ -286,45 +284,6 @@ def _doubt(
         recording, found.path, found.gravity, found.offset, biased=may_be_biased
     )
     return doubt_of(case, with_tool=tool is not None)
-
-
-def _weights(found: Conditioned, measured: Measured, counts: Array) -> Array | None:
-    """Weights (K,), one on average, by the number of samples averaged and by the errors
-    of the smoothed motion.
-
-    None where the motion is exact and nothing was averaged.
-    """
-    smoothed = (
-        measured.motion is not None
-        and measured.source != "orientation"
-        and len(counts) > 1
-    )
-    if not smoothed and (counts == 1.0).all():
-        return None
-    weights = counts
-    if smoothed:
-        phi = np.where(np.isfinite(found.covariance.diagonal()), found.parameters, 0.0)
-        noise = (max(found.noise.force, 1e-12), max(found.noise.torque, 1e-12))
-        each = np.array(noise) / max(float(counts.mean()), 1.0) ** 0.5
-        assert measured.motion is not None
-        weights = counts * sample_weights(phi, measured.motion, *each)
-    return weights / weights.mean()
-
-
-def _motion_noise(measured: Measured) -> MotionNoise | None:
-    """Errors of the accelerations: those of the smoother or filter or, of logged
-    accelerations, from differences."""
-    motion = measured.motion
-    if motion is None:
-        return (
-            white_motion_noise(measured.measurements)
-            if measured.source == "columns"
-            else None
-        )
-    if motion.linear_acceleration_std is None:
-        return None
-    linear, angular = np.sqrt(lasting_variances(motion).mean(axis=1))
-    return MotionNoise(float(linear), float(angular), float(np.pi / motion.bandwidth))
 
 
 def _choose_sign(

@@ -1,6 +1,6 @@
 """Systematic errors of the parameters, which more samples do not lessen: by the clock
-offset, by gravity where its direction was estimated or its size is not known exactly,
-and by accelerations of a sensor whose position nobody measured, which are not modelled.
+offset, and by gravity where its direction was estimated or its size is not known
+exactly.
 
 And such errors of several recordings taken together: those that each has of its own,
 and those that all share.
@@ -14,11 +14,10 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import Gravity
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.messages import Message, warning
 from hefting.core.moments import triangular
 from hefting.core.recording import Recording
 from hefting.core.regressor import GRAVITY, predict_wrench
-from hefting.core.spatial import STANDARD_GRAVITY, Array, in_sensor_axes
+from hefting.core.spatial import Array, in_sensor_axes
 from hefting.estimators.ols import least_squares
 from hefting.estimators.quadratic import Quadratic, ScaledSVD
 from hefting.estimators.sample_state import SampleState
@@ -28,7 +27,6 @@ from hefting.ingest.ingested import Ingested
 from hefting.ingest.tool import tool_covariance
 from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
-from hefting.motion.smoothing import smooth_poses
 
 OFFSET_ERROR_RATIO = 5.0
 """Error of a clock offset over the standard deviation of the robust fit, which knows
@@ -38,14 +36,6 @@ from that of the whole."""
 UNKNOWN_OFFSET_STD = 0.02
 """[s] Standard deviation of a clock offset that the motion does not tell: that of
 separate drivers for robot and sensor."""
-
-REACH = 1.0
-"""[m] How far from its centre a sensor of unknown position may be that only turns."""
-SLOW = 1.0
-"""[m/s²] Acceleration that a sensor may have without turning."""
-LARGEST_SHARE = 0.04
-"""Acceleration over gravity up to which 95 % intervals of the mass hold it: simulated
-sinusoids of 1 rad/s have 0.02 to 0.04, those of 2 rad/s 0.05, and miss it a little."""
 
 
 def errors_of_estimated_gravity(
@@ -204,38 +194,3 @@ def common_errors(
         systematic if systematic.any() else None,
         size if parts[0].gravity_error is not None else None,
     )
-
-
-def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:
-    """Whether what is unexplained may be the acceleration of a sensor whose position
-    nobody measured: it looks like many a mistake."""
-    if found.path is None or found.path.kind != "orientation":
-        return False
-    motion = smooth_poses(recording).poses.at(recording["orientation"].time)
-    turning = np.hypot(
-        np.linalg.norm(motion.angular_acceleration, axis=1),
-        np.linalg.norm(motion.angular_velocity, axis=1) ** 2,
-    )
-    fastest = max(SLOW, REACH * float(np.sqrt(np.nanmean(turning**2))))
-    return _acceleration(found) < fastest
-
-
-def acceleration_message(found: Conditioned) -> Message | None:
-    """A doubt where accelerations that are not modelled are not small."""
-    if found.path is None or found.path.kind != "orientation":
-        return None
-    size = _acceleration(found)
-    share = size / float(np.linalg.norm(STANDARD_GRAVITY))
-    if share <= LARGEST_SHARE:
-        return None
-    what = (
-        f"without positions accelerations of some {size:.1g} m/s² are not modelled, and "
-        f"the mass may be off by {100 * share:.1g} %: log positions or an accelerometer, "
-        "or move more slowly"
-    )
-    return warning("accelerations-unmodelled", what)
-
-
-def _acceleration(found: Conditioned) -> float:
-    """[m/s²] What would explain the unexplained force."""
-    return 3**0.5 * found.noise.force / max(abs(float(found.parameters[0])), 1e-9)

@@ -10,8 +10,8 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
+from hefting.core.plain_text import file_word, typed
 from hefting.core.recording import Recording
-from hefting.core.shell import file_word, typed
 from hefting.core.spatial import SPEED_LIMIT, Array, check_gravity
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned

@@ -3,6 +3,6 @@ another."""
 
 from hefting.jobs.jobs import Jobs, run_jobs
 from hefting.jobs.outcome import Lost
-from hefting.jobs.source import source_version
+from hefting.jobs.worker import source_version
 
 __all__ = ["Jobs", "Lost", "run_jobs", "source_version"]

@@ -12,7 +12,7 @@ from uuid import uuid4
 
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.jobs.outcome import Died, Task
-from hefting.jobs.source import source_version
+from hefting.jobs.worker import source_version
 
 PATIENCE = "10s"
 """How long a scheduler may take to answer."""

@@ -4,6 +4,7 @@ It ends when the process that began it does, however that comes: a thread of it 
 for the next task, and reads the end of the stream instead.
 """
 
+import hashlib
 import os
 import pickle
 import signal
@@ -12,11 +13,14 @@ import traceback
 from collections import deque
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
+from functools import cache
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
+from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+import hefting
 from hefting.core.threads import ONE_THREAD
 from hefting.jobs.outcome import Task
 
@@ -153,3 +157,13 @@ def _interrupts_blocked() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+@cache
+def source_version() -> str:
+    """A hash of this library's source [64 hexadecimal digits]."""
+    root = Path(hefting.__file__).parent
+    digest = hashlib.sha256()
+    for path in sorted(root.rglob("*.py")):
+        digest.update(path.relative_to(root).as_posix().encode() + path.read_bytes())
+    return digest.hexdigest()

@@ -31,6 +31,7 @@ def read_log(
     column_map: str | Path | None = None,
     *,
     wrench_needed: bool = True,
+    poses: str | Path | None = None,
     **options: Any,
 ) -> Recording:
     """Recording in the log at `path`.
@@ -62,6 +63,8 @@ def read_log(
         `hefting.logs.column_map`.
     wrench_needed : whether a log without a wrench is refused, as one that nothing can
         be identified from.
+    poses : a table with the poses, or joint angles, of a log that has none: see
+        `hefting.logs.two_files.read_with_poses`.
     options : for bags: ``wrench_topic=`` and the others of `hefting.logs.ros.read_bag`.
 
     Raises `InputError`, naming file, row and column, for what cannot be read; what can
@@ -83,6 +86,10 @@ def read_log(
         check_readable(path)
         _check_options(found, path, column_map, given)
         report(READING)
+        if poses is not None:
+            from hefting.logs.two_files import read_with_poses
+
+            return read_with_poses(path, poses, column_map)
         if found.read is not None:
             return found.read(path, **given, wrench_needed=wrench_needed)
         from hefting.logs.table_file import read_table_file

@@ -54,7 +54,8 @@ REQUIRED = (
     (
         "orientation",
         ("q1",),
-        "give the orientation in columns qx qy qz qw, or joint angles in q1..qn",
+        "give the orientation in columns qx qy qz qw, or joint angles in q1..qn, or "
+        "another file with them (`poses`)",
     ),
 )
 """Streams of which one must be there: its name, columns that serve instead, and the fix

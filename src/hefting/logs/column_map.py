@@ -127,10 +127,15 @@ def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
 
 
 def column_map_of(
-    content: Mapping[str, Any], path: str | Path, wrench_needed: bool = True
+    content: Mapping[str, Any],
+    path: str | Path,
+    wrench_needed: bool = True,
+    *,
+    is_part: bool = False,
 ) -> ColumnMap:
     """The column map that the content of a TOML file describes; `path` is named in
-    errors, which are those of `load_map`."""
+    errors, which are those of `load_map`. Of a part of what is recorded, another file
+    holds the rest."""
     check_known(content, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), path, "key")
     time = content.get("time")
     quantities = {
@@ -138,7 +143,9 @@ def column_map_of(
         for key in KEYS[1:]
         if key in content
     }
-    _check_combination(quantities, path, wrench_needed)
+    _check_combination(quantities, path)
+    if not is_part:
+        _check_whole(quantities, path, wrench_needed)
     return ColumnMap(
         str(path),
         layout_of(content, path),
@@ -263,11 +270,8 @@ def _parse_names(entry: Mapping[str, Any], width: int, where: str) -> tuple[str,
     return tuple(names)
 
 
-def _check_combination(
-    quantities: Mapping[str, Quantity], path: str | Path, wrench_needed: bool
-) -> None:
-    """`InputError` unless there are just one wrench, if needed, and one orientation or
-    joints."""
+def _check_combination(quantities: Mapping[str, Quantity], path: str | Path) -> None:
+    """`InputError` for half a wrench, and for two wrenches or poses."""
     if ("force" in quantities) != ("torque" in quantities):
         raise InputError(
             "gives only one of force and torque",
@@ -278,6 +282,12 @@ def _check_combination(
         for other in others:
             if one in quantities and other in quantities:
                 raise InputError(f"gives both {one} and {other}", path, "leave one out")
+
+
+def _check_whole(
+    quantities: Mapping[str, Quantity], path: str | Path, wrench_needed: bool
+) -> None:
+    """`InputError` unless there are a wrench, if needed, and an orientation or joints."""
     if wrench_needed and not {"wrench", "force"} & set(quantities):
         raise InputError(
             "gives no wrench",

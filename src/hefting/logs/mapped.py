@@ -1,12 +1,12 @@
 """A table and a column map -> Recording, in SI units and the project's conventions."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import replace
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.messages import note
+from hefting.core.messages import Message, note
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.logs.column_map import ColumnMap, Quantity
@@ -29,6 +29,51 @@ from hefting.logs.table import (
 from hefting.logs.units import Unit
 
 
+@dataclass(frozen=True, eq=False)
+class Mapped:
+    """What a column map takes from a table."""
+
+    streams: Mapping[str, Stream]
+    """in SI units, but for their times, which are in `unit`"""
+    unit: Unit | None
+    """of the times; None: static poses"""
+    warnings: tuple[Message, ...] = ()
+    notes: tuple[Message, ...] = ()
+    joint_names: tuple[str, ...] = ()
+    in_world: bool = False
+    """whether the wrench is in world axes"""
+    sensor_pose: Array | None = None
+    """(4, 4) of the sensor in the logged frame [m], where that is another"""
+
+    def recording(self, source: str, wrench_needed: bool = True) -> Recording:
+        """The recording, its times in seconds and its wrench in sensor axes.
+
+        `InputError` for a stream that is missing, and as `hefting.logs.table.in_seconds`
+        and `Recording`.
+        """
+        require_streams(self.streams, source, wrench_needed)
+        streams, warnings = dict(self.streams), self.warnings
+        if self.unit is not None:
+            streams, about_time = in_seconds(streams, source, self.unit)
+            warnings += about_time
+        recording = Recording(
+            streams,
+            self.unit is None,
+            source,
+            warnings,
+            joint_names=self.joint_names,
+            notes=self.notes,
+        )
+        if self.sensor_pose is not None:
+            recording = with_sensor_pose(recording, self.sensor_pose)
+        if recording.has("wrench") and self.in_world:
+            wrench = recording["wrench"]
+            values = in_sensor_axes(wrench, recording["orientation"], source)
+            turned = {**recording.streams, "wrench": replace(wrench, values=values)}
+            recording = replace(recording, streams=turned)
+        return warn_about_static(recording) if self.unit is None else recording
+
+
 def read_mapped(
     table: Table, column_map: ColumnMap, wrench_needed: bool = True
 ) -> Recording:
@@ -39,6 +84,11 @@ def read_mapped(
     key, and for cells that `hefting.logs.table.collect` and `Recording` refuse, naming
     row and column.
     """
+    return mapped(table, column_map).recording(table.source, wrench_needed)
+
+
+def mapped(table: Table, column_map: ColumnMap) -> Mapped:
+    """What `column_map` takes from `table`; `InputError` as `read_mapped`."""
     quantities = dict(column_map.quantities)
     wanted = {key: quantity.columns for key, quantity in quantities.items()}
     clock = column_map.time
@@ -52,6 +102,9 @@ def read_mapped(
         )
         for key, quantity in quantities.items()
     ]
+    if clock is not None:
+        what = "row numbers" if time is None else f"column {label(table, time)}"
+        notes.insert(0, note("time-source", f"time from {what} [{clock.unit.name}]"))
     if "force" in quantities:
         quantities["wrench"] = _join_force_and_torque(
             quantities.pop("force"), quantities.pop("torque"), column_map.source
@@ -60,38 +113,21 @@ def read_mapped(
     streams, warnings = collect(
         table, time, places, column_map.nan_is_blank, nanoseconds
     )
-    converted = {}
+    converted: dict[str, Stream] = {}
     for key in tuple(streams):
         labels = [label(table, column) for column in places[key]]
         converted |= _convert_to_si(
             key, streams.pop(key), quantities[key], table.source, labels
         )
-    require_streams(converted, table.source, wrench_needed)
-    if clock is not None:
-        what = "row numbers" if time is None else f"column {label(table, time)}"
-        notes.insert(0, note("time-source", f"time from {what} [{clock.unit.name}]"))
-        converted, about_time = in_seconds(converted, table.source, clock.unit)
-        warnings += about_time
-    names = (
-        quantities["joint_positions"].names if "joint_positions" in converted else ()
-    )
-    recording = Recording(
+    return Mapped(
         converted,
-        clock is None,
-        table.source,
+        None if clock is None else clock.unit,
         warnings,
-        joint_names=names,
-        notes=tuple(notes),
+        tuple(notes),
+        quantities["joint_positions"].names if "joint_positions" in converted else (),
+        "wrench" in quantities and quantities["wrench"].in_world,
+        column_map.sensor_pose,
     )
-    if column_map.sensor_pose is not None:
-        recording = with_sensor_pose(recording, column_map.sensor_pose)
-    if recording.has("wrench") and quantities["wrench"].in_world:
-        values = in_sensor_axes(
-            recording["wrench"], recording["orientation"], table.source
-        )
-        turned = replace(recording["wrench"], values=values)
-        recording = replace(recording, streams={**recording.streams, "wrench": turned})
-    return warn_about_static(recording) if clock is None else recording
 
 
 def _find_columns(

@@ -13,7 +13,7 @@ import numpy as np
 from hefting.batches.batch import Batch, duration, headline
 from hefting.batches.reasons import Reason
 from hefting.batches.summary import Outlier, Summary
-from hefting.core.shell import file_word, typed
+from hefting.core.plain_text import file_word, typed
 from hefting.page.answer import WORDS, Say
 from hefting.page.bars import Count, counts
 from hefting.page.figure import histogram

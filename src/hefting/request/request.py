@@ -37,11 +37,12 @@ TEXTS = (
     *("shape", "unit", "object_pose", "box", "pose_std", "shape_std"),
     *("method", "until", "mass", "sensor_accuracy", "tool"),
     *("wrench", "bias", "motion", "gravity"),
-    *("map", "urdf", "sensor_frame", "sensor_pose_in_log", "sensor_turned"),
+    *("map", "poses", "urdf"),
+    *("sensor_frame", "sensor_pose_in_log", "sensor_turned"),
 )
 FLOATS = ("start", "duration", "latitude", "altitude", "points_per_cm3")
 FILES = (
-    *("shape", "tool", "map", "urdf"),
+    *("shape", "tool", "map", "poses", "urdf"),
     *("bias", "object_pose", "sensor_pose_in_log"),
 )
 """Options that name files; the last three also take words or numbers."""

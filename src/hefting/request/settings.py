@@ -254,6 +254,7 @@ def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":
     if a.urdf and "pose_topic" in own:
         # the URDF gives the poses
         options["pose_topic"] = options["pose_topic"] or "none"
+    options["poses"] = getattr(a, "poses", None)
     return read_log(path, column_map=a.map, wrench_needed=wrench_needed, **options)
 
 

@@ -23,13 +23,12 @@ from hefting.estimators.base import (
     Known,
     require_samples,
 )
-from hefting.estimators.bayes.information import require_information
 from hefting.estimators.bayes.mixture import (
     INTERVAL_LEVEL,
     holding,
     prior_mixture,
 )
-from hefting.estimators.bayes.nearest import Duals, nearest_body
+from hefting.estimators.bayes.nearest import Duals, duals_of, nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
@@ -40,6 +39,7 @@ from hefting.estimators.bayes.posterior import (
     warnings_of,
 )
 from hefting.estimators.bayes.prior import Prior, prior_of
+from hefting.estimators.bayes.samples import require_information
 from hefting.estimators.bayes.weighed import scale_doubts
 from hefting.estimators.joint_state import State, states_of
 from hefting.estimators.quadratic import WrenchNoise
@@ -65,6 +65,9 @@ end."""
 NEGLIGIBLE_COM_CHANGE = 0.03
 """Change of the COM about which the prior is linear, over half the shape's diagonal, at
 which the passes end: what it leaves out is of the order of its square."""
+UNCHANGED_COM = 0.005
+"""The same at which the first pass from an earlier estimate is the last one: less, as
+no pass before it bears it out."""
 UNSETTLED_DISTORTION_CHANGE = 0.5
 """Change of the shape's distortion in the last pass, in prior standard deviations,
 above which it was not found."""
@@ -262,7 +265,10 @@ class Bayes(Estimator):
         Raises `NotIdentifiableError` when there are no samples, or they determine
         nothing beside a bias.
         """
-        return self._summary(state, self.posterior(state, start), None)[0]
+        posterior = self.posterior(state, start)
+        masses = None if start is None else start.point_masses
+        duals = duals_of(masses, posterior.prior)
+        return self._summary(state, posterior, duals)[0]
 
     def _summary(
         self, state: State, posterior: Posterior, duals: Duals | None
@@ -318,22 +324,28 @@ class Bayes(Estimator):
         level.
 
         Arguments and errors are those of `estimate`; `start` may also be the last pass
-        to the posterior of fewer samples, which most often leaves one to be done.
+        to the posterior of fewer samples. Either most often leaves one pass to be done,
+        an earlier estimate where the noise is given and the shape certain.
         """
         steps = self._passes(state)
-        last: Pass | None = None
         if isinstance(start, Pass):
-            last, found = start, steps.continued(start)
+            found = steps.continued(start)
+            done = self._is_settled(start, found)
         else:
             found = steps.first(start)
+            done = False
+            if start is not None and self._com_change(found) < UNCHANGED_COM:
+                again = steps.again(found)
+                found, done = again or found, again is not None
         most = MOST_PASSES_UNCERTAIN_SHAPE if len(found.scores) else MOST_PASSES
         passes = 1
-        while passes < most and not (last and self._is_settled(last, found)):
+        while passes < most and not done:
             scores = found.scores
             if passes > 1:
                 scores = 0.5 * (found.placed.scores + scores)
             passes, last = passes + 1, found
             found = steps.next(last, scores)
+            done = self._is_settled(last, found)
         distortion_change = _largest(found.scores - found.placed.scores)
         found = steps.settled(found)
         if doubts := scale_doubts(found.wrench, steps.reading, self.carried):
@@ -364,14 +376,18 @@ class Bayes(Estimator):
         before, now = (
             each.noise.equations.covariance.diagonal() for each in (last, found)
         )
-        off = found.center - found.com
-        com_change = float(off @ off) ** 0.5 / self._size
         return (
             float(np.abs(now / before - 1.0).max()) < NEGLIGIBLE_VARIANCE_CHANGE
             and _largest(found.scores - found.placed.scores)
             < NEGLIGIBLE_DISTORTION_CHANGE
-            and com_change < NEGLIGIBLE_COM_CHANGE
+            and self._com_change(found) < NEGLIGIBLE_COM_CHANGE
         )
+
+    def _com_change(self, found: Pass) -> float:
+        """How far the COM is from where the prior is linear, over half the shape's
+        diagonal."""
+        off = found.center - found.com
+        return float(off @ off) ** 0.5 / self._size
 
 
 def _largest(changes: Array) -> float:

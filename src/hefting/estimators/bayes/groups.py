@@ -15,7 +15,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.regressor import FEATURES, FULL_MAP, MOTION, ONE, WRENCH
+from hefting.core.regressor import FEATURES, ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
 
 COMPARED_ENTRIES = 4
@@ -47,7 +47,8 @@ class Groups:
     @cached_property
     def A(self) -> Array:
         """(g, 6, 22 * 10)"""
-        A = (self.factors[:, :, MOTION] @ FULL_MAP).reshape(-1, FEATURES, 6, 10)
+        rows = full_rows(self.factors.reshape(-1, FEATURES))
+        A = rows.reshape(-1, FEATURES, 6, 10)
         return A.transpose(0, 2, 1, 3).reshape(-1, 6, FEATURES * 10)
 
     @property

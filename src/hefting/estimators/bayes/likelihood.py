@@ -23,10 +23,9 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.lapack import lapack
+from hefting.core.lapack import lapack, root_of_inverse
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.roots import root_of_inverse
 from hefting.estimators.bayes.samples import Samples
 
 REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))

@@ -11,7 +11,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.bayes.distortion import Move, affine
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.prior import LARGEST_DISTORTION, Prior, vector_second
-from hefting.estimators.bayes.projection import projected
+from hefting.estimators.bayes.projection import dual_of, projected
 from hefting.shapes import Shape
 
 SUFFICIENT_CELL_DISTANCE = 0.3
@@ -112,6 +112,15 @@ def nearest_body(
     if move is not None and vector[0] > 0.0:
         margin = shape.margin(move.back(vector[1:4] / vector[0]))
     return Nearest(vector, masses, distance, margin, duals)
+
+
+def duals_of(masses: Array | None, prior: Prior) -> Duals | None:
+    """With what the search for a body may begin, by the masses (n,) in each cell of one
+    that was found before; None where they are not known, or of another shape."""
+    if masses is None or len(masses) != len(prior.shares):
+        return None
+    dual = dual_of(masses, prior.cells, prior.shares)
+    return None if dual is None else {"cells": dual}
 
 
 def _without_shape(

@@ -38,6 +38,9 @@ from hefting.estimators.whitened_state import WhitenedState
 LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
 attributed to noise."""
+UNCHANGED_VARIANCE = 0.003
+"""Largest entry of the change of a sample's covariance, whitened by it, with which the
+noise is the same: a standard deviation of the parameters changes by half as much."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -129,8 +132,7 @@ class NoiseSource:
         equations = Equations.of(samples, phi, S, white_motion)
         level, contradicted, excess = equations.mean_square(R), False, 1.0
         if self.given is not None:
-            chance = (autocorrelation / (3.0 * samples.K)) ** 0.5
-            contradicted = level > 1.0 + LARGEST_CLAIM_EXCESS * chance
+            contradicted = self._contradicts(level, autocorrelation)
         if contradicted:
             excess, level = level, 1.0
             equations = Equations.of(samples, phi, excess * S, white_motion)
@@ -140,6 +142,20 @@ class NoiseSource:
         if self.given is not None and self.allowed.none:
             return found
         return self.judged(found, None if before is None else before.expected)
+
+    def again(self, found: NoiseFound, phi: Array) -> NoiseFound | None:
+        """The noise that was found for parameters near phi (10,), judged at these; None
+        where it is another one there, or nothing but the residuals tells it."""
+        known = self.given is not None and not found.contradicted
+        if not known or found.colour is not None:
+            return None
+        at, R = self._judged_at(phi, found)
+        W, level = found.equations.whitening, found.equations.mean_square(R)
+        change = W @ (self._covariance(phi, R, 1.0) - found.equations.covariance) @ W.T
+        same = float(np.abs(change).max()) < UNCHANGED_VARIANCE
+        if not same or self._contradicts(level, 1.0):
+            return None
+        return replace(found, residual_covariance=R, level=level, at=at)
 
     def judged(self, found: NoiseFound, expected: Array | None = None) -> NoiseFound:
         """With what the record of time and the sensor's accuracy say of it, which
@@ -205,6 +221,12 @@ class NoiseSource:
         own = found.calibration.of_stretches(time)
         more = own if more is None else more + own
         return time.disagreement(W, found.at, attenuation, found.scores, colour, more)
+
+    def _contradicts(self, level: float, autocorrelation: float) -> bool:
+        """Whether residuals of this mean square, whitened, exceed a given noise by more
+        than chance."""
+        chance = (autocorrelation / (3.0 * self.samples.K)) ** 0.5
+        return level > 1.0 + LARGEST_CLAIM_EXCESS * chance
 
     def _judged_at(self, phi: Array, before: NoiseFound | None) -> tuple[Array, Array]:
         """(10,) parameters whose residuals are the noise, and the covariance (6, 6) of

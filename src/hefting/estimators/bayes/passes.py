@@ -23,6 +23,9 @@ SMALLEST_PRIOR_SCALE = 0.2
 objects from shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
 """Upper bound on the prior's mass, as a multiple of the rough mass."""
+UNCHANGED_SCALE = 0.005
+"""Relative change of the prior's mass with which the prior is the same: its standard
+deviations change by as much."""
 SMALLEST_CENTERED_MASS = 0.1
 """Mass of a posterior's mean, over the prior's, from which on it has a centre."""
 ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
@@ -56,7 +59,7 @@ class Pass:
     systematic: Array | None = None
     """as in `Passes`"""
 
-    @property
+    @cached_property
     def measured(self) -> Array:
         """(10,) parameters that the samples show, at which their residuals are noise:
         the mean by the wrench alone, with that of the error which all samples share."""
@@ -69,7 +72,7 @@ class Pass:
         # an error of covariance C has the mean C (C + S)^-1 (y - phi)
         return phi + self.systematic @ (wrench.shift - wrench.precision @ phi)
 
-    @property
+    @cached_property
     def center(self) -> Array:
         """(3,) [m] centre of mass, by this posterior; as before where that has hardly
         any mass."""
@@ -113,6 +116,15 @@ class Passes:
         (d,)."""
         placed = self.prior.about(scores, last.center)
         return self._pass(placed, last.center, last.measured, last.noise)
+
+    def again(self, found: Pass) -> Pass | None:
+        """The first pass as the next one would be, where that has its prior and its
+        noise, next to exactly; None where it has not."""
+        change = self._scale(found.measured) / found.scale - 1.0
+        if len(found.scores) or abs(change) > UNCHANGED_SCALE:
+            return None
+        noise = self.source.again(found.noise, found.measured)
+        return None if noise is None else replace(found, noise=noise)
 
     def continued(self, last: Pass) -> Pass:
         """The first pass, from the last one by fewer samples of the same object."""
@@ -172,16 +184,19 @@ class Passes:
         level = self.source.level()
         return self.source.samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
 
-    def _pass(
-        self, placed: Placed, com: Array, phi: Array, before: NoiseFound | None
-    ) -> Pass:
+    def _scale(self, phi: Array) -> float:
+        """Mass of the prior [kg] for parameters near phi (10,)."""
         rough = self.rough_mass
-        scale = min(
+        return min(
             max(float(phi[0]), SMALLEST_PRIOR_SCALE * rough),
             LARGEST_PRIOR_SCALE * rough,
         )
+
+    def _pass(
+        self, placed: Placed, com: Array, phi: Array, before: NoiseFound | None
+    ) -> Pass:
         noise = self.source.found(phi, before)
-        return self._posterior(placed, com, scale, noise, 1.0)
+        return self._posterior(placed, com, self._scale(phi), noise, 1.0)
 
     def _posterior(
         self,

@@ -18,7 +18,7 @@ import numpy as np
 
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
-from hefting.estimators.nonnegative import nonnegative_least_squares
+from hefting.estimators.quadratic import nonnegative_least_squares
 
 DISTANCE_WEIGHT = 1e4
 """Weight of the distance from the parameters, relative to the evenness of the mass
@@ -40,6 +40,8 @@ RELATIVE_DUAL_TOLERANCE = 1e-5
 """The same as a share of the distance from the parameters, by which rounding grows."""
 NEGLIGIBLE_DUAL_CHANGE = 1e-13
 """Relative change of the dual objective that is attributed to rounding."""
+SMALLEST_SHARE = 1e-9
+"""What keeps the equations of a dual invertible, as a share of their diagonal."""
 
 
 class Projection(NamedTuple):
@@ -99,6 +101,23 @@ def projected(
     off = M @ masses - target
     distance = off @ np.linalg.lstsq(DISTANCE_WEIGHT * metric, off, rcond=1e-12)[0]
     return Projection(mass * masses, float(distance), None)
+
+
+def dual_of(masses: Array, points: Array, shares: Array) -> Array | None:
+    """(10,) `Projection.dual` of masses (n,) that a projection found over points (10, n)
+    with shares (n,) of the volume: where a mass is positive it is m0 v (1 + M'z). None
+    where that does not tell it."""
+    total = float(masses.sum())
+    if not total > 0.0:
+        return None
+    weighted = points * (shares * (masses > 0.0))
+    J = weighted @ points.T
+    scale = 1.0 / np.sqrt(np.maximum(J.diagonal(), 1e-300))
+    left = points @ (masses / total) - weighted.sum(axis=1)
+    J *= np.outer(scale, scale)
+    J.ravel()[::11] += SMALLEST_SHARE  # cells in a plane leave some of z open
+    _, z, failed = lapack.dposv(J, left * scale)
+    return None if failed else z * scale
 
 
 def _metric(C: Array, weight: float) -> Array:

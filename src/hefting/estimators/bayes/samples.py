@@ -6,11 +6,12 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.errors import NotIdentifiableError
+from hefting.core.lapack import triangular_root
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.roots import triangular_root
-from hefting.estimators.joint_state import State, states_by_bias
+from hefting.estimators.joint_state import State, states_by_bias, states_of
 from hefting.estimators.whitened_state import WhitenedState
 
 NOISE_FLOOR_SHARE = 1e-6
@@ -118,13 +119,14 @@ class Samples:
         squares = (self.b * self.b).sum(axis=0).reshape(2, 3).sum(axis=1)
         scale = np.repeat(1.0 / np.sqrt(squares + self.floor[::3] ** 2), 3)
         A, b = (self.A * scale[:, None]).reshape(-1, 10), (self.b * scale).ravel()
-        units: Array = np.sqrt((A * A).sum(axis=0))
+        G = A.T @ A
+        units: Array = np.sqrt(G.diagonal())
         units[units < 1e-13 * units.max()] = np.inf
-        A /= units
-        root = triangular_root(A.T @ A)
+        root = triangular_root(G / units / units[:, None])
         if root is not None:
-            return root.T @ (root @ (b @ A)) / units
-        return np.linalg.lstsq(A, b, rcond=1e-10)[0] / units
+            root /= units
+            return root.T @ (root @ (b @ A))
+        return np.linalg.lstsq(A / units, b, rcond=1e-10)[0] / units
 
     @cached_property
     def least_residual(self) -> Array:
@@ -185,4 +187,19 @@ class Samples:
             float((f * self.d).sum()) / square,
             3.0 * force_std / square**0.5,
             1e-9,
+        )
+
+
+def require_information(samples: Samples, state: State, free_bias: bool) -> None:
+    """`NotIdentifiableError` where the regressor without its mean, beside a free bias,
+    is zero up to rounding."""
+    if isinstance(state, WhitenedState):
+        size = float(np.abs(state.factor[:, :10]).max())
+        size = max(size, np.finfo(float).tiny)
+    else:
+        size = max(float(np.abs(each.full.full).max()) for each in states_of(state))
+    if float(np.abs(samples.A).max()) <= 1e-9 * size:
+        beside = " beside a bias" if free_bias else ""
+        raise NotIdentifiableError(
+            f"the samples determine nothing{beside}", fix="record other orientations"
         )

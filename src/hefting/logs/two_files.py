@@ -1,0 +1,140 @@
+"""A wrench and the poses to it in two tables, as a sensor and a robot write them by
+programs of their own."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from hefting.core.errors import InputError
+from hefting.core.files import check_readable, check_size, load_toml
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Recording, Stream
+from hefting.logs.column_map import column_map_of
+from hefting.logs.map_guess import guess_map_of
+from hefting.logs.map_sample import sample_of
+from hefting.logs.mapped import Mapped, mapped
+from hefting.logs.registry import find_format, join_words, table_formats
+from hefting.logs.table import with_times
+from hefting.logs.units import SECOND
+
+SINCE_1970 = 1e8
+"""[s] Times from which on count from 1970."""
+POSES = ("position", "orientation", "joint_positions")
+"""Streams that the file of poses holds."""
+
+
+@dataclass(frozen=True, eq=False)
+class _Part:
+    """What one of the files holds; times are in seconds, as recorded."""
+
+    path: str
+    found: Mapped
+    said: tuple[Message, ...]
+    """what was taken for what by names alone"""
+
+    @property
+    def span(self) -> tuple[float, float]:
+        """First and last time [s]."""
+        times = [stream.time for stream in self.found.streams.values()]
+        return min(float(t[0]) for t in times), max(float(t[-1]) for t in times)
+
+
+def read_with_poses(
+    path: str | Path, poses: str | Path, column_map: str | Path | None = None
+) -> Recording:
+    """Recording of the wrench at `path` and of the `poses`, or joint angles, in another
+    table.
+
+    Parameters
+    ----------
+    path : path
+        CSV or Parquet with time and wrench; it may hold an IMU, and no poses.
+    poses : path
+        CSV or Parquet with time and poses or joint angles, read by what its names tell.
+    column_map : path, optional
+        TOML file that says which columns of the first hold what.
+
+    Both count their time on one clock: an offset of less than a second or so is found
+    when an object is identified. Raises `InputError` where one of them does not hold
+    what it should, and where the two do not overlap in time.
+    """
+    first = _part(path, column_map)
+    second = _part(poses)
+    if "wrench" not in first.found.streams:
+        raise InputError("there is no wrench", path, "give the file with the wrench")
+    there = [name for name in POSES if name in first.found.streams]
+    if there:
+        raise InputError(
+            f"holds {join_words(there, 'and')} itself", path, "leave `poses` out"
+        )
+    if not {"orientation", "joint_positions"} & set(second.found.streams):
+        raise InputError(
+            "there are neither poses nor joint angles",
+            poses,
+            "name their columns, as x y z qx qy qz qw; see hefting map",
+        )
+    _check_clocks(first, second)
+    taken: Mapping[str, Stream] = {
+        name: stream
+        for name, stream in second.found.streams.items()
+        if name in POSES or name not in first.found.streams
+    }
+    taken = {name: stream for name, stream in taken.items() if name != "wrench"}
+    both = replace(
+        first.found,
+        streams={**first.found.streams, **taken},
+        warnings=(
+            *(*first.said, *second.said),
+            *(*first.found.warnings, *second.found.warnings),
+        ),
+        notes=(*first.found.notes, *second.found.notes),
+        joint_names=second.found.joint_names,
+    )
+    return both.recording(str(path))
+
+
+def _part(path: str | Path, column_map: str | Path | None = None) -> _Part:
+    """What a table holds, by a map or by what its names tell."""
+    check_readable(path)
+    check_size(path)
+    form = find_format(path)
+    if form is None or form.open_table is None:
+        known = join_words([each.name for each in table_formats()], "and")
+        raise InputError(
+            f"only {known} are read in two files", path, "give such a file"
+        )
+    if column_map is not None:
+        chosen = column_map_of(load_toml(column_map), column_map, is_part=True)
+        table, said = form.open_table(path, chosen.layout), ()
+    else:
+        import tomllib
+
+        table = form.open_table(path, None)
+        guessed = guess_map_of(sample_of(table))
+        content = tomllib.loads(guessed.text)
+        chosen = column_map_of(content, table.source, is_part=True)
+        what = f"the columns of {Path(path).name} are taken by their names: {guessed.summary}"
+        said = (warning("columns-by-name", what, "column_map"),)
+    found = mapped(table, chosen)
+    if found.unit is None or not found.streams:
+        raise InputError("there is no time", path, "name its column time, in seconds")
+    streams = with_times(found.streams, found.unit.to_si)
+    return _Part(str(path), replace(found, streams=streams, unit=SECOND), said)
+
+
+def _check_clocks(first: _Part, second: _Part) -> None:
+    """`InputError` unless the two overlap in time."""
+    (begin, end), (start, last) = first.span, second.span
+    if begin <= last and start <= end:
+        return
+    fix = "give both on one clock, as seconds since 1970"
+    if (begin > SINCE_1970) != (start > SINCE_1970):
+        one = first if begin > SINCE_1970 else second
+        raise InputError(
+            f"only the times of {Path(one.path).name} count from 1970", second.path, fix
+        )
+    what = (
+        f"its times, {start:.6g} to {last:.6g} s, do not overlap those of "
+        f"{Path(first.path).name}, {begin:.6g} to {end:.6g} s"
+    )
+    raise InputError(what, second.path, fix)

@@ -1,0 +1,123 @@
+"""A wrench in one table and the poses to it in another."""
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+from hefting.core.errors import InputError
+from hefting.core.messages import codes
+from hefting.logs import read_log
+
+RNG = np.random.default_rng(7)
+TIME = 0.001 * np.arange(200)
+WRENCH = RNG.normal(size=(200, 6))
+POSE_TIME = 0.0125 + 0.008 * np.arange(20)
+POSITION = RNG.uniform(-1.0, 1.0, (20, 3))
+QUATERNION = Rotation.random(20, random_state=2).as_quat()
+WRENCH_NAMES = ["fx", "fy", "fz", "tx", "ty", "tz"]
+POSE_NAMES = ["px", "py", "pz", "qx", "qy", "qz", "qw"]
+START = 1_700_000_000
+
+
+def table(path, time_name, time, names, values):
+    """A table of these columns, at the path."""
+    frame = pd.DataFrame(np.column_stack((time, values)), columns=[time_name, *names])
+    write = frame.to_parquet if path.suffix == ".parquet" else frame.to_csv
+    write(path, index=False)
+    return path
+
+
+@pytest.fixture
+def poses(tmp_path):
+    values = np.hstack((POSITION, QUATERNION))
+    return table(tmp_path / "robot.csv", "time", POSE_TIME, POSE_NAMES, values)
+
+
+@pytest.fixture
+def wrench(tmp_path):
+    return table(tmp_path / "ft.csv", "time", TIME, WRENCH_NAMES, WRENCH)
+
+
+def test_each_stream_comes_from_its_file(wrench, poses):
+    got = read_log(wrench, poses=poses)
+    assert got["wrench"].time.tolist() == TIME.tolist()
+    assert got["wrench"].values.tolist() == WRENCH.tolist()
+    assert got["orientation"].time.tolist() == POSE_TIME.tolist()
+    np.testing.assert_allclose(got["orientation"].values, QUATERNION, atol=1e-15)
+    assert got["position"].values.tolist() == POSITION.tolist()
+    assert got.source == str(wrench)
+
+
+def test_units_names_and_formats_of_their_own(tmp_path):
+    """Milliseconds since 1970 beside seconds since 1970, which stay on one clock."""
+    names = ["Fx [N]", "Fy [N]", "Fz [N]", "Mx [Nmm]", "My [Nmm]", "Mz [Nmm]"]
+    values = WRENCH * ((1.0,) * 3 + (1e3,) * 3)
+    first = table(tmp_path / "f.parquet", "t_ms", 1e3 * (START + TIME), names, values)
+    vectors = Rotation.from_quat(QUATERNION).as_rotvec()
+    others = table(
+        tmp_path / "p.csv",
+        "timestamp",
+        START + POSE_TIME,
+        [f"actual_TCP_pose_{k}" for k in range(6)],
+        np.hstack((POSITION, vectors)),
+    )
+    got = read_log(first, poses=others)
+    np.testing.assert_allclose(got["wrench"].values, WRENCH, rtol=1e-12)
+    late = got["position"].time[0] - got["wrench"].time[0]
+    assert late == pytest.approx(POSE_TIME[0], abs=5e-7)  # what 1.7e9 s resolve
+    apart = (
+        Rotation.from_quat(got["orientation"].values)
+        * Rotation.from_quat(QUATERNION).inv()
+    )
+    assert apart.magnitude().max() < 1e-7
+    assert {"columns-by-name", "time-shifted"} <= codes(got.warnings)
+
+
+def test_a_column_map_is_of_the_wrench(tmp_path, poses):
+    names = [f"channel {k}" for k in range(6)]
+    first = table(tmp_path / "f.csv", "n", np.arange(200.0), names, WRENCH)
+    (tmp_path / "map.toml").write_text(
+        'time = { column = "n", rate = 1000 }\nwrench = [2, 3, 4, 5, 6, 7]\n'
+    )
+    got = read_log(first, tmp_path / "map.toml", poses=poses)
+    assert got["wrench"].values.tolist() == WRENCH.tolist()
+    np.testing.assert_allclose(got["wrench"].time, TIME, atol=1e-15)
+
+
+def test_joint_angles_serve(tmp_path, wrench):
+    joints = [f"q{k}" for k in range(1, 7)]
+    values = RNG.normal(size=(20, 6))
+    got = read_log(
+        wrench, poses=table(tmp_path / "q.csv", "time", POSE_TIME, joints, values)
+    )
+    assert got["joint_positions"].values.tolist() == values.tolist()
+
+
+def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
+    whole = tmp_path / "whole.csv"
+    frame = pd.read_csv(poses).join(pd.read_csv(wrench)[WRENCH_NAMES])
+    frame.to_csv(whole, index=False)
+    late = table(
+        tmp_path / "late.csv",
+        "time",
+        POSE_TIME + 60.0,
+        POSE_NAMES,
+        np.hstack((POSITION, QUATERNION)),
+    )
+    epoch = table(tmp_path / "epoch.csv", "time", START + TIME, WRENCH_NAMES, WRENCH)
+    (tmp_path / "held.bag").write_bytes(b"#ROSBAG V2.0\n")
+    cases = (
+        (poses, wrench, "robot.csv: there is no wrench"),
+        (whole, poses, "whole.csv: holds position and orientation itself"),
+        (wrench, epoch, "epoch.csv: there are neither poses nor joint angles"),
+        (wrench, late, "do not overlap those of ft.csv"),
+        (epoch, poses, "only the times of epoch.csv count from 1970"),
+        (wrench, tmp_path / "held.bag", "only CSV and Parquet are read in two files"),
+        (wrench, tmp_path / "none.csv", "none.csv: does not exist"),
+    )
+    for first, second, words in cases:
+        with pytest.raises(InputError, match=words):
+            read_log(first, poses=second)
+    with pytest.raises(InputError, match=r"another file with them \(`poses`\)"):
+        read_log(wrench)
