@@ -16,9 +16,8 @@ from hefting.identification.partials import (
 )
 from hefting.ingest.ingested import Ingested
 from hefting.logs.windows import needs_windows, windows
-from hefting.request.recording import placed, recording_of
 from hefting.request.request import identify_requested, reading_of_one
-from hefting.request.settings import hyperparameters_of
+from hefting.request.settings import hyperparameters_of, placed, recording_of
 from hefting.shapes import Shape
 
 

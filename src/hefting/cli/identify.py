@@ -18,6 +18,7 @@ from hefting.cli.options import (
     add_recording,
     add_sensor_accuracy,
     add_sensor_pose,
+    add_tool,
     add_verbose,
     check_output,
     either,
@@ -95,11 +96,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     from hefting.estimators import default_method
 
     add_shape(parser)
-    parser.add_argument(
-        "--tool",
-        metavar="FILE",
-        help="subtract this gripper, as hefting calibrate measured it (JSON)",
-    )
+    add_tool(parser)
     parser.add_argument(
         "--method",
         metavar="NAME[,NAME...]|all",

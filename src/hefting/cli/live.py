@@ -19,6 +19,7 @@ from hefting.cli.options import (
     add_mass,
     add_sensor_accuracy,
     add_sensor_pose,
+    add_tool,
     add_verbose,
     check_output,
     either,
@@ -70,11 +71,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "Ctrl-C ends it with the final answer",
     )
     add_shape(parser)
-    parser.add_argument(
-        "--tool",
-        metavar="FILE",
-        help="subtract this gripper, as hefting calibrate measured it (JSON)",
-    )
+    add_tool(parser)
     parser.add_argument("--method", metavar="NAME", help="see hefting methods")
     add_mass(parser)
     parser.add_argument(
@@ -334,7 +331,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 def _request(a: argparse.Namespace) -> "Request":
     """What is asked of the source."""
-    from hefting.request.recording import recording_of
+    from hefting.request.settings import recording_of
     from hefting.sources.registry import Request
 
     if not 0 < a.speed <= FASTEST:

@@ -220,6 +220,15 @@ def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def add_tool(parser: argparse._ActionsContainer) -> None:
+    """What the sensor holds besides the object."""
+    parser.add_argument(
+        "--tool",
+        metavar="FILE",
+        help="subtract this gripper, as hefting calibrate measured it (JSON)",
+    )
+
+
 def add_mass(parser: argparse._ActionsContainer) -> None:
     """What a scale showed."""
     parser.add_argument(
@@ -235,7 +244,7 @@ def read_recording(
     arguments: argparse.Namespace, wrench_needed: bool = True
 ) -> "Recording":
     """The recording the arguments describe, from standard input for ``-``."""
-    from hefting.request.recording import recording_of
+    from hefting.request.settings import recording_of
 
     with input_file(arguments.log) as path:
         recording = recording_of(arguments, path, wrench_needed)

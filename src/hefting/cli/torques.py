@@ -132,7 +132,7 @@ def _refuse_wrench_options(a: argparse.Namespace) -> None:
 
 def _read(a: argparse.Namespace, log: str) -> "Recording":
     from hefting.cli.standard_input import input_file
-    from hefting.request.recording import logged
+    from hefting.request.settings import logged
 
     with input_file(log) as path:
         return logged(a, path, wrench_needed=False)

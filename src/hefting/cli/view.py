@@ -8,7 +8,13 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
-from hefting.cli.options import add_mass, add_recording, check_output, read_recording
+from hefting.cli.options import (
+    add_mass,
+    add_recording,
+    add_tool,
+    check_output,
+    read_recording,
+)
 from hefting.cli.outputs import open_page
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details
@@ -36,11 +42,7 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting view``."""
     add_shape(parser)
-    parser.add_argument(
-        "--tool",
-        metavar="FILE",
-        help="subtract this gripper, as hefting calibrate measured it (JSON)",
-    )
+    add_tool(parser)
     parser.add_argument(
         "--method", metavar="NAME", help="at first; see hefting methods"
     )

@@ -11,12 +11,12 @@ import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.identification import Identification, identify
-from hefting.request.recording import recording_of
 from hefting.request.settings import (
     bias_said,
     gravity_of,
     hyperparameters_of,
     reading_of,
+    recording_of,
     shape_of,
 )
 from hefting.shapes import Shape
