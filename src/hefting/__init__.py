@@ -3,7 +3,7 @@ manipulated object."""
 
 from importlib import import_module
 
-from hefting.core.summary import shown_by
+from hefting.core.display import shown_by
 
 __version__ = "0.2.0"
 

@@ -12,13 +12,14 @@ import numpy as np
 from hefting import __version__
 from hefting.core.accuracy import Accuracy
 from hefting.core.certificate import Certificate as Certificate
+from hefting.core.display import Shown
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
-from hefting.core.summary import Shown, body_lines, warning_lines
+from hefting.core.summary import body_lines, warning_lines
 from hefting.core.undetermined import NOTHING_OPEN, Undetermined
 from hefting.core.verdict import Verdict, verdict_of
 

@@ -1,7 +1,6 @@
-"""How results show themselves: as lines of text, and in a notebook."""
+"""Summary: an estimate in a few lines, for a prompt."""
 
 from collections.abc import Mapping, Sequence
-from importlib import import_module
 
 import numpy as np
 
@@ -108,22 +107,3 @@ def _with_interval(value: float, low: float, high: float) -> str:
     if longer > LOPSIDED * shorter:
         return f"{shown} [{least}, {most}]"
     return f"{shown} ± {half:.{decimals}f}"
-
-
-_makers: list[str] = []
-
-
-def shown_by(module: str) -> None:
-    """Name the module whose ``html_of(value)`` makes what a notebook shows of a
-    value."""
-    _makers[:] = [module]
-
-
-class Shown:
-    """Base of results that a notebook shows as more than their `repr`."""
-
-    __slots__ = ()
-
-    def _repr_html_(self) -> str | None:
-        """HTML for a notebook; None where nothing makes it."""
-        return import_module(_makers[0]).html_of(self) if _makers else None

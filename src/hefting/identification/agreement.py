@@ -25,6 +25,7 @@ from typing import Any
 import numpy as np
 
 from hefting import __version__
+from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.estimate_json import SCHEMA, json_ready
@@ -34,7 +35,6 @@ from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
 from hefting.core.metrics import Errors, errors_between
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, vector_to_tensor
-from hefting.core.summary import Shown
 from hefting.core.verdict import Verdict
 from hefting.shapes import Shape
 

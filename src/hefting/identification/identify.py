@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from hefting.core.display import Shown
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
@@ -18,7 +19,6 @@ from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.core.summary import Shown
 from hefting.core.verdict import Verdict
 from hefting.estimators import OLS, Estimator, default_method
 from hefting.identification.checks import with_diagnostics
