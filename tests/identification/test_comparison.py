@@ -8,7 +8,6 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-import hefting
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
@@ -340,8 +339,6 @@ def test_methods_are_described(run):
     status, out, _ = run("methods", "--json")
     assert status == 0
     found = json.loads(out)
-    assert found.pop("schema") == "hefting.methods/1"
-    assert found.pop("version") == hefting.__version__
     assert found == describe_methods()
     assert list(found) == list(METHODS)
     for description in found.values():

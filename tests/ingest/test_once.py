@@ -58,7 +58,7 @@ def test_one_identify(recording, method):
         "motion/measure.py:measure",
         "ingest/ingest.py:_choose_sign",
         "ingest/condition.py:_estimate_noise",
-        "ingest/ingest.py:_weights",
+        "ingest/weights.py:weights_of",
     ):
         assert counted[once] == 1, once
     # PMD's intervals are over the bodies that Bayes takes for possible
