@@ -31,6 +31,11 @@ DATA = """() => Object.fromEntries([...document.querySelectorAll('.js-plotly-plo
 GROUND = "getComputedStyle(document.body).backgroundColor"
 EYE = """() => document.getElementById('figure-object')
   ._fullLayout.scene._scene.getCamera().eye"""
+MOVED = f"""before => {{
+  const eye = ({EYE})();
+  return Math.max(...["x", "y", "z"].map(k => Math.abs(before[k] - eye[k]))) > 0.1;
+}}"""
+"""Whether the eye is elsewhere than before, by more than a tenth of the distance."""
 
 
 @pytest.fixture(scope="module")
@@ -228,9 +233,11 @@ def test_the_object_turns_by_mouse_and_by_touch(visit):
     before, x, y = eye_and_middle(shown)
     shown.mouse.move(x, y)
     shown.mouse.down()
-    shown.mouse.move(x + 150, y, steps=3)
+    for step in range(1, 4):  # as a hand: each is drawn before the next one comes
+        shown.wait_for_timeout(30)
+        shown.mouse.move(x + 50 * step, y)
+    shown.wait_for_function(MOVED, arg=before)
     shown.mouse.up()
-    assert _moved(before, shown.evaluate(EYE))
     shown = visit("predict", LOOKS[1]).page
     before, x, y = eye_and_middle(shown)
     session = shown.context.new_cdp_session(shown)
@@ -242,7 +249,7 @@ def test_the_object_turns_by_mouse_and_by_touch(visit):
         points = [] if at is None else [{"x": at, "y": y}]
         session.send("Input.dispatchTouchEvent", {"type": kind, "touchPoints": points})
         shown.wait_for_timeout(30)
-    assert _moved(before, shown.evaluate(EYE))
+    shown.wait_for_function(MOVED, arg=before)
 
 
 def eye_and_middle(shown):
@@ -252,11 +259,6 @@ def eye_and_middle(shown):
     box = place.bounding_box()
     middle = box["x"] + box["width"] / 2, box["y"] + box["height"] / 2
     return shown.evaluate(EYE), *middle
-
-
-def _moved(before, after):
-    """By more than a tenth of the distance."""
-    return max(abs(before[k] - after[k]) for k in "xyz") > 0.1
 
 
 def test_a_controller_is_chosen_and_its_text_shown(visit, folder):
