@@ -2,13 +2,18 @@
 mistake or another."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
+import numpy as np
 import pytest
 from benchmarks.given import correct
+from scipy.spatial.transform import Rotation
 
 from hefting import Recording, identify
+from hefting.core.measurements import Measurements
 from hefting.core.messages import codes
 from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.ingest.weights import weights_at_rest
 from hefting.simulation import UR5, sinusoids
 from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates
 from hefting.simulation.physics import wield_analytically
@@ -88,3 +93,31 @@ def test_rests_serve_alone():
         low, high = found.intervals["mass"]
         assert low < given.truth.mass < high
         assert high - low < 0.02 * given.truth.mass
+
+
+def test_about_one_axis_gravity_has_two_directions_and_rests_serve_all_the_same():
+    """The third variance is rounding, which must not decide."""
+    K = 200
+    turned = np.repeat(np.linspace(0.0, 2.0, 10), K // 10)
+    gravity = 9.8 * np.stack((np.sin(turned), np.cos(turned), np.zeros(K)), axis=1)
+    rng = np.random.default_rng(3)
+    motion = SimpleNamespace(
+        angular_velocity=np.zeros((K, 3)), angular_acceleration=np.zeros((K, 3))
+    )
+    motion.angular_velocity[::4] = 5.0
+    z = Measurements(
+        time=0.01 * np.arange(K),
+        linear_acceleration=np.zeros((K, 3)),
+        angular_velocity=np.zeros((K, 3)),
+        angular_acceleration=np.zeros((K, 3)),
+        gravity=gravity @ Rotation.random(random_state=1).as_matrix(),
+        force=rng.normal(size=(K, 3)),
+        torque=rng.normal(size=(K, 3)),
+    )
+    found = SimpleNamespace(parameters=np.array([1.0]))
+    weights = weights_at_rest(motion, z, found)
+    assert (weights[::4] == 0.0).all()
+    assert (weights > 0.9).sum() == K - K // 4
+    found.parameters[0] = 0.0  # nothing is held: nothing accelerates
+    still = replace(z, force=np.zeros((K, 3)))
+    assert (weights_at_rest(motion, still, found) == 1.0).all()

@@ -299,3 +299,36 @@ def test_without_a_wrench_nothing_is_taken_by_its_name(tmp_path):
     frame_of(*NAMES["short"]).to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(InputError, match="did you mean 'time'"):
         read_log(tmp_path / "log.csv", wrench_needed=False)
+
+
+def test_a_short_text_without_a_last_line_end(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join(("# by hand", *LINES[:3])))
+    assert len(read_log(path)["wrench"]) == 2
+
+
+def test_names_far_down_are_read_where_a_map_says_so(tmp_path):
+    path, told = tmp_path / "log.csv", tmp_path / "map.toml"
+    path.write_text("\n".join(("note;" * 3,) * 400) + "\n" + "\n".join(LINES))
+    wrench, turned = CANONICAL[8:], CANONICAL[4:8]
+    told.write_text(
+        f'header = 401\ntime = "time"\nwrench = {wrench}\norientation = {turned}\n'
+    )
+    assert read_log(path, told)["wrench"].values.tolist() == WRENCH.tolist()
+
+
+def test_dates_of_1970_and_decimal_commas_beside_dates(tmp_path):
+    """The first of all is zero seconds, and dates keep their point."""
+    lines = text_of(";", ",")
+    rows = [
+        f"1970-01-01T00:00:{0.25 * k:06.3f};{line.partition(';')[2]}"
+        for k, line in enumerate(lines[1:])
+    ]
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join((lines[0], *rows)))
+    got = read_log(path)
+    assert got["wrench"].time.tolist() == (0.25 * np.arange(ROWS)).tolist()
+    assert got["wrench"].values.tolist() == WRENCH.tolist()
+    path.write_text("\n".join((lines[0], *rows[:5], rows[5].replace("0,", "0.5,", 1))))
+    with pytest.raises(InputError, match=r"row 7, column .*is not a number"):
+        read_log(path)

@@ -142,8 +142,8 @@ def export(
         mass is then evenly spread. JSON and CSV are never filled in.
     say : turns names of arguments in backquotes, in comments, into the reader's.
 
-    Raises `InputError` for what holds no estimate, an unknown target, arguments that do not fit it, a file or
-    link that does not, and, for everything but JSON and CSV, parameters no body can
+    Raises `InputError` for what holds no estimate, an unknown target, arguments that do
+    not fit it, a file or link that does not, and, for everything but JSON and CSV, parameters no body can
     have, a mass or a COM that is open, and an open inertia where one is needed.
     """
     estimate = _estimate_of(estimate)

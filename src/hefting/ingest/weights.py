@@ -8,31 +8,31 @@ from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array
-from hefting.estimators.raw_motion import white_motion_noise
+from hefting.estimators.raw_motion import white_motion_noise, white_noise
 from hefting.ingest.conditioned import Conditioned
 from hefting.motion import Measured
-from hefting.motion.smoothing import smooth_poses
 from hefting.motion.state import Motion
 from hefting.motion.weighting import lasting_variances, sample_weights
 
 REACH = 1.0
 """[m] How far from its centre a sensor of unknown position may be that only turns."""
-SLOW = 1.0
-"""[m/s²] Acceleration that a sensor may have without turning."""
 LEVER = 0.3
 """[m] The same, as it typically is."""
-WHITE = 1.0 / (0.6745 * 6.0**0.5)
-"""Standard deviation of white noise over the median size of its second difference."""
+SLOW = 1.0
+"""[m/s²] Acceleration that a sensor may have without turning."""
 AT_REST = 0.9
 """Weight from which on a sample is at rest: accelerations are a third of the noise."""
-LEAST_REST = 0.1
-"""Share of such samples from which on they may serve alone."""
-ENOUGH_SPREAD = 0.25
+LEAST_REST, FEWEST_RESTS = 0.1, 10
+"""Share and number of such samples from which on they may serve alone."""
+ENOUGH_SPREAD, NO_SPREAD = 0.25, 1e-6
 """Variance of gravity along the sensor's axes at rest over that of all samples from
-which on they do. Of 15 simulated recordings that stop and go the mass of 14 is known
-to some 1 %; with the moves, ten are of no use."""
+which on they do, and share of the largest that counts as none: about a single axis
+gravity has two. Of 15 simulated recordings that stop and go the mass of 14 is held,
+to 1 % in twelve of them; with the moves, ten are of no use."""
 LEAST_NOISE = 0.02
 """[m/s²] Noise of the force over the mass that is assumed at least."""
+SMALLEST_NOISE = 1e-12
+"""[N] Smallest noise, against division by zero."""
 LARGEST_SHARE = 0.04
 """Acceleration over gravity up to which 95 % intervals of the mass hold it: simulated
 sinusoids of 1 rad/s have 0.02 to 0.04, those of 2 rad/s 0.05, and miss it a little."""
@@ -44,24 +44,16 @@ def weights_of(found: Conditioned, measured: Measured, counts: Array) -> Array |
 
     None where the motion is exact and nothing was averaged.
     """
-    smoothed = (
-        measured.motion is not None
-        and measured.source != "orientation"
-        and len(counts) > 1
-    )
-    if measured.source == "orientation" and measured.motion is not None:
-        at_rest = weights_at_rest(measured.motion, measured.measurements, found)
-        weights = counts * at_rest
-        return weights / weights.mean()
-    if not smoothed and (counts == 1.0).all():
-        return None
-    weights = counts
-    if smoothed:
+    motion = measured.motion
+    if motion is None or len(counts) < 2:
+        return None if (counts == 1.0).all() else counts / counts.mean()
+    if measured.source == "orientation":
+        weights = counts * weights_at_rest(motion, measured.measurements, found)
+    else:
         phi = np.where(np.isfinite(found.covariance.diagonal()), found.parameters, 0.0)
         noise = (max(found.noise.force, 1e-12), max(found.noise.torque, 1e-12))
         each = np.array(noise) / max(float(counts.mean()), 1.0) ** 0.5
-        assert measured.motion is not None
-        weights = counts * sample_weights(phi, measured.motion, *each)
+        weights = counts * sample_weights(phi, motion, *each)
     return weights / weights.mean()
 
 
@@ -84,9 +76,10 @@ def motion_noise_of(measured: Measured) -> MotionNoise | None:
 def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:
     """Whether what is unexplained may be the acceleration of a sensor whose position
     nobody measured: it looks like many a mistake."""
-    if found.path is None or found.path.kind != "orientation":
+    path, curves = found.path, found.curves
+    if path is None or path.kind != "orientation" or curves is None:
         return False
-    turning = _turning(smooth_poses(recording).poses.at(recording["orientation"].time))
+    turning = _turning(curves.poses.at(recording["orientation"].time))
     fastest = max(SLOW, REACH * float(np.sqrt(np.nanmean(turning**2))))
     return _acceleration(found) < fastest
 
@@ -95,20 +88,18 @@ def weights_at_rest(motion: Motion, z: Measurements, found: Conditioned) -> Arra
     """Weights (K,) by the acceleration of a sensor that is `LEVER` from the axis about
     which it turns: what rests counts most, and alone where it tells as much of gravity
     as all samples do."""
-    if len(z.force) < 3:
-        return np.ones(len(z.force))
-    noise = WHITE * np.median(np.abs(np.diff(z.force, 2, axis=0)))
     mass = abs(float(found.parameters[0]))
-    noise = max(float(noise), LEAST_NOISE * mass)
+    noise = max(white_noise(z).force, LEAST_NOISE * mass, SMALLEST_NOISE)
     weights = 1.0 / (1.0 + (mass * LEVER * _turning(motion) / noise) ** 2)
     rests = weights > AT_REST
-    if np.mean(rests) < LEAST_REST:
+    if rests.sum() < max(LEAST_REST * len(rests), FEWEST_RESTS):
         return weights
     spread, all_of_it = (
         np.linalg.eigvalsh(np.cov(gravity.T))
         for gravity in (z.gravity[rests], z.gravity)
     )
-    alone = (spread >= ENOUGH_SPREAD * all_of_it).all()
+    none = NO_SPREAD * all_of_it[-1]
+    alone = (spread + none >= ENOUGH_SPREAD * all_of_it).all()
     return np.where(rests, weights, 0.0) if alone else weights
 
 

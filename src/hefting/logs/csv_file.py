@@ -212,28 +212,34 @@ class CsvTable:
                     "give each row one cell a column, blank if not measured",
                 )
             for j in columns:
-                cell = (
-                    cells[j]
-                    if self.decimal == "."
-                    else cells[j].replace(".", "?").replace(self.decimal, ".")
-                )
-                is_date = j in self.dates
-                if (is_date and cell.strip() and seconds_of(cell) is None) or (
-                    not is_date and not NUMBER.fullmatch(cell)
-                ):
-                    comma = self.decimal == "." and re.fullmatch(
-                        r"\s*[+-]?\d+,\d*\s*", cells[j]
-                    )
-                    point = 'write decimals with a point, or give decimal = "," in a column map (`column_map`=FILE)'
-                    fix = point if comma else "give a number, or leave the cell blank"
-                    what = f"{cells[j][:40]!r} is not a number"
-                    if is_date:
-                        what = f"{cells[j][:40]!r} is no date like those before"
-                        fix = "write each as 2026-01-31T12:00:00.000"
-                    return InputError(what, f"{where}, column {label(self, j)}", fix)
+                wrong = self._explain_cell(cells[j], j, where)
+                if wrong is not None:
+                    return wrong
         return InputError(
             f"cannot be read as CSV ({str(error)[:200]})", where=self.source
         )
+
+    def _explain_cell(self, text: str, column: int, where: str) -> InputError | None:
+        """What is wrong with a cell of a column; None where it can be read."""
+        fix = "give a number, or leave the cell blank"
+        what = f"{text[:40]!r} is not a number"
+        if column in self.dates:
+            if not text.strip() or seconds_of(text) is not None:
+                return None
+            what = f"{text[:40]!r} is no date like those before"
+            fix = "write each as 2026-01-31T12:00:00.000"
+        else:
+            number = text
+            if self.decimal == ",":
+                number = text.replace(".", "?").replace(",", ".")
+            if NUMBER.fullmatch(number):
+                return None
+            if self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", text):
+                fix = (
+                    'write decimals with a point, or give decimal = "," in a column map '
+                    "(`column_map`=FILE)"
+                )
+        return InputError(what, f"{where}, column {label(self, column)}", fix)
 
 
 def _values_of(array: "pa.Array") -> Array:

@@ -37,7 +37,6 @@ DATE = re.compile(
 )
 """A date with a time of day, by ISO 8601."""
 
-
 YEARS = range(1678, 2262)
 """Of dates whose nanoseconds since 1970 are a number of 64 bits."""
 
@@ -66,7 +65,7 @@ def read_header(text: bytes, path: str | Path, layout: Layout) -> Header:
     other lines may stand before it, units between. What the layout says is not looked
     for. `InputError` when there is no header of at least two columns.
     """
-    lines = _first_lines(text, path)
+    lines = _first_lines(text, path, layout.header or 0)
     row = layout.header
     if row is None:
         row = _find_names(lines, layout)
@@ -89,13 +88,14 @@ def read_header(text: bytes, path: str | Path, layout: Layout) -> Header:
     )
 
 
-def _first_lines(text: bytes, path: str | Path) -> list[str]:
-    """The lines among which the header is, from the first; `InputError` for blank
-    text."""
+def _first_lines(text: bytes, path: str | Path, header: int) -> list[str]:
+    """The lines among which the header is, from the first, and the rows that tell how
+    numbers are written; `InputError` for blank text."""
     if not text.strip():
         raise InputError("the file is empty", where=path)
-    lines = text.split(b"\n", MOST_LINES_BEFORE + ROWS_LOOKED_AT)
-    return [line.decode(errors="surrogateescape") for line in lines[:-1] or lines]
+    most = max(MOST_LINES_BEFORE, header) + ROWS_LOOKED_AT
+    lines = text.split(b"\n", most)[:most]
+    return [line.decode(errors="surrogateescape") for line in lines]
 
 
 def _find_names(lines: Sequence[str], layout: Layout) -> int:
@@ -132,7 +132,7 @@ def _read_names(
     """The cells of a line and their separator; `InputError` where it has no names."""
     where = f"{path}, row {row}"
     line = _without_mark(lines[row - 1])
-    if len(line) > MAX_HEADER:
+    if len(line.encode(errors="surrogateescape")) > MAX_HEADER:
         raise InputError(
             f"the header has more than {MAX_HEADER:,} bytes",
             where,
@@ -244,10 +244,8 @@ def _has_decimal_commas(rows: Sequence[Sequence[str]], separator: str) -> bool:
 
 def _date_columns(cells: Sequence[str]) -> dict[int, bool]:
     """Columns of a row that hold a date, and whether with its time zone."""
-    found = {
-        j: DATE.fullmatch(cell) for j, cell in enumerate(cells) if seconds_of(cell)
-    }
-    return {j: match["zone"] is not None for j, match in found.items() if match}
+    dates = {j: cell for j, cell in enumerate(cells) if seconds_of(cell) is not None}
+    return {j: DATE.fullmatch(cell)["zone"] is not None for j, cell in dates.items()}  # type: ignore[index]
 
 
 def _without_mark(line: str) -> str:

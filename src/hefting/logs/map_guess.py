@@ -361,7 +361,8 @@ def _summary(sample: Sample, guess: Guess) -> str:
     """What is taken from which columns: "position X [mm] to Z [mm] (mm)"."""
     ends = dict.fromkeys((guess.columns[0], guess.columns[-1]))
     names = " to ".join(printable(sample.names[j] or f"number {j + 1}") for j in ends)
-    how = ", ".join(re.findall(r'"([^"]*)"', " ".join(guess.rest)))
+    told = [word for word in guess.rest if not word.startswith("nanoseconds")]
+    how = ", ".join(re.findall(r'"([^"]*)"', " ".join(told)))
     remark = f"{', ' if how else ''}{guess.remark}" if guess.remark else ""
     return (
         f"{guess.key} from {names[:80]}{f' ({how}{remark})' if how or remark else ''}"

@@ -6,7 +6,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
-from hefting.core.messages import warning
+from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.logs.canonical import (
     check_names,
@@ -18,6 +18,7 @@ from hefting.logs.table import Table, summarize_list
 
 if TYPE_CHECKING:
     from hefting.logs.column_map import ColumnMap
+    from hefting.logs.map_guess import GuessedMap
 
 NEEDED = (
     "position",
@@ -28,8 +29,8 @@ NEEDED = (
     "accelerometer",
     "linear_accelerometer",
 )
-"""Streams whose canonical columns names must not leave out: a header in which some have
-lost their other columns is a mistake, and is said to be one."""
+"""Streams of whose canonical columns none may be left over: a header in which some have
+lost the others is a mistake, and is said to be one."""
 
 RATES = (
     "linear_velocity",
@@ -66,23 +67,44 @@ def _recognise(table: Table) -> "tuple[ColumnMap, str] | None":
         streams, ignored = {}, ()
     if streams and (not ignored or set(RATES) & set(streams)):
         return None
+    try:
+        column_map, guessed = map_by_names(table)
+    except InputError:
+        return None
+    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
+    if not there < guessed.columns:
+        return None
+    summary = guessed.summary
+    if left := columns_of_streams(table.names, RATES):
+        summary += f"; {summarize_list(sorted(left))} not read"
+    return column_map, summary
+
+
+def map_by_names(
+    table: Table, *, is_part: bool = False
+) -> "tuple[ColumnMap, GuessedMap]":
+    """The column map that names and numbers of a table tell; `InputError` where they
+    tell too little. Of a part of what is recorded, another table holds the rest."""
     import tomllib
 
     from hefting.logs.column_map import column_map_of
     from hefting.logs.map_guess import guess_map_of
     from hefting.logs.map_sample import sample_of
 
-    try:
-        guessed = guess_map_of(sample_of(table))
-    except InputError:
-        return None
-    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
-    if guessed.missing or not there < guessed.columns:
-        return None
-    summary = guessed.summary
-    if left := columns_of_streams(table.names, RATES):
-        summary += f"; {summarize_list(sorted(left))} not read"
-    return column_map_of(tomllib.loads(guessed.text), table.source), summary
+    guessed = guess_map_of(sample_of(table))
+    if guessed.missing and not is_part:
+        raise InputError(f"no column seems to be {guessed.missing[0]}", table.source)
+    content = tomllib.loads(guessed.text)
+    return column_map_of(content, table.source, is_part=is_part), guessed
+
+
+def taken_by_names(summary: str, of: str = "") -> Message:
+    """What is said where columns, `of` some file, are taken for what their names say."""
+    what = (
+        f"the columns{of} are taken by their names: {summary}; "
+        "give `column_map` where that is wrong (hefting map writes one)"
+    )
+    return warning("columns-by-name", what, "column_map")
 
 
 def _read_recognised(table: Table, column_map: "ColumnMap", summary: str) -> Recording:
@@ -91,9 +113,5 @@ def _read_recognised(table: Table, column_map: "ColumnMap", summary: str) -> Rec
     from hefting.logs.mapped import read_mapped
 
     recording = read_mapped(table, column_map)
-    what = (
-        f"the columns are taken by their names: {summary}; "
-        "give `column_map` where that is wrong (hefting map writes one)"
-    )
-    said = warning("columns-by-name", what, "column_map")
-    return replace(recording, warnings=(said, *recording.warnings))
+    warnings = (taken_by_names(summary), *recording.warnings)
+    return replace(recording, warnings=warnings)

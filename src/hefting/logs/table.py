@@ -29,6 +29,9 @@ EPOCHS = (
 )
 """Unit, divisor and least value of times since 1970 that are not in seconds."""
 
+SINCE_1970 = 1e8
+"""[s] Times from which on count from 1970: a robot's controller runs no three years."""
+
 STATIC_STREAMS = (
     "position",
     "orientation",
@@ -188,7 +191,7 @@ def in_seconds(
     if began > 1e11:  # seconds since 1970 reach 1e11 in the year 5138
         _refuse_start(start, began, None if seconds else unit, where)
     warnings = []
-    if began > 1e8:
+    if began > SINCE_1970:
         streams = with_times(streams, lambda time: time - start)
         shift, resolution = (
             float(scale(np.array(value))) for value in (start, np.spacing(abs(start)))

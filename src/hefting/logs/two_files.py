@@ -1,24 +1,20 @@
 """A wrench and the poses to it in two tables, as a sensor and a robot write them by
 programs of their own."""
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size, load_toml
-from hefting.core.messages import Message, warning
-from hefting.core.recording import Recording, Stream
+from hefting.core.messages import Message
+from hefting.core.recording import Recording
 from hefting.logs.column_map import column_map_of
-from hefting.logs.map_guess import guess_map_of
-from hefting.logs.map_sample import sample_of
 from hefting.logs.mapped import Mapped, mapped
+from hefting.logs.recognised import map_by_names, taken_by_names
 from hefting.logs.registry import find_format, join_words, table_formats
-from hefting.logs.table import with_times
+from hefting.logs.table import SINCE_1970, with_times
 from hefting.logs.units import SECOND
 
-SINCE_1970 = 1e8
-"""[s] Times from which on count from 1970."""
 POSES = ("position", "orientation", "joint_positions")
 """Streams that the file of poses holds."""
 
@@ -74,12 +70,11 @@ def read_with_poses(
             "name their columns, as x y z qx qy qz qw; see hefting map",
         )
     _check_clocks(first, second)
-    taken: Mapping[str, Stream] = {
+    taken = {
         name: stream
         for name, stream in second.found.streams.items()
-        if name in POSES or name not in first.found.streams
+        if name not in first.found.streams
     }
-    taken = {name: stream for name, stream in taken.items() if name != "wrench"}
     both = replace(
         first.found,
         streams={**first.found.streams, **taken},
@@ -107,14 +102,9 @@ def _part(path: str | Path, column_map: str | Path | None = None) -> _Part:
         chosen = column_map_of(load_toml(column_map), column_map, is_part=True)
         table, said = form.open_table(path, chosen.layout), ()
     else:
-        import tomllib
-
         table = form.open_table(path, None)
-        guessed = guess_map_of(sample_of(table))
-        content = tomllib.loads(guessed.text)
-        chosen = column_map_of(content, table.source, is_part=True)
-        what = f"the columns of {Path(path).name} are taken by their names: {guessed.summary}"
-        said = (warning("columns-by-name", what, "column_map"),)
+        chosen, guessed = map_by_names(table, is_part=True)
+        said = (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
     found = mapped(table, chosen)
     if found.unit is None or not found.streams:
         raise InputError("there is no time", path, "name its column time, in seconds")
