@@ -47,13 +47,13 @@ def test_the_text_has_the_numbers_and_what_they_are_worth():
     ("low", "high", "shown"),
     [
         (0.0021, 0.0021, "0.5123 ± 0.0021"),
-        (0.0012, 0.0030, "0.5123 ± 0.0021"),
+        (0.0012, 0.0030, "0.5123 ± 0.0030"),  # at the farther end
         (0.0010, 0.0031, "0.5123 [0.5113, 0.5154]"),
         (0.0, 0.0042, "0.5123 [0.5123, 0.5165]"),
     ],
 )
 def test_ends_of_a_lopsided_interval_are_shown(low, high, shown):
-    """From three to one on: ± would show half of it where there is nothing."""
+    """From three to one on: ± would show as much again where there is nothing."""
     ends = np.array((BODY.mass - low, BODY.mass + high))
     intervals = estimate().intervals | {"mass": ends}
     assert f"mass           {shown} kg" in repr(estimate(intervals=intervals))

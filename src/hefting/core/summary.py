@@ -25,10 +25,10 @@ def body_lines(
     intervals: Mapping[str, Array] | None,
     undetermined: Undetermined,
 ) -> list[str]:
-    """Mass, COM and inertia, each with half the width of its 95 % interval; with its
-    ends where that is lopsided, as ``1.3 [1.3, 3.1]``.
+    """Mass, COM and inertia, each with how far its 95 % interval reaches; with its ends
+    where that is lopsided, as ``1.3 [1.3, 3.1]``.
 
-    Numbers are rounded to two digits of half the width; ``open`` stands for numbers
+    Numbers are rounded to two digits of that; ``open`` stands for numbers
     that are undetermined, and where an interval has no end.
     """
     ends = intervals or {}
@@ -70,8 +70,8 @@ def _cut(text: str) -> str:
 def _shown(
     values: Array, ends: Array | None, scale: float, undetermined: Mask | bool
 ) -> list[str]:
-    """Numbers of a quantity, `scale` times, with half the width of their intervals;
-    ``open`` for those that are `undetermined`."""
+    """Numbers of a quantity, `scale` times, with how far their intervals reach; ``open``
+    for those that are `undetermined`."""
     numbers = scale * _flat(values)
     low = high = numbers
     if ends is not None:
@@ -88,22 +88,21 @@ def _flat(values: Array) -> Array:
 
 
 def _with_interval(value: float, low: float, high: float) -> str:
-    """A number with half the width of its interval, or with its ends, to two digits of
-    that."""
-    half = 0.5 * (high - low)
-    if not np.isfinite(half):
+    """A number with how far its interval reaches at the farther end, or with its ends,
+    to two digits of that."""
+    shorter, longer = sorted((value - low, high - value))
+    if not np.isfinite(longer):
         return "open"
-    if not half > 0.0:
+    if not longer > 0.0:
         return f"{value:.6g}"
-    decimals = 1 - int(f"{half:.1e}".partition("e")[2])
+    decimals = 1 - int(f"{longer:.1e}".partition("e")[2])
     if decimals > MOST_DECIMALS:
-        return f"{value:.3g} ± {half:.2g}"
+        return f"{value:.3g} ± {longer:.2g}"
     decimals = max(decimals, 0)
     # no negative zero
     shown, least, most = (
         f"{round(each, decimals) + 0.0:.{decimals}f}" for each in (value, low, high)
     )
-    shorter, longer = sorted((value - low, high - value))
     if longer > LOPSIDED * shorter:
         return f"{shown} [{least}, {most}]"
-    return f"{shown} ± {half:.{decimals}f}"
+    return f"{shown} ± {longer:.{decimals}f}"
