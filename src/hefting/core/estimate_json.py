@@ -238,3 +238,22 @@ def _message(data: Json) -> Message:
     ):
         raise ValueError("a message is not made of texts")
     return Message(data["code"], data["text"], severity, argument, own)
+
+
+def numbers_in(
+    provenance: Mapping[str, Any], key: str, count: int, largest: float
+) -> Array | None:
+    """So many numbers (count,) of what an estimate says of how it was made, none larger
+    than `largest`; None for anything else, as a file may hold."""
+    try:
+        values = np.asarray(provenance.get(key), dtype=float)
+    except (TypeError, ValueError, OverflowError):
+        return None
+    fits = values.shape == (count,) and bool((np.abs(values) <= largest).all())
+    return values if fits else None
+
+
+def subtracted_tool(provenance: Mapping[str, Any]) -> Array | None:
+    """Parameters (10,) of the tool that was subtracted for an estimate, in sensor axes
+    about the sensor origin; None where there was none."""
+    return numbers_in(provenance, "tool", 10, LARGEST_PARAMETER)

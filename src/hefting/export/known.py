@@ -12,8 +12,8 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.estimate_json import subtracted_tool
 from hefting.core.messages import Message, warning
-from hefting.core.provenance import subtracted_tool
 from hefting.core.spatial import Array
 from hefting.export.body import Body, HalfWidths
 from hefting.export.notes import notes_of, plain
@@ -56,7 +56,7 @@ def known_body(
         float(half["mass"]), half["center_of_mass"], half["inertia_at_com"]
     )
     body = replace(body, half_widths=widths, notes=notes_of(estimate, say))
-    tool = subtracted_tool(estimate)
+    tool = subtracted_tool(estimate.provenance)
     if tool is not None:
         said = f"the object alone: a tool of {tool[0]:.4g} kg was subtracted"
         body = replace(body, tool_mass=float(tool[0]), notes=(*body.notes, said))

@@ -37,8 +37,14 @@ OTHER = {
 }
 """Words of columns that are none of those: rates, set points, errors."""
 
+
+def squeezed(unit: str) -> str:
+    """A unit as a word of a name: ``nmm``."""
+    return re.sub(r"[^a-z0-9]", "", unit.lower())
+
+
 UNIT_WORDS = frozenset(
-    re.sub(r"[^a-z0-9]", "", name.lower())
+    squeezed(name)
     for kind in ("length", "angle", "force", "torque")
     for name in UNITS[kind]
 )

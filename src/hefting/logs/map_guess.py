@@ -16,7 +16,7 @@ import numpy as np
 from hefting.core.errors import InputError, printable
 from hefting.logs.column_words import OTHER, Groups, group_columns, words_of
 from hefting.logs.map_sample import Sample, read_sample
-from hefting.logs.units import UNITS, find_unit
+from hefting.logs.units import UNITS
 
 TIMES = ("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds")
 """Names of the time, without its unit."""
@@ -130,7 +130,7 @@ def _time(sample: Sample, groups: Groups) -> Guess | None:
         if not named or not np.isfinite(sample.values[:, column]).any():
             continue
         if (more := _nanoseconds(sample, words[:-1])) is not None:
-            how = f"nanoseconds = {_name(sample, more)}"
+            how = f"nanoseconds = {sample.toml_name(more)}"
             return Guess("time", (column, more), (how,))
         said = sample.units[column] or next(
             (word for word in words if word in UNITS["time"]), ""
@@ -193,11 +193,11 @@ def _wrench(sample: Sample, groups: Groups) -> list[Guess] | None:
 def _wrench_units(
     sample: Sample, force: tuple[int, ...], torque: tuple[int, ...]
 ) -> tuple[str, str]:
-    one = _said(sample, force, "force")
-    two = _said(sample, torque, "torque")
+    one = sample.said_unit(force, "force")
+    two = sample.said_unit(torque, "torque")
     remark = ""
     if two is None:
-        f, t = (_size(sample, columns) for columns in (force, torque))
+        f, t = (sample.size(columns) for columns in (force, torque))
         two = "N m"
         if f > 0.0 and t / f > LARGEST_LEVER:
             two, remark = "N mm", f"by its size: {t / f:.3g} times the force"
@@ -288,13 +288,13 @@ def _inertial(sample: Sample, groups: Groups) -> list[Guess] | None:
     ):
         columns = groups.find(key, "xyz")
         if columns is not None:
-            said = _said(sample, columns, kind)
+            said = sample.said_unit(columns, kind)
             found.append(Guess(key, columns, (_unit(said),) if said else ()))
     return found
 
 
 def _length(key: str, sample: Sample, columns: tuple[int, ...]) -> Guess:
-    said, size = _said(sample, columns, "length"), _size(sample, columns)
+    said, size = sample.said_unit(columns, "length"), sample.size(columns)
     if said is None and size > LARGEST_METRES:
         return Guess(key, columns, (_unit("mm"),), f"by its size, up to {size:.4g}")
     return Guess(key, columns, (_unit(said or "m"),))
@@ -306,33 +306,10 @@ def _turned(sample: Sample, columns: tuple[int, ...], form: str) -> Guess:
 
 
 def _angle_unit(sample: Sample, columns: tuple[int, ...]) -> tuple[str, str]:
-    said, size = _said(sample, columns, "angle"), _size(sample, columns)
+    said, size = sample.said_unit(columns, "angle"), sample.size(columns)
     if said is None and size > LARGEST_RADIANS:
         return "deg", f"by its size, up to {size:.4g}"
     return said or "rad", ""
-
-
-def _said(sample: Sample, columns: Sequence[int], kind: str) -> str | None:
-    """The unit that the header says of the columns, if it is one of a kind."""
-    try:
-        return find_unit(sample.units[columns[0]], kind, sample.source).name
-    except InputError:
-        pass
-    words = re.findall(r"[a-z0-9]+", sample.names[columns[0]].lower())[1:]
-    known = {_squeezed(name): name for name in UNITS[kind] if name != "m"}
-    return next((known[word] for word in words if word in known), None)
-
-
-def _squeezed(unit: str) -> str:
-    """A unit as a word of a name: ``nmm``."""
-    return re.sub(r"[^a-z0-9]", "", unit.lower())
-
-
-def _size(sample: Sample, columns: Sequence[int]) -> float:
-    """Largest absolute value, spikes aside; 0 where there is none."""
-    values = np.abs(sample.values[:, list(columns)])
-    values = values[np.isfinite(values)]
-    return float(np.quantile(values, 0.99)) if len(values) else 0.0
 
 
 def _unit(name: str) -> str:
@@ -343,7 +320,7 @@ def _text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -> s
     """The map as TOML."""
     lines = [f"# guessed from {printable(Path(sample.source).name)}: {CHECK}"]
     for guess in guesses:
-        names = [_name(sample, column) for column in guess.columns]
+        names = [sample.toml_name(column) for column in guess.columns]
         one = f"column = {names[0]}"
         columns = one if guess.key == "time" else f"columns = [{', '.join(names)}]"
         line = f"{guess.key} = {{ {', '.join((columns, *guess.rest))} }}"
@@ -367,16 +344,3 @@ def _summary(sample: Sample, guess: Guess) -> str:
     return (
         f"{guess.key} from {names[:80]}{f' ({how}{remark})' if how or remark else ''}"
     )
-
-
-def _name(sample: Sample, column: int) -> str:
-    """A column as TOML names it: by its number where its name is not its own."""
-    name = sample.names[column]
-    if (
-        not name
-        or sample.names.count(name) > 1
-        or "{" in name
-        or not name.isprintable()
-    ):
-        return str(column + 1)
-    return json.dumps(name)

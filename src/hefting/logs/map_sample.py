@@ -1,6 +1,7 @@
 """The beginning of a table nobody has described: names, units and numbers of its
 columns."""
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,6 +12,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.files import check_size
 from hefting.core.spatial import Array
+from hefting.logs.column_words import squeezed
 from hefting.logs.csv_file import CsvTable, open_csv, texts
 from hefting.logs.csv_header import (
     NUMBER,
@@ -22,6 +24,7 @@ from hefting.logs.csv_header import (
 from hefting.logs.layout import Layout
 from hefting.logs.registry import find_format
 from hefting.logs.table import Table
+from hefting.logs.units import UNITS, find_unit
 
 MOST_ROWS = 2000
 """Rows that are looked at."""
@@ -48,6 +51,34 @@ class Sample:
         name = self.names[column]
         match = BRACKETS.match(name)
         return match[1] if match else name
+
+    def said_unit(self, columns: Sequence[int], kind: str) -> str | None:
+        """The unit that the header says of the columns, if it is one of a kind."""
+        try:
+            return find_unit(self.units[columns[0]], kind, self.source).name
+        except InputError:
+            pass
+        words = re.findall(r"[a-z0-9]+", self.names[columns[0]].lower())[1:]
+        known = {squeezed(name): name for name in UNITS[kind] if name != "m"}
+        return next((known[word] for word in words if word in known), None)
+
+    def size(self, columns: Sequence[int]) -> float:
+        """Largest absolute value, spikes aside; 0 where there is none."""
+        values = np.abs(self.values[:, list(columns)])
+        values = values[np.isfinite(values)]
+        return float(np.quantile(values, 0.99)) if len(values) else 0.0
+
+    def toml_name(self, column: int) -> str:
+        """A column as TOML names it: by its number where its name is not its own."""
+        name = self.names[column]
+        if (
+            not name
+            or self.names.count(name) > 1
+            or "{" in name
+            or not name.isprintable()
+        ):
+            return str(column + 1)
+        return json.dumps(name)
 
 
 def read_sample(path: str | Path) -> Sample:

@@ -11,11 +11,11 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.estimate_json import numbers_in, subtracted_tool
 from hefting.core.gravity import ON_EARTH, Gravity
 from hefting.core.magnitudes import LARGEST_GRAVITY
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, error, note, warning
-from hefting.core.provenance import numbers_in, subtracted_tool
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import SensorAccuracy
@@ -239,11 +239,11 @@ def _doubts(estimate: Estimate, gravity: Array) -> Iterator[Message]:
     if not estimate.physically_consistent:
         what = f"no body has the estimate's parameters: {estimate.consistency}"
         yield warning("not-physical", what)
-    tool = subtracted_tool(estimate)
+    tool = subtracted_tool(estimate.provenance)
     if tool is not None:
         what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
         yield warning("tool-subtracted", what)
-    found = numbers_in(estimate, "gravity", 3, LARGEST_GRAVITY)
+    found = numbers_in(estimate.provenance, "gravity", 3, LARGEST_GRAVITY)
     far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
     if found is not None and np.linalg.norm(found - gravity) > far:
         x, y, z = found
