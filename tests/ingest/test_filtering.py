@@ -5,7 +5,7 @@ import pytest
 from scipy.integrate import solve_ivp
 from scipy.signal import butter, lsim
 
-from hefting.ingest.rivals.filtering import Signal
+from hefting.ingest.filtering import Signal
 from hefting.ingest.rivals.sloshing import swing
 from hefting.ingest.rivals.wrench_filtered import low_passed
 

@@ -22,6 +22,7 @@ from given_cases import case_of
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest import condition
+from hefting.ingest.filtering import Signal
 from hefting.ingest.ingest import ingest
 from hefting.ingest.path import static_path
 from hefting.ingest.rivals import (
@@ -36,7 +37,6 @@ from hefting.ingest.rivals import (
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
-from hefting.ingest.rivals.filtering import Signal
 from hefting.ingest.rivals.judge import evidence, judge
 from hefting.ingest.rivals.vibration import Vibration
 from hefting.logs import read_log

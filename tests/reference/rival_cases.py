@@ -14,6 +14,7 @@ from benchmarks.mistaken import mistakes
 
 from hefting.core.spatial import STANDARD_GRAVITY, Array, rotation_by
 from hefting.ingest import condition
+from hefting.ingest.filtering import Signal
 from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals import (
     EXPLANATIONS,
@@ -35,7 +36,6 @@ from hefting.ingest.rivals.explanation import (
     fit_as_given,
     newton_euler,
 )
-from hefting.ingest.rivals.filtering import Signal
 from hefting.ingest.rivals.judge import evidence, judge
 from hefting.ingest.rivals.placement import advice
 from reference.recorded import (

@@ -30,6 +30,7 @@ from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
 from hefting.ingest.poses import without_faulty_poses
+from hefting.ingest.response import response_of
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
 from hefting.ingest.systematic import (
@@ -120,15 +121,18 @@ def ingest(
         motion_noise=motion_noise_of(measured),
     )
     state = SampleState.of(z)
-    fits = _FreeFits(
-        free_fit(state, True, found.inflation), free_fit(state, False, found.inflation)
-    )
+    fits = _FreeFits.of(state, found)
     sign = _choose_sign(wrench, found, fits, may_be_biased=may_be_biased)
     bias_is_auto = isinstance(bias, str) and bias == "auto"
     free_bias, bias_warnings = _choose_bias(
         found, fits, may_be_biased=may_be_biased, is_auto=bias_is_auto
     )
-    fit = fits.beside_bias if free_bias else fits.alone
+    response = response_of(found, z, fits.chosen(free_bias=free_bias))
+    if response is not None:
+        z = response.corrected(z)
+        state = SampleState.of(z)
+        fits = _FreeFits.of(state, found)
+    fit = fits.chosen(free_bias=free_bias)
     warnings = [
         *_conditioning_warnings(
             recording, measured, found, may_be_biased=may_be_biased
@@ -139,11 +143,15 @@ def ingest(
     ]
     steps = quantisation_message(recording)
     notes = [*recording.notes, *measured.notes]
+    notes += [] if response is None else response.messages()
     if steps is not None:
         (warnings if steps.severity == "warning" else notes).append(steps)
-    gravity_errors = errors_of_estimated_gravity(
-        recording, motion, found, measured, z, fit, drift=may_be_biased
-    )
+    shared_errors = [
+        errors_of_estimated_gravity(
+            recording, motion, found, measured, z, fit, drift=may_be_biased
+        ),
+        None if response is None else response.errors,
+    ]
     clock_error = errors_of_clock_offset(found, z, fit)
     unmodelled = acceleration_message(found, z)
     if unmodelled is not None and doubt is None:
@@ -187,7 +195,7 @@ def ingest(
         alone=fits.alone,
         noise=Noise(float(level[0]), float(level[1])),
         within=within,
-        systematic=_systematic_covariance(gravity_errors, tool),
+        systematic=_systematic_covariance(shared_errors, tool),
         clock_error=clock_error,
         doubt=doubt,
         gravity_std=assumed.std,
@@ -208,6 +216,18 @@ class _FreeFits:
     """with a free constant bias"""
     alone: FreeFit
     """without bias"""
+
+    @classmethod
+    def of(cls, state: SampleState, found: Conditioned) -> "_FreeFits":
+        """Of the samples of a state."""
+        return cls(
+            free_fit(state, True, found.inflation),
+            free_fit(state, False, found.inflation),
+        )
+
+    def chosen(self, *, free_bias: bool) -> FreeFit:
+        """The one with a bias, or without."""
+        return self.beside_bias if free_bias else self.alone
 
     def flipped(self) -> "_FreeFits":
         """The same for the wrench of the other sign."""
@@ -338,15 +358,14 @@ def _choose_bias(
 
 
 def _systematic_covariance(
-    gravity_errors: Array | None, tool: Estimate | None
+    errors: list[Array | None], tool: Estimate | None
 ) -> Array | None:
     """(10, 10) covariance of the parameters' errors that all samples share; None where
     there are none.
 
-    `gravity_errors` (10, 2) are those by one standard deviation of gravity's direction
-    about each of two axes.
+    `errors` (10, n) each are those by one standard deviation of n things.
     """
-    parts = [] if gravity_errors is None else [gravity_errors @ gravity_errors.T]
+    parts = [E @ E.T for E in errors if E is not None]
     of_tool = tool_covariance(tool)
     parts += [] if of_tool is None else [of_tool]
     C = np.sum(parts, axis=0) if parts else np.zeros((10, 10))

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.spatial import Array, Indices, cross, skew
+from hefting.ingest.filtering import Complex, Signal
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
@@ -21,7 +22,6 @@ from hefting.ingest.rivals.evidence import (
     with_bias,
 )
 from hefting.ingest.rivals.explanation import Explanation, at_offset, newton_euler
-from hefting.ingest.rivals.filtering import Complex, Signal
 
 CODE = "sloshing"
 FREQUENCIES = np.geomspace(0.6, 4.0, 20)

@@ -3,6 +3,7 @@
 import numpy as np
 
 from hefting.core.spatial import Array
+from hefting.ingest.filtering import Complex, Signal
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
@@ -13,7 +14,6 @@ from hefting.ingest.rivals.evidence import (
     with_bias,
 )
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given
-from hefting.ingest.rivals.filtering import Complex, Signal
 
 CODE = "wrench-filtered"
 BANDWIDTHS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
