@@ -19,13 +19,13 @@ from scipy.signal import lsim  # noqa: E402
 
 if TYPE_CHECKING:
     from hefting.core.spatial import Array
-    from hefting.simulation import JointMotion
+    from hefting.simulation import HeldObject, JointMotion
 
 DURATION, RATE = 40.0, 100.0
 """[s, Hz] of a recording."""
 PARTS = (6.0, 9.0, 20.0)
 """[s] Lengths of what is identified."""
-NOISE = (0.05,) * 3 + (0.003,) * 3
+NOISE = (0.05, 0.05, 0.05, 0.003, 0.003, 0.003)
 """[N (3), N m (3)] Standard deviations of the wrench's noise."""
 GRAVITY = (0.0, 0.0, -9.81)
 MOTIONS = ("smooth", "quick moves", "slow moves")
@@ -100,7 +100,9 @@ def motion(kind: str, duration: float, seed: int) -> "JointMotion":
     return trapezoids(duration, RATE, *moves, seed=500 + seed)
 
 
-def late(joints: "JointMotion", lag: str, size: float, seed: int):
+def late(
+    joints: "JointMotion", lag: str, size: float, seed: int
+) -> "tuple[HeldObject, Recording]":
     """What is held, and its recording with a wrench that is late by a delay or through
     a filter of first order."""
     from hefting.core.recording import Stream

@@ -15,6 +15,6 @@ def test_a_row_for_each_kind(monkeypatch, capsys):
     monkeypatch.setattr(benchmark, "PARTS", (9.0,))
     benchmark.main()
     lines = capsys.readouterr().out.splitlines()
-    delay, filtered = (float(line.split()[3]) for line in lines[2:])
+    delay, filtered = (float(line.split()[4]) for line in lines[2:])
     assert delay < 0.5  # 0.03 % in the median of 24
     assert filtered < 2.0  # 0.3 %; 2 % where it is taken for a delay
