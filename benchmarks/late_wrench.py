@@ -18,6 +18,7 @@ import numpy as np  # noqa: E402
 from scipy.signal import lsim  # noqa: E402
 
 if TYPE_CHECKING:
+    from hefting.core.recording import Recording
     from hefting.core.spatial import Array
     from hefting.simulation import HeldObject, JointMotion
 
@@ -84,7 +85,9 @@ def masses(
             continue
         if "mass-undetermined" in codes(found.warnings):
             continue
-        low, high = found.intervals["mass"]
+        intervals = found.intervals
+        assert intervals is not None
+        low, high = intervals["mass"]
         error = abs(found.parameters.mass - mass)
         rows.append((error / mass, 0.5 * (high - low) / mass, low <= mass <= high))
     return rows
