@@ -65,43 +65,15 @@ OPTIONS = {
 } | {
     name: option_of(name)
     for name in (
-        *(
-            "shape",
-            "unit",
-            "object_pose",
-            "points",
-            "points_per_cm3",
-            "pose_std",
-            "shape_std",
-        ),
-        *(
-            "gravity",
-            "sensor_accuracy",
-            "wrench",
-            "bias",
-            "motion",
-            "tool",
-            "mass",
-            "start",
-            "duration",
-            "truth",
-            "map",
-            "urdf",
-            "sensor_frame",
-        ),
-        *(
-            "method",
-            "until",
-            "into",
-            "link",
-            "sensor_pose_in_flange",
-            "output",
-            "report",
-        ),
-        *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
-        *("hull", "empty", "torque_gains"),
-        *("tip", "estimate", "speed", "acceleration", "jerk", "keep", "srdf", "rate"),
-        *("sensor_range", "sensor_noise", "stop_and_go", "seed", "torques"),
+        *("shape", "unit", "object_pose", "points", "points_per_cm3"),
+        *("pose_std", "shape_std", "hull", "mass", "tool", "until", "method"),
+        *("gravity", "sensor_accuracy", "wrench", "bias", "motion", "start"),
+        *("duration", "truth", "map", "urdf", "sensor_frame", "accept"),
+        *("sensor_pose_in_flange", "sensor_pose_in_log", "sensor_turned"),
+        *("output", "report", "into", "link", "fill_inertia", "torques"),
+        *("empty", "torque_gains", "tip", "estimate", "speed", "acceleration"),
+        *("jerk", "keep", "srdf", "rate", "sensor_range", "sensor_noise"),
+        *("stop_and_go", "seed"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of

@@ -3,11 +3,12 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from hefting.cli import render
+from hefting.cli import option_of, render
 from hefting.cli.options import (
     add_part,
     add_recording,
     check_output,
+    part_of,
     read_estimate,
     read_recording,
 )
@@ -51,8 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
         return _run_with_estimate(a)
     for option in ("shape", "box", "object_pose", "unit", "hull"):
         if getattr(a, option):
-            name = f"--{option.replace('_', '-')}"
-            raise InputError("is for --with", name, "give --with ESTIMATE.json")
+            fix = "give --with ESTIMATE.json"
+            raise InputError("is for --with", option_of(option), fix)
     _run_plain(a)
     return 0
 
@@ -66,7 +67,7 @@ def _run_plain(a: argparse.Namespace) -> None:
     check_format(a.output)
     check_output(a.output, a.log, a.map, a.urdf)
     with progress("converting", stages={"reading the log": 1.0}):
-        recording = _part(a)
+        recording = part_of(a, read_recording(a))
         lost = write_log(recording, a.output)
     _print(_told(recording))
     _tell_lost(lost)
@@ -90,7 +91,7 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
         raise InputError("is the log already", "--with -", "name a file for one")
     estimate, shape = read_estimate(a.estimate), shape_of(a)
     with progress("converting"):
-        recording = _part(a)
+        recording = part_of(a, read_recording(a))
         replay = replay_of(recording, estimate, shape)
         lost = write_dashboard(replay, a.output, render)
     _print(_told(recording))
@@ -112,14 +113,6 @@ def _print(lines: list[str]) -> None:
     """Lines no wider than `WIDTH`, with options in place of the library's arguments."""
     for line in lines:
         print(wrapped(render(line), WIDTH))
-
-
-def _part(a: argparse.Namespace) -> "Recording":
-    """The part of the recording that is to be written."""
-    recording = read_recording(a)
-    if a.start or a.duration is not None:
-        recording = recording.slice(a.start, a.duration)
-    return recording
 
 
 def _output_help() -> str:

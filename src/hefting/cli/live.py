@@ -9,7 +9,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli import render
+from hefting.cli import option_of, render
 from hefting.cli.identify import add_hyperparameters
 from hefting.cli.options import (
     add_accept,
@@ -17,22 +17,22 @@ from hefting.cli.options import (
     add_gravity,
     add_log_options,
     add_mass,
+    add_number,
     add_sensor_accuracy,
     add_sensor_pose,
     add_tool,
     add_verbose,
     check_output,
-    either,
     fill_inertia_of,
 )
-from hefting.cli.outputs import open_page, wanted, write
+from hefting.cli.outputs import open_page, print_object, wanted, write
 from hefting.cli.parser import say
 from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results
 from hefting.cli.report.verdict import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError, MissingDependencyError
-from hefting.request.settings import gravity_of, hyperparameters_of, shape_of
+from hefting.request.settings import gravity_of, hyperparameters_of, pose_of, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.messages import Message
@@ -105,18 +105,19 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_results(parser: argparse.ArgumentParser) -> None:
     """What is made of the final answer."""
     from hefting.export import SUFFIXES, TARGETS
+    from hefting.logs.registry import join_words
 
     parser.add_argument(
         "--export-to",
         metavar="TARGET",
-        help=f"print the final answer for {either(list(TARGETS))}",
+        help=f"print the final answer for {join_words(TARGETS, 'or')}",
     )
     parser.add_argument(
         "--output",
         metavar="FILE",
         action="append",
         default=[],
-        help=f"write the final answer to {either(list(SUFFIXES))}; repeatable",
+        help=f"write the final answer to {join_words(SUFFIXES, 'or')}; repeatable",
     )
     group = parser.add_argument_group("results")
     add_sensor_pose(group)
@@ -140,19 +141,13 @@ def _add_reading(group: argparse._ActionsContainer) -> None:
     )
     add_gravity(group)
     add_sensor_accuracy(group)
-    group.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        default=10.0,
-        help="estimates a second; default 10",
-    )
-    group.add_argument(
+    add_number(group, "--rate", "HZ", "estimates a second; default 10", default=10.0)
+    add_number(
+        group,
         "--speed",
-        type=float,
-        metavar="FACTOR",
+        "FACTOR",
+        "how fast a log is played, at most 100 times; default 1",
         default=1.0,
-        help="how fast a log is played, at most 100 times; default 1",
     )
 
 
@@ -261,18 +256,15 @@ def _with_skipped(found: "LiveEstimate", pump: "Pump") -> "LiveEstimate":
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
     """Print and write the final answer; returns the exit status."""
-    import json
-
     from hefting.export import export
-    from hefting.shapes import parse_pose
 
     estimate = found.estimate
     assert estimate is not None
-    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
+    flange = pose_of(a.sensor_pose_in_flange)
     written = write(wanted(a, estimate), estimate, flange, a.accept, fill)
     method = estimate.method
     if a.json:
-        print(render(json.dumps(found.to_dict())))
+        print_object(found)
     else:
         results = Results({method: estimate}, method, None, None, {}, written)
         print_results(results, render, a.verbose)
@@ -340,8 +332,7 @@ def _request(a: argparse.Namespace) -> "Request":
     if "://" in a.source or a.source == "-":
         for option in ("map", "sensor_pose_in_log", "sensor_turned"):
             if getattr(a, option) is not None:
-                name = option.replace("_", "-")
-                raise InputError("is for logs", f"--{name}", "leave it out")
+                raise InputError("is for logs", option_of(option), "leave it out")
     named = {role: getattr(a, f"{role}_topic") for role in ROLES}
     topics = {role: name for role, name in named.items() if name}
     if a.urdf:

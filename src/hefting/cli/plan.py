@@ -9,13 +9,16 @@ from hefting.cli import render
 from hefting.cli.options import (
     GRAVITY,
     add_json,
+    add_number,
     add_verbose,
     check_output,
     read_estimate,
 )
+from hefting.cli.outputs import is_picture, print_object
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.core.quantity import numbers
 from hefting.request.planning import (
     noise_of,
@@ -60,9 +63,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what is to be reached, as in mass=1%%,com=2mm,inertia=20%%; default as "
         "much of everything as can be",
     )
-    parser.add_argument(
-        "--duration", type=float, metavar="S", default=10.0, help="[s]; default 10"
-    )
+    add_number(parser, "--duration", "S", "[s]; default 10", default=10.0)
     parser.add_argument(
         "--output",
         metavar="FILE",
@@ -98,12 +99,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_limits(group: argparse._ActionsContainer) -> None:
     """What the motion keeps to."""
-    group.add_argument(
+    add_number(
+        group,
         "--speed",
-        type=float,
-        metavar="V",
+        "V",
+        "of every corner of the object's box, and of the tip [m/s]; default 0.25",
         default=0.25,
-        help="of every corner of the object's box, and of the tip [m/s]; default 0.25",
     )
     group.add_argument(
         "--acceleration",
@@ -137,9 +138,7 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--noise-from", metavar="LOG", help="the same, from an earlier recording"
     )
-    group.add_argument(
-        "--rate", type=float, metavar="HZ", help="of the samples; default 100"
-    )
+    add_number(group, "--rate", "HZ", "of the samples; default 100")
     group.add_argument(
         "--sensor-range",
         metavar="FORCE,TORQUE",
@@ -166,8 +165,6 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Plan, save what was asked for, and print what is expected of it."""
-    from hefting.core.files import write_atomically
-
     a = arguments
     _check_outputs(a)
     with progress("planning", a.json):
@@ -176,9 +173,7 @@ def run(arguments: argparse.Namespace) -> None:
     for path, content in zip(a.output, contents, strict=True):
         write_atomically(path, content)
     if a.json:
-        import json
-
-        print(render(json.dumps(found.to_dict())))
+        print_object(found)
         return
     from hefting.cli.report.estimate import Line, print_lines
     from hefting.cli.report.plan import plan_report
@@ -189,7 +184,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for an output that cannot or must not be written."""
-    from hefting.cli.outputs import is_picture
     from hefting.planning.files import FORMATS
     from hefting.plots.style import FORMATS as PICTURES
     from hefting.plots.style import picture_suffix
@@ -246,7 +240,6 @@ def _start(text: str | None) -> list[float] | None:
 
 def _content(found: "Plan", path: str) -> str | bytes:
     """The plan as a file of a suffix."""
-    from hefting.cli.outputs import is_picture
     from hefting.planning.files import format_of
 
     suffix = Path(path).suffix.lower()

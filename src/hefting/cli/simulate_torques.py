@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
@@ -43,7 +44,6 @@ def check_options(a: argparse.Namespace, actions: Iterable[argparse.Action]) -> 
 
 def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> None:
     """Simulate, write, and print what was made and how to read it."""
-    from hefting.core.files import write_atomically
     from hefting.logs import write_log
     from hefting.simulation.torque_scenario import TorqueScenario
 

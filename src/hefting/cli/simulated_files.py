@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
+from hefting.core.files import check_replaceable
 from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
@@ -20,7 +21,6 @@ def truth_of(a: argparse.Namespace) -> Path:
 
 def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
     """`InputError` for an output that cannot or must not be written."""
-    from hefting.core.files import check_replaceable
     from hefting.logs import check_output
     from hefting.shapes.reading import MESH_SUFFIXES
 

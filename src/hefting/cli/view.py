@@ -19,6 +19,7 @@ from hefting.cli.outputs import open_page
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.request.settings import (
     gravity_of,
     hyperparameters_of,
@@ -159,7 +160,6 @@ def _check_output(a: argparse.Namespace) -> None:
 
 def _save(viewer: "Viewer", path: str, log: str) -> None:
     """Write the player."""
-    from hefting.core.files import write_atomically
     from hefting.viewer.player import player_of
 
     with progress("writing the player"):

@@ -168,14 +168,24 @@ def shape_of(a: Any) -> "Shape | None":
     """The shape that was given, if one was. `InputError` as `hefting.load_shape`."""
     if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
         raise InputError("whose convex hull?", "--hull", "give --shape FILE")
-    from hefting.shapes import load_shape, parse_pose
+    from hefting.shapes import load_shape
 
-    pose = parse_pose(a.object_pose) if a.object_pose else None
+    pose = pose_of(a.object_pose)
     if a.box is None and a.shape is None:
         return None
     if a.box is not None:
         return _box(a, pose)
     return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)
+
+
+def pose_of(text: str | None) -> "Array | None":
+    """A pose (4, 4) that was given [m], if one was. `InputError` as
+    `hefting.parse_pose`."""
+    if not text:
+        return None
+    from hefting.shapes import parse_pose
+
+    return parse_pose(text)
 
 
 def require_shape(a: Any) -> None:

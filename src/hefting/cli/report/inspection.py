@@ -5,15 +5,13 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.digits import with_reach
 from hefting.cli.report.estimate import MORE
-from hefting.cli.report.printing import verdict_texts, warning_lines
-from hefting.cli.report.verdict import other_warnings
+from hefting.cli.report.printing import doubt_lines, plain_table
 from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.ingest.conditioned import SIGNIFICANT
 
@@ -35,10 +33,8 @@ def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
         if found.static
         else f"{found.duration:.4g} s"
     )
-    verdict = found.verdict
     lines: list[RenderableType] = [
-        *verdict_texts(verdict),
-        *warning_lines(other_warnings(found.warnings, verdict)),
+        *doubt_lines(found.verdict, found.warnings),
         Text(f"{found.log}: {lasts}", style="bold"),
         _streams_table(found),
     ]
@@ -57,7 +53,7 @@ def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
 
 
 def _streams_table(found: "Inspection") -> Table:
-    table = _table(
+    table = plain_table(
         "stream",
         "samples",
         *([] if found.static else ["rate", "gaps", "missing", "jitter"]),
@@ -203,7 +199,7 @@ def _drift(bias: "Drift", verbose: bool) -> str:
 
 
 def _channels_table(f: "WrenchFacts") -> Table:
-    table = _table(
+    table = plain_table(
         "in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise"
     )
     for name, channels in f.channels.items():
@@ -264,15 +260,6 @@ def _dominance(force: float, torque: float) -> str:
         f"gravity takes {force:.3g} times the force of motion, {torque:.3g} times its "
         f"torque ({EVERYDAY})"
     )
-
-
-def _table(first: str, *others: str) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column(first, no_wrap=True)
-    for name in others:
-        side = "right" if name else "left"
-        table.add_column(name, justify=side, no_wrap=False, overflow="fold")
-    return table
 
 
 def _share(share: float) -> str:

@@ -10,8 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.estimate import MORE
-from hefting.cli.report.printing import verdict_texts, warning_lines
-from hefting.cli.report.verdict import other_warnings
+from hefting.cli.report.printing import doubt_lines
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.prediction import Agreement, Peak, Prediction
 
@@ -33,10 +32,8 @@ def prediction_report(found: Prediction, verbose: bool = False) -> Group:
         if found.static
         else f"{found.time[-1] - found.time[0]:.4g} s, {count}"
     )
-    verdict = found.verdict
     lines: list[RenderableType] = [
-        *verdict_texts(verdict),
-        *warning_lines(other_warnings(found.warnings, verdict)),
+        *doubt_lines(found.verdict, found.warnings),
         Text(f"{found.method}: wrench in sensor axes, {lasts} of {found.trajectory}"),
         _table(found),
     ]
