@@ -8,7 +8,7 @@ Each target is a file of this package that ends with its `Target`; here is their
 and what is done with one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -52,20 +52,13 @@ FILES = (
 """The file of each target, in the order in which they are named."""
 
 
-def _by_name(files: Sequence[str]) -> dict[str, Target]:
-    targets = [import_module(f"{__name__}.{file}").TARGET for file in files]
-    return {target.name: target for target in targets}
-
-
-def _by_suffix(targets: Sequence[Target]) -> dict[str, str]:
-    ordered = sorted(targets, key=lambda target: not target.is_read_back)
-    return {suffix: target.name for target in ordered for suffix in target.suffixes}
-
-
 FARTHEST_COM = 3.0
 """[m] Distance of the COM from the flange beyond which a pose is hardly in metres."""
 
-REGISTRY: dict[str, Target] = _by_name(FILES)
+REGISTRY: dict[str, Target] = {
+    target.name: target
+    for target in (import_module(f"{__name__}.{file}").TARGET for file in FILES)
+}
 """Every target by its name."""
 
 TARGETS: dict[str, str] = {
@@ -73,7 +66,11 @@ TARGETS: dict[str, str] = {
 }
 """Every target and what it is."""
 
-SUFFIXES: dict[str, str] = _by_suffix(tuple(REGISTRY.values()))
+SUFFIXES: dict[str, str] = {
+    suffix: target.name
+    for target in sorted(REGISTRY.values(), key=lambda target: not target.is_read_back)
+    for suffix in target.suffixes
+}
 """Target of each file suffix; first that of a text which is read back."""
 
 INSERTABLE: dict[str, str] = {

@@ -14,9 +14,7 @@ from hefting.plots.style import (
     PURPLE,
     SKY,
     VERMILION,
-    figure_of,
-    settled,
-    style,
+    drawing,
 )
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
@@ -165,9 +163,8 @@ def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
 
 def _figure(found: dict[float, np.ndarray], label: str):
     """A panel a speed, a line a c1; the legend has the sixth place."""
-    with style():
-        rows = len(found) // 2 + 1
-        figure = figure_of(1.35 * rows + 0.25)
+    rows = len(found) // 2 + 1
+    with drawing(1.35 * rows + 0.25) as figure:
         panels = figure.subplots(
             rows, 2, sharex=True, sharey=True, squeeze=False
         ).ravel()
@@ -201,7 +198,7 @@ def _figure(found: dict[float, np.ndarray], label: str):
         panels[len(found) - 1].set_xlabel("time [s]")
         for axes in panels[0 : len(found) : 2]:
             axes.set_ylabel(label)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

@@ -5,7 +5,7 @@ import numpy as np
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
 from hefting.identification.identifiability import condition_number
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     DURATION,
@@ -180,8 +180,7 @@ def _figure(results: list[tuple[Job, Result]]):
     ]
     robot = next(result for job, result in results if job["arm"] == "xarm7")
     speeds = [speed for speed, _ in simulated]
-    with style():
-        figure = figure_of(2.7)
+    with drawing(2.7) as figure:
         axes = figure.subplots()
         exact = np.array([result["levels"]["none"] for _, result in simulated])
         band = f"exact motion, {SIZES[0]} to {SIZES[-1]} m"
@@ -225,7 +224,7 @@ def _figure(results: list[tuple[Job, Result]]):
         axes.set_yticks([], minor=True)
         axes.set_ylim(0.9 * exact.min(), 1.1 * exact.max())
         legend_above(figure, axes, 2)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

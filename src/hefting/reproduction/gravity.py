@@ -4,7 +4,7 @@ motions."""
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     OBJECTS,
@@ -222,8 +222,7 @@ def _mean(results: list[tuple[Job, Result]], speed: float, name: str) -> float:
 
 
 def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
-    with style():
-        figure = figure_of(2.5)
+    with drawing(2.5) as figure:
         axes = figure.subplots()
         for (part, found), colour, marker in zip(
             shares.items(), (BLUE, VERMILION), "os", strict=True
@@ -258,7 +257,7 @@ def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
             ylim=(0.0, 102.0),
         )
         legend_above(figure, axes, 2)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

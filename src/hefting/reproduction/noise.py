@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
-from hefting.plots.style import INK, figure_of, settled, style
+from hefting.plots.style import INK, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     COLOURS,
@@ -160,8 +160,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 def _by_speed_figure(speeds, average, by_speed, at):
     levels = [level for level in NOISE_LEVELS if level != "none"]
-    with style():
-        figure = figure_of(2.6, width=7.2)
+    with drawing(2.6, width=7.2) as figure:
         axes = figure.subplots(1, len(levels), sharey=True)
         for ax, level in zip(axes, levels, strict=True):
             for method in METHODS:
@@ -197,12 +196,11 @@ def _by_speed_figure(speeds, average, by_speed, at):
                 ratios.yaxis.set_visible(False)
         axes[0].set_ylabel("inertia error after 10 s [%]")
         legend_above(figure, axes[0], len(METHODS) + 2)
-        return settled(figure)
+    return figure
 
 
 def _over_time_figure(speeds, average):
-    with style():
-        figure = figure_of(2.3, width=7.2)
+    with drawing(2.3, width=7.2) as figure:
         axes = np.atleast_1d(figure.subplots(1, len(speeds), sharey=True))
         for ax, speed in zip(axes, speeds, strict=True):
             for method in METHODS:
@@ -240,7 +238,7 @@ def _over_time_figure(speeds, average):
                 )
         axes[0].set_ylabel("inertia error [%]")
         legend_above(figure, axes[0], len(METHODS))
-        return settled(figure)
+    return figure
 
 
 def _line(method: str) -> dict[str, Any]:

@@ -13,9 +13,7 @@ from hefting.plots.style import (
     ORANGE,
     PURPLE,
     VERMILION,
-    figure_of,
-    settled,
-    style,
+    drawing,
 )
 from hefting.reproduction.experiment import Cell, Job, Result, Table
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
@@ -250,8 +248,7 @@ def figure(scores: Scores, speeds: list[float]):
     """A panel an error, a group a method, in it a line a kind of motion."""
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
     places = [list(SPEEDS).index(s) for s in speeds]
-    with style():
-        figure = figure_of(2.9, 7.2)
+    with drawing(2.9, 7.2) as figure:
         panels = figure.subplots(1, 3)
         for quantity, axes in enumerate(panels):
             for (i, method), (j, (kind, (colour, marker))) in product(
@@ -285,4 +282,4 @@ def figure(scores: Scores, speeds: list[float]):
             f"within a group, left to right: {listed} rad/s; > ISO: above {SPEED_LIMIT} m/s (ISO 10218-1)"
         )
         legend_above(figure, panels[0], len(DRAWN))
-        return settled(figure)
+    return figure

@@ -4,7 +4,7 @@ import numpy as np
 
 from hefting.core.regressor import predict_wrench
 from hefting.estimators import PMD
-from hefting.plots.style import COMPONENTS, INK, figure_of, settled, style
+from hefting.plots.style import COMPONENTS, INK, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import Observed, causal_filter, cold, warm
 from hefting.reproduction.robot import SPEED
@@ -133,8 +133,7 @@ def _figure(result: Result):
     time = np.array(result["time"])
     true = np.array(result["true"])
     found = np.array(result["warm"]["torque"])
-    with style():
-        figure = figure_of(3.0)
+    with drawing(3.0) as figure:
         torques, rest = figure.subplots(
             2, 1, sharex=True, gridspec_kw={"height_ratios": (2.6, 1.0)}
         )
@@ -158,7 +157,7 @@ def _figure(result: Result):
         torques.set(ylabel="torque [N m]")
         rest.set(xlabel="time [s]", ylabel="difference\n[mN m]", xlim=(0.0, DURATION))
         figure.align_ylabels()
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

@@ -16,9 +16,7 @@ from hefting.plots.style import (
     ORANGE,
     PURPLE,
     VERMILION,
-    figure_of,
-    settled,
-    style,
+    drawing,
 )
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import (
@@ -272,8 +270,7 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
 
 def _figure(mean: dict[tuple[str, str, str], Array]):
     """A panel an error, a group a method, in it a mark a kind of motion."""
-    with style():
-        figure = figure_of(2.5, 7.2)
+    with drawing(2.5, 7.2) as figure:
         panels = figure.subplots(1, 3)
         for quantity, (axes, name) in enumerate(
             zip(panels, QUANTITIES.values(), strict=True)
@@ -297,7 +294,7 @@ def _figure(mean: dict[tuple[str, str, str], Array]):
             axes.set_ylabel(f"{name} error [%]")
         panels[1].set_xlabel("method")
         legend_above(figure, panels[0], len(DRAWN))
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

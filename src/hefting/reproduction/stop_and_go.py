@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import PMD
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     C1,
@@ -122,8 +122,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray):
-    with style():
-        figure = figure_of(2.3)
+    with drawing(2.3) as figure:
         axes = figure.subplots()
         place = np.arange(len(names))
         for i, (label, colour, marker) in enumerate(
@@ -156,7 +155,7 @@ def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray):
         axes.set(yscale="log", ylabel="error [%]")
         axes.set_xticks(place, names, rotation=30, ha="right")
         legend_above(figure, axes, 2)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(
