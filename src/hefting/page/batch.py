@@ -73,15 +73,10 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
         command(c.command),
     )
     lines = (headline(found), f"Table: {found.folder}")
-    return page_of(_title(summary), lines, sections)
-
-
-def _title(summary: Summary) -> str:
-    """How many rows could be identified."""
-    if not summary.total:
-        return "No recordings"
-    some = summary.total - summary.failed
-    return f"{some:,} of {summary.total:,} identified"
+    title = "No recordings"
+    if summary.total:
+        title = f"{summary.total - summary.failed:,} of {summary.total:,} identified"
+    return page_of(title, lines, sections)
 
 
 def _verdicts(summary: Summary) -> Section:
