@@ -24,10 +24,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.progress import listening
 from hefting.jobs import Lost
 from hefting.logs.registry import READING
-from hefting.request.request import (
-    files_of,
-    request_of,
-)
+from hefting.request.request import files_of, request_of
 from hefting.request.settings import shape_of
 from hefting.shapes import Shape
 
@@ -180,7 +177,7 @@ def is_of_machine(error: BaseException) -> bool:
     )
 
 
-def attempted(what: Callable[[], T], pause: Callable[[float], None] = time.sleep) -> T:
+def attempted(what: Callable[[], T]) -> T:
     """What a call returns; once more after each of `PAUSES` while it fails by a fault
     of the machine. Raises what the last attempt raised."""
     for seconds in PAUSES:
@@ -189,7 +186,7 @@ def attempted(what: Callable[[], T], pause: Callable[[float], None] = time.sleep
         except Exception as error:
             if not is_of_machine(error) or isinstance(error, MissingDependencyError):
                 raise
-        pause(seconds)
+        time.sleep(seconds)
     return what()
 
 

@@ -59,11 +59,6 @@ class Results:
         self._next = 1 + max(map(_number, self._parts()), default=0)
         self._is_changed = False
 
-    def read_kept(self) -> None:
-        """Find what is there. `InputError` for files that are no results."""
-        tables = self.tables(["recording", "name", "object", "hash"])
-        self.kept = Kept((_identities(table), table["hash"]) for table in tables)
-
     def add(self, row: Row) -> None:
         """Keep a row; it is written with others, soon."""
         self._rows.append(row)
@@ -82,7 +77,7 @@ class Results:
         self._rows, self._since = [], time.monotonic()
         self._is_changed = True
 
-    def gather(self, order: Iterable[str] = ()) -> None:
+    def gather(self, order: Iterable[str]) -> None:
         """All rows in one file, in the order of what identifies them; the parts go
         after. `InputError` where there is no room for it: the parts stay."""
         self.write()
@@ -142,7 +137,8 @@ class Results:
             if results._files() and not resume:
                 fix = "say --resume to go on with them, or choose another folder"
                 raise InputError("has results already", folder, fix)
-            results.read_kept()
+            found = results.tables(["recording", "name", "object", "hash"])
+            results.kept = Kept((_identities(table), table["hash"]) for table in found)
             try:
                 yield results
             finally:

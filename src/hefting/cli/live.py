@@ -5,7 +5,6 @@ import argparse
 import gc
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -32,7 +31,13 @@ from hefting.cli.report.results import Results, print_results
 from hefting.cli.report.verdict import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError, MissingDependencyError
-from hefting.request.settings import gravity_of, hyperparameters_of, pose_of, shape_of
+from hefting.request.settings import (
+    gravity_of,
+    hyperparameters_of,
+    pose_of,
+    robot_of,
+    shape_of,
+)
 
 if TYPE_CHECKING:
     from hefting.core.messages import Message
@@ -162,7 +167,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(a: argparse.Namespace) -> int:
     from hefting.online import LiveIdentifier
-    from hefting.sources.live import Pump
+    from hefting.sources.live import Pump, with_skipped
     from hefting.sources.record import Recorder
     from hefting.sources.registry import source_of
 
@@ -196,7 +201,7 @@ def _run(a: argparse.Namespace) -> int:
             raise pump.error
         found = identifier.close(_whole(recorder))
         if found is not None:
-            found = _with_skipped(found, pump)
+            found = with_skipped(found, pump.source)
             view(found)
     if recorder is not None:
         _tell_record(recorder)
@@ -237,21 +242,17 @@ def _follow(
     view: "Callable[[LiveEstimate], None]",
 ) -> None:
     """Show estimates until the source ends, or Ctrl-C."""
+    from hefting.sources.live import with_skipped
+
     try:
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
             if found is not None:
-                found = _with_skipped(found, pump)
+                found = with_skipped(found, pump.source)
                 display.show(found, pump)
                 view(found)
     except KeyboardInterrupt:
         pump.close()
-
-
-def _with_skipped(found: "LiveEstimate", pump: "Pump") -> "LiveEstimate":
-    """With the bad messages that the source left out."""
-    skipped = found.counts.get("skipped", {}) + pump.source.skipped
-    return replace(found, counts={**found.counts, "skipped": skipped})
 
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
@@ -360,7 +361,7 @@ def _settings(a: argparse.Namespace) -> dict[str, Any]:
 
         settings["tool"] = load_tool(a.tool)
     if a.urdf and ("://" in a.source or a.source == "-"):
-        settings["robot"] = _robot(a)
+        settings["robot"] = robot_of(a)
     return settings
 
 
@@ -371,14 +372,3 @@ def _bias(text: str) -> Any:
     from hefting.ingest.bias import load_bias
 
     return load_bias(text)
-
-
-def _robot(a: argparse.Namespace) -> Any:
-    """The robot that gives the poses."""
-    from hefting.robots import Robot
-
-    if not a.sensor_frame:
-        raise InputError(
-            "which link holds the sensor?", a.urdf, "give --sensor-frame NAME"
-        )
-    return Robot.from_urdf(a.urdf, a.sensor_frame)

@@ -22,7 +22,7 @@ from hefting.logs.registry import (
     table_formats,
 )
 
-__all__ = ["check_output", "formats", "is_bag", "read_log", "write_log"]
+__all__ = ["check_output", "formats", "read_log", "write_log"]
 """Names that are public here."""
 
 
@@ -142,13 +142,6 @@ def check_output(path: str | Path) -> str:
             f"use {known}{''.join(folders)}",
         )
     return suffix
-
-
-def is_bag(path: str | Path) -> bool:
-    """Whether `read_log` takes the log for a bag: by its suffix, or because it is a
-    bag's folder."""
-    found = find_format(path)
-    return found is not None and found.name == "bag"
 
 
 def _unknown_format(path: str | Path) -> InputError:

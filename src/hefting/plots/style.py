@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.files import write_atomically
 from hefting.core.spatial import Array, Indices
 
@@ -109,10 +109,8 @@ def picture_of(figure: "Figure", suffix: str) -> bytes:
 def style() -> Iterator[None]:
     """Within it matplotlib draws as everything here is drawn. `MissingDependencyError`
     without matplotlib."""
-    try:
+    with needing("matplotlib", "plot"):
         import matplotlib
-    except ImportError as error:
-        raise MissingDependencyError("matplotlib", "plot") from error
     with matplotlib.rc_context(STYLE):
         yield
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
     from hefting.core.spatial import Array
+    from hefting.robots import Robot
     from hefting.shapes import Shape
 
 
@@ -232,7 +233,9 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
     """A recording as logged at `path`, with poses by a URDF's kinematics where one is
     given, and of the sensor."""
     if a.urdf:
-        recording = _posed(a, recording)
+        from hefting.robots import with_poses
+
+        recording = with_poses(recording, robot_of(a))
     elif a.sensor_frame and "sensor_frame" not in _own_options(path):
         raise InputError("--sensor-frame is for bags and for --urdf", where=path)
     pose, turned = a.sensor_pose_in_log, a.sensor_turned
@@ -276,12 +279,12 @@ def _own_options(path: str) -> "Mapping[str, tuple[str, str]]":
     return found.options if found else {}
 
 
-def _posed(a: Any, recording: "Recording") -> "Recording":
-    """A recording of joint angles with poses by the URDF that is given."""
+def robot_of(a: Any) -> "Robot":
+    """The robot of the URDF that is given, whose joints move the sensor."""
+    from hefting.robots import Robot
+
     if not a.sensor_frame:
         raise InputError(
             "which link holds the sensor?", a.urdf, "give --sensor-frame NAME"
         )
-    from hefting.robots import Robot, with_poses
-
-    return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
+    return Robot.from_urdf(a.urdf, a.sensor_frame)

@@ -20,7 +20,7 @@ from hefting.robots.urdf import (
     MOST,
     check_expanded,
     check_repeated,
-    is_xacro,
+    check_tag,
     read_name,
     read_numbers,
     read_origin,
@@ -130,13 +130,8 @@ class _Reader:
 
     def start(self, tag: str, attributes: dict[str, str], offset: int) -> None:
         """A start tag."""
-        if tag.startswith("xacro:"):
-            raise is_xacro(self.path)
         inside = self._inside
-        if not inside and tag != "robot":
-            raise InputError(
-                f"is not URDF: its root is <{tag[:40]}>, not <robot>", where=self.path
-            )
+        check_tag(tag, self.path, is_root=not inside)
         if len(inside) == 1:
             self._child_of_robot(tag, attributes)
         elif inside[1:] == ["link"] and tag == "inertial":

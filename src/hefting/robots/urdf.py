@@ -92,12 +92,7 @@ def read_urdf(path: str | Path) -> Tree:
     inside: list[str] = []
 
     def start(tag: str, attributes: dict[str, str], _: int):
-        if tag.startswith("xacro:"):
-            raise is_xacro(path)
-        if not inside and tag != "robot":
-            raise InputError(
-                f"is not URDF: its root is <{tag[:40]}>, not <robot>", where=path
-            )
+        check_tag(tag, path, is_root=not inside)
         if len(inside) == 1 and tag == "link":
             links.append(read_name(attributes, "name", "a <link>", path))
         elif len(inside) == 1 and tag == "joint":
@@ -138,6 +133,16 @@ def is_xacro(path: str | Path) -> InputError:
         where=path,
         fix="expand it first: xacro robot.xacro > robot.urdf",
     )
+
+
+def check_tag(tag: str, path: str | Path, *, is_root: bool) -> None:
+    """`InputError` for an element that xacro would replace, and for another root than
+    that of a URDF."""
+    if tag.startswith("xacro:"):
+        raise is_xacro(path)
+    if is_root and tag != "robot":
+        what = f"is not URDF: its root is <{tag[:40]}>, not <robot>"
+        raise InputError(what, where=path)
 
 
 def check_expanded(text: str, where: str | Path) -> None:

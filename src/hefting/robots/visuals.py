@@ -61,11 +61,9 @@ def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
         nonlocal link
         if len(inside) == 1 and tag == "link":
             link = attributes.get("name", "")
-        elif (
-            len(inside) == 2 and inside[1] == "link" and tag in ("visual", "collision")
-        ):
+        elif inside[1:] == ["link"] and tag in ("visual", "collision"):
             parts.append(_Element(link, tag))  # type: ignore[arg-type]
-        elif len(inside) >= 3 and inside[1] == "link" and inside[2] == tag_of(parts):
+        elif parts and inside[1:3] == ["link", parts[-1].part]:
             parts[-1].inner.setdefault(tag, attributes)
         if len(parts) > MOST_PARTS:
             raise InputError(f"has more than {MOST_PARTS:,} visual parts", where=path)
@@ -76,11 +74,6 @@ def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
 
     parse_xml(read_xml(path), path, start, end)
     return tuple(_geometries(parts, path))
-
-
-def tag_of(parts: "list[_Element]") -> str:
-    """Tag of the element that was begun last."""
-    return parts[-1].part if parts else ""
 
 
 def mesh_file(name: str, folder: Path) -> Path | None:

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources.registry import (
@@ -93,10 +93,8 @@ class ZenohTransport(Transport):
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
         """As `Transport`."""
-        try:
+        with needing("eclipse-zenoh", "live"):
             import zenoh
-        except ImportError as error:
-            raise MissingDependencyError("eclipse-zenoh", "live") from error
         self._wants, self.topics, self._found = wants, [], []
         self._inbox.skipped = self.skipped
         config = zenoh.Config()

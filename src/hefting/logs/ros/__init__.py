@@ -8,14 +8,14 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
-from hefting.logs.bag_files import BAG_OPTIONS, BAG_SUFFIXES, is_bag
+from hefting.logs.bag_files import is_bag
 from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.frames import list_names
-from hefting.logs.ros.messages import Collector, Gathered, same_name
+from hefting.logs.ros.messages import Collector, Gathered, same_name, without_slashes
 from hefting.logs.ros.streams import Streams
 
-__all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
-"""Names that are public here, some of them from `hefting.logs.bag_files`."""
+__all__ = ["is_bag", "read_bag"]
+"""Names that are public here."""
 
 
 def read_bag(
@@ -61,7 +61,11 @@ def read_bag(
         )
     _check_named(contents, named)
     streams = Streams(
-        path, gathered, named, _strip_slashes(world_frame), _strip_slashes(sensor_frame)
+        path,
+        gathered,
+        named,
+        without_slashes(world_frame),
+        without_slashes(sensor_frame),
     )
     # what is not finite in the end is refused by name
     with np.errstate(over="ignore", invalid="ignore"):
@@ -77,7 +81,9 @@ def read_bag(
     )
     if contents.cuts:
         whole = f" of {contents.expected:.2f} s" if contents.expected else ""
-        what = f"{', '.join(contents.cuts)}: read up to {_duration(collector.span):.2f} s{whole}"
+        first, last = collector.span or (0, 0)
+        lasts = f"{(last - first) / 1e9:.2f} s"
+        what = f"{', '.join(contents.cuts)}: read up to {lasts}{whole}"
         warnings.insert(0, warning("bag-truncated", what))
     return _build_recording(streams, warnings)
 
@@ -139,14 +145,6 @@ def _check_streams(
             contents.path,
             fix,
         )
-
-
-def _duration(span: tuple[int, int] | None) -> float:
-    return (span[1] - span[0]) / 1e9 if span else 0.0
-
-
-def _strip_slashes(name: str | None) -> str | None:
-    return name.strip("/") if name else None
 
 
 def _list_topics(contents: Contents) -> str:

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.files import check_replaceable
 from hefting.core.recording import Recording, Stream, column_names
 from hefting.core.spatial import Array
@@ -228,11 +228,9 @@ def streams_of(group: Messages) -> list[str]:
 
 def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
     """Write a new bag at `path`; the file or folder that is it."""
-    try:
+    with needing("rosbags", "ros"):
         from rosbags import rosbag1, rosbag2
         from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise MissingDependencyError("rosbags", "ros") from error
     ros1 = suffix == ".bag"
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     plugin = rosbag2.StoragePlugin.MCAP if suffix else rosbag2.StoragePlugin.SQLITE3
