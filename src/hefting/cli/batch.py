@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
-from hefting.cli.options import add_json, add_log_options, add_mass
+from hefting.cli.options import add_json, add_log_options, add_mass, add_workers
 from hefting.cli.outputs import check_report, page_context, print_object
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
@@ -39,12 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="folder for the table (Parquet), and for nothing else",
     )
-    parser.add_argument(
-        "--jobs", type=int, metavar="N", help="local processes; default one a core"
-    )
-    parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead"
-    )
+    add_workers(parser)
     parser.add_argument(
         "--resume",
         action="store_true",

@@ -14,6 +14,7 @@ from hefting.cli.options import (
     add_json,
     add_mass,
     add_motion,
+    add_output,
     add_part,
     add_recording,
     add_sensor_accuracy,
@@ -108,13 +109,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="true parameters or another estimate, to compare with (JSON)",
     )
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write {_formats()}; repeatable",
-    )
+    add_output(parser, _formats())
     add_report(parser)
     add_json(parser)
     add_verbose(parser)

@@ -17,6 +17,7 @@ from hefting.cli.options import (
     add_log_options,
     add_mass,
     add_number,
+    add_output,
     add_sensor_accuracy,
     add_sensor_pose,
     add_tool,
@@ -117,13 +118,7 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
         metavar="TARGET",
         help=f"print the final answer for {join_words(TARGETS, 'or')}",
     )
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write the final answer to {join_words(SUFFIXES, 'or')}; repeatable",
-    )
+    add_output(parser, f"the final answer to {join_words(SUFFIXES, 'or')}")
     group = parser.add_argument_group("results")
     add_sensor_pose(group)
     add_accept(group)

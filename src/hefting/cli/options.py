@@ -53,6 +53,27 @@ def add_verbose(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def add_output(parser: argparse._ActionsContainer, what: str) -> None:
+    """Files to write."""
+    parser.add_argument(
+        "--output",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help=f"write {what}; repeatable",
+    )
+
+
+def add_workers(parser: argparse._ActionsContainer) -> None:
+    """Who does many tasks."""
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="local processes; default one a core"
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead"
+    )
+
+
 def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
     """Where the sensor is on the robot's flange."""
     parser.add_argument(
@@ -257,10 +278,12 @@ def check_output(path: str, *inputs: str | None) -> None:
         raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():
         raise InputError("the folder does not exist", where=path)
-    if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
-        raise InputError(
-            "is an input and would be overwritten",
-            where=path,
-            fix="choose another name",
-        )
+    if any(is_same(path, name) for name in inputs if name):
+        what = "is an input and would be overwritten"
+        raise InputError(what, path, "choose another name")
     check_replaceable(path, *inputs)
+
+
+def is_same(path: str, other: str) -> bool:
+    """Whether two paths are of one file, by whatever link."""
+    return Path(path).resolve() == Path(other).resolve()

@@ -10,6 +10,7 @@ from hefting.cli.options import (
     GRAVITY,
     add_json,
     add_number,
+    add_output,
     add_verbose,
     check_output,
     read_estimate,
@@ -64,14 +65,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "much of everything as can be",
     )
     add_number(parser, "--duration", "S", "[s]; default 10", default=10.0)
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write the motion ({', '.join(FORMATS)}), a picture "
-        f"({', '.join(PICTURES)}), or a page that plays it ({PLAYER}); repeatable",
-    )
+    motions, pictures = ", ".join(FORMATS), ", ".join(PICTURES)
+    what = f"the motion ({motions}), a picture ({pictures}), or a page that plays it"
+    add_output(parser, f"{what} ({PLAYER})")
     add_json(parser)
     add_verbose(parser)
     add_shape(parser.add_argument_group("the object's shape"))

@@ -10,6 +10,7 @@ from hefting.cli.options import (
     GRAVITY,
     add_json,
     add_motion,
+    add_output,
     add_part,
     add_place,
     add_recording,
@@ -55,12 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_sensor_accuracy(log)
     add_motion(log)
     add_part(log)
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write the wrench and its band (.csv), or a picture ({', '.join(FORMATS)}); repeatable",
+    add_output(
+        parser, f"the wrench and its band (.csv), or a picture ({', '.join(FORMATS)})"
     )
     add_report(parser)
     add_json(parser)

@@ -2,16 +2,14 @@
 truth beside it."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import POSE, add_number
 from hefting.cli.progress import progress
-from hefting.cli.simulated_files import check_outputs, read_back, truth_of
+from hefting.cli.simulated_files import check_outputs, read_back, truth_of, write_beside
 from hefting.core.errors import InputError
-from hefting.core.files import write_atomically
 from hefting.core.quantity import numbers
 from hefting.request.settings import pose_of
 
@@ -179,12 +177,7 @@ def run(arguments: argparse.Namespace) -> None:
     with progress("simulating", stages={"simulating": 1.0}):
         made = scenario.run()
         lost = write_log(made.recording, output)
-        write_atomically(truth, json.dumps(made.facts, indent=1) + "\n")
-        if a.mesh:
-            content = scenario.held.surface.export(
-                file_type=Path(a.mesh).suffix[1:].lower()
-            )
-            write_atomically(a.mesh, content)  # type: ignore[arg-type]
+        write_beside(a, scenario.held, made.facts, truth)
     print(*_told(scenario, made), sep="\n")
     if lost:
         print(

@@ -102,7 +102,7 @@ def read_inertials(data: bytes, path: str | Path) -> Inertials:
     are one tree is not looked at.
     """
     reader = _Reader(path)
-    parse_xml(data, path, reader.start, reader.end)
+    parse_xml(data, path, reader.start)
     check_repeated([link.name for link in reader.links], "links", path)
     return Inertials(
         tuple(_inertial(link, path) for link in reader.links),
@@ -126,11 +126,11 @@ class _Reader:
         self.path = path
         self.links: list[_Link] = []
         self.joints: list[dict[str, str]] = []
-        self._inside: list[str] = []
 
-    def start(self, tag: str, attributes: dict[str, str], offset: int) -> None:
+    def start(
+        self, tag: str, attributes: dict[str, str], offset: int, inside: list[str]
+    ) -> None:
         """A start tag."""
-        inside = self._inside
         check_tag(tag, self.path, is_root=not inside)
         if len(inside) == 1:
             self._child_of_robot(tag, attributes)
@@ -142,11 +142,6 @@ class _Reader:
             parts.setdefault(tag, (attributes, offset))
         elif inside[1:] == ["joint"] and tag in ("parent", "child"):
             self.joints[-1].setdefault(tag, attributes.get("link", ""))
-        inside.append(tag)
-
-    def end(self, *_: object) -> None:
-        """An end tag."""
-        self._inside.pop()
 
     def _child_of_robot(self, tag: str, attributes: dict[str, str]) -> None:
         if tag == "link":

@@ -89,24 +89,19 @@ def read_urdf(path: str | Path) -> Tree:
     """
     links: list[str] = []
     raw: list[tuple[dict[str, str], dict[str, dict[str, str]]]] = []
-    inside: list[str] = []
 
-    def start(tag: str, attributes: dict[str, str], _: int):
+    def start(tag: str, attributes: dict[str, str], _: int, inside: list[str]):
         check_tag(tag, path, is_root=not inside)
         if len(inside) == 1 and tag == "link":
             links.append(read_name(attributes, "name", "a <link>", path))
         elif len(inside) == 1 and tag == "joint":
             raw.append((attributes, {}))
-        elif len(inside) == 2 and inside[1] == "joint" and tag in PARTS:
+        elif inside[1:] == ["joint"] and tag in PARTS:
             raw[-1][1].setdefault(tag, attributes)
         if max(len(links), len(raw)) > MOST:
             raise InputError(f"has more than {MOST:,} links or joints", where=path)
-        inside.append(tag)
 
-    def end(*_):
-        inside.pop()
-
-    parse_xml(read_xml(path), path, start, end)
+    parse_xml(read_xml(path), path, start)
     joints = [_joint(attributes, parts, path) for attributes, parts in raw]
     check_repeated(links, "links", path)
     check_repeated([joint.name for joint in joints], "joints", path)

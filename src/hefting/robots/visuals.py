@@ -54,10 +54,9 @@ def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
     large, for more than `MOST_PARTS` elements, and for a file that `parse_xml` refuses.
     """
     parts: list[_Element] = []
-    inside: list[str] = []
     link = ""
 
-    def start(tag: str, attributes: dict[str, str], _: int):
+    def start(tag: str, attributes: dict[str, str], _: int, inside: list[str]):
         nonlocal link
         if len(inside) == 1 and tag == "link":
             link = attributes.get("name", "")
@@ -67,12 +66,8 @@ def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
             parts[-1].inner.setdefault(tag, attributes)
         if len(parts) > MOST_PARTS:
             raise InputError(f"has more than {MOST_PARTS:,} visual parts", where=path)
-        inside.append(tag)
 
-    def end(*_):
-        inside.pop()
-
-    parse_xml(read_xml(path), path, start, end)
+    parse_xml(read_xml(path), path, start)
     return tuple(_geometries(parts, path))
 
 

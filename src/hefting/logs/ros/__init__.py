@@ -82,8 +82,8 @@ def read_bag(
     if contents.cuts:
         whole = f" of {contents.expected:.2f} s" if contents.expected else ""
         first, last = collector.span or (0, 0)
-        lasts = f"{(last - first) / 1e9:.2f} s"
-        what = f"{', '.join(contents.cuts)}: read up to {lasts}{whole}"
+        lasts = (last - first) / 1e9
+        what = f"{', '.join(contents.cuts)}: read up to {lasts:.2f} s{whole}"
         warnings.insert(0, warning("bag-truncated", what))
     return _build_recording(streams, warnings)
 
