@@ -9,7 +9,6 @@ import time
 import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import lru_cache
 from time import perf_counter
 from types import SimpleNamespace
@@ -48,15 +47,10 @@ TRANSIENT = frozenset(
 """Errors of the system that may be gone the next time."""
 
 
-@dataclass(frozen=True)
-class Unchanged:
-    """In place of a row: the one there is follows from the same."""
-
-
-def row_of(task: tuple[Entry, str | None]) -> Row | Unchanged:
+def row_of(task: tuple[Entry, str | None]) -> Row | None:
     """The row of a recording; of one that fails, why. Raises nothing of an input.
 
-    A row that is there already, with the same hash, stays.
+    None where the row that is there already, with the same hash, stays.
     """
     entry, kept = task
     row = start_row(entry)
@@ -68,7 +62,7 @@ def row_of(task: tuple[Entry, str | None]) -> Row | Unchanged:
         except Exception as error:
             row |= failure(error)
     if row["error"] is None and "mass" not in row:
-        return Unchanged()
+        return None
     return row | {"seconds": watch.seconds}
 
 

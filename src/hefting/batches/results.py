@@ -10,7 +10,6 @@ import re
 import time
 from collections.abc import Collection, Generator, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -39,12 +38,8 @@ GROUP = 1000
 COMPRESSION = "zstd"
 
 
-@dataclass(frozen=True)
-class Place:
-    """Rows that can be read at once: a row group of a file."""
-
-    path: Path
-    group: int
+Place = tuple[Path, int]
+"""Rows that can be read at once: a file, and the number of a row group of it."""
 
 
 class Results:
@@ -222,7 +217,7 @@ def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
             for group in range(file.num_row_groups):
                 own = ["recording", "name", "object"]
                 found.append(digests_of(_identities(file.read_row_group(group, own))))
-                places.append(Place(path, group))
+                places.append((path, group))
     lengths = [len(each) for each in found]
     where = np.repeat(np.arange(len(lengths)), lengths)
     rows = np.concatenate([np.arange(n) for n in lengths])
@@ -250,7 +245,8 @@ def _rows_at(places: list[Place], where: Indices, rows: Indices) -> "pa.Table":
     found, order = [], []
     for at in np.unique(where):
         mine = np.flatnonzero(where == at)
-        with _opened(places[at].path) as file:
-            found.append(file.read_row_group(places[at].group).take(rows[mine]))
+        path, group = places[at]
+        with _opened(path) as file:
+            found.append(file.read_row_group(group).take(rows[mine]))
         order.append(mine)
     return pa.concat_tables(found).take(np.argsort(np.concatenate(order)))

@@ -159,24 +159,8 @@ def _unknown_format(path: str | Path) -> InputError:
 def _check_options(
     found: Format, path: str | Path, column_map: str | Path | None, given: Iterable[str]
 ) -> None:
-    """Check that the column map and the reading options apply to the log's format.
-
-    Parameters
-    ----------
-    found : Format
-        Format of the log.
-    path : str or Path
-        The log, for error messages.
-    column_map : str or Path, optional
-        A column map, which only tables accept.
-    given : iterable of str
-        Names of the reading options that were given.
-
-    Raises
-    ------
-    InputError
-        If the column map or an option is for other formats.
-    """
+    """`InputError` for a column map, or the name of an option that was `given`, that is
+    for other formats than the one `found` for the log at `path`."""
     if column_map is not None and not found.is_table:
         tables = join_words([each.name for each in table_formats()], "and")
         raise InputError(

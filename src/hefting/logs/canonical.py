@@ -102,11 +102,10 @@ def known_columns(
     candidates = dict.fromkeys((*EXPECTED, *sorted(expected)))
     absent = [name for name in candidates if name not in present]
 
-    meant = _misspelled(unknown, absent)
-    there, strange = (
-        present | set(meant.values()),
-        [n for n in unknown if n not in meant],
-    )
+    guessed = {name: _guess_column(name, absent) for name in unknown}
+    meant = {name: match for name, match in guessed.items() if match}
+    there = present | set(meant.values())
+    strange = [name for name in unknown if name not in meant]
     wrong = [
         *_explain_misspelled(meant),
         *_find_partly_there(groups, there),
@@ -170,12 +169,6 @@ def _find_partly_there(
     what = f"{verb.format(names)} missing beside {summarize_list(there, between=' ')}"
     whole = [summarize_list(columns, between=" ") for columns in partly]
     yield what, f"give all of {', and '.join(whole)}"
-
-
-def _misspelled(unknown: Sequence[str], absent: Sequence[str]) -> dict[str, str]:
-    """The absent columns that unknown ones surely stand for."""
-    matches = {name: _guess_column(name, absent) for name in unknown}
-    return {name: match for name, match in matches.items() if match}
 
 
 def _explain_misspelled(meant: Mapping[str, str]) -> Iterator[tuple[str, str]]:

@@ -14,7 +14,6 @@ from hefting.reproduction.setting import (
     METHODS,
     OBJECTS,
     SPEEDS,
-    grouped,
     legend_above,
     mark_limit,
     mean,
@@ -89,7 +88,7 @@ def _over_time(estimator, z, subject) -> dict[str, list]:
 def report(results: list[tuple[Job, Result]]) -> Report:
     """Errors after 10 s, over time, and the paper's two figures."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
-    by_speed = grouped(results, "speed")
+    by_speed = {s: [r for job, r in results if job["speed"] == s] for s in speeds}
     at = TIMES.index(SHOWN)
 
     def average(
@@ -97,7 +96,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     ) -> float | None:
         return mean(
             float(r["levels"][level]["methods"][method][what][k])
-            for r in by_speed[(speed,)]
+            for r in by_speed[speed]
         )
 
     columns = [
@@ -111,7 +110,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
             snr = (
                 None
                 if level == "none"
-                else mean(r["levels"][level]["snr"] for r in by_speed[(speed,)])
+                else mean(r["levels"][level]["snr"] for r in by_speed[speed])
             )
             cells = []
             for method in METHODS:
@@ -184,9 +183,7 @@ def _by_speed_figure(speeds, average, by_speed, at):
             )
             mark_limit(ax)
             ratios = ax.twinx()
-            snr = [
-                mean(r["levels"][level]["snr"] for r in by_speed[(s,)]) for s in speeds
-            ]
+            snr = [mean(r["levels"][level]["snr"] for r in by_speed[s]) for s in speeds]
             ratios.plot(speeds, snr, color=INK, linestyle="--", linewidth=1.6)
             ratios.set(yscale="log", ylim=SNR_RANGE)
             if ax is axes[-1]:
