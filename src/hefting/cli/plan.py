@@ -21,12 +21,7 @@ from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.core.quantity import numbers
-from hefting.request.planning import (
-    noise_of,
-    of_joints,
-    sensor_range_of,
-    torques_of,
-)
+from hefting.request.planning import noise_of, of_joints, sensor_range_of, torques_of
 from hefting.request.settings import accuracy_of, shape_of
 
 if TYPE_CHECKING:
@@ -203,13 +198,16 @@ def _plan(a: argparse.Namespace) -> "Plan":
     torques = torques_of(a)
     noise, rate = noise_of(a)
     force, torque = sensor_range_of(a.sensor_range)
+    start = None
+    if a.start is not None:
+        start = numbers(a.start, a.start.count(",") + 1, "--start")
     given: dict[str, Any] = {
         "estimate": None if a.estimate is None else read_estimate(a.estimate),
         "shape": shape_of(a),
         "until": None if a.until is None else accuracy_of(a.until),
         "duration": a.duration,
         "speed": a.speed,
-        "start": _start(a.start),
+        "start": start,
         "noise": noise,
         "acceleration": of_joints(a.acceleration, "--acceleration"),
         "jerk": of_joints(a.jerk, "--jerk"),
@@ -225,13 +223,6 @@ def _plan(a: argparse.Namespace) -> "Plan":
         "seed": a.seed,
     }
     return plan(a.urdf, a.tip, **given)
-
-
-def _start(text: str | None) -> list[float] | None:
-    """Joint positions; None where none were given."""
-    if text is None:
-        return None
-    return numbers(text, text.count(",") + 1, "--start")
 
 
 def _content(found: "Plan", path: str) -> str | bytes:

@@ -2,15 +2,7 @@
 
 import numpy as np
 
-from hefting.plots.style import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    drawing,
-)
+from hefting.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, drawing
 from hefting.reproduction.experiment import Job, Result
 from hefting.reproduction.setting import legend_above, marked
 

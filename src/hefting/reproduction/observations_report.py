@@ -6,15 +6,7 @@ from itertools import product
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, Array
-from hefting.plots.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    VERMILION,
-    drawing,
-)
+from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, drawing
 from hefting.reproduction.experiment import Cell, Job, Result, Table
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
 from hefting.reproduction.setting import (

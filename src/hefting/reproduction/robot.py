@@ -10,14 +10,7 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.plots.style import (
-    BLACK,
-    BLUE,
-    ORANGE,
-    PURPLE,
-    VERMILION,
-    drawing,
-)
+from hefting.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, drawing
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import (
     Observed,

@@ -13,11 +13,7 @@ from hefting.core.files import read_xml
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array, frozen
 from hefting.robots.inertials import Inertial, Inertials, read_inertials
-from hefting.robots.nearest_inertia import (
-    distance,
-    nearest_inertia,
-    second_moments,
-)
+from hefting.robots.nearest_inertia import distance, nearest_inertia, second_moments
 
 ROUNDING = 1e-12
 """Share of the largest moment below which a difference of moments is rounding. Files

@@ -95,7 +95,9 @@ class Pump:
         try:
             with suppress(EndOfSource):
                 self.source.open()
-                self._open()
+                self.state = "open"
+                for message in self.source.chosen:
+                    self._tell(message)
                 self._read_until_stopped()
             if not self.counts["samples"]:
                 self._check_readable()
@@ -105,11 +107,6 @@ class Pump:
         finally:
             self.source.close()
             self._over.set()
-
-    def _open(self) -> None:
-        self.state = "open"
-        for message in self.source.chosen:
-            self._tell(message)
 
     def _read_until_stopped(self) -> None:
         begin = time.monotonic()

@@ -126,7 +126,13 @@ class Budget:
         decompressor = _decompressor(kind, self.path)
         try:
             inflated = decompressor.decompress(data, max_length=size + 1)
-        except (OSError, ValueError, RuntimeError, EOFError, *_zstd_errors()) as error:
+        except (
+            OSError,
+            ValueError,
+            RuntimeError,
+            EOFError,
+            zstandard().ZstdError,
+        ) as error:
             raise Cut("is damaged (a compressed chunk)") from error
         if len(inflated) > size:
             raise Cut("is damaged (a chunk larger than it says)")
@@ -152,10 +158,6 @@ def zstandard() -> Any:
         with needing("rosbags", "ros"):
             from backports import zstd  # type: ignore[import-not-found]
     return zstd
-
-
-def _zstd_errors() -> tuple[type[Exception], ...]:
-    return (zstandard().ZstdError,)
 
 
 def _decompressor(kind: str, path: Path) -> Any:
