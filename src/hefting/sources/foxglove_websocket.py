@@ -49,7 +49,7 @@ class FoxgloveTransport(Transport):
         super().__init__(name)
         self._channels: dict[int, Topic] = {}
         self._connection: ClientConnection | None = None
-        address_of(name, PORT, f"ws://localhost:{PORT}")
+        self._address = address_of(name, PORT, f"ws://localhost:{PORT}")
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
         """As `Transport`."""
@@ -58,12 +58,10 @@ class FoxgloveTransport(Transport):
             from websockets.sync.client import connect
             from websockets.typing import Subprotocol
         self._wants, self.topics, self._channels = wants, [], {}
-        host, port, path = address_of(self.name, PORT, f"ws://localhost:{PORT}")
         scheme = self.name.partition("://")[0].lower()
-        place = f"[{host}]" if ":" in host else host
         try:
             self._connection = connect(
-                f"{scheme}://{place}:{port}/{path}",
+                f"{scheme}://{self._address.place}/{self._address.path}",
                 subprotocols=[Subprotocol(name) for name in PROTOCOLS],
                 compression=None,
                 open_timeout=PATIENCE,

@@ -80,11 +80,10 @@ class ZenohTransport(Transport):
 
     def __init__(self, name: str):
         super().__init__(name)
-        host, port, path = address_of(name, PORT, EXAMPLE)
-        if path and not path.isdigit():
+        address = address_of(name, PORT, EXAMPLE)
+        if address.path and not address.path.isdigit():
             raise InputError("the domain is a number", name, f"as in {EXAMPLE}")
-        place = f"[{host}]" if ":" in host else host
-        self._endpoint, self._domain = f"tcp/{place}:{port}", path or "0"
+        self._endpoint, self._domain = f"tcp/{address.place}", address.path or "0"
         self._session: Any = None
         self._inbox = Inbox()
         self._found: list[str] = []

@@ -213,9 +213,8 @@ def route(chain: Sequence[tuple[Link, bool]]) -> str:
     )
 
 
-def list_names(names: set[str] | Sequence[str], most: int = 20) -> str:
-    """Names in order, comma separated; the first `most` of them."""
+def list_names(names: set[str] | Sequence[str]) -> str:
+    """Names in order, comma separated; the first 20 of them."""
     ordered = sorted(names)
-    return ", ".join(ordered[:most]) + (
-        f" and {len(ordered) - most} more" if len(ordered) > most else ""
-    )
+    more = f" and {len(ordered) - 20} more" if len(ordered) > 20 else ""
+    return ", ".join(ordered[:20]) + more
