@@ -87,28 +87,17 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         for name in (*QUANTITIES, "weights")
     }
     places = [TIMES.index(t) for t in SHOWN]
-    rows = [
-        (
-            value,
-            speed,
-            float(found["weights"][speed][i]),
-            *(float(found[name][speed][i, k]) for k in places for name in QUANTITIES),
-        )
-        for speed in speeds
-        for i, value in enumerate(VALUES)
-    ]
+    rows = []
+    for speed in speeds:
+        for i, value in enumerate(VALUES):
+            each = [found[name][speed][i, k] for k in places for name in QUANTITIES]
+            numbers = map(float, (found["weights"][speed][i], *each))
+            rows.append((value, speed, *numbers))
     columns = [f"{name} %, {t:g} s" for t in SHOWN for name in QUANTITIES.values()]
-    best = [
-        (
-            s,
-            *(
-                VALUES[int(np.argmin(found[name][s][:, k]))]
-                for k in places
-                for name in list(QUANTITIES)[1:]
-            ),
-        )
-        for s in speeds
-    ]
+    best = []
+    for s in speeds:
+        errors = (found[name][s][:, k] for k in places for name in list(QUANTITIES)[1:])
+        best.append((s, *(VALUES[int(np.argmin(each))] for each in errors)))
     chosen = [f"{name}, {t:g} s" for t in SHOWN for name in ("COM", "inertia")]
     seeds, objects = results[0][0]["seeds"], len({job["object"] for job, _ in results})
     tables = (

@@ -81,29 +81,11 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         at = None if known is None else EXACT * exact / known
         ratios = (None, None) if known is None else (exact / known, averaged / known)
         rising = job["speed"] ** 2 * exact
-        summary.append(
-            (
-                job["arm"],
-                job["speed"],
-                job["duration"],
-                known,
-                exact,
-                averaged,
-                *ratios,
-                rising,
-                at,
-            )
-        )
-        every += [
-            (
-                job["arm"],
-                job["speed"],
-                level,
-                *values,
-                result["windows"] if level == "none" else None,
-            )
-            for level, values in result["levels"].items()
-        ]
+        motion = job["arm"], job["speed"], job["duration"]
+        summary.append((*motion, known, exact, averaged, *ratios, rising, at))
+        for level, values in result["levels"].items():
+            windows = result["windows"] if level == "none" else None
+            every.append((*motion[:2], level, *values, windows))
     tables = (
         Table(
             "condition",

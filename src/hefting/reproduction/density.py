@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from functools import cache
+from itertools import product
 
 import numpy as np
 
@@ -133,11 +134,8 @@ def _accuracy(job: Job) -> Result:
 
 def _errors(subject: Thing, estimate: Estimate) -> dict[str, float]:
     axis, found = subject.held.pose[:3, 2], subject.errors(estimate)
-    off = float(
-        axis
-        @ (estimate.parameters.center_of_mass - subject.held.parameters.center_of_mass)
-    )
-    across = 100.0 * abs(off) / float(subject.held.extents[2])
+    wrong = estimate.parameters.center_of_mass - subject.held.parameters.center_of_mass
+    across = 100.0 * abs(float(axis @ wrong)) / float(subject.held.extents[2])
     return {
         name: across if name == "across" else getattr(found, name) for name in NAMES
     }
@@ -155,12 +153,8 @@ def _timed(job: Job) -> Result:
         state = method.update(method.start(), some)
         solve.append(_seconds(lambda: method.estimate(state)))  # noqa: B023
         whole.append(_seconds(lambda: method.fit(some)))  # noqa: B023
-    return {
-        "points": method.shape.n,
-        "layers": layers(method.shape),
-        "solve": solve,
-        "whole": whole,
-    }
+    grid = {"points": method.shape.n, "layers": layers(method.shape)}
+    return grid | {"solve": solve, "whole": whole}
 
 
 def _seconds(work: Callable[[], object]) -> float:
@@ -187,18 +181,11 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     grids = {
         job["density"]: (result["points"], result["layers"]) for job, result in timed
     }
-    accuracy = [
-        (
-            series,
-            d,
-            *grids[d],
-            round(t * RATE),
-            *(float(e[:, i, j].mean()) for e in errors.values()),
-        )
-        for series, errors in found.items()
-        for i, t in enumerate(TIMES)
-        for j, d in enumerate(densities)
-    ]
+    accuracy = []
+    for series, errors in found.items():
+        for (i, t), (j, d) in product(enumerate(TIMES), enumerate(densities)):
+            means = (float(e[:, i, j].mean()) for e in errors.values())
+            accuracy.append((series, d, *grids[d], round(t * RATE), *means))
     claims = [
         (
             series,
@@ -311,23 +298,11 @@ def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
     difference, n = fine - coarse, len(fine)
     mean, error = float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n))
     limit = float(t.ppf(CONFIDENCE, n - 1)) * error
-    verdict = (
-        "better"
-        if mean < -limit
-        else "no better (worse)"
-        if mean > limit
-        else "no better (within chance)"
-    )
-    return (
-        name,
-        count,
-        float(coarse.mean()),
-        float(fine.mean()),
-        mean,
-        error,
-        n,
-        verdict,
-    )
+    verdict = "no better (within chance)"
+    if abs(mean) > limit:
+        verdict = "better" if mean < 0.0 else "no better (worse)"
+    means = float(coarse.mean()), float(fine.mean())
+    return name, count, *means, mean, error, n, verdict
 
 
 def _growth(timed: list[tuple[Job, Result]]) -> str:

@@ -117,23 +117,12 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         for s in speeds
     ]
     mass, radius = HUMAN["object mass kg"][0], HUMAN["object radius m"][0]
-    own = [thing(name).held.parameters.mass for name in OBJECTS]
-    objects = [
-        (
-            f"YCB, {YCB_OBJECTS} objects, published",
-            mass,
-            radius,
-            mass * G,
-            mass * G * radius,
-        ),
-        (
-            "modular object, eight configurations",
-            float(np.mean(own)),
-            None,
-            float(np.mean(own)) * G,
-            None,
-        ),
-    ]
+    own = float(np.mean([thing(name).held.parameters.mass for name in OBJECTS]))
+    title = f"YCB, {YCB_OBJECTS} objects, published"
+    objects = (
+        (title, mass, radius, mass * G, mass * G * radius),
+        ("modular object, eight configurations", own, None, own * G, None),
+    )
     published = ("published, over other forces", "about", None, DOMINANCE, None, None)
     columns = (
         "quantity",
@@ -160,7 +149,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                 "weight N",
                 "its torque at the radius N m",
             ),
-            tuple(objects),
+            objects,
         ),
         Table(
             "simulated",

@@ -65,23 +65,17 @@ def run(job: Job) -> Result:
 def _over_time(estimator, z, subject) -> dict[str, list]:
     state, begin = estimator.start(), 0
     out: dict[str, list] = {
-        "mass": [],
-        "center_of_mass": [],
-        "inertia": [],
-        "consistent": [],
+        name: [] for name in ("mass", "center_of_mass", "inertia", "consistent")
     }
     for end in np.searchsorted(z.time - z.time[0], TIMES):
         state = estimator.update(state, z[begin:end])
         begin = end
         estimate = estimator.estimate(state)
         errors = subject.errors(estimate)
-        for name, value in (
-            ("mass", errors.mass),
-            ("center_of_mass", errors.center_of_mass),
-            ("inertia", errors.inertia_at_origin),
-            ("consistent", estimate.physically_consistent),
-        ):
-            out[name].append(value)
+        out["mass"].append(errors.mass)
+        out["center_of_mass"].append(errors.center_of_mass)
+        out["inertia"].append(errors.inertia_at_origin)
+        out["consistent"].append(estimate.physically_consistent)
     return out
 
 
@@ -122,15 +116,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                     100.0 * (average(speed, level, method, "consistent", at) or 0.0)
                 )
             rows.append((level, speed, snr, *cells))
-            over_time += [
-                (
-                    level,
-                    speed,
-                    t,
-                    *(average(speed, level, m, "inertia", k) for m in METHODS),
-                )
-                for k, t in enumerate(TIMES)
-            ]
+            for k, t in enumerate(TIMES):
+                inertia = (average(speed, level, m, "inertia", k) for m in METHODS)
+                over_time.append((level, speed, t, *inertia))
     title = "Mean errors over the objects after 10 s, and the share of bodies that can exist"
     tables = (
         Table("after-10-s", title, ("noise", "rad/s", "SNR", *columns), tuple(rows)),

@@ -152,16 +152,8 @@ def differences(scores: Scores, speeds: list[float]) -> Table:
                         for k, r in zip(COMPARED, ratios, strict=True)
                         if _is_alike(r, theirs)
                     ]
-                    rows.append(
-                        (
-                            method,
-                            label,
-                            s,
-                            printed(theirs),
-                            *ratios,
-                            "; ".join(alike) or "none",
-                        )
-                    )
+                    like = "; ".join(alike) or "none"
+                    rows.append((method, label, s, printed(theirs), *ratios, like))
     columns = (
         "method",
         "error",
@@ -211,17 +203,9 @@ def _everything(scores: Scores) -> Table:
     rows = []
     for (kind, method, speed), values in scores.items():
         middle = np.median(values[:, :4], axis=0)
-        rows.append(
-            (
-                kind,
-                method,
-                speed,
-                len(values),
-                *map(float, values[:, :4].mean(axis=0)),
-                *map(float, middle),
-            )
-        )
-        rows[-1] += (100.0 * float(values[:, -1].mean()),)
+        means, share = values[:, :4].mean(axis=0), 100.0 * values[:, -1].mean()
+        numbers = map(float, (*means, *middle, share))
+        rows.append((kind, method, speed, len(values), *numbers))
     names = [name.replace("_", " ") for name in SCORES[:4]]
     columns = (
         "motion",

@@ -68,14 +68,9 @@ def run(job: Job) -> Result:
 
 
 def _rms(values: np.ndarray) -> float:
+    squares = np.square(values)
     return float(
-        np.sqrt(
-            np.mean(
-                np.sum(np.square(values), axis=-1)
-                if values.ndim == 2
-                else np.square(values)
-            )
-        )
+        np.sqrt(np.mean(squares.sum(axis=-1) if values.ndim == 2 else squares))
     )
 
 
@@ -85,13 +80,8 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     for kind in KINDS:
         for job, result in results:
             error, size = np.array(result[kind]["error"]), np.array(result["size"])
-            rows.append(
-                (
-                    kind,
-                    job["object"],
-                    *map(float, (*error, *(100.0 * error[:2] / size[:2]))),
-                )
-            )
+            numbers = map(float, (*error, *(100.0 * error[:2] / size[:2])))
+            rows.append((kind, job["object"], *numbers))
         means = np.mean([row[2:] for row in rows if row[0] == kind], axis=0)
         rows.append((kind, "mean", *map(float, means)))
     columns = (

@@ -1,5 +1,6 @@
 """Stop-and-go: PMD's mass and COM from samples at rest in many poses."""
 
+from dataclasses import fields
 from functools import cache
 
 import numpy as np
@@ -61,17 +62,7 @@ def rests(name: str, seed: int) -> Measurements:
     MuJoCo."""
     joints = stop_and_go(DURATION, RATE, DWELL, MOVE, seed)
     still = ~np.any((joints.velocity != 0.0) | (joints.acceleration != 0.0), axis=1)
-    joints = JointMotion(
-        *(
-            values[still]
-            for values in (
-                joints.time,
-                joints.position,
-                joints.velocity,
-                joints.acceleration,
-            )
-        )
-    )
+    joints = JointMotion(*(getattr(joints, f.name)[still] for f in fields(joints)))
     return wield_in_mujoco(UR5, joints, thing(name).held.parameters).measurements
 
 
