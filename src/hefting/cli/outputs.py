@@ -3,6 +3,7 @@
 import argparse
 import json
 import sys
+from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -84,20 +85,8 @@ def write(
     unless all can be made."""
     from hefting.export import SUFFIXES, export
 
-    texts = [
-        (
-            path,
-            export(
-                estimate,
-                SUFFIXES[Path(path).suffix],
-                flange,
-                accept=accept,
-                fill_inertia=fill,
-                say=render,
-            ),
-        )
-        for path in paths
-    ]
+    made = partial(export, estimate, accept=accept, fill_inertia=fill, say=render)
+    texts = [(path, made(SUFFIXES[Path(path).suffix], flange)) for path in paths]
     for path, exported in texts:
         write_atomically(path, exported.text)
     return texts

@@ -128,13 +128,8 @@ def _failures(
     if not reasons:
         return None
     rows = [
-        (
-            f"{reason.count:,}",
-            _text(say(reason.text)),
-            reason.error,
-            Markup(" ".join(_examples(reason))),
-        )
-        for reason in reasons[:MOST_REASONS]
+        (f"{r.count:,}", _text(say(r.text)), r.error, Markup(" ".join(_examples(r))))
+        for r in reasons[:MOST_REASONS]
     ]
     content = table(("count", "reason", "class", "as"), rows)
     if left := reasons[MOST_REASONS:]:

@@ -204,12 +204,13 @@ def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
     x = 10.0 ** np.repeat(edges, 2)
     y = np.concatenate(([0], np.repeat(count, 2), [0]))
     middle = float(np.median(known))
+    at = numbers([middle])[0]
     trace = line(x, y, title, "@x", fill="tozeroy", fillcolor="@x-pale")
     trace["hovertemplate"] = f"%{{x:.3g}} {unit}: %{{y}}<extra></extra>"
     mark = {
         "type": "line",
-        "x0": numbers([middle])[0],
-        "x1": numbers([middle])[0],
+        "x0": at,
+        "x1": at,
         "y0": 0,
         "y1": 1,
         "yref": "paper",

@@ -159,15 +159,12 @@ def _fewer(spans: list[Span]) -> list[Span]:
     gaps = np.array([b.start - a.end for a, b in pairwise(spans)])
     cuts = np.sort(np.argsort(gaps, kind="stable")[-(MOST_SPANS - 1) :])
     begins, ends = [0, *(cuts + 1)], [*cuts, len(spans) - 1]
-    return [
-        Span(
-            spans[b].cause,
-            spans[b].start,
-            max(s.end for s in spans[b : e + 1]),
-            sum(s.samples for s in spans[b : e + 1]),
-        )
-        for b, e in zip(begins, ends, strict=True)
-    ]
+    joined = []
+    for b, e in zip(begins, ends, strict=True):
+        some = spans[b : e + 1]
+        end, samples = max(s.end for s in some), sum(s.samples for s in some)
+        joined.append(Span(some[0].cause, some[0].start, end, samples))
+    return joined
 
 
 def recording(found: Ingested, estimator: Estimator) -> Section | None:

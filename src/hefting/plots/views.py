@@ -250,7 +250,9 @@ def _draw_center(
         axes.axhline(up, **line)
     elif np.isnan(up) and not np.isnan(right):
         axes.axvline(right, **line)
-    hollow = look["marker"] in "oD"
+    paint = {"color": look["color"]}
+    if look["marker"] in "oD":
+        paint = {"facecolors": "none", "edgecolors": look["color"]}
     axes.scatter(
         right,
         up,
@@ -259,11 +261,7 @@ def _draw_center(
         linewidths=0.9,
         zorder=6,
         label=name,
-        **(
-            {"facecolors": "none", "edgecolors": look["color"]}
-            if hollow
-            else {"color": look["color"]}
-        ),
+        **paint,
     )
 
 

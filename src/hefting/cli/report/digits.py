@@ -61,10 +61,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[list[str]]:
     where the column is set to the right."""
     places = [max(map(_places, column)) for column in zip(*rows, strict=True)]
     return [
-        [
-            text + " " * (most - _places(text))
-            for text, most in zip(row, places, strict=True)
-        ]
+        [text + " " * (n - _places(text)) for text, n in zip(row, places, strict=True)]
         for row in rows
     ]
 

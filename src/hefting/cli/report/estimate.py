@@ -90,10 +90,7 @@ def _numbers(
     units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
     worth = Worth.of(estimate)
     cells = [
-        [
-            worth.text(column[i], i, name == "estimate")
-            for name, column in columns.items()
-        ]
+        [worth.text(c[i], i, name == "estimate") for name, c in columns.items()]
         for i in range(len(names))
     ]
     groups = (cells[:1], cells[1:4], cells[4:])

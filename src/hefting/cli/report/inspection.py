@@ -265,13 +265,9 @@ def _dominance(force: float, torque: float) -> str:
 def _share(share: float) -> str:
     if share == 0.0:
         return "0"
-    return (
-        "< 0.1 %"
-        if share < 1e-3
-        else f"{100.0 * share:.0f} %"
-        if share > 0.1
-        else f"{100.0 * share:.1f} %"
-    )
+    if share < 1e-3:
+        return "< 0.1 %"
+    return f"{100.0 * share:.{0 if share > 0.1 else 1}f} %"
 
 
 def _time(seconds: float) -> str:
@@ -289,10 +285,6 @@ def _ratio(value: float) -> str:
         return "> 1e9"
     if value >= 1e4:
         return f"{value:.0e}".replace("e+0", "e")
-    return (
-        f"{value:.0f}"
-        if value >= 100.0
-        else f"{value:.2g}"
-        if value >= 0.01
-        else "< 0.01"
-    )
+    if value < 0.01:
+        return "< 0.01"
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.2g}"

@@ -135,14 +135,11 @@ def _checks(comparison: "Comparison", names: list[str]) -> Table:
     noise = comparison.ingested.noise
     for name in names:
         e = comparison.results[name]
-        table.add_row(
-            name,
-            _residual(e, np.array((noise.force, noise.torque))),
-            "yes"
-            if e.physically_consistent
-            else f"no: {FAILURES[e.consistency.violated or 'mass']}",
-            f"{1e3 * comparison.seconds[name]:.1f}",
-        )
+        residual = _residual(e, np.array((noise.force, noise.torque)))
+        failure = FAILURES[e.consistency.violated or "mass"]
+        consistent = "yes" if e.physically_consistent else f"no: {failure}"
+        spent = f"{1e3 * comparison.seconds[name]:.1f}"
+        table.add_row(name, residual, consistent, spent)
     return table
 
 

@@ -115,14 +115,14 @@ def _check_named(contents: Contents, named: dict[str, str]) -> None:
 
 def _warn_about_unreadable(gathered: list[Gathered]) -> list[Message]:
     """A warning for each topic some messages of which could not be read."""
-    what = "{} of {} messages of {} do not fit their definition: left out"
     return [
         warning(
             "messages-unreadable",
-            what.format(topic.unreadable, topic.messages, topic.topic.name),
+            f"{each.unreadable} of {each.messages} messages of {each.topic.name} do not "
+            "fit their definition: left out",
         )
-        for topic in gathered
-        if topic.unreadable
+        for each in gathered
+        if each.unreadable
     ]
 
 

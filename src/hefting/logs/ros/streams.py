@@ -104,14 +104,10 @@ class Streams:
         for raw, downward in self.tree.chain(world, sensor):
             what = f"tf {raw.parent} -> {raw.child}"
             where = f"{self.path}, {what}"
-            tidied = (
-                raw.series
-                if raw.static
-                else tidy(
-                    raw.series, what, where, self.notes.append, self.warnings.append
-                )
-            )
-            chain.append((checked(raw, tidied, where, self.live), downward))
+            series, say = raw.series, (self.notes.append, self.warnings.append)
+            if not raw.static:
+                series = tidy(series, what, where, *say)
+            chain.append((checked(raw, series, where, self.live), downward))
         return chain
 
     def pose(self) -> None:
