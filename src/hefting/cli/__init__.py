@@ -188,11 +188,7 @@ def render(text: str) -> str:
     ```unit`='mm'`` becomes ``--unit mm``. Other words in backquotes stay as they are.
     JSON text may be given whole.
     """
-    return (
-        re.sub(r"`(\w+)`(?:=(?:'([\w.,:-]*)'|([\w.,:-]*\w)))?", _option, text)
-        if "`" in text
-        else text
-    )
+    return re.sub(r"`(\w+)`(?:=(?:'([\w.,:-]*)'|([\w.,:-]*\w)))?", _option, text)
 
 
 def _option(match: re.Match[str]) -> str:
@@ -208,11 +204,9 @@ def _option_of_a_method(name: str) -> str | None:
     """Option of a number that methods declare; None where it is none, or no command has
     looked at methods yet."""
     estimators = sys.modules.get("hefting.estimators")
-    return (
-        option_of(name)
-        if estimators is not None and name in estimators.options()
-        else None
-    )
+    if estimators is None or name not in estimators.options():
+        return None
+    return option_of(name)
 
 
 def _option_of_a_format(name: str) -> str | None:

@@ -119,12 +119,8 @@ def _output_help() -> str:
     """The suffixes that are written: of canonical tables, then of each other format."""
     from hefting.logs.registry import formats, join_words, table_formats
 
-    parts = [
-        "canonical "
-        + join_words(
-            [suffix for each in table_formats() for suffix in each.written], "or"
-        )
-    ]
+    tables = [suffix for each in table_formats() for suffix in each.written]
+    parts = [f"canonical {join_words(tables, 'or')}"]
     for each in formats():
         if each.written and not each.is_table:
             files = [suffix or "or a folder for no suffix" for suffix in each.written]
@@ -139,11 +135,7 @@ def _told(recording: "Recording") -> list[str]:
     lines = [f"{recording.source}: {lasts}"]
     for name, stream in recording.streams.items():
         rate = "static" if recording.static else f"{rates[name]:.4g} Hz"
-        lines.append(
-            f"  {name.replace('_', ' '):<22}{len(stream):>9} samples{rate:>12}"
-        )
-    return (
-        lines
-        + [f"note: {line}" for line in recording.notes]
-        + [f"warning: {line}" for line in recording.warnings]
-    )
+        label = name.replace("_", " ")
+        lines.append(f"  {label:<22}{len(stream):>9} samples{rate:>12}")
+    lines += [f"note: {line}" for line in recording.notes]
+    return lines + [f"warning: {line}" for line in recording.warnings]

@@ -80,11 +80,8 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
     if shape:
         pose = scenario.held.pose
         seven = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat())
-        words += [
-            "--shape",
-            shape,
-            *(["--unit", a.unit] if a.unit and not a.mesh else []),
-        ]
+        unit = ["--unit", a.unit] if a.unit and not a.mesh else []
+        words += ["--shape", shape, *unit]
         words += ["--object-pose", ",".join(f"{number + 0.0:.9g}" for number in seven)]
     if a.tilt:
         words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]

@@ -158,11 +158,8 @@ def export(
         )
     if chosen.write_estimate is not None:
         text = chosen.write_estimate(estimate, name)
-        return Exported(
-            text,
-            "sensor",
-            () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
-        )
+        unused = () if sensor_pose_in_flange is None else (_pose_unused(chosen),)
+        return Exported(text, "sensor", unused)
 
     body = known_body(estimate, name, fill_inertia, accept, say)
     warnings = inertia_messages(estimate, chosen, body, fill_inertia)
@@ -254,18 +251,9 @@ def _put_into(
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)
     text, replaced = put_inertial(into, link, element, target.place)
-    warnings = [
-        warning(
-            "link-frame-assumed",
-            f"the frame of '{link}' is taken to be the {body.frame} frame",
-        )
-    ]
-    warnings += target.file_warnings(text)
+    what = f"the frame of '{link}' is taken to be the {body.frame} frame"
+    warnings = [warning("link-frame-assumed", what), *target.file_warnings(text)]
     if replaced:
-        warnings.append(
-            warning(
-                "inertial-replaced",
-                f"'{link}' had an inertial: it was replaced, not added to",
-            )
-        )
+        what = f"'{link}' had an inertial: it was replaced, not added to"
+        warnings.append(warning("inertial-replaced", what))
     return text, warnings

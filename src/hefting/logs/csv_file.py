@@ -193,11 +193,8 @@ class CsvTable:
                 continue
             where = f"{self.source}, row {row}"
             try:
-                cells = next(
-                    csv.reader(
-                        [line.decode(errors="replace")], delimiter=self.separator
-                    )
-                )
+                words = [line.decode(errors="replace")]
+                cells = next(csv.reader(words, delimiter=self.separator))
             except csv.Error as reason:
                 return InputError(
                     f"is no row of cells ({reason})", where, "export the log as CSV"
@@ -206,11 +203,8 @@ class CsvTable:
                 what = (
                     f"there are {len(cells)} cells under {len(self.names)} column names"
                 )
-                return InputError(
-                    what,
-                    where,
-                    "give each row one cell a column, blank if not measured",
-                )
+                fix = "give each row one cell a column, blank if not measured"
+                return InputError(what, where, fix)
             for j in columns:
                 wrong = self._explain_cell(cells[j], j, where)
                 if wrong is not None:

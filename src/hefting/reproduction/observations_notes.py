@@ -88,10 +88,8 @@ def _consistency(scores: Scores, speeds: list[float]) -> str:
 def _motion_errors(results: list[tuple[Job, Result]]) -> str:
     """How much larger errors of the accelerations are than with the warm filter."""
     rms = {
-        kind: np.mean([r["kinds"][kind]["accelerations"] for _, r in results], axis=0)[
-            2:
-        ]
-        for kind in KINDS
+        k: np.mean([r["kinds"][k]["accelerations"][2:] for _, r in results], axis=0)
+        for k in KINDS
     }
     times = {kind: rms[kind] / rms["warm"] for kind in KINDS if kind != "warm"}
     listed = "; ".join(

@@ -158,12 +158,8 @@ def _table(
     blank = " " if sum(widths) + 3 * len(widths) < _width() else ""
 
     def ruled(left: str, line: str, between: str, right: str) -> Line:
-        return Line(
-            left
-            + between.join(line * (width + 2 * len(blank)) for width in widths)
-            + right,
-            whole=True,
-        )
+        columns = (line * (width + 2 * len(blank)) for width in widths)
+        return Line(left + between.join(columns) + right, whole=True)
 
     def cells(row: list[str], bar: str, style: Style = "") -> Line:
         last = len(row) - 1

@@ -80,11 +80,9 @@ def _table(found: Prediction) -> Table:
 def _cells(peak: Peak, static: bool) -> list[str]:
     """A value, half its band if there is one, and when it is."""
     reach = peak.reach
-    band = (
-        []
-        if reach is None
-        else ["open" if np.isinf(reach) else f"{reach:.2g}" if reach > TINY else "0"]
-    )
+    band = []
+    if reach is not None:
+        band = ["open" if np.isinf(reach) else f"{reach:.2g}" if reach > TINY else "0"]
     digits = 2 if abs(peak.value) >= 10.0 else 4
     value = f"{round(peak.value, digits) + 0.0:.{digits}f}"  # no minus before a zero
     return [value, *band, f"{peak.time + 1:.0f}" if static else f"{peak.time:.3f}"]

@@ -60,13 +60,8 @@ def read_bag(
             "record it again, or repair it",
         )
     _check_named(contents, named)
-    streams = Streams(
-        path,
-        gathered,
-        named,
-        without_slashes(world_frame),
-        without_slashes(sensor_frame),
-    )
+    frames = without_slashes(world_frame), without_slashes(sensor_frame)
+    streams = Streams(path, gathered, named, *frames)
     # what is not finite in the end is refused by name
     with np.errstate(over="ignore", invalid="ignore"):
         streams.build()

@@ -184,22 +184,17 @@ def compose(
     base = base[inside]
     position, rotation = np.zeros((len(base), 3)), Rotation.identity(len(base))
     for each, downward in chain:
-        step, turn = (
-            (base.values[:, :3], Rotation.from_quat(base.values[:, 3:]))
-            if each is lead
-            else each.at(base.time)
-        )
+        if each is lead:
+            step, turn = base.values[:, :3], Rotation.from_quat(base.values[:, 3:])
+        else:
+            step, turn = each.at(base.time)
         if not downward:
             turn = turn.inv()
             step = -turn.apply(step)
         position = position + rotation.apply(step)
         rotation = rotation * turn
-    return Series(
-        base.time,
-        base.logged,
-        base.rows,
-        np.concatenate([position, rotation.as_quat()], axis=1),
-    )
+    poses = np.concatenate([position, rotation.as_quat()], axis=1)
+    return Series(base.time, base.logged, base.rows, poses)
 
 
 def route(chain: Sequence[tuple[Link, bool]]) -> str:

@@ -226,12 +226,8 @@ class Streams:
         for what in JOINT_STREAMS:
             if what in parts:
                 merged = Series.joined(parts[what])
-                self._keep(
-                    what,
-                    merged[np.argsort(merged.rows, kind="stable")],
-                    topic,
-                    what.replace("_", " "),
-                )
+                merged = merged[np.argsort(merged.rows, kind="stable")]
+                self._keep(what, merged, topic, what.replace("_", " "))
         self.joint_names = tuple(names)
         self._note("joints", topic, ", ".join(names), "")
         if others:

@@ -222,10 +222,7 @@ def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
         index = np.concatenate([np.arange(len(group.time)) for group in groups])
         time = np.concatenate([group.time for group in groups])
         for k in np.argsort(time, kind="stable"):
-            group = groups[which[k]]
-            writer.write(
-                connections[group.topic],
-                int(time[k]),
-                tables[which[k]][index[k]].tobytes(),
-            )
+            connection = connections[groups[which[k]].topic]
+            message = tables[which[k]][index[k]].tobytes()
+            writer.write(connection, int(time[k]), message)
     return path / f"{path.name}.mcap" if suffix == ".mcap" else path
