@@ -106,8 +106,7 @@ def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
 
 
 def _hashes(groups: Sequence[Sequence[Entry]], workers: Jobs) -> dict[str, str]:
-    """Hash of each object by what its recordings hold; empty where one cannot be
-    read."""
+    """Hash of each object by its recordings; empty where one cannot be read."""
     entries = [entry for group in groups for entry in group]
     found = {entries[k].identity: h for k, h in workers.run(_hash, entries)}
     return {

@@ -184,8 +184,7 @@ def rows_named(
 
 
 def _identities(table: "pa.Table") -> "pa.ChunkedArray":
-    """What tells rows apart: the name, the path, or of several recordings the
-    object."""
+    """What tells rows apart: name, path, or of several recordings the object."""
     import pyarrow.compute as pc
 
     return pc.coalesce(table["name"], table["recording"], table["object"])  # pyright: ignore[reportAttributeAccessIssue]

@@ -217,8 +217,7 @@ def _option_of_a_format(name: str) -> str | None:
 
 
 def _joined(words: list[str]) -> list[str]:
-    """``--option -1,2`` as ``--option=-1,2``: a value that starts with a minus sign is
-    not an option."""
+    """``--option -1,2`` as ``--option=-1,2``: what starts with a minus is a value."""
     joined: list[str] = []
     for word in words:
         if (

@@ -304,8 +304,7 @@ def _identify(
 def _estimates(
     a: argparse.Namespace, found: "Comparison | Identification"
 ) -> "tuple[Comparison | None, dict[str, Estimate], str]":
-    """The comparison where there is one, estimates by method, and the method that is
-    recommended."""
+    """The comparison if there is one, estimates by method, the method recommended."""
     from hefting.identification.compare import Comparison
 
     if isinstance(found, Comparison):

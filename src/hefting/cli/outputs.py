@@ -57,8 +57,7 @@ def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
 def _why_not(
     a: argparse.Namespace, estimate: "Estimate", target: "Target"
 ) -> str | None:
-    """Why an estimate is not written for a target, and what writes it; None where it
-    is."""
+    """Why an estimate is not written for a target, and what writes it; else None."""
     if not (estimate.verdict.usable or a.accept or target.is_read_back):
         return "the estimate is not to be used; --accept writes it"
     if target.write_estimate is not None:

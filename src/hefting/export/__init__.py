@@ -245,8 +245,7 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
 def _put_into(
     target: Target, body: Body, into: str | Path, link: str | None
 ) -> tuple[str, list[Message]]:
-    """Text of the file `into` with the body's inertial in a link, and what to know of
-    it."""
+    """Text of the file `into` with the body's inertial in a link, and its warnings."""
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)

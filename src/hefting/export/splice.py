@@ -29,8 +29,7 @@ class Place:
 
 @dataclass
 class _Holder:
-    """Offsets [bytes] of an element found: its start tag, and the inertial directly
-    inside it."""
+    """Offsets [bytes] of an element: its start tag, the inertial directly inside it."""
 
     name: str
     start: int

@@ -227,8 +227,7 @@ def quote_name(name: str) -> str:
 
 
 def _group_columns(present: set[str]) -> dict[str, tuple[str, ...]]:
-    """The columns each stream should have, joints up to the highest number that is
-    there."""
+    """The columns each stream should have, joints up to the highest number there."""
     groups = dict(FIXED)
     for stream in JOINT_STREAMS:
         joints = [

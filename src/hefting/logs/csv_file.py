@@ -107,8 +107,7 @@ class CsvTable:
     def _read_blocks(
         self, text: bytes, before: int, columns: Sequence[int]
     ) -> Generator[Block, None, int]:
-        """The rows in `text`, which follows `before` lines, and how many lines it
-        has."""
+        """The rows in `text`, which follows `before` lines, and its number of lines."""
         import pyarrow as pa
 
         if self.separator == " ":
@@ -321,8 +320,7 @@ def _unify_line_ends(text: bytes) -> bytes:
 
 
 def _merge_spaces(text: bytes) -> bytes:
-    """Space separated text with one space between cells and none at the ends of
-    lines."""
+    """Space separated text with one space between cells and none at ends of lines."""
     if (
         b"  " in text
         or b"\n " in text

@@ -166,8 +166,7 @@ def _fault_of_tensor(inertia: Array) -> tuple[Message | None, float | None]:
 
 
 def _doubts(inertial: Inertial, idle: str | None) -> tuple[Message, ...]:
-    """Of a link that is possible; `idle` is the joint that moves nothing of mass with
-    it."""
+    """Of a possible link; `idle` is the joint that moves nothing of mass with it."""
     doubts = []
     if idle is not None:
         what = f"joint '{idle}' moves it, and nothing beyond that joint has mass"

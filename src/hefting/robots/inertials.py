@@ -112,8 +112,7 @@ def read_inertials(data: bytes, path: str | Path) -> Inertials:
 
 @dataclass
 class _Link:
-    """A link as it is being read: attributes and offset of the parts of its
-    inertial."""
+    """A link as it is being read: attributes and offset of its inertial's parts."""
 
     name: str
     parts: dict[str, tuple[dict[str, str], int]] | None = None
@@ -185,8 +184,7 @@ def _inertial(link: _Link, path: str | Path) -> Inertial:
 
 
 def _values(parts: dict[str, dict[str, str]]) -> tuple[float, Array, Array]:
-    """Mass, COM (3,) and tensor (3, 3); `InputError` for what is missing or no
-    number."""
+    """Mass, COM (3,), tensor (3, 3); `InputError` for what is missing or no number."""
     mass = _number(parts, "mass", "value")
     center, _ = read_origin(parts.get("origin", {}), "")
     entries = np.array([_number(parts, "inertia", name) for name in ENTRIES])

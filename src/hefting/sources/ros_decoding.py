@@ -172,8 +172,7 @@ class RosDecoder:
     def _gather(
         self, messages: Sequence[RosMessage], counted: Counter[str]
     ) -> list[Gathered]:
-        """What the messages hold, by topic, with values that are finite; what is left
-        out is `counted`."""
+        """Finite values of the messages, by topic; what is left out is `counted`."""
         collector = Collector(self.name, self._named)
         for topic, logged, data in messages:
             if len(data) > MAX_MESSAGE:

@@ -144,8 +144,7 @@ def _checks(comparison: "Comparison", names: list[str]) -> Table:
 
 
 def _residual(e: "Estimate", noise: Array) -> str:
-    """Residual force and torque, marked where the `noise` of both does not explain
-    them."""
+    """Residual force and torque, marked where `noise` does not explain them."""
     r = e.residual
     if r is None:
         return ""

@@ -46,8 +46,7 @@ def _headline(plan: Plan) -> str:
 
 
 def _speed(plan: Plan) -> str:
-    """The largest speed of a corner, what it keeps, and whether that is reduced
-    speed."""
+    """The largest speed of a corner, what it keeps, and if that is reduced speed."""
     limit = plan.limits.corner_speed
     of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
     used = plan.usage.get("corner_speed")
