@@ -159,11 +159,9 @@ def _figure(found: dict[float, np.ndarray], label: str):
         ).ravel()
         for axes, (speed, errors) in zip(panels, found.items(), strict=False):
             for value, colour, line in zip(VALUES, COLOURS, errors, strict=True):
-                own = (
-                    {"linewidth": 2.4, "zorder": 1, "alpha": 0.55}
-                    if value == C1
-                    else {"linewidth": 0.9}
-                )
+                own = {"linewidth": 0.9}
+                if value == C1:
+                    own = {"linewidth": 2.4, "zorder": 1, "alpha": 0.55}
                 axes.plot(TIMES, line, color=colour, label=f"c1 = {value:g}", **own)
             mark = " (> ISO)" if over_limit(speed) else ""
             axes.set(

@@ -40,13 +40,9 @@ def jobs(quick: bool) -> list[Job]:
     """For each motion: the regressor does not depend on what is held."""
     speeds = (1.0, 2.0) if quick else tuple(SPEEDS)
     seeds = 2 if quick else SEEDS
-    arm, speed, duration = ROBOT
     return [
-        *(
-            {"arm": "ur5", "speed": s, "duration": DURATION, "seeds": seeds}
-            for s in speeds
-        ),
-        {"arm": arm, "speed": speed, "duration": duration, "seeds": seeds},
+        {"arm": arm, "speed": speed, "duration": duration, "seeds": seeds}
+        for arm, speed, duration in (*(("ur5", s, DURATION) for s in speeds), ROBOT)
     ]
 
 

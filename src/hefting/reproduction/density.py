@@ -67,25 +67,12 @@ CONFIDENCE = 0.975
 
 def jobs(quick: bool) -> list[Job]:
     """For each object, and for each density's compute time."""
-    objects, seeds = (
-        (("hammer", "half-n-half", "rod"), 2) if quick else (OBJECTS, SEEDS)
-    )
+    objects = ("hammer", "half-n-half", "rod") if quick else OBJECTS
     densities = (0.01, *COMPARED) if quick else DENSITIES
-    return [
-        *(
-            {
-                "kind": "accuracy",
-                "object": name,
-                "densities": list(densities),
-                "seeds": seeds,
-            }
-            for name in objects
-        ),
-        *(
-            {"kind": "time", "object": objects[0], "density": d, "seed": 0}
-            for d in densities
-        ),
-    ]
+    every = {"densities": list(densities), "seeds": 2 if quick else SEEDS}
+    accuracy = [{"kind": "accuracy", "object": name, **every} for name in objects]
+    timed = {"kind": "time", "object": objects[0]}
+    return [*accuracy, *(timed | {"density": d, "seed": 0} for d in densities)]
 
 
 def run(job: Job) -> Result:
@@ -249,16 +236,10 @@ def _notes(
     def at(series: str, name: str, density: int, k: int = 0) -> float:
         return float(found[series][name][:, k, density].mean())
 
-    com = [
-        row
-        for row in claims
-        if row[1] == NAMES["center_of_mass"] and row[0] != "moderate, lambda kept"
-    ]
-    holds = (
-        "holds"
-        if all(row[-1] != "better" for row in com)
-        else "does NOT hold everywhere"
-    )
+    com = [row for row in claims if row[1] == NAMES["center_of_mass"]]
+    com = [row for row in com if row[0] != "moderate, lambda kept"]
+    better = any(row[-1] == "better" for row in com)
+    holds = "does NOT hold everywhere" if better else "holds"
     thick = (
         at("moderate", "across", usual) / 3.0 / at("moderate", "center_of_mass", usual)
     )

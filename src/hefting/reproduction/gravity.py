@@ -94,28 +94,18 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         }
         for part in ("force", "torque")
     }
-    recomputed = [
-        (
-            name,
-            statistic,
-            others / (1.0 + others),
-            (1.0 + others) / others,
-            1.0 / others,
-            100.0 / (1.0 + others),
-        )
-        for k, statistic in enumerate(("mean", "median"))
-        for name, others in human(k).items()
-    ]
-    simulated = [
-        (
-            s,
-            SPEEDS[s],
-            *(_mean(results, s, name) for name in MOTION),
-            *(100.0 * float(shares[part][s].mean()) for part in shares),
-            *(float(np.mean(1.0 / (1.0 - shares[part][s]))) for part in shares),
-        )
-        for s in speeds
-    ]
+    recomputed = []
+    for k, statistic in enumerate(("mean", "median")):
+        for name, others in human(k).items():
+            total = 1.0 + others
+            ratios = others / total, total / others, 1.0 / others, 100.0 / total
+            recomputed.append((name, statistic, *ratios))
+    simulated = []
+    for s in speeds:
+        motion = (_mean(results, s, name) for name in MOTION)
+        percent = (100.0 * float(each[s].mean()) for each in shares.values())
+        times = (float(np.mean(1.0 / (1.0 - each[s]))) for each in shares.values())
+        simulated.append((s, SPEEDS[s], *motion, *percent, *times))
     mass, radius = HUMAN["object mass kg"][0], HUMAN["object radius m"][0]
     own = float(np.mean([thing(name).held.parameters.mass for name in OBJECTS]))
     title = f"YCB, {YCB_OBJECTS} objects, published"

@@ -101,11 +101,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     rows, over_time = [], []
     for level in NOISE_LEVELS:
         for speed in speeds:
-            snr = (
-                None
-                if level == "none"
-                else mean(r["levels"][level]["snr"] for r in by_speed[speed])
-            )
+            snr = None
+            if level != "none":
+                snr = mean(r["levels"][level]["snr"] for r in by_speed[speed])
             cells = []
             for method in METHODS:
                 cells += [

@@ -147,13 +147,11 @@ def differences(scores: Scores, speeds: list[float]) -> Table:
                         error(scores, kind, method, s, quantity) / theirs
                         for kind in COMPARED
                     ]
-                    alike = [
-                        k
-                        for k, r in zip(COMPARED, ratios, strict=True)
-                        if _is_alike(r, theirs)
-                    ]
-                    like = "; ".join(alike) or "none"
-                    rows.append((method, label, s, printed(theirs), *ratios, like))
+                    pairs = zip(COMPARED, ratios, strict=True)
+                    like = "; ".join(k for k, r in pairs if _is_alike(r, theirs))
+                    rows.append(
+                        (method, label, s, printed(theirs), *ratios, like or "none")
+                    )
     columns = (
         "method",
         "error",
@@ -230,13 +228,11 @@ def figure(scores: Scores, speeds: list[float]):
             for (i, method), (j, (kind, (colour, marker))) in product(
                 enumerate(methods), enumerate(DRAWN.items())
             ):
-                row = PUBLISHED[method.split(",")[0]][quantity]
-                values = [
-                    row[place]
-                    if kind == "published"
-                    else error(scores, kind, method, s, quantity)
-                    for place, s in zip(places, speeds, strict=True)
-                ]
+                if kind == "published":
+                    row = PUBLISHED[method.split(",")[0]][quantity]
+                    values = [row[place] for place in places]
+                else:
+                    values = [error(scores, kind, method, s, quantity) for s in speeds]
                 at = i + 0.14 * (j - 2.5) + 0.04 * (np.arange(len(speeds)) - 1)
                 look = {
                     "linewidth": 0.7,

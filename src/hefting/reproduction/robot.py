@@ -269,12 +269,11 @@ def _figure(mean: dict[tuple[str, str, str], Array]):
             zip(panels, QUANTITIES.values(), strict=True)
         ):
             for j, (label, (key, colour, marker)) in enumerate(DRAWN.items()):
-                values = [
-                    PUBLISHED[method.split(",")[0]][quantity]
-                    if key is None
-                    else mean[(*key, method)][quantity]
-                    for method in METHODS
-                ]
+                if key is None:
+                    means = [PUBLISHED[method.split(",")[0]] for method in METHODS]
+                else:
+                    means = [mean[(*key, method)] for method in METHODS]
+                values = [each[quantity] for each in means]
                 at = np.arange(len(METHODS)) + 0.15 * (j - 2)
                 look = {
                     "color": colour,
