@@ -17,7 +17,7 @@ import numpy as np
 
 import hefting
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, SKY, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, SKY, VERMILION, drawing
 from hefting.simulation import UR5, HeldObject, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
 
@@ -56,8 +56,7 @@ for name, each in compared.results.items():
 # The figure has the same errors of the inertia.
 
 errors = {name: 100.0 * inertia_error(each) for name, each in compared.results.items()}
-with style():
-    figure = figure_of(1.9, width=5.0)
+with drawing(1.9, width=5.0) as figure:
     axes = figure.subplots()
     for row, (name, error) in enumerate(errors.items()):
         recommended = name == compared.recommended

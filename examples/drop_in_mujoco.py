@@ -19,7 +19,7 @@ import numpy as np
 import hefting
 from hefting.export import export
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.simulation import UR5, HeldObject, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
 
@@ -84,8 +84,7 @@ for how, each in paths.items():
 # the path of the head, and how far it is from that of the true hammer.
 
 colours = {"true": INK, "identified": BLUE, "even density": VERMILION}
-with style():
-    figure = figure_of(2.9, width=6.5)
+with drawing(2.9, width=6.5) as figure:
     side, off = figure.subplots(1, 2)
     for name, path in paths["thrown"].items():
         line = (

@@ -16,7 +16,7 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/gripper_and_ob
 
 import hefting
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, GREEN, INK, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, GREEN, INK, VERMILION, drawing
 from hefting.simulation import UR5, HeldObject, hammer, random_smooth, simulate
 from hefting.simulation.demo import POSE
 from hefting.simulation.objects import Assembly, Part
@@ -75,8 +75,7 @@ bars = {
     "hammer": (alone, body.mass, BLUE),
     "hammer, with a scale": (weighed, body.mass, BLUE),
 }
-with style():
-    figure = figure_of(1.9, width=5.0)
+with drawing(1.9, width=5.0) as figure:
     axes = figure.subplots()
     for row, (found, true, colour) in enumerate(bars.values()):
         low, high = (1e3 * (end - true) for end in found.interval("mass"))

@@ -20,7 +20,7 @@ import numpy as np
 
 from hefting.identification.by_torques import ByTorques
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.simulation import HeldObject, hammer
 from hefting.simulation.demo import POSE
 from hefting.simulation.torque_scenario import TorqueScenario
@@ -48,8 +48,7 @@ print(f"true: {held.parameters.mass:.3f} kg")
 # The figure has mass and centre of mass less the true ones, with 95 % intervals.
 
 true = held.parameters
-with style():
-    figure = figure_of(2.1, width=6.0)
+with drawing(2.1, width=6.0) as figure:
     mass, com = figure.subplots(1, 2, width_ratios=(1, 3))
     for k, (name, each) in enumerate(found.items()):
         half, colour = each.half_widths, (VERMILION, BLUE)[k]

@@ -18,7 +18,7 @@ import numpy as np
 
 import hefting
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, GREEN, INK, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, GREEN, INK, VERMILION, drawing
 from hefting.simulation import UR5, HeldObject, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
 
@@ -63,8 +63,7 @@ rows = (
     ("inertia", "inertia [%]", 1e2, GREEN),
 )
 seconds = [when for when, _ in history]
-with style():
-    figure = figure_of(2.2, width=7.0)
+with drawing(2.2, width=7.0) as figure:
     for axes, (name, label, scale, colour) in zip(
         figure.subplots(1, 3), rows, strict=True
     ):

@@ -20,7 +20,7 @@ import duckdb
 
 import hefting
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.simulation import UR5, HeldObject, random_smooth, simulate
 from hefting.simulation.demo import POSE
 from hefting.simulation.objects import ASH_WOOD, STEEL, Assembly, Part
@@ -82,8 +82,7 @@ if __name__ == "__main__":
         print("-", reason.text)
     print(duckdb.sql(AGREEMENT))
 
-    with style():
-        figure = figure_of(2.2, width=5.5)
+    with drawing(2.2, width=5.5) as figure:
         axes = figure.subplots()
         found = duckdb.sql(QUERY).fetchall()
         for row, (name, *kilograms, error) in enumerate(found):

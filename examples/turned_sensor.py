@@ -18,7 +18,7 @@ from scipy.spatial.transform import Rotation
 
 import hefting
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.scene import wrench_curves
 from hefting.simulation import UR5, HeldObject, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
@@ -62,8 +62,7 @@ print(mended)
 # and left out: no object explains them in the axes of the flange.
 
 names, colours = ("as logged", "mended"), (VERMILION, BLUE)
-with style():
-    figure = figure_of(2.5, width=7.0)
+with drawing(2.5, width=7.0) as figure:
     where, rest = figure.subplots(1, 2, width_ratios=(1, 2))
     for found, name, colour in zip((wrong, mended), names, colours, strict=True):
         x, y, _ = 1e3 * found.center_of_mass

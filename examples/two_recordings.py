@@ -15,7 +15,7 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/two_recordings
 
 import hefting
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.simulation import UR5, HeldObject, hammer, random_smooth, simulate
 from hefting.simulation.demo import POSE
 
@@ -66,8 +66,7 @@ rows = {
     "Monday and Tuesday": together,
     "all three": contradicting,
 }
-with style():
-    figure = figure_of(2.1, width=5.0)
+with drawing(2.1, width=5.0) as figure:
     axes = figure.subplots()
     for row, found in enumerate(rows.values()):
         low, high = 1e3 * found.interval("mass")

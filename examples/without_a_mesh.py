@@ -18,7 +18,7 @@ import numpy as np
 
 import hefting
 from hefting.plots import save_figure
-from hefting.plots.style import BLUE, INK, ORANGE, SKY, figure_of, style
+from hefting.plots.style import BLUE, INK, ORANGE, SKY, drawing
 from hefting.simulation import UR5, HeldObject, hammer, simulate, sinusoids
 from hefting.simulation.demo import POSE
 
@@ -57,8 +57,7 @@ for name, each in found.items():
 
 colours = (SKY, ORANGE, BLUE)
 true = 1e3 * np.diag(body.inertia_at_com)
-with style():
-    figure = figure_of(2.5, width=6.0)
+with drawing(2.5, width=6.0) as figure:
     axes = figure.subplots()
     for k, ((name, each), colour) in enumerate(
         zip(found.items(), colours, strict=True)

@@ -4,9 +4,11 @@ import os
 import signal
 import sys
 import time
+from contextlib import closing
 from pathlib import Path
 
 from hefting.core.errors import MissingDependencyError
+from hefting.jobs import Jobs
 
 POISON = -1
 
@@ -93,9 +95,16 @@ def compute_for_ever(folder):
         sum(range(1000))
 
 
-if __name__ == "__main__":
-    from hefting.jobs import run_jobs
+def run_jobs(function, tasks, workers=None, scheduler=None, window=None):
+    """One run of `Jobs`."""
+    with (
+        Jobs(workers, scheduler) as jobs,
+        closing(jobs.run(function, tasks, window)) as results,
+    ):
+        yield from results
 
+
+if __name__ == "__main__":
     endless, folder = sys.argv[1:]
     try:
         list(run_jobs(globals()[endless], [folder, folder], workers=2))

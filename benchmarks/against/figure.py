@@ -10,9 +10,7 @@ from hefting.plots.style import (
     PURPLE,
     SKY,
     VERMILION,
-    figure_of,
-    settled,
-    style,
+    drawing,
 )
 
 if TYPE_CHECKING:
@@ -43,9 +41,8 @@ POWERS = (100, 1000, 10_000, 100_000)
 
 def cost_figure(cost: dict[str, Any]) -> "Figure":
     """A panel for each of `AXES` that was measured, both axes logarithmic."""
-    with style():
-        panels = [name for name in AXES if name in cost]
-        figure = figure_of(2.6, width=6.8)
+    panels = [name for name in AXES if name in cost]
+    with drawing(2.6, width=6.8) as figure:
         every = figure.subplots(1, len(panels), sharey=True, squeeze=False)[0]
         for axes, name in zip(every, panels, strict=True):
             for party, (colour, marker, line) in DRAWN.items():
@@ -74,4 +71,4 @@ def cost_figure(cost: dict[str, Any]) -> "Figure":
             loc="outside upper center",
             ncols=3,
         )
-        return settled(figure)
+    return figure

@@ -9,7 +9,8 @@ from commands import refused
 from hefting.cli import build_parser
 from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
-from hefting.logs.ros import BAG_OPTIONS, read_bag
+from hefting.logs.bag_files import OPTIONS
+from hefting.logs.ros import read_bag
 from log_files import HEADER, ROWS, log, random_recording, same
 
 
@@ -178,9 +179,9 @@ def test_every_option_of_the_bag_reader_is_there():
         for name, about in signature(read_bag).parameters.items()
         if about.default is None
     ]
-    assert tuple(optional) == BAG_OPTIONS
+    assert tuple(optional) == tuple(OPTIONS)
     options = build_parser(["convert"]).parse_args(["convert", "log.bag", "log.csv"])
-    assert set(BAG_OPTIONS) <= set(vars(options))
+    assert set(OPTIONS) <= set(vars(options))
 
 
 URDF = """<robot name="turner"><link name="base"/><link name="tool"/>

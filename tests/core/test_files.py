@@ -58,8 +58,8 @@ def test_xml_is_read_to_its_depth_and_no_deeper():
         parse_xml(
             data,
             "deep",
-            lambda _, __, at: started.append(at),
-            lambda _, at: ended.append(at),
+            lambda _, __, at, *___: started.append(at),
+            lambda _, at, *__: ended.append(at),
         )
 
     parse(10_000)

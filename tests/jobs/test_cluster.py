@@ -15,7 +15,7 @@ import pytest
 import job_tasks
 from clusters import local_cluster
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
-from hefting.jobs import Jobs, Lost, run_jobs
+from hefting.jobs import Jobs, Lost
 from hefting.jobs.cluster import _do
 from hefting.jobs.worker import source_version
 from job_tasks import POISON
@@ -141,7 +141,7 @@ def test_a_worker_without_hefting_is_said(dask):
     address, _, add_worker, without = dask
     add_worker(without)
     with pytest.raises(HeftingError, match="has another version of hefting, or none"):
-        list(run_jobs(abs, range(9), scheduler=address))
+        list(job_tasks.run_jobs(abs, range(9), scheduler=address))
 
 
 @pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
@@ -154,7 +154,9 @@ def test_a_lost_scheduler_is_said_and_what_had_come_is_there(dask, how, capfd):
 
     def run_and_kill():
         nonlocal begin
-        for k, result in run_jobs(job_tasks.slow_square, range(500), scheduler=address):
+        for k, result in job_tasks.run_jobs(
+            job_tasks.slow_square, range(500), scheduler=address
+        ):
             found[k] = result
             if len(found) == 10:
                 scheduler.send_signal(how)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 import job_tasks
-from hefting.jobs import Jobs, run_jobs
+from hefting.jobs import Jobs
 
 SECONDS = 20
 """In which processes have ended; they take some hundredths [s]."""
@@ -76,7 +76,7 @@ def test_ctrl_c_ends_all_and_says_nothing_of_workers(endless):
 
 
 def test_a_run_that_is_left_ends_its_workers():
-    results = run_jobs(job_tasks.slow_square, range(100), 2)
+    results = job_tasks.run_jobs(job_tasks.slow_square, range(100), 2)
     next(results)
     assert multiprocessing.active_children()
     results.close()
@@ -96,5 +96,5 @@ def test_a_caller_that_fails_ends_its_workers():
 
 def test_a_task_that_fails_ends_the_workers():
     with pytest.raises(ZeroDivisionError):
-        list(run_jobs(job_tasks.inverse, [1, 1, 0, 1], 2))
+        list(job_tasks.run_jobs(job_tasks.inverse, [1, 1, 0, 1], 2))
     assert multiprocessing.active_children() == []

@@ -10,7 +10,7 @@ import pytest
 
 import job_tasks
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
-from hefting.jobs import Jobs, Lost, run_jobs
+from hefting.jobs import Jobs, Lost
 from hefting.jobs.processes import ATTEMPTS, Processes
 from job_tasks import POISON
 
@@ -23,7 +23,9 @@ def jobs():
 
 @pytest.mark.parametrize(("workers", "window"), [(1, 1), (2, None), (3, 3), (3, 1)])
 def test_every_task_has_its_result(workers, window):
-    found = list(run_jobs(job_tasks.square, range(50), workers, window=window))
+    found = list(
+        job_tasks.run_jobs(job_tasks.square, range(50), workers, window=window)
+    )
     assert sorted(found) == [(k, k * k) for k in range(50)]
 
 
@@ -56,7 +58,7 @@ def test_tasks_are_taken_as_they_are_needed(jobs, window):
 def test_a_task_that_kills_its_worker_is_lost_alone(place, workers):
     tasks = [*range(20)]
     tasks[place] = POISON
-    found = dict(run_jobs(job_tasks.square, tasks, workers, window=3))
+    found = dict(job_tasks.run_jobs(job_tasks.square, tasks, workers, window=3))
     lost = found.pop(place)
     assert lost == Lost(
         f"its worker ended with status 3, {ATTEMPTS} times; has it memory enough?"
@@ -68,7 +70,7 @@ def test_how_often_a_task_is_begun(tmp_path):
     """The others once, so that nothing is done in vain; the guilty one in company and
     then alone."""
     tasks = [(str(tmp_path), x) for x in (0, 1, POISON, 3, 4, POISON, 6, 7)]
-    results = dict(run_jobs(job_tasks.begun, tasks, 2))
+    results = dict(job_tasks.run_jobs(job_tasks.begun, tasks, 2))
     assert {k for k, result in results.items() if isinstance(result, Lost)} == {2, 5}
     begun = Counter(int(path.name.split()[0]) for path in tmp_path.iterdir())
     assert begun == {0: 1, 1: 1, 3: 1, 4: 1, 6: 1, 7: 1, POISON: 2 * (1 + ATTEMPTS)}
@@ -77,7 +79,7 @@ def test_how_often_a_task_is_begun(tmp_path):
 def test_nothing_is_lost_by_workers_that_are_killed():
     """By another than the task: each time a result comes, for a while."""
     found = {}
-    for k, result in run_jobs(job_tasks.slow_square, range(25), 2):
+    for k, result in job_tasks.run_jobs(job_tasks.slow_square, range(25), 2):
         found[k] = result
         if len(found) % 5 == 0 and len(found) < 20:
             os.kill(multiprocessing.active_children()[0].pid, signal.SIGKILL)
@@ -131,7 +133,7 @@ def test_large_tasks_and_results_while_the_caller_is_busy(jobs):
 
 def test_one_thread_each(jobs, monkeypatch):
     monkeypatch.setenv("OMP_NUM_THREADS", "3")
-    assert [*run_jobs(job_tasks.threads, [0], 1)] == [(0, "1")]
+    assert [*job_tasks.run_jobs(job_tasks.threads, [0], 1)] == [(0, "1")]
     assert os.environ["OMP_NUM_THREADS"] == "3"
 
 
@@ -146,13 +148,13 @@ def test_processes_that_cannot_begin_are_said(monkeypatch):
 
     monkeypatch.setattr(worker, "_serve", job_tasks.leave)
     with pytest.raises(HeftingError, match="3 worker processes died before they began"):
-        list(run_jobs(job_tasks.square, range(100), 2))
+        list(job_tasks.run_jobs(job_tasks.square, range(100), 2))
     monkeypatch.setattr(
         "hefting.jobs.processes.Worker",
         lambda: (_ for _ in ()).throw(OSError(11, "no")),
     )
     with pytest.raises(HeftingError, match=r"no worker process can be begun \(no\)"):
-        list(run_jobs(job_tasks.square, [1], 1))
+        list(job_tasks.run_jobs(job_tasks.square, [1], 1))
 
 
 def test_idle_processes_that_were_killed_are_not_blamed_on_a_task():

@@ -11,7 +11,7 @@ import pytest
 from commands import refused
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording, Stream
-from hefting.logs import check_output, formats, is_bag, read_log, write_log
+from hefting.logs import check_output, formats, read_log, write_log
 from hefting.logs.registry import MODULES, Format, find_format
 from log_files import ROWS, fails, log, random_recording, same
 
@@ -147,7 +147,7 @@ def test_a_new_format_is_read_and_written(tmp_path):
     np.testing.assert_array_equal(
         read_log(path, toy_sign="-")["wrench"].values, -sent["wrench"].values
     )
-    assert not is_bag(path)
+    assert find_format(path).name != "bag"
     path.rename(tmp_path / "log.plaything")
     assert read_log(tmp_path / "log.plaything").has("wrench")
     fails(tmp_path / "absent.toy", "cannot be read")

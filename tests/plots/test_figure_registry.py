@@ -19,15 +19,14 @@ NOT_FIGURES = {"__init__", "headline", "style", "views"}
 
 TOY = '''"""Toy: one line."""
 
-from hefting.plots.style import figure_of, settled, style
+from hefting.plots.style import drawing
 
 
 def plot_toy(values):
     """Values [-] by their number."""
-    with style():
-        figure = figure_of(2.0)
+    with drawing(2.0) as figure:
         figure.subplots().plot(values)
-        return settled(figure)
+    return figure
 '''
 
 

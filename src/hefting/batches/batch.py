@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Any
 from hefting.batches.columns import Row
 from hefting.batches.content import Kept
 from hefting.batches.group import rows_of_objects
-from hefting.batches.one import Unchanged, lost, row_of, start_row
+from hefting.batches.one import lost, row_of, start_row
 from hefting.batches.recordings import Recordings, Sources, recordings_of
 from hefting.batches.results import Results, rows_named
 from hefting.batches.summary import COLUMNS, Summary, summary_of
@@ -153,7 +153,7 @@ def batch(
         )
         for recorded, row in made:
             count.done += recorded
-            if isinstance(row, Unchanged):
+            if row is None:
                 count.kept += recorded
             else:
                 count.failed += row["error"] is not None
@@ -166,8 +166,8 @@ def batch(
 
 def _rows(
     entries: Recordings, kept: Kept, workers: Jobs
-) -> Iterator[tuple[int, Row | Unchanged]]:
-    """One, and the row of each recording."""
+) -> Iterator[tuple[int, Row | None]]:
+    """One, and the row of each recording; None where that is unchanged."""
     tasks = ((entry, kept.get(entry.identity)) for entry in entries)
     with closing(workers.run(row_of, tasks)) as results:
         for number, row in results:

@@ -12,7 +12,6 @@ from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from hefting.core.estimate import Estimate
-from hefting.core.spatial import Array
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -129,10 +128,3 @@ def table_of(rows: Sequence[Row]) -> "pa.Table":
     import pyarrow as pa
 
     return pa.Table.from_pylist(list(rows), schema=columns())
-
-
-def array_of(values: Sequence[float | None], *shape: int) -> Array:
-    """A list of fixed size as it was; null is not a number."""
-    import numpy as np
-
-    return np.array(values, dtype=float).reshape(shape)

@@ -14,7 +14,6 @@ from typing import Any
 from hefting.batches.columns import STAGES, Row, filled
 from hefting.batches.content import Kept, hash_of
 from hefting.batches.one import (
-    Unchanged,
     attempted,
     failure,
     lost,
@@ -65,8 +64,9 @@ class Condensed:
 
 def rows_of_objects(
     entries: Recordings, kept: Kept, workers: Jobs
-) -> Iterator[tuple[int, Row | Unchanged]]:
-    """For each object how many recordings it has, and its row.
+) -> Iterator[tuple[int, Row | None]]:
+    """For each object how many recordings it has, and its row; None where that is
+    unchanged.
 
     Parameters
     ----------
@@ -81,7 +81,7 @@ def rows_of_objects(
         for group in groups:
             before = kept.get(group[0].row_name)
             if before and before == known.get(group[0].row_name):
-                yield len(group), Unchanged()
+                yield len(group), None
             else:
                 changed.append(group)
         condensed = _condensed(changed, workers)
@@ -106,8 +106,7 @@ def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
 
 
 def _hashes(groups: Sequence[Sequence[Entry]], workers: Jobs) -> dict[str, str]:
-    """Hash of each object by what its recordings hold; empty where one cannot be
-    read."""
+    """Hash of each object by its recordings; empty where one cannot be read."""
     entries = [entry for group in groups for entry in group]
     found = {entries[k].identity: h for k, h in workers.run(_hash, entries)}
     return {

@@ -27,7 +27,9 @@ def locked(folder: Path) -> Generator[None, None, None]:
     try:
         with suppress(OSError):  # a full disk
             os.ftruncate(handle, 0)
-            os.pwrite(handle, f"process {os.getpid()} of {_host()}".encode(), 0)
+            os.pwrite(
+                handle, f"process {os.getpid()} of {socket.gethostname()}".encode(), 0
+            )
         yield
         with suppress(OSError):
             path.unlink()
@@ -60,10 +62,6 @@ def _is_there(path: Path, handle: int) -> bool:
         return os.path.samestat(os.stat(path), os.fstat(handle))
     except FileNotFoundError:
         return False
-
-
-def _host() -> str:
-    return socket.gethostname()
 
 
 def _lock(handle: int) -> bool:

@@ -139,14 +139,14 @@ def _read_toml(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
         if not isinstance(row, Mapping) or not isinstance(row.get(RECORDING), str):
             raise InputError(f"[[recordings]] {number} has no path", path, fix)
     names = list(dict.fromkeys(name for row in rows for name in row))
-    cells = {name: [_text(row.get(name)) for row in rows] for name in names}
+    cells = {name: [text_of(row.get(name)) for row in rows] for name in names}
     return pa.table(cells, pa.schema({name: pa.string() for name in names}.items())), (
         content
     )
 
 
-def _text(value: Any) -> str | None:
-    """A TOML value as it is written in a table."""
-    if isinstance(value, list):
+def text_of(value: Any) -> str | None:
+    """A value of TOML or of a dictionary as it is written in a table."""
+    if isinstance(value, list | tuple):
         return ",".join(map(str, value))
     return None if value is None else str(value)

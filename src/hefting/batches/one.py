@@ -9,7 +9,6 @@ import time
 import warnings
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from functools import lru_cache
 from time import perf_counter
 from types import SimpleNamespace
@@ -24,10 +23,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.progress import listening
 from hefting.jobs import Lost
 from hefting.logs.registry import READING
-from hefting.request.request import (
-    files_of,
-    request_of,
-)
+from hefting.request.request import files_of, request_of
 from hefting.request.settings import shape_of
 from hefting.shapes import Shape
 
@@ -51,15 +47,10 @@ TRANSIENT = frozenset(
 """Errors of the system that may be gone the next time."""
 
 
-@dataclass(frozen=True)
-class Unchanged:
-    """In place of a row: the one there is follows from the same."""
-
-
-def row_of(task: tuple[Entry, str | None]) -> Row | Unchanged:
+def row_of(task: tuple[Entry, str | None]) -> Row | None:
     """The row of a recording; of one that fails, why. Raises nothing of an input.
 
-    A row that is there already, with the same hash, stays.
+    None where the row that is there already, with the same hash, stays.
     """
     entry, kept = task
     row = start_row(entry)
@@ -71,7 +62,7 @@ def row_of(task: tuple[Entry, str | None]) -> Row | Unchanged:
         except Exception as error:
             row |= failure(error)
     if row["error"] is None and "mass" not in row:
-        return Unchanged()
+        return None
     return row | {"seconds": watch.seconds}
 
 
@@ -180,7 +171,7 @@ def is_of_machine(error: BaseException) -> bool:
     )
 
 
-def attempted(what: Callable[[], T], pause: Callable[[float], None] = time.sleep) -> T:
+def attempted(what: Callable[[], T]) -> T:
     """What a call returns; once more after each of `PAUSES` while it fails by a fault
     of the machine. Raises what the last attempt raised."""
     for seconds in PAUSES:
@@ -189,7 +180,7 @@ def attempted(what: Callable[[], T], pause: Callable[[float], None] = time.sleep
         except Exception as error:
             if not is_of_machine(error) or isinstance(error, MissingDependencyError):
                 raise
-        pause(seconds)
+        time.sleep(seconds)
     return what()
 
 

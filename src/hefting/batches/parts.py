@@ -9,11 +9,7 @@ from typing import Any
 
 from hefting.core.estimate import Estimate
 from hefting.core.recording import Recording
-from hefting.identification.partials import (
-    condense,
-    identify_parts,
-    what_others_tell,
-)
+from hefting.identification.partials import condense, identify_parts, what_others_tell
 from hefting.ingest.ingested import Ingested
 from hefting.logs.windows import needs_windows, windows
 from hefting.request.request import identify_requested, reading_of_one

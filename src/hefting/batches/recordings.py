@@ -9,7 +9,7 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.batches.manifest import RECORDING, is_manifest, read_manifest
+from hefting.batches.manifest import RECORDING, is_manifest, read_manifest, text_of
 from hefting.core.errors import InputError, encodable, nearest
 from hefting.logs.registry import find_format, formats
 from hefting.request.request import (
@@ -216,8 +216,11 @@ def recordings_of(
     listed = [sources] if isinstance(sources, str | Path) else list(sources)
     if listed and all(isinstance(each, Mapping) for each in listed):
         names = dict.fromkeys(chain.from_iterable(listed))  # type: ignore[arg-type]
-        cells = {n: [_cell(each.get(n)) for each in listed] for n in names}  # type: ignore[union-attr]
-        return Recordings(_require(pa.table(cells)), None, options, group_by)
+        if RECORDING not in names:
+            fix = "give each the path of its log under the key 'recording'"
+            raise InputError(f"rows have no '{RECORDING}'", fix=fix)
+        cells = {n: [text_of(each.get(n)) for each in listed] for n in names}  # type: ignore[union-attr]
+        return Recordings(pa.table(cells), None, options, group_by)
     paths = [Path(str(each)) for each in listed]
     if len(paths) == 1 and is_manifest(paths[0]):
         table, given = read_manifest(paths[0])
@@ -287,17 +290,3 @@ def _is_log(folder: Path) -> bool:
     """Whether a folder is one log: the files of a bag that says so, not several bags of
     a file each."""
     return (folder / METADATA).is_file() and find_format(folder) is not None
-
-
-def _require(table: "pa.Table") -> "pa.Table":
-    if RECORDING not in table.column_names:
-        fix = "give each the path of its log under the key 'recording'"
-        raise InputError(f"rows have no '{RECORDING}'", fix=fix)
-    return table
-
-
-def _cell(value: Any) -> str | None:
-    """A value of a dictionary as in a table."""
-    if isinstance(value, list | tuple):
-        return ",".join(map(str, value))
-    return None if value is None else str(value)

@@ -10,7 +10,6 @@ import re
 import time
 from collections.abc import Collection, Generator, Iterable, Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -39,12 +38,8 @@ GROUP = 1000
 COMPRESSION = "zstd"
 
 
-@dataclass(frozen=True)
-class Place:
-    """Rows that can be read at once: a row group of a file."""
-
-    path: Path
-    group: int
+Place = tuple[Path, int]
+"""Rows that can be read at once: a file, and the number of a row group of it."""
 
 
 class Results:
@@ -58,11 +53,6 @@ class Results:
         self._since = time.monotonic()
         self._next = 1 + max(map(_number, self._parts()), default=0)
         self._is_changed = False
-
-    def read_kept(self) -> None:
-        """Find what is there. `InputError` for files that are no results."""
-        tables = self.tables(["recording", "name", "object", "hash"])
-        self.kept = Kept((_identities(table), table["hash"]) for table in tables)
 
     def add(self, row: Row) -> None:
         """Keep a row; it is written with others, soon."""
@@ -82,7 +72,7 @@ class Results:
         self._rows, self._since = [], time.monotonic()
         self._is_changed = True
 
-    def gather(self, order: Iterable[str] = ()) -> None:
+    def gather(self, order: Iterable[str]) -> None:
         """All rows in one file, in the order of what identifies them; the parts go
         after. `InputError` where there is no room for it: the parts stay."""
         self.write()
@@ -142,7 +132,8 @@ class Results:
             if results._files() and not resume:
                 fix = "say --resume to go on with them, or choose another folder"
                 raise InputError("has results already", folder, fix)
-            results.read_kept()
+            found = results.tables(["recording", "name", "object", "hash"])
+            results.kept = Kept((_identities(table), table["hash"]) for table in found)
             try:
                 yield results
             finally:
@@ -193,8 +184,7 @@ def rows_named(
 
 
 def _identities(table: "pa.Table") -> "pa.ChunkedArray":
-    """What tells rows apart: the name, the path, or of several recordings the
-    object."""
+    """What tells rows apart: name, path, or of several recordings the object."""
     import pyarrow.compute as pc
 
     return pc.coalesce(table["name"], table["recording"], table["object"])  # pyright: ignore[reportAttributeAccessIssue]
@@ -226,7 +216,7 @@ def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
             for group in range(file.num_row_groups):
                 own = ["recording", "name", "object"]
                 found.append(digests_of(_identities(file.read_row_group(group, own))))
-                places.append(Place(path, group))
+                places.append((path, group))
     lengths = [len(each) for each in found]
     where = np.repeat(np.arange(len(lengths)), lengths)
     rows = np.concatenate([np.arange(n) for n in lengths])
@@ -254,7 +244,8 @@ def _rows_at(places: list[Place], where: Indices, rows: Indices) -> "pa.Table":
     found, order = [], []
     for at in np.unique(where):
         mine = np.flatnonzero(where == at)
-        with _opened(places[at].path) as file:
-            found.append(file.read_row_group(places[at].group).take(rows[mine]))
+        path, group = places[at]
+        with _opened(path) as file:
+            found.append(file.read_row_group(group).take(rows[mine]))
         order.append(mine)
     return pa.concat_tables(found).take(np.argsort(np.concatenate(order)))

@@ -65,43 +65,15 @@ OPTIONS = {
 } | {
     name: option_of(name)
     for name in (
-        *(
-            "shape",
-            "unit",
-            "object_pose",
-            "points",
-            "points_per_cm3",
-            "pose_std",
-            "shape_std",
-        ),
-        *(
-            "gravity",
-            "sensor_accuracy",
-            "wrench",
-            "bias",
-            "motion",
-            "tool",
-            "mass",
-            "start",
-            "duration",
-            "truth",
-            "map",
-            "urdf",
-            "sensor_frame",
-        ),
-        *(
-            "method",
-            "until",
-            "into",
-            "link",
-            "sensor_pose_in_flange",
-            "output",
-            "report",
-        ),
-        *("sensor_pose_in_log", "sensor_turned", "accept", "fill_inertia"),
-        *("hull", "empty", "torque_gains"),
-        *("tip", "estimate", "speed", "acceleration", "jerk", "keep", "srdf", "rate"),
-        *("sensor_range", "sensor_noise", "stop_and_go", "seed", "torques"),
+        *("shape", "unit", "object_pose", "points", "points_per_cm3"),
+        *("pose_std", "shape_std", "hull", "mass", "tool", "until", "method"),
+        *("gravity", "sensor_accuracy", "wrench", "bias", "motion", "start"),
+        *("duration", "truth", "map", "urdf", "sensor_frame", "accept"),
+        *("sensor_pose_in_flange", "sensor_pose_in_log", "sensor_turned"),
+        *("output", "report", "into", "link", "fill_inertia", "torques"),
+        *("empty", "torque_gains", "tip", "estimate", "speed", "acceleration"),
+        *("jerk", "keep", "srdf", "rate", "sensor_range", "sensor_noise"),
+        *("stop_and_go", "seed"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of
@@ -216,11 +188,7 @@ def render(text: str) -> str:
     ```unit`='mm'`` becomes ``--unit mm``. Other words in backquotes stay as they are.
     JSON text may be given whole.
     """
-    return (
-        re.sub(r"`(\w+)`(?:=(?:'([\w.,:-]*)'|([\w.,:-]*\w)))?", _option, text)
-        if "`" in text
-        else text
-    )
+    return re.sub(r"`(\w+)`(?:=(?:'([\w.,:-]*)'|([\w.,:-]*\w)))?", _option, text)
 
 
 def _option(match: re.Match[str]) -> str:
@@ -236,11 +204,9 @@ def _option_of_a_method(name: str) -> str | None:
     """Option of a number that methods declare; None where it is none, or no command has
     looked at methods yet."""
     estimators = sys.modules.get("hefting.estimators")
-    return (
-        option_of(name)
-        if estimators is not None and name in estimators.options()
-        else None
-    )
+    if estimators is None or name not in estimators.options():
+        return None
+    return option_of(name)
 
 
 def _option_of_a_format(name: str) -> str | None:
@@ -251,8 +217,7 @@ def _option_of_a_format(name: str) -> str | None:
 
 
 def _joined(words: list[str]) -> list[str]:
-    """``--option -1,2`` as ``--option=-1,2``: a value that starts with a minus sign is
-    not an option."""
+    """``--option -1,2`` as ``--option=-1,2``: what starts with a minus is a value."""
     joined: list[str] = []
     for word in words:
         if (

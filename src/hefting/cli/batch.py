@@ -1,7 +1,6 @@
 """hefting batch: identify the objects in many recordings, into one table."""
 
 import argparse
-import json
 import sys
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
@@ -10,10 +9,11 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
-from hefting.cli.options import add_json, add_log_options, add_mass
-from hefting.cli.outputs import check_report, command_line
+from hefting.cli.options import add_json, add_log_options, add_mass, add_workers
+from hefting.cli.outputs import check_report, page_context, print_object
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 
 if TYPE_CHECKING:
     from hefting.batches.batch import Progress
@@ -39,12 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         required=True,
         help="folder for the table (Parquet), and for nothing else",
     )
-    parser.add_argument(
-        "--jobs", type=int, metavar="N", help="local processes; default one a core"
-    )
-    parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead"
-    )
+    add_workers(parser)
     parser.add_argument(
         "--resume",
         action="store_true",
@@ -102,14 +97,11 @@ def run(arguments: argparse.Namespace) -> int:
         )
     summary = found.summary
     if a.report:
-        from hefting.core.files import write_atomically
-        from hefting.page import Context
         from hefting.page.batch import batch_page
 
-        context = Context(command=command_line(), say=render)
-        write_atomically(a.report, batch_page(found, context))
+        write_atomically(a.report, batch_page(found, page_context()))
     if a.json:
-        print(render(json.dumps(found.to_dict())))
+        print_object(found)
     else:
         print_lines(batch_report(found, render, a.report))
     return STATUS_NONE if summary.failed == summary.total else 0

@@ -14,7 +14,7 @@ from hefting.cli.options import (
     check_output,
     read_recording,
 )
-from hefting.cli.outputs import add_report, check_report, command_line, write_report
+from hefting.cli.outputs import add_report, check_report, page_context, write_report
 from hefting.cli.progress import progress
 from hefting.cli.torques import add_torques, calibrate, require_torques
 from hefting.core.errors import InputError
@@ -93,13 +93,12 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _page(found: "Identification") -> str:
     """The report."""
-    from hefting.page import Context, identification_page
+    from hefting.page import identification_page
 
-    context = Context(command=command_line(), say=render)
     return identification_page(
         found.estimate,
         found.ingested,
         found.estimator,
-        context,
+        page_context(),
         title="The tool that the sensor holds",
     )

@@ -6,6 +6,7 @@ import re
 
 from hefting.cli.options import add_json, check_output
 from hefting.core.errors import printable
+from hefting.core.files import write_atomically
 
 EXAMPLES = (
     "hefting check robot.urdf",
@@ -33,7 +34,6 @@ def run(arguments: argparse.Namespace) -> int:
     from hefting.cli.report.inertias import inertias_report
     from hefting.cli.report.printing import print_report
     from hefting.cli.report.verdict import STATUS_DO_NOT_USE
-    from hefting.core.files import write_atomically
     from hefting.robots import repair_inertias
 
     a = arguments

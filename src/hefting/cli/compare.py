@@ -4,6 +4,7 @@ import argparse
 
 from hefting.cli import render
 from hefting.cli.options import add_json
+from hefting.cli.outputs import print_object
 from hefting.core.errors import InputError
 
 EXAMPLES = (
@@ -41,9 +42,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError("is given twice", path, "give two different estimates")
     agreement = Agreement.of({path: Estimate.load(path) for path in paths})
     if arguments.json:
-        import json
-
-        print(render(json.dumps(agreement.to_dict())))
+        print_object(agreement)
     else:
         from hefting.cli.report.agreement import agreement_report
         from hefting.cli.report.estimate import print_lines

@@ -3,11 +3,12 @@
 import argparse
 from typing import TYPE_CHECKING
 
-from hefting.cli import render
+from hefting.cli import option_of, render
 from hefting.cli.options import (
     add_part,
     add_recording,
     check_output,
+    part_of,
     read_estimate,
     read_recording,
 )
@@ -51,8 +52,8 @@ def run(arguments: argparse.Namespace) -> int:
         return _run_with_estimate(a)
     for option in ("shape", "box", "object_pose", "unit", "hull"):
         if getattr(a, option):
-            name = f"--{option.replace('_', '-')}"
-            raise InputError("is for --with", name, "give --with ESTIMATE.json")
+            fix = "give --with ESTIMATE.json"
+            raise InputError("is for --with", option_of(option), fix)
     _run_plain(a)
     return 0
 
@@ -66,7 +67,7 @@ def _run_plain(a: argparse.Namespace) -> None:
     check_format(a.output)
     check_output(a.output, a.log, a.map, a.urdf)
     with progress("converting", stages={"reading the log": 1.0}):
-        recording = _part(a)
+        recording = part_of(a, read_recording(a))
         lost = write_log(recording, a.output)
     _print(_told(recording))
     _tell_lost(lost)
@@ -90,7 +91,7 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
         raise InputError("is the log already", "--with -", "name a file for one")
     estimate, shape = read_estimate(a.estimate), shape_of(a)
     with progress("converting"):
-        recording = _part(a)
+        recording = part_of(a, read_recording(a))
         replay = replay_of(recording, estimate, shape)
         lost = write_dashboard(replay, a.output, render)
     _print(_told(recording))
@@ -114,24 +115,12 @@ def _print(lines: list[str]) -> None:
         print(wrapped(render(line), WIDTH))
 
 
-def _part(a: argparse.Namespace) -> "Recording":
-    """The part of the recording that is to be written."""
-    recording = read_recording(a)
-    if a.start or a.duration is not None:
-        recording = recording.slice(a.start, a.duration)
-    return recording
-
-
 def _output_help() -> str:
     """The suffixes that are written: of canonical tables, then of each other format."""
     from hefting.logs.registry import formats, join_words, table_formats
 
-    parts = [
-        "canonical "
-        + join_words(
-            [suffix for each in table_formats() for suffix in each.written], "or"
-        )
-    ]
+    tables = [suffix for each in table_formats() for suffix in each.written]
+    parts = [f"canonical {join_words(tables, 'or')}"]
     for each in formats():
         if each.written and not each.is_table:
             files = [suffix or "or a folder for no suffix" for suffix in each.written]
@@ -146,11 +135,7 @@ def _told(recording: "Recording") -> list[str]:
     lines = [f"{recording.source}: {lasts}"]
     for name, stream in recording.streams.items():
         rate = "static" if recording.static else f"{rates[name]:.4g} Hz"
-        lines.append(
-            f"  {name.replace('_', ' '):<22}{len(stream):>9} samples{rate:>12}"
-        )
-    return (
-        lines
-        + [f"note: {line}" for line in recording.notes]
-        + [f"warning: {line}" for line in recording.warnings]
-    )
+        label = name.replace("_", " ")
+        lines.append(f"  {label:<22}{len(stream):>9} samples{rate:>12}")
+    lines += [f"note: {line}" for line in recording.notes]
+    return lines + [f"warning: {line}" for line in recording.warnings]

@@ -11,12 +11,13 @@ from hefting.cli.options import (
     add_fill_inertia,
     add_sensor_pose,
     check_output,
-    either,
     fill_inertia_of,
     read_estimate,
 )
 from hefting.cli.parser import say
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
+from hefting.request.settings import pose_of
 
 EXAMPLES = (
     "hefting export mug.json --to urdf --output mug.urdf",
@@ -29,15 +30,12 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting export``."""
     from hefting.export import INSERTABLE, TARGETS
+    from hefting.logs.registry import join_words
 
     parser.add_argument("estimate", metavar="ESTIMATE.json", help=ESTIMATE)
-    parser.add_argument(
-        "--to",
-        metavar="TARGET",
-        required=True,
-        help=either(list(TARGETS)),
-    )
-    formats = either(list(INSERTABLE.values()))
+    targets = join_words(TARGETS, "or")
+    parser.add_argument("--to", metavar="TARGET", required=True, help=targets)
+    formats = join_words(INSERTABLE.values(), "or")
     parser.add_argument(
         "--into", metavar="FILE", help=f"put it into a link of this {formats} file"
     )
@@ -63,17 +61,16 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Print or write the estimate in the target's form."""
-    from hefting.core.files import write_atomically
     from hefting.export import export
-    from hefting.shapes import load_shape, parse_pose
+    from hefting.shapes import load_shape
 
     a = arguments
     if a.output:
         inputs = (a.estimate, a.into, a.sensor_pose_in_flange, a.shape, a.object_pose)
         check_output(a.output, *inputs)
         _check_suffix(a.output, a.to, a.into)
-    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
-    pose = parse_pose(a.object_pose) if a.object_pose else None
+    flange = pose_of(a.sensor_pose_in_flange)
+    pose = pose_of(a.object_pose)
     shape = load_shape(a.shape, a.unit, pose) if a.shape else None
     fill = fill_inertia_of(a.fill_inertia, shape)
     exported = export(

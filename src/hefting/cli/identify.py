@@ -14,6 +14,7 @@ from hefting.cli.options import (
     add_json,
     add_mass,
     add_motion,
+    add_output,
     add_part,
     add_recording,
     add_sensor_accuracy,
@@ -21,7 +22,6 @@ from hefting.cli.options import (
     add_tool,
     add_verbose,
     check_output,
-    either,
     fill_inertia_of,
     read_recording,
 )
@@ -34,7 +34,6 @@ from hefting.cli.outputs import (
     is_picture,
     wanted,
     write,
-    write_pictures,
     write_report,
 )
 from hefting.cli.progress import progress
@@ -42,9 +41,11 @@ from hefting.cli.report.results import Results, print_json, print_results
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.cli.torques import add_empty, add_torques, require_torques
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.request.settings import (
     gravity_of,
     hyperparameters_of,
+    pose_of,
     reading_of,
     require_shape,
     shape_of,
@@ -54,7 +55,6 @@ if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
     from hefting.core.metrics import Errors
     from hefting.core.recording import Recording
-    from hefting.core.spatial import Array
     from hefting.identification.agreement import Truth
     from hefting.identification.compare import Comparison
     from hefting.identification.identify import Identification
@@ -109,13 +109,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="true parameters or another estimate, to compare with (JSON)",
     )
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write {_formats()}; repeatable",
-    )
+    add_output(parser, _formats())
     add_report(parser)
     add_json(parser)
     add_verbose(parser)
@@ -169,13 +163,14 @@ def _formats() -> str:
     """Suffixes of files that can be written, with the format's name where its suffix
     does not tell it."""
     from hefting.export import SUFFIXES
+    from hefting.logs.registry import join_words
     from hefting.plots.style import FORMATS
 
     names = [
         suffix if name in suffix else f"{suffix} ({name.upper()})"
         for suffix, name in SUFFIXES.items()
     ]
-    return either([*names, f"a picture ({', '.join(FORMATS)})"])
+    return join_words([*names, f"a picture ({', '.join(FORMATS)})"], "or")
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -188,8 +183,8 @@ def run(arguments: argparse.Namespace) -> int:
     if a.torques:
         return _run_torques(a)
     gravity = gravity_of(a)
-    flange = _pose(a.sensor_pose_in_flange)
-    known = _truth(a.truth) if a.truth else None
+    flange = pose_of(a.sensor_pose_in_flange)
+    known = _truth(a.truth)
 
     with progress("identifying", a.json):
         recording = _recordings(a)
@@ -207,7 +202,8 @@ def run(arguments: argparse.Namespace) -> int:
     errors = _errors(known, estimates, shape)
     texts = [path for path in outputs if path not in pictures]
     written = write(texts, estimates[best], flange, a.accept, fill)
-    write_pictures(pictures)
+    for path, content in pictures.items():
+        write_atomically(path, content)
     pages = write_report(a.report, page)
     results = Results(
         estimates, best, comparison, truth, errors, written, (*pictures, *pages)
@@ -222,7 +218,7 @@ def _run_torques(a: argparse.Namespace) -> int:
     pictures = [path for path in a.output if is_picture(path)]
     if pictures:
         raise InputError("a picture shows a wrench", pictures[0], "leave it out")
-    known = _truth(a.truth) if a.truth else None
+    known = _truth(a.truth)
     with progress("identifying", a.json):
         shape = shape_of(a)
         fill = fill_inertia_of(a.fill_inertia, shape)
@@ -232,7 +228,7 @@ def _run_torques(a: argparse.Namespace) -> int:
     outputs = wanted(a, estimates[best])
     truth = known.parameters if known else None
     errors = _errors(known, estimates, shape)
-    flange = _pose(a.sensor_pose_in_flange)
+    flange = pose_of(a.sensor_pose_in_flange)
     written = write(outputs, estimates[best], flange, a.accept, fill)
     results = Results(estimates, best, None, truth, errors, written, ())
     return _told(a, results, outputs)
@@ -308,8 +304,7 @@ def _identify(
 def _estimates(
     a: argparse.Namespace, found: "Comparison | Identification"
 ) -> "tuple[Comparison | None, dict[str, Estimate], str]":
-    """The comparison where there is one, estimates by method, and the method that is
-    recommended."""
+    """The comparison if there is one, estimates by method, the method recommended."""
     from hefting.identification.compare import Comparison
 
     if isinstance(found, Comparison):
@@ -318,15 +313,9 @@ def _estimates(
     return None, _note_shape(a, {name: found.estimate}), name
 
 
-def _pose(text: str | None) -> "Array | None":
-    if not text:
+def _truth(path: str | None) -> "Truth | None":
+    if not path:
         return None
-    from hefting.shapes import parse_pose
-
-    return parse_pose(text)
-
-
-def _truth(path: str) -> "Truth":
     from hefting.identification.agreement import load_truth
 
     return load_truth(path)

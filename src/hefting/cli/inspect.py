@@ -11,7 +11,13 @@ from hefting.cli.options import (
     add_verbose,
     read_recording,
 )
-from hefting.cli.outputs import add_report, check_report, command_line, write_report
+from hefting.cli.outputs import (
+    add_report,
+    check_report,
+    page_context,
+    print_object,
+    write_report,
+)
 from hefting.cli.progress import progress
 from hefting.request.settings import gravity_of
 
@@ -41,15 +47,12 @@ def run(arguments: argparse.Namespace) -> None:
         found = inspect(read_recording(a), gravity_of(a))
         page = None
         if a.report is not None:
-            from hefting.page import Context, inspection_page
+            from hefting.page import inspection_page
 
-            context = Context(command=command_line(), say=render)
-            page = inspection_page(found, context)
+            page = inspection_page(found, page_context())
     pages = write_report(a.report, page)
-    if arguments.json:
-        import json
-
-        print(render(json.dumps(found.to_dict())))
+    if a.json:
+        print_object(found)
         return
     from hefting.cli.report.inspection import inspection_report
     from hefting.cli.report.printing import print_report

@@ -5,11 +5,10 @@ import argparse
 import gc
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
-from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli import render
+from hefting.cli import option_of, render
 from hefting.cli.identify import add_hyperparameters
 from hefting.cli.options import (
     add_accept,
@@ -17,22 +16,29 @@ from hefting.cli.options import (
     add_gravity,
     add_log_options,
     add_mass,
+    add_number,
+    add_output,
     add_sensor_accuracy,
     add_sensor_pose,
     add_tool,
     add_verbose,
     check_output,
-    either,
     fill_inertia_of,
 )
-from hefting.cli.outputs import open_page, wanted, write
+from hefting.cli.outputs import open_page, print_object, wanted, write
 from hefting.cli.parser import say
 from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results
 from hefting.cli.report.verdict import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError, MissingDependencyError
-from hefting.request.settings import gravity_of, hyperparameters_of, shape_of
+from hefting.request.settings import (
+    gravity_of,
+    hyperparameters_of,
+    pose_of,
+    robot_of,
+    shape_of,
+)
 
 if TYPE_CHECKING:
     from hefting.core.messages import Message
@@ -105,19 +111,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def _add_results(parser: argparse.ArgumentParser) -> None:
     """What is made of the final answer."""
     from hefting.export import SUFFIXES, TARGETS
+    from hefting.logs.registry import join_words
 
     parser.add_argument(
         "--export-to",
         metavar="TARGET",
-        help=f"print the final answer for {either(list(TARGETS))}",
+        help=f"print the final answer for {join_words(TARGETS, 'or')}",
     )
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write the final answer to {either(list(SUFFIXES))}; repeatable",
-    )
+    add_output(parser, f"the final answer to {join_words(SUFFIXES, 'or')}")
     group = parser.add_argument_group("results")
     add_sensor_pose(group)
     add_accept(group)
@@ -140,19 +141,13 @@ def _add_reading(group: argparse._ActionsContainer) -> None:
     )
     add_gravity(group)
     add_sensor_accuracy(group)
-    group.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        default=10.0,
-        help="estimates a second; default 10",
-    )
-    group.add_argument(
+    add_number(group, "--rate", "HZ", "estimates a second; default 10", default=10.0)
+    add_number(
+        group,
         "--speed",
-        type=float,
-        metavar="FACTOR",
+        "FACTOR",
+        "how fast a log is played, at most 100 times; default 1",
         default=1.0,
-        help="how fast a log is played, at most 100 times; default 1",
     )
 
 
@@ -167,7 +162,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(a: argparse.Namespace) -> int:
     from hefting.online import LiveIdentifier
-    from hefting.sources.live import Pump
+    from hefting.sources.live import Pump, with_skipped
     from hefting.sources.record import Recorder
     from hefting.sources.registry import source_of
 
@@ -201,7 +196,7 @@ def _run(a: argparse.Namespace) -> int:
             raise pump.error
         found = identifier.close(_whole(recorder))
         if found is not None:
-            found = _with_skipped(found, pump)
+            found = with_skipped(found, pump.source)
             view(found)
     if recorder is not None:
         _tell_record(recorder)
@@ -242,37 +237,30 @@ def _follow(
     view: "Callable[[LiveEstimate], None]",
 ) -> None:
     """Show estimates until the source ends, or Ctrl-C."""
+    from hefting.sources.live import with_skipped
+
     try:
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
             if found is not None:
-                found = _with_skipped(found, pump)
+                found = with_skipped(found, pump.source)
                 display.show(found, pump)
                 view(found)
     except KeyboardInterrupt:
         pump.close()
 
 
-def _with_skipped(found: "LiveEstimate", pump: "Pump") -> "LiveEstimate":
-    """With the bad messages that the source left out."""
-    skipped = found.counts.get("skipped", {}) + pump.source.skipped
-    return replace(found, counts={**found.counts, "skipped": skipped})
-
-
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
     """Print and write the final answer; returns the exit status."""
-    import json
-
     from hefting.export import export
-    from hefting.shapes import parse_pose
 
     estimate = found.estimate
     assert estimate is not None
-    flange = parse_pose(a.sensor_pose_in_flange) if a.sensor_pose_in_flange else None
+    flange = pose_of(a.sensor_pose_in_flange)
     written = write(wanted(a, estimate), estimate, flange, a.accept, fill)
     method = estimate.method
     if a.json:
-        print(render(json.dumps(found.to_dict())))
+        print_object(found)
     else:
         results = Results({method: estimate}, method, None, None, {}, written)
         print_results(results, render, a.verbose)
@@ -340,8 +328,7 @@ def _request(a: argparse.Namespace) -> "Request":
     if "://" in a.source or a.source == "-":
         for option in ("map", "sensor_pose_in_log", "sensor_turned"):
             if getattr(a, option) is not None:
-                name = option.replace("_", "-")
-                raise InputError("is for logs", f"--{name}", "leave it out")
+                raise InputError("is for logs", option_of(option), "leave it out")
     named = {role: getattr(a, f"{role}_topic") for role in ROLES}
     topics = {role: name for role, name in named.items() if name}
     if a.urdf:
@@ -369,7 +356,7 @@ def _settings(a: argparse.Namespace) -> dict[str, Any]:
 
         settings["tool"] = load_tool(a.tool)
     if a.urdf and ("://" in a.source or a.source == "-"):
-        settings["robot"] = _robot(a)
+        settings["robot"] = robot_of(a)
     return settings
 
 
@@ -380,14 +367,3 @@ def _bias(text: str) -> Any:
     from hefting.ingest.bias import load_bias
 
     return load_bias(text)
-
-
-def _robot(a: argparse.Namespace) -> Any:
-    """The robot that gives the poses."""
-    from hefting.robots import Robot
-
-    if not a.sensor_frame:
-        raise InputError(
-            "which link holds the sensor?", a.urdf, "give --sensor-frame NAME"
-        )
-    return Robot.from_urdf(a.urdf, a.sensor_frame)

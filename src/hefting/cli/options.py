@@ -2,13 +2,14 @@
 options describe."""
 
 import argparse
-from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hefting.cli import option_of
 from hefting.cli.standard_input import NAME, input_file
 from hefting.core.errors import InputError
+from hefting.core.files import check_replaceable
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -22,6 +23,17 @@ POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
 
 
 ESTIMATE = "written by hefting identify --output; - reads standard input"
+
+
+def add_number(
+    parser: argparse._ActionsContainer,
+    option: str,
+    metavar: str,
+    text: str,
+    default: float | None = None,
+) -> None:
+    """An option that takes a number."""
+    parser.add_argument(option, type=float, metavar=metavar, help=text, default=default)
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:
@@ -38,6 +50,27 @@ def add_verbose(parser: argparse._ActionsContainer) -> None:
         "--verbose",
         action="store_true",
         help="also print what was found, assumed and checked on the way",
+    )
+
+
+def add_output(parser: argparse._ActionsContainer, what: str) -> None:
+    """Files to write."""
+    parser.add_argument(
+        "--output",
+        metavar="FILE",
+        action="append",
+        default=[],
+        help=f"write {what}; repeatable",
+    )
+
+
+def add_workers(parser: argparse._ActionsContainer) -> None:
+    """Who does many tasks."""
+    parser.add_argument(
+        "--jobs", type=int, metavar="N", help="local processes; default one a core"
+    )
+    parser.add_argument(
+        "--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead"
     )
 
 
@@ -82,11 +115,6 @@ def fill_inertia_of(text: str | None, shape: "Shape | None") -> "Fill":
             f"'{text}' is neither shape nor point", "--fill-inertia", "use one of them"
         )
     return text
-
-
-def either(words: Sequence[str]) -> str:
-    """One or more words as a choice: ``"a, b or c"``."""
-    return " or ".join(part for part in (", ".join(words[:-1]), words[-1]) if part)
 
 
 def read_estimate(path: str) -> "Estimate":
@@ -154,22 +182,14 @@ def add_log_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup
     for name, (metavar, text) in all_options().items():
         of = bags if text.startswith("of a bag: ") else group
         text = text.removeprefix("of a bag: ")
-        of.add_argument(f"--{name.replace('_', '-')}", metavar=metavar, help=text)
+        of.add_argument(option_of(name), metavar=metavar, help=text)
     return group
 
 
 def add_part(parser: argparse._ActionsContainer, do: str = "use") -> None:
     """What part of a recording is used."""
-    parser.add_argument(
-        "--start",
-        type=float,
-        metavar="S",
-        default=0.0,
-        help="leave out what is before [s]",
-    )
-    parser.add_argument(
-        "--duration", type=float, metavar="S", help=f"{do} this much [s]"
-    )
+    add_number(parser, "--start", "S", "leave out what is before [s]", default=0.0)
+    add_number(parser, "--duration", "S", f"{do} this much [s]")
 
 
 def add_motion(parser: argparse._ActionsContainer) -> None:
@@ -196,18 +216,10 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
 
 def add_place(parser: argparse._ActionsContainer) -> None:
     """Where on the Earth a recording was made, for the size of gravity."""
-    parser.add_argument(
-        "--latitude",
-        type=float,
-        metavar="DEG",
-        help="local gravity, straight down, north positive",
+    add_number(
+        parser, "--latitude", "DEG", "local gravity, straight down, north positive"
     )
-    parser.add_argument(
-        "--altitude",
-        type=float,
-        metavar="M",
-        help="with --latitude; default about sea level",
-    )
+    add_number(parser, "--altitude", "M", "with --latitude; default about sea level")
 
 
 def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
@@ -240,6 +252,13 @@ def add_mass(parser: argparse._ActionsContainer) -> None:
     )
 
 
+def part_of(a: argparse.Namespace, recording: "Recording") -> "Recording":
+    """The part of a recording that `add_part` tells."""
+    if not a.start and a.duration is None:
+        return recording
+    return recording.slice(a.start, a.duration)
+
+
 def read_recording(
     arguments: argparse.Namespace, wrench_needed: bool = True
 ) -> "Recording":
@@ -255,16 +274,16 @@ def check_output(path: str, *inputs: str | None) -> None:
     """`InputError` for standard output, an output in no folder, one that is an input,
     by whatever link, and would be overwritten, and one that is there and no regular
     file."""
-    from hefting.core.files import check_replaceable
-
     if path == "-":
         raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():
         raise InputError("the folder does not exist", where=path)
-    if any(Path(path).resolve() == Path(name).resolve() for name in inputs if name):
-        raise InputError(
-            "is an input and would be overwritten",
-            where=path,
-            fix="choose another name",
-        )
+    if any(is_same(path, name) for name in inputs if name):
+        what = "is an input and would be overwritten"
+        raise InputError(what, path, "choose another name")
     check_replaceable(path, *inputs)
+
+
+def is_same(path: str, other: str) -> bool:
+    """Whether two paths are of one file, by whatever link."""
+    return Path(path).resolve() == Path(other).resolve()

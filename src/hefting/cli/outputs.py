@@ -1,15 +1,18 @@
 """What commands write: files by their suffixes, and a page that needs no network."""
 
 import argparse
+import json
 import sys
+from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
 from hefting.cli.options import check_output
 from hefting.cli.parser import say
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
@@ -21,8 +24,13 @@ if TYPE_CHECKING:
     from hefting.core.spatial import Array
     from hefting.export import Exported, Target
     from hefting.export.known import Fill
+    from hefting.identification.compare import Comparison
+    from hefting.identification.identify import Identification
+    from hefting.page import Context
     from hefting.shapes import Shape
 
+SUFFIX = ".html"
+"""Of a report."""
 STATUS_NOT_WRITTEN = 2
 """Exit status where an output that was asked for was left out, and nothing worse is to
 be told."""
@@ -49,8 +57,7 @@ def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
 def _why_not(
     a: argparse.Namespace, estimate: "Estimate", target: "Target"
 ) -> str | None:
-    """Why an estimate is not written for a target, and what writes it; None where it
-    is."""
+    """Why an estimate is not written for a target, and what writes it; else None."""
     if not (estimate.verdict.usable or a.accept or target.is_read_back):
         return "the estimate is not to be used; --accept writes it"
     if target.write_estimate is not None:
@@ -75,23 +82,10 @@ def write(
 ) -> "list[tuple[str, Exported]]":
     """Write the estimate to each path, in the form of its suffix; nothing is written
     unless all can be made."""
-    from hefting.core.files import write_atomically
     from hefting.export import SUFFIXES, export
 
-    texts = [
-        (
-            path,
-            export(
-                estimate,
-                SUFFIXES[Path(path).suffix],
-                flange,
-                accept=accept,
-                fill_inertia=fill,
-                say=render,
-            ),
-        )
-        for path in paths
-    ]
+    made = partial(export, estimate, accept=accept, fill_inertia=fill, say=render)
+    texts = [(path, made(SUFFIXES[Path(path).suffix], flange)) for path in paths]
     for path, exported in texts:
         write_atomically(path, exported.text)
     return texts
@@ -122,23 +116,9 @@ def draw_pictures(
         return {path: picture_of(figure, Path(path).suffix.lower()) for path in wanted}
 
 
-def write_pictures(pictures: dict[str, bytes]) -> None:
-    """Write each, whole or not at all."""
-    from hefting.core.files import write_atomically
-
-    for path, content in pictures.items():
-        write_atomically(path, content)
-
-
-if TYPE_CHECKING:
-    from hefting.core.estimate import Estimate
-    from hefting.core.inertia import InertialParameters
-    from hefting.core.spatial import Array
-    from hefting.identification.compare import Comparison
-    from hefting.identification.identify import Identification
-    from hefting.shapes import Shape
-
-SUFFIX = ".html"
+def print_object(found: Any) -> None:
+    """Print what was found as one JSON object."""
+    print(render(json.dumps(found.to_dict())))
 
 
 def add_report(parser: argparse._ActionsContainer) -> None:
@@ -177,9 +157,9 @@ def identified(
     if path is None:
         return None
     from hefting.identification.compare import Comparison
-    from hefting.page import Context, identification_page
+    from hefting.page import identification_page
 
-    context = Context(shape, truth, flange, command_line(), render)
+    context = page_context(shape=shape, truth=truth, flange=flange)
     if not isinstance(found, Comparison):
         return identification_page(estimate, found.ingested, found.estimator, context)
     best = found.recommended
@@ -187,17 +167,18 @@ def identified(
     return identification_page(estimate, seen, estimator, context, found)
 
 
-def command_line() -> str:
-    """The command, as one would type it."""
-    return typed(["hefting", *sys.argv[1:]])
+def page_context(**known: Any) -> "Context":
+    """What a page shows beside what was found: the command, as one would type it, and
+    what is `known` of the object."""
+    from hefting.page import Context
+
+    return Context(command=typed(["hefting", *sys.argv[1:]]), say=render, **known)
 
 
 def write_report(path: str | None, page: str | None) -> tuple[str, ...]:
     """Write the page, whole or not at all, if there is one; its path."""
     if path is None or page is None:
         return ()
-    from hefting.core.files import write_atomically
-
     write_atomically(path, page)
     return (path,)
 

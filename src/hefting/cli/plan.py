@@ -9,20 +9,19 @@ from hefting.cli import render
 from hefting.cli.options import (
     GRAVITY,
     add_json,
+    add_number,
+    add_output,
     add_verbose,
     check_output,
     read_estimate,
 )
+from hefting.cli.outputs import is_picture, print_object
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.core.quantity import numbers
-from hefting.request.planning import (
-    noise_of,
-    of_joints,
-    sensor_range_of,
-    torques_of,
-)
+from hefting.request.planning import noise_of, of_joints, sensor_range_of, torques_of
 from hefting.request.settings import accuracy_of, shape_of
 
 if TYPE_CHECKING:
@@ -60,17 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="what is to be reached, as in mass=1%%,com=2mm,inertia=20%%; default as "
         "much of everything as can be",
     )
-    parser.add_argument(
-        "--duration", type=float, metavar="S", default=10.0, help="[s]; default 10"
-    )
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write the motion ({', '.join(FORMATS)}), a picture "
-        f"({', '.join(PICTURES)}), or a page that plays it ({PLAYER}); repeatable",
-    )
+    add_number(parser, "--duration", "S", "[s]; default 10", default=10.0)
+    motions, pictures = ", ".join(FORMATS), ", ".join(PICTURES)
+    what = f"the motion ({motions}), a picture ({pictures}), or a page that plays it"
+    add_output(parser, f"{what} ({PLAYER})")
     add_json(parser)
     add_verbose(parser)
     add_shape(parser.add_argument_group("the object's shape"))
@@ -98,12 +90,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def _add_limits(group: argparse._ActionsContainer) -> None:
     """What the motion keeps to."""
-    group.add_argument(
+    add_number(
+        group,
         "--speed",
-        type=float,
-        metavar="V",
+        "V",
+        "of every corner of the object's box, and of the tip [m/s]; default 0.25",
         default=0.25,
-        help="of every corner of the object's box, and of the tip [m/s]; default 0.25",
     )
     group.add_argument(
         "--acceleration",
@@ -137,9 +129,7 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--noise-from", metavar="LOG", help="the same, from an earlier recording"
     )
-    group.add_argument(
-        "--rate", type=float, metavar="HZ", help="of the samples; default 100"
-    )
+    add_number(group, "--rate", "HZ", "of the samples; default 100")
     group.add_argument(
         "--sensor-range",
         metavar="FORCE,TORQUE",
@@ -166,8 +156,6 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Plan, save what was asked for, and print what is expected of it."""
-    from hefting.core.files import write_atomically
-
     a = arguments
     _check_outputs(a)
     with progress("planning", a.json):
@@ -176,9 +164,7 @@ def run(arguments: argparse.Namespace) -> None:
     for path, content in zip(a.output, contents, strict=True):
         write_atomically(path, content)
     if a.json:
-        import json
-
-        print(render(json.dumps(found.to_dict())))
+        print_object(found)
         return
     from hefting.cli.report.estimate import Line, print_lines
     from hefting.cli.report.plan import plan_report
@@ -189,7 +175,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 def _check_outputs(a: argparse.Namespace) -> None:
     """`InputError` for an output that cannot or must not be written."""
-    from hefting.cli.outputs import is_picture
     from hefting.planning.files import FORMATS
     from hefting.plots.style import FORMATS as PICTURES
     from hefting.plots.style import picture_suffix
@@ -213,13 +198,16 @@ def _plan(a: argparse.Namespace) -> "Plan":
     torques = torques_of(a)
     noise, rate = noise_of(a)
     force, torque = sensor_range_of(a.sensor_range)
+    start = None
+    if a.start is not None:
+        start = numbers(a.start, a.start.count(",") + 1, "--start")
     given: dict[str, Any] = {
         "estimate": None if a.estimate is None else read_estimate(a.estimate),
         "shape": shape_of(a),
         "until": None if a.until is None else accuracy_of(a.until),
         "duration": a.duration,
         "speed": a.speed,
-        "start": _start(a.start),
+        "start": start,
         "noise": noise,
         "acceleration": of_joints(a.acceleration, "--acceleration"),
         "jerk": of_joints(a.jerk, "--jerk"),
@@ -237,16 +225,8 @@ def _plan(a: argparse.Namespace) -> "Plan":
     return plan(a.urdf, a.tip, **given)
 
 
-def _start(text: str | None) -> list[float] | None:
-    """Joint positions; None where none were given."""
-    if text is None:
-        return None
-    return numbers(text, text.count(",") + 1, "--start")
-
-
 def _content(found: "Plan", path: str) -> str | bytes:
     """The plan as a file of a suffix."""
-    from hefting.cli.outputs import is_picture
     from hefting.planning.files import format_of
 
     suffix = Path(path).suffix.lower()

@@ -10,19 +10,26 @@ from hefting.cli.options import (
     GRAVITY,
     add_json,
     add_motion,
+    add_output,
     add_part,
     add_place,
     add_recording,
     add_sensor_accuracy,
     add_verbose,
     check_output,
-    either,
     read_estimate,
     read_recording,
 )
-from hefting.cli.outputs import add_report, check_report, command_line, write_report
+from hefting.cli.outputs import (
+    add_report,
+    check_report,
+    page_context,
+    print_object,
+    write_report,
+)
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.request.settings import gravity_of, sensor_accuracy_of
 
 EXAMPLES = (
@@ -49,12 +56,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_sensor_accuracy(log)
     add_motion(log)
     add_part(log)
-    parser.add_argument(
-        "--output",
-        metavar="FILE",
-        action="append",
-        default=[],
-        help=f"write the wrench and its band (.csv), or a picture ({', '.join(FORMATS)}); repeatable",
+    add_output(
+        parser, f"the wrench and its band (.csv), or a picture ({', '.join(FORMATS)})"
     )
     add_report(parser)
     add_json(parser)
@@ -65,7 +68,7 @@ def run(arguments: argparse.Namespace) -> int:
     """Predict, save what was asked for, and print peaks and extremes; returns the exit
     status."""
     from hefting.cli.report.verdict import exit_status
-    from hefting.core.files import write_atomically
+    from hefting.logs.registry import join_words
     from hefting.plots.style import FORMATS
     from hefting.prediction import predict
 
@@ -75,7 +78,7 @@ def run(arguments: argparse.Namespace) -> int:
             raise InputError(
                 f"'{Path(path).suffix}' is not an output format",
                 path,
-                f"use {either(formats)}",
+                f"use {join_words(formats, 'or')}",
             )
         check_output(path, a.estimate, a.log, a.map, a.urdf)
     check_report(a.report, a.estimate, a.log, a.map, a.urdf)
@@ -95,14 +98,16 @@ def run(arguments: argparse.Namespace) -> int:
             sensor_accuracy=sensor_accuracy_of(a),
         )
         contents = [_content(found, Path(path).suffix.lower()) for path in a.output]
-        page = None if a.report is None else _page(found, estimate)
+        page = None
+        if a.report is not None:
+            from hefting.page import prediction_page
+
+            page = prediction_page(found, estimate, page_context())
     for path, content in zip(a.output, contents, strict=True):
         write_atomically(path, content)
     pages = write_report(a.report, page)
     if a.json:
-        import json
-
-        print(render(json.dumps(found.to_dict())))
+        print_object(found)
         return exit_status(found.verdict)
     from hefting.cli.report.prediction import prediction_report
     from hefting.cli.report.printing import print_report
@@ -120,10 +125,3 @@ def _content(found, suffix: str) -> bytes:
     from hefting.plots import picture_of, plot_prediction
 
     return picture_of(plot_prediction(found, render), suffix)
-
-
-def _page(found, estimate) -> str:
-    """The report."""
-    from hefting.page import Context, prediction_page
-
-    return prediction_page(found, estimate, Context(command=command_line(), say=render))

@@ -6,6 +6,7 @@ from importlib.util import find_spec
 from pathlib import Path
 from textwrap import fill
 
+from hefting.cli.options import add_workers
 from hefting.cli.parser import WIDTH
 from hefting.core.errors import MissingDependencyError
 
@@ -30,12 +31,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--quick", action="store_true", help="few seeds and short lists: under a minute"
     )
-    parser.add_argument(
-        "--jobs", type=int, metavar="N", help="local processes; default one a core"
-    )
-    parser.add_argument(
-        "--scheduler", metavar="ADDRESS", help="a Dask scheduler to use instead"
-    )
+    add_workers(parser)
     parser.add_argument(
         "--output",
         metavar="FOLDER",

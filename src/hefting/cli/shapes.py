@@ -2,7 +2,7 @@
 
 import argparse
 
-from hefting.cli.options import POSE
+from hefting.cli.options import POSE, add_number
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:
@@ -57,6 +57,4 @@ def add_shape_details(group: argparse._ActionsContainer) -> None:
         metavar="N",
         help="about how many point masses; default 56",
     )
-    group.add_argument(
-        "--points-per-cm3", type=float, metavar="D", help="their density instead"
-    )
+    add_number(group, "--points-per-cm3", "D", "their density instead")

@@ -9,6 +9,7 @@ from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.request.settings import gravity_of, shape_of
 
 if TYPE_CHECKING:
@@ -55,7 +56,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> None:
     """Write the picture, and print where the shape is."""
     from hefting.core.estimate import Estimate
-    from hefting.core.files import write_atomically
     from hefting.plots import picture_of, picture_suffix, plot_shape
     from hefting.scene import place_of
 

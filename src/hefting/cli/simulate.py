@@ -2,16 +2,16 @@
 truth beside it."""
 
 import argparse
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import POSE
+from hefting.cli.options import POSE, add_number
 from hefting.cli.progress import progress
-from hefting.cli.simulated_files import check_outputs, read_back, truth_of
+from hefting.cli.simulated_files import check_outputs, read_back, truth_of, write_beside
 from hefting.core.errors import InputError
 from hefting.core.quantity import numbers
+from hefting.request.settings import pose_of
 
 if TYPE_CHECKING:
     from hefting.simulation import Faults, Rates
@@ -69,57 +69,27 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="sinusoids",
         help="default sinusoids",
     )
-    scene.add_argument(
-        "--speed", type=float, metavar="RAD/S", help="mean angular speed; default 1"
+    add_number(scene, "--speed", "RAD/S", "mean angular speed; default 1")
+    add_number(
+        scene, "--speed-limit", "M/S", "slower, so that the sensor never exceeds this"
     )
-    scene.add_argument(
-        "--speed-limit",
-        type=float,
-        metavar="M/S",
-        help="slower, so that the sensor never exceeds this",
-    )
-    scene.add_argument(
-        "--duration", type=float, metavar="S", help="default 10; with --torques 30"
-    )
+    add_number(scene, "--duration", "S", "default 10; with --torques 30")
     scene.add_argument(
         "--torques",
         action="store_true",
         help="joint torques in place of a wrench, of ur5e, panda or xarm7: an empty run "
         "and a URDF beside the log",
     )
-    scene.add_argument(
-        "--tilt", type=float, metavar="DEG", default=0.0, help="of the robot's base"
-    )
+    add_number(scene, "--tilt", "DEG", "of the robot's base", default=0.0)
     scene.add_argument(
         "--seed", type=int, default=0, help="of all that is random; default %(default)s"
     )
     log = parser.add_argument_group("what the log holds")
-    log.add_argument(
-        "--rate",
-        type=float,
-        metavar="HZ",
-        default=100.0,
-        help="of the wrench; default %(default)s",
-    )
-    log.add_argument(
-        "--pose-rate",
-        type=float,
-        metavar="HZ",
-        help="default that of the wrench; 0: no poses",
-    )
-    log.add_argument(
-        "--joint-rate",
-        type=float,
-        metavar="HZ",
-        default=0.0,
-        help="joint angles; default none",
-    )
-    log.add_argument(
-        "--imu-rate",
-        type=float,
-        metavar="HZ",
-        default=0.0,
-        help="gyroscope, accelerometer; default none",
+    add_number(log, "--rate", "HZ", "of the wrench; default %(default)s", default=100.0)
+    add_number(log, "--pose-rate", "HZ", "default that of the wrench; 0: no poses")
+    add_number(log, "--joint-rate", "HZ", "joint angles; default none", default=0.0)
+    add_number(
+        log, "--imu-rate", "HZ", "gyroscope, accelerometer; default none", default=0.0
     )
     fault = parser.add_argument_group("what is wrong with it")
     fault.add_argument(
@@ -128,13 +98,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="ft300",
         help="default %(default)s",
     )
-    fault.add_argument(
-        "--noise-correlation",
-        type=float,
-        metavar="R",
-        default=0.0,
-        help="from sample to sample",
-    )
+    add_number(fault, "--noise-correlation", "R", "from sample to sample", default=0.0)
     fault.add_argument(
         "--bias",
         metavar="N|FX,FY,FZ,TX,TY,TZ",
@@ -149,57 +113,35 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="linear",
         help="default %(default)s",
     )
-    fault.add_argument(
-        "--offset",
-        type=float,
-        metavar="S",
-        default=0.0,
-        help="the wrench is stamped so much late",
+    add_number(
+        fault, "--offset", "S", "the wrench is stamped so much late", default=0.0
     )
-    fault.add_argument(
-        "--spikes",
-        type=float,
-        metavar="SHARE",
-        default=0.0,
-        help="of wrench samples that are wrong",
+    add_number(
+        fault, "--spikes", "SHARE", "of wrench samples that are wrong", default=0.0
     )
-    fault.add_argument(
-        "--dropped",
-        type=float,
-        metavar="SHARE",
-        default=0.0,
-        help="of messages that are lost",
-    )
-    fault.add_argument(
-        "--contacts",
-        type=float,
-        metavar="SHARE",
-        default=0.0,
-        help="of the time that it touches things",
+    add_number(fault, "--dropped", "SHARE", "of messages that are lost", default=0.0)
+    add_number(
+        fault, "--contacts", "SHARE", "of the time that it touches things", default=0.0
     )
     fault.add_argument(
         "--saturation", metavar="N,NM", help="largest force and torque shown"
     )
-    fault.add_argument(
-        "--pose-glitches",
-        type=float,
-        metavar="SHARE",
-        default=0.0,
-        help="of poses that are wrong",
+    add_number(
+        fault, "--pose-glitches", "SHARE", "of poses that are wrong", default=0.0
     )
-    fault.add_argument(
+    add_number(
+        fault,
         "--pose-stalls",
-        type=float,
-        metavar="SHARE",
+        "SHARE",
+        "of the time that the pose is repeated",
         default=0.0,
-        help="of the time that the pose is repeated",
     )
-    fault.add_argument(
+    add_number(
+        fault,
         "--pose-startup",
-        type=float,
-        metavar="S",
+        "S",
+        "time at the start with the identity as pose",
         default=0.0,
-        help="time at the start with the identity as pose",
     )
     fault.add_argument(
         "--on-sensor",
@@ -219,7 +161,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> None:
     """Simulate, write, and print what was made and how to read it."""
-    from hefting.core.files import write_atomically
     from hefting.logs import write_log
     from hefting.simulation.scenario import mujoco_version
 
@@ -236,12 +177,7 @@ def run(arguments: argparse.Namespace) -> None:
     with progress("simulating", stages={"simulating": 1.0}):
         made = scenario.run()
         lost = write_log(made.recording, output)
-        write_atomically(truth, json.dumps(made.facts, indent=1) + "\n")
-        if a.mesh:
-            content = scenario.held.surface.export(
-                file_type=Path(a.mesh).suffix[1:].lower()
-            )
-            write_atomically(a.mesh, content)  # type: ignore[arg-type]
+        write_beside(a, scenario.held, made.facts, truth)
     print(*_told(scenario, made), sep="\n")
     if lost:
         print(
@@ -269,13 +205,11 @@ def _simulate_torques(a: argparse.Namespace) -> None:
 
 def _held(a: argparse.Namespace) -> "HeldObject":
     """What is held."""
-    from hefting.shapes import parse_pose
     from hefting.simulation.scenario import named_object
 
     count = a.density.count(",") + 1 if a.density else 0
     densities = numbers(a.density, count, "--density") if a.density else ()
-    pose = parse_pose(a.object_pose) if a.object_pose else None
-    return named_object(a.object, densities, a.unit, pose)
+    return named_object(a.object, densities, a.unit, pose_of(a.object_pose))
 
 
 def _scenario(a: argparse.Namespace) -> "Scenario":

@@ -2,13 +2,14 @@
 torques of its joints, and what is needed to identify from them."""
 
 import argparse
-import json
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.cli.progress import progress
+from hefting.cli.simulated_files import write_beside
 from hefting.core.errors import InputError
+from hefting.core.files import write_atomically
 from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
@@ -43,7 +44,6 @@ def check_options(a: argparse.Namespace, actions: Iterable[argparse.Action]) -> 
 
 def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> None:
     """Simulate, write, and print what was made and how to read it."""
-    from hefting.core.files import write_atomically
     from hefting.logs import write_log
     from hefting.simulation.torque_scenario import TorqueScenario
 
@@ -60,10 +60,7 @@ def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> 
                 what = "the format cannot hold joint torques"
                 raise InputError(what, path, "write .csv, .parquet or a bag")
         write_atomically(urdf, made.urdf)
-        write_atomically(truth, json.dumps(made.facts, indent=1) + "\n")
-        if a.mesh:
-            kind = Path(a.mesh).suffix[1:].lower()
-            write_atomically(a.mesh, held.surface.export(file_type=kind))  # type: ignore[arg-type]
+        write_beside(a, held, made.facts, truth)
     _tell(made, held, duration)
     paths = [path for path in (output, empty, urdf, truth, a.mesh) if path]
     print("wrote:", *(f"  {path}" for path in paths), sep="\n")

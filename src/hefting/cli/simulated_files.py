@@ -1,13 +1,17 @@
 """Files that hefting simulate writes, and the command that reads them back."""
 
 import argparse
+import json
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
+from hefting.cli.options import is_same
 from hefting.core.errors import InputError
+from hefting.core.files import check_replaceable, write_atomically
 from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
+    from hefting.simulation.objects import HeldObject
     from hefting.simulation.scenario import Scenario, Simulated
 
 
@@ -20,7 +24,6 @@ def truth_of(a: argparse.Namespace) -> Path:
 
 def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
     """`InputError` for an output that cannot or must not be written."""
-    from hefting.core.files import check_replaceable
     from hefting.logs import check_output
     from hefting.shapes.reading import MESH_SUFFIXES
 
@@ -36,20 +39,24 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
     for i, path in enumerate(outputs):
         if not Path(path).absolute().parent.is_dir():
             raise InputError("the folder does not exist", where=path)
-        if any(Path(path).resolve() == Path(name).resolve() for name in inputs):
-            raise InputError(
-                "is an input and would be overwritten",
-                where=path,
-                fix="choose another name",
-            )
-        if any(Path(path).resolve() == Path(name).resolve() for name in outputs[:i]):
-            raise InputError(
-                "two results would have this name",
-                where=path,
-                fix="choose another name",
-            )
+        if any(is_same(path, name) for name in inputs):
+            what = "is an input and would be overwritten"
+            raise InputError(what, path, "choose another name")
+        if any(is_same(path, name) for name in outputs[:i]):
+            what = "two results would have this name"
+            raise InputError(what, path, "choose another name")
         if not Path(path).is_dir():  # the writer of a bag's folder refuses one
             check_replaceable(path, *inputs)
+
+
+def write_beside(
+    a: argparse.Namespace, held: "HeldObject", facts: dict[str, Any], truth: Path
+) -> None:
+    """Write what is true of the log, and the object's mesh if it is asked for."""
+    write_atomically(truth, json.dumps(facts, indent=1) + "\n")
+    if a.mesh:
+        kind = Path(a.mesh).suffix[1:].lower()
+        write_atomically(a.mesh, held.surface.export(file_type=kind))  # type: ignore[arg-type]
 
 
 def read_back(
@@ -73,11 +80,8 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
     if shape:
         pose = scenario.held.pose
         seven = (*pose[:3, 3], *Rotation.from_matrix(pose[:3, :3]).as_quat())
-        words += [
-            "--shape",
-            shape,
-            *(["--unit", a.unit] if a.unit and not a.mesh else []),
-        ]
+        unit = ["--unit", a.unit] if a.unit and not a.mesh else []
+        words += ["--shape", shape, *unit]
         words += ["--object-pose", ",".join(f"{number + 0.0:.9g}" for number in seven)]
     if a.tilt:
         words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]

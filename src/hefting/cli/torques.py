@@ -3,6 +3,9 @@
 import argparse
 from typing import TYPE_CHECKING
 
+from hefting.cli import option_of
+from hefting.cli.options import part_of
+from hefting.cli.standard_input import input_file
 from hefting.core.errors import InputError
 from hefting.core.plain_text import typed
 
@@ -63,8 +66,8 @@ def require_torques(a: argparse.Namespace) -> None:
     """`InputError` for options of torques without ``--torques``."""
     for name in ("empty", "arm", "torque_gains"):
         if not a.torques and getattr(a, name, None):
-            option = f"--{name.replace('_', '-')}"
-            raise InputError("is for joint torques", option, "give --torques as well")
+            fix = "give --torques as well"
+            raise InputError("is for joint torques", option_of(name), fix)
 
 
 def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
@@ -77,7 +80,7 @@ def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
         raise InputError(
             "methods are compared by the wrench", "--method", f"choose one of {METHODS}"
         )
-    recordings = [_part(a, _read(a, log)) for log in a.log]
+    recordings = [part_of(a, _read(a, log)) for log in a.log]
     found = ByTorques.of(
         recordings,
         a.urdf,
@@ -124,24 +127,15 @@ def _refuse_wrench_options(a: argparse.Namespace) -> None:
         )
     for name, default in WRENCH_ONLY.items():
         if getattr(a, name, default) != default:
-            option = f"--{name.replace('_', '-')}"
-            raise InputError(
-                "is for a wrench, not for --torques", option, "leave it out"
-            )
+            what = "is for a wrench, not for --torques"
+            raise InputError(what, option_of(name), "leave it out")
 
 
 def _read(a: argparse.Namespace, log: str) -> "Recording":
-    from hefting.cli.standard_input import input_file
     from hefting.request.settings import logged
 
     with input_file(log) as path:
         return logged(a, path, wrench_needed=False)
-
-
-def _part(a: argparse.Namespace, recording: "Recording") -> "Recording":
-    if not a.start and a.duration is None:
-        return recording
-    return recording.slice(start=a.start, duration=a.duration)
 
 
 def _gains(text: str | None) -> "Array | None":

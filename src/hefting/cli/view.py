@@ -19,12 +19,8 @@ from hefting.cli.outputs import open_page
 from hefting.cli.progress import progress
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
-from hefting.request.settings import (
-    gravity_of,
-    hyperparameters_of,
-    reading_of,
-    shape_of,
-)
+from hefting.core.files import write_atomically
+from hefting.request.settings import hyperparameters_of, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -110,17 +106,15 @@ def _session(
     """The recording as read and understood, and what is to be shown at first."""
     from hefting.identification.agreement import load_truth
     from hefting.ingest.ingest import ingest
+    from hefting.request.request import reading_of_one
     from hefting.viewer import Playback, Session
 
     truth = load_truth(a.truth).parameters if a.truth else None
     given = _given(a.estimate)
     recording = read_recording(a)
     shape = shape_of(a)
-    reading = reading_of(a, gravity_of(a), [recording])
-    if not isinstance(reading["bias"], str):
-        (reading["bias"],) = reading["bias"]
     hyperparameters = hyperparameters_of(a)
-    found = ingest(recording, **reading)
+    found = ingest(recording, **reading_of_one(a, recording))
     session = Session(found, shape, hyperparameters, given, truth)
     settings = _settings(a.method, session, hyperparameters)
     return session, Playback(recording, found), recording, settings
@@ -159,7 +153,6 @@ def _check_output(a: argparse.Namespace) -> None:
 
 def _save(viewer: "Viewer", path: str, log: str) -> None:
     """Write the player."""
-    from hefting.core.files import write_atomically
     from hefting.viewer.player import player_of
 
     with progress("writing the player"):

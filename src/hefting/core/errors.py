@@ -1,7 +1,8 @@
 """Errors: one root class, one line each: what is wrong, where, and what to do about
 it."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
 
 LONGEST_PLACE = 1000
 """Characters of where an error is that it repeats: paths are shorter, a text typed in
@@ -84,6 +85,15 @@ class MissingDependencyError(HeftingError):
 
     def __reduce__(self) -> tuple[type, tuple[str, str]]:
         return type(self), (self.module, self.extra)
+
+
+@contextmanager
+def needing(module: str, extra: str) -> Iterator[None]:
+    """`MissingDependencyError` of a library where an import inside fails."""
+    try:
+        yield
+    except ImportError as error:
+        raise MissingDependencyError(module, extra) from error
 
 
 class NotIdentifiableError(InputError):

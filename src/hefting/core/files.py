@@ -116,11 +116,12 @@ def read_xml(path: str | Path) -> bytes:
 def parse_xml(
     data: bytes,
     path: str | Path,
-    start: Callable[[str, dict[str, str], int], None],
-    end: Callable[[str, int], None],
+    start: Callable[[str, dict[str, str], int, list[str]], None],
+    end: Callable[[str, int, list[str]], None] = lambda *_: None,
 ) -> None:
-    """Call ``start(tag, attributes, offset)`` and ``end(tag, offset)`` at each tag of
-    the XML in `data`, in order.
+    """Call ``start(tag, attributes, offset, inside)`` and ``end(tag, offset, inside)``
+    at each tag of the XML in `data`, in order; ``inside`` are the tags of the elements
+    around it, from the root.
 
     Offsets are those of the tags in `data` [bytes]; names keep their prefix. A document
     type declaration is refused, so no entity is ever expanded or fetched. `InputError`
@@ -130,21 +131,19 @@ def parse_xml(
     from xml.parsers import expat
 
     parser = expat.ParserCreate("utf-8")
-    depth = 0
+    inside: list[str] = []
 
     def start_element(tag: str, attributes: dict[str, str]):
-        nonlocal depth
-        depth += 1
-        if depth > MAX_DEPTH:
+        if len(inside) >= MAX_DEPTH:
             raise InputError(
                 f"has elements nested deeper than {MAX_DEPTH:,}", where=path
             )
-        start(tag, attributes, parser.CurrentByteIndex)
+        start(tag, attributes, parser.CurrentByteIndex, inside)
+        inside.append(tag)
 
     def end_element(tag: str):
-        nonlocal depth
-        depth -= 1
-        end(tag, parser.CurrentByteIndex)
+        inside.pop()
+        end(tag, parser.CurrentByteIndex, inside)
 
     def refuse_doctype(*_):
         raise InputError(

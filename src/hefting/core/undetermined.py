@@ -11,7 +11,13 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
-from hefting.core.spatial import PARAMETERS, own, vector_to_tensor
+from hefting.core.spatial import (
+    PARAMETERS,
+    TENSOR_COLUMNS,
+    TENSOR_ROWS,
+    own,
+    vector_to_tensor,
+)
 
 LONGEST_ORIGIN = 200
 """Characters of `Undetermined.filled_from` that are read."""
@@ -41,6 +47,13 @@ class Undetermined:
         for name in ("center_of_mass", "inertia_at_com"):
             mask = np.array(getattr(self, name), dtype=bool)
             object.__setattr__(self, name, own(mask))
+
+    @property
+    def ten(self) -> Mask:
+        """(10,) whether each of mass, COM and inertia at the COM (xx, xy, xz, yy, yz, zz)
+        is open."""
+        inertia = self.inertia_at_com[TENSOR_ROWS, TENSOR_COLUMNS]
+        return np.array((self.mass, *self.center_of_mass, *inertia), dtype=bool)
 
     @classmethod
     def of_parameters(cls, names: Collection[str], filled_from: str) -> Self:

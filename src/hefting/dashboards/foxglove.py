@@ -20,7 +20,7 @@ from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.dashboards.replay import Dashboard, Replay
-from hefting.logs.ros.serialising import McapOutput
+from hefting.logs.ros.serialising import McapOutput, channel_of, serialise
 from hefting.scene import headline_of
 
 if TYPE_CHECKING:
@@ -103,25 +103,18 @@ def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
 
 def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]]:
     """The recording as it was logged, in ROS 2 messages."""
-    from foxglove import Channel, Schema
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
-    channels: dict[str, Channel] = {}
+    channels: dict[str, Any] = {}
     for group in groups:
         if group.topic not in channels:
-            text, _ = store.generate_msgdef(group.type, ros_version=2)
-            schema = Schema(name=group.type, encoding="ros2msg", data=text.encode())
-            channels[group.topic] = Channel(
-                group.topic, schema=schema, message_encoding="cdr", context=context
-            )
+            channels[group.topic] = channel_of(group, store, context)
     return [_rows(group, store, channels[group.topic].log) for group in groups]
 
 
 def _rows(group: "Messages", store: Any, send: Callable[..., None]) -> Iterator[Line]:
     """The messages of one topic, serialised a block at a time."""
-    from hefting.logs.ros.serialising import serialise
-
     for first in range(0, len(group.time), BLOCK):
         part = slice(first, first + BLOCK)
         fields = {name: values[part] for name, values in group.fields.items()}

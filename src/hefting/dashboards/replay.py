@@ -81,8 +81,7 @@ def replay_of(
 
 
 def _gravity_of(estimate: Estimate) -> Gravity:
-    """The gravity that an estimate was made with; standard gravity where it does not
-    tell it."""
+    """The gravity that an estimate was made with; the standard one by default."""
     try:
         vector = np.asarray(estimate.provenance.get("gravity"), dtype=float)
         return Gravity.of(vector)

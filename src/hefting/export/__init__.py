@@ -8,7 +8,7 @@ Each target is a file of this package that ends with its `Target`; here is their
 and what is done with one.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
@@ -52,20 +52,13 @@ FILES = (
 """The file of each target, in the order in which they are named."""
 
 
-def _by_name(files: Sequence[str]) -> dict[str, Target]:
-    targets = [import_module(f"{__name__}.{file}").TARGET for file in files]
-    return {target.name: target for target in targets}
-
-
-def _by_suffix(targets: Sequence[Target]) -> dict[str, str]:
-    ordered = sorted(targets, key=lambda target: not target.is_read_back)
-    return {suffix: target.name for target in ordered for suffix in target.suffixes}
-
-
 FARTHEST_COM = 3.0
 """[m] Distance of the COM from the flange beyond which a pose is hardly in metres."""
 
-REGISTRY: dict[str, Target] = _by_name(FILES)
+REGISTRY: dict[str, Target] = {
+    target.name: target
+    for target in (import_module(f"{__name__}.{file}").TARGET for file in FILES)
+}
 """Every target by its name."""
 
 TARGETS: dict[str, str] = {
@@ -73,7 +66,11 @@ TARGETS: dict[str, str] = {
 }
 """Every target and what it is."""
 
-SUFFIXES: dict[str, str] = _by_suffix(tuple(REGISTRY.values()))
+SUFFIXES: dict[str, str] = {
+    suffix: target.name
+    for target in sorted(REGISTRY.values(), key=lambda target: not target.is_read_back)
+    for suffix in target.suffixes
+}
 """Target of each file suffix; first that of a text which is read back."""
 
 INSERTABLE: dict[str, str] = {
@@ -161,11 +158,8 @@ def export(
         )
     if chosen.write_estimate is not None:
         text = chosen.write_estimate(estimate, name)
-        return Exported(
-            text,
-            "sensor",
-            () if sensor_pose_in_flange is None else (_pose_unused(chosen),),
-        )
+        unused = () if sensor_pose_in_flange is None else (_pose_unused(chosen),)
+        return Exported(text, "sensor", unused)
 
     body = known_body(estimate, name, fill_inertia, accept, say)
     warnings = inertia_messages(estimate, chosen, body, fill_inertia)
@@ -251,24 +245,14 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
 def _put_into(
     target: Target, body: Body, into: str | Path, link: str | None
 ) -> tuple[str, list[Message]]:
-    """Text of the file `into` with the body's inertial in a link, and what to know of
-    it."""
+    """Text of the file `into` with the body's inertial in a link, and its warnings."""
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)
     text, replaced = put_inertial(into, link, element, target.place)
-    warnings = [
-        warning(
-            "link-frame-assumed",
-            f"the frame of '{link}' is taken to be the {body.frame} frame",
-        )
-    ]
-    warnings += target.file_warnings(text)
+    what = f"the frame of '{link}' is taken to be the {body.frame} frame"
+    warnings = [warning("link-frame-assumed", what), *target.file_warnings(text)]
     if replaced:
-        warnings.append(
-            warning(
-                "inertial-replaced",
-                f"'{link}' had an inertial: it was replaced, not added to",
-            )
-        )
+        what = f"'{link}' had an inertial: it was replaced, not added to"
+        warnings.append(warning("inertial-replaced", what))
     return text, warnings

@@ -135,11 +135,8 @@ class Body:
         """
         pose = check_pose(pose_old_in_new)
         rotation = pose[:3, :3]
-        second = (
-            rotation
-            @ (0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia)
-            @ rotation.T
-        )
+        second = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
+        second = rotation @ second @ rotation.T
         inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
         return replace(
             self,

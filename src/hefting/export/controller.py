@@ -47,17 +47,14 @@ def named(values: list[str], names: str) -> str:
 def comment(mark: str, body: Body, *lines: str) -> str:
     """Lines that start with a controller's comment mark: the frame, what is meant, what
     is said of the estimate, and `lines`."""
-    where = f"{body.frame} axes, from the {body.frame} origin"
-    if body.frame != "flange":
-        where += (
-            " - NOT flange axes: the pose of the sensor in the flange was not given"
-        )
-    return remarks(mark, body, where, *lines)
+    doubt = " - NOT flange axes: the pose of the sensor in the flange was not given"
+    return remarks(mark, body, *lines, doubt="" if body.frame == "flange" else doubt)
 
 
-def remarks(mark: str, body: Body, where: str, *lines: str) -> str:
-    """The same for a target that does not want flange axes; `where` says whose axes the
-    numbers are in."""
+def remarks(mark: str, body: Body, *lines: str, doubt: str = "") -> str:
+    """The same for a target that does not want flange axes; `doubt` stands behind the
+    frame."""
+    where = f"{body.frame} axes, from the {body.frame} origin{doubt}"
     what = "what the sensor carries"
     if body.tool_mass:
         what = f"the object, without the tool of {body.tool_mass:.4g} kg that was subtracted"

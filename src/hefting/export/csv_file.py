@@ -34,6 +34,8 @@ def write(estimate: Estimate, name: str) -> str:
         else (None,) * 10
     )
     values = (*at_com, *p.vector[4:], *spread)
+    flags = zip(AT_COM, estimate.undetermined.ten, strict=True)
+    open_ = [name for name, is_open in flags if is_open]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -42,18 +44,10 @@ def write(estimate: Estimate, name: str) -> str:
             *(name, estimate.method, "sensor"),
             *("" if value is None else repr(float(value)) for value in values),
             *(estimate.samples, estimate.duration, estimate.physically_consistent),
-            " ".join(_open(estimate)),
+            " ".join(open_),
         )
     )
     return stream.getvalue()
-
-
-def _open(estimate: Estimate) -> list[str]:
-    """Names of the columns at the COM that are open."""
-    found = estimate.undetermined
-    entries = tensor_to_vector(found.inertia_at_com)
-    flags = (found.mass, *found.center_of_mass, *entries)
-    return [name for name, flag in zip(AT_COM, flags, strict=True) if flag]
 
 
 TARGET = Target(

@@ -41,15 +41,11 @@ def write(body: Body) -> str:
     ) + "".join(f"{label:<32}: {value}\n" for label, value in rows)
 
 
-def dropped_products(body: Body) -> float:
-    """Largest product of inertia over the largest moment: what `write` leaves out."""
-    moments = np.diag(body.inertia)
-    return float(np.abs(body.inertia - np.diag(moments)).max() / (moments.max() or 1.0))
-
-
 def warnings(body: Body) -> list[Message]:
     """A warning where more than a hundredth of the largest moment is left out."""
-    share = dropped_products(body)
+    moments = np.diag(body.inertia)
+    products = body.inertia - np.diag(moments)
+    share = float(np.abs(products).max() / (moments.max() or 1.0))
     if share <= 0.01:
         return []
     what = f"Fanuc takes no products of inertia: up to {share:.0%} of the largest moment is left out"

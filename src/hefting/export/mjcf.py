@@ -26,8 +26,7 @@ def write(body: Body) -> str:
     """A whole model: the body, free in the world."""
     name = quoted(body.name)
     frame = f"body frame: {body.frame}; SI units; inertia about the centre of mass"
-    said = (frame, *body.notes)
-    return f"""{xml_comment(said)}
+    return f"""{xml_comment((frame, *body.notes))}
 <mujoco model={name}>
   <worldbody>
     <body name={name}>

@@ -32,12 +32,10 @@ def write(body: Body) -> str:
     places = decimals(body.half_widths.mass * g, body.mass * g, LEAST_DIGITS)
     weight = in_double(rounded(body.mass * g, places))[0]
     frame = FRAMES[body.frame]
-    where = f"{body.frame} axes, from the {body.frame} origin"
     return (
         remarks(
             "#",
             body,
-            where,
             "kg, m, N; no controller here takes an inertia",
             f"rename '{frame}' to your {body.frame} frame, 'world' to one whose z points up",
             "keep one of the three: each removes the weight once; the sensor must count",

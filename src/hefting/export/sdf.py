@@ -28,10 +28,9 @@ def write(body: Body) -> str:
     """A whole model of one link."""
     name = quoted(body.name)
     frame = f"link frame: {body.frame}; SI units; inertia about the centre of mass"
-    said = (frame, *body.notes)
     content = inertial(body).replace("\n", "\n      ")
     return f"""<?xml version="1.0"?>
-{xml_comment(said)}
+{xml_comment((frame, *body.notes))}
 <sdf version="1.7">
   <model name={name}>
     <link name={name}>

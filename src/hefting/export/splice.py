@@ -29,8 +29,7 @@ class Place:
 
 @dataclass
 class _Holder:
-    """Offsets [bytes] of an element found: its start tag, and the inertial directly
-    inside it."""
+    """Offsets [bytes] of an element: its start tag, the inertial directly inside it."""
 
     name: str
     start: int
@@ -92,12 +91,13 @@ def _only(
 
 def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
     """Every named element of the place's kind, in document order."""
-    stack: list[str] = []
     open_holders: list[_Holder] = []
     holders: list[_Holder] = []
 
-    def start_element(tag: str, attributes: dict[str, str], offset: int):
-        if not stack and tag not in place.roots:
+    def start_element(
+        tag: str, attributes: dict[str, str], offset: int, inside: list[str]
+    ):
+        if not inside and tag not in place.roots:
             raise InputError(
                 f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>",
                 where=path,
@@ -105,14 +105,14 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
         if (
             tag == place.element
             and "name" in attributes
-            and (place.parents is None or stack[-1] in place.parents)
+            and (place.parents is None or inside[-1] in place.parents)
         ):
-            open_holders.append(_Holder(attributes["name"], offset, len(stack)))
+            open_holders.append(_Holder(attributes["name"], offset, len(inside)))
             holders.append(open_holders[-1])
         elif (
             tag == "inertial"
             and open_holders
-            and len(stack) == open_holders[-1].depth + 1
+            and len(inside) == open_holders[-1].depth + 1
         ):
             if open_holders[-1].inertial is not None:
                 raise InputError(
@@ -120,18 +120,16 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
                     where=path,
                 )
             open_holders[-1].inertial = (offset, -1)
-        stack.append(tag)
 
-    def end_element(tag: str, offset: int):
-        stack.pop()
+    def end_element(tag: str, offset: int, inside: list[str]):
         if not open_holders:
             return
         holder = open_holders[-1]
-        if len(stack) == holder.depth:
+        if len(inside) == holder.depth:
             open_holders.pop()
         elif (
             tag == "inertial"
-            and len(stack) == holder.depth + 1
+            and len(inside) == holder.depth + 1
             and holder.inertial is not None
         ):
             start = holder.inertial[0]

@@ -31,10 +31,9 @@ def write(body: Body) -> str:
     """
     name = quoted(body.name)
     frame = f"link frame: {body.frame}; SI units; inertia about the centre of mass"
-    said = (frame, *body.notes)
     content = inertial(body).replace("\n", "\n    ")
     return f"""<?xml version="1.0"?>
-{xml_comment(said)}
+{xml_comment((frame, *body.notes))}
 <robot name={name}>
   <link name="world"/>
   <link name={name}>

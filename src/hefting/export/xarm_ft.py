@@ -19,12 +19,10 @@ def write(body: Body) -> str:
     numbers = ", ".join(
         (*in_double(body.mass), *in_double(1e3 * body.center_of_mass), *["0.0"] * 6)
     )
-    where = f"{body.frame} axes, from the {body.frame} origin"
     return (
         remarks(
             "#",
             body,
-            where,
             "kg, mm; the last six are the sensor's own offsets, which this overwrites:",
             "  run arm.set_ft_sensor_zero() without a load, or put in those of",
             "  arm.iden_ft_sensor_load_offset()",

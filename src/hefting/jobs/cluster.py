@@ -10,7 +10,7 @@ from itertools import islice
 from typing import Any
 from uuid import uuid4
 
-from hefting.core.errors import HeftingError, InputError, MissingDependencyError
+from hefting.core.errors import HeftingError, InputError, needing
 from hefting.jobs.outcome import Died, Task
 from hefting.jobs.worker import source_version
 
@@ -40,11 +40,9 @@ class Cluster:
     """
 
     def __init__(self, address: str) -> None:
-        try:
+        with needing("distributed", "batch"):
             from dask import config
             from distributed import Client
-        except ImportError:
-            raise MissingDependencyError("distributed", "batch") from None
         self.address = address
         self.counted: tuple[float, int] | None = None
         """When the threads of all workers were counted [s], and how many they were."""

@@ -102,18 +102,3 @@ class Jobs:
             result = self._workers.run_alone(function, task)
             lost = isinstance(result, Died)
             yield task.number, Lost(result.reason) if lost else result
-
-
-def run_jobs(
-    function: Callable[[T], R],
-    tasks: Iterable[T],
-    workers: int | None = None,
-    scheduler: str | None = None,
-    window: int | None = None,
-) -> Generator[tuple[int, R | Lost], None, None]:
-    """One run of `Jobs`."""
-    with (
-        Jobs(workers, scheduler) as jobs,
-        closing(jobs.run(function, tasks, window)) as results,
-    ):
-        yield from results

@@ -76,8 +76,7 @@ class Processes:
             room().give(function, task)
 
     def _room(self, window: int) -> Callable[[], Worker] | None:
-        """How to get the worker for the next task, begun if need be; None while there
-        is none."""
+        """How to get the worker for the next task, begun if need be; else None."""
         least = min(self.workers, key=lambda worker: len(worker.held), default=None)
         if len(self.workers) < self.size and (least is None or least.held):
             return self._begin

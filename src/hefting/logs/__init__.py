@@ -22,7 +22,7 @@ from hefting.logs.registry import (
     table_formats,
 )
 
-__all__ = ["check_output", "formats", "is_bag", "read_log", "write_log"]
+__all__ = ["check_output", "formats", "read_log", "write_log"]
 """Names that are public here."""
 
 
@@ -144,13 +144,6 @@ def check_output(path: str | Path) -> str:
     return suffix
 
 
-def is_bag(path: str | Path) -> bool:
-    """Whether `read_log` takes the log for a bag: by its suffix, or because it is a
-    bag's folder."""
-    found = find_format(path)
-    return found is not None and found.name == "bag"
-
-
 def _unknown_format(path: str | Path) -> InputError:
     suffix = suffix_of(path)
     if not suffix and not Path(path).exists():
@@ -166,24 +159,8 @@ def _unknown_format(path: str | Path) -> InputError:
 def _check_options(
     found: Format, path: str | Path, column_map: str | Path | None, given: Iterable[str]
 ) -> None:
-    """Check that the column map and the reading options apply to the log's format.
-
-    Parameters
-    ----------
-    found : Format
-        Format of the log.
-    path : str or Path
-        The log, for error messages.
-    column_map : str or Path, optional
-        A column map, which only tables accept.
-    given : iterable of str
-        Names of the reading options that were given.
-
-    Raises
-    ------
-    InputError
-        If the column map or an option is for other formats.
-    """
+    """`InputError` for a column map, or the name of an option that was `given`, that is
+    for other formats than the one `found` for the log at `path`."""
     if column_map is not None and not found.is_table:
         tables = join_words([each.name for each in table_formats()], "and")
         raise InputError(

@@ -36,7 +36,9 @@ def recording_from_arrays(given: Mapping[str, Any]) -> Recording:
             )
     times = _times(arrays)
     values = _streams(arrays)
-    _require(values)
+    if not {"orientation", "joint_positions"} & set(values):
+        fix = "give `orientation`, or `pose`"
+        raise InputError("there is no orientation", SOURCE, fix)
     streams = {}
     for name, rows in values.items():
         own = name == "wrench" and "wrench_time" in times
@@ -175,13 +177,6 @@ def _check_unit(quaternions: Array) -> None:
         k = int(np.argmax(off))
         what = f"the quaternion of sample {k} has norm {norm[k]:.4g}, not 1"
         raise InputError(what, SOURCE, "give unit quaternions x, y, z, w")
-
-
-def _require(values: Mapping[str, Array]) -> None:
-    """`InputError` without an orientation or joint angles."""
-    if not {"orientation", "joint_positions"} & set(values):
-        fix = "give `orientation`, or `pose`"
-        raise InputError("there is no orientation", SOURCE, fix)
 
 
 def _check_lengths(streams: Mapping[str, Stream]) -> None:

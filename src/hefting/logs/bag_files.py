@@ -17,9 +17,6 @@ OPTIONS = {
 }
 """Keyword options of `hefting.logs.ros.read_bag`: what each takes, and its help."""
 
-BAG_OPTIONS = tuple(OPTIONS)
-"""Names of the keyword options of `hefting.logs.ros.read_bag`."""
-
 
 def is_bag(path: str | Path) -> bool:
     """Whether `path` is named like a bag or MCAP file, or is a folder that holds a ROS

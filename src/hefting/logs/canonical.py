@@ -102,11 +102,10 @@ def known_columns(
     candidates = dict.fromkeys((*EXPECTED, *sorted(expected)))
     absent = [name for name in candidates if name not in present]
 
-    meant = _misspelled(unknown, absent)
-    there, strange = (
-        present | set(meant.values()),
-        [n for n in unknown if n not in meant],
-    )
+    guessed = {name: _guess_column(name, absent) for name in unknown}
+    meant = {name: match for name, match in guessed.items() if match}
+    there = present | set(meant.values())
+    strange = [name for name in unknown if name not in meant]
     wrong = [
         *_explain_misspelled(meant),
         *_find_partly_there(groups, there),
@@ -172,12 +171,6 @@ def _find_partly_there(
     yield what, f"give all of {', and '.join(whole)}"
 
 
-def _misspelled(unknown: Sequence[str], absent: Sequence[str]) -> dict[str, str]:
-    """The absent columns that unknown ones surely stand for."""
-    matches = {name: _guess_column(name, absent) for name in unknown}
-    return {name: match for name, match in matches.items() if match}
-
-
 def _explain_misspelled(meant: Mapping[str, str]) -> Iterator[tuple[str, str]]:
     """What is wrong where columns have another name than they should, and the fix."""
     if not meant:
@@ -234,8 +227,7 @@ def quote_name(name: str) -> str:
 
 
 def _group_columns(present: set[str]) -> dict[str, tuple[str, ...]]:
-    """The columns each stream should have, joints up to the highest number that is
-    there."""
+    """The columns each stream should have, joints up to the highest number there."""
     groups = dict(FIXED)
     for stream in JOINT_STREAMS:
         joints = [

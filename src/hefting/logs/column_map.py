@@ -38,13 +38,7 @@ from typing import Any
 from hefting.core.errors import InputError
 from hefting.core.files import load_toml
 from hefting.core.spatial import Array
-from hefting.logs.layout import (
-    LAYOUT_KEYS,
-    Layout,
-    brief,
-    layout_of,
-    nan_is_blank,
-)
+from hefting.logs.layout import LAYOUT_KEYS, Layout, brief, layout_of, nan_is_blank
 from hefting.logs.map_entries import (
     MappedTime,
     check_known,

@@ -107,8 +107,7 @@ class CsvTable:
     def _read_blocks(
         self, text: bytes, before: int, columns: Sequence[int]
     ) -> Generator[Block, None, int]:
-        """The rows in `text`, which follows `before` lines, and how many lines it
-        has."""
+        """The rows in `text`, which follows `before` lines, and its number of lines."""
         import pyarrow as pa
 
         if self.separator == " ":
@@ -193,11 +192,8 @@ class CsvTable:
                 continue
             where = f"{self.source}, row {row}"
             try:
-                cells = next(
-                    csv.reader(
-                        [line.decode(errors="replace")], delimiter=self.separator
-                    )
-                )
+                words = [line.decode(errors="replace")]
+                cells = next(csv.reader(words, delimiter=self.separator))
             except csv.Error as reason:
                 return InputError(
                     f"is no row of cells ({reason})", where, "export the log as CSV"
@@ -206,11 +202,8 @@ class CsvTable:
                 what = (
                     f"there are {len(cells)} cells under {len(self.names)} column names"
                 )
-                return InputError(
-                    what,
-                    where,
-                    "give each row one cell a column, blank if not measured",
-                )
+                fix = "give each row one cell a column, blank if not measured"
+                return InputError(what, where, fix)
             for j in columns:
                 wrong = self._explain_cell(cells[j], j, where)
                 if wrong is not None:
@@ -327,8 +320,7 @@ def _unify_line_ends(text: bytes) -> bytes:
 
 
 def _merge_spaces(text: bytes) -> bytes:
-    """Space separated text with one space between cells and none at the ends of
-    lines."""
+    """Space separated text with one space between cells and none at ends of lines."""
     if (
         b"  " in text
         or b"\n " in text

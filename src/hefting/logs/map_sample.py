@@ -134,11 +134,8 @@ def _of_text(path: str | Path) -> Sample:
         raise InputError("there are no rows of numbers below the header", path)
     values = np.array([[_number(cell, decimal) for cell in row] for row in rows])
     units = _units(names, header.between)
-    return Sample(str(path), names, units, values, _has_nan(rows))
-
-
-def _has_nan(rows: Sequence[Sequence[str]]) -> bool:
-    return any(cell.strip().lower() == "nan" for row in rows for cell in row)
+    has_nan = any(cell.lower() == "nan" for row in rows for cell in row)
+    return Sample(str(path), names, units, values, has_nan)
 
 
 def _number(cell: str, decimal: str) -> float:

@@ -217,25 +217,18 @@ def _convert_to_si(
     """The streams in SI units that a key stands for."""
     if key == "pose":
         positions, matrices = split_pose(stream, quantity.form, source, labels)
-        turned = replace(stream, values=matrices)
-        check_matrices(turned, source, labels)
+        check_matrices(replace(stream, values=matrices), source, labels)
+        positions = _scale_columns(positions, quantity.units[:3])
         return {
-            "position": replace(
-                stream, values=_scale_columns(positions, quantity.units[:3])
-            ),
+            "position": replace(stream, values=positions),
             "orientation": replace(stream, values=quaternions(matrices, "matrix")),
         }
     if key == "orientation" and quantity.form == "matrix":
         check_matrices(stream, source, labels)
     values = _scale_columns(stream.values, quantity.units)
-    return {
-        key: replace(
-            stream,
-            values=quaternions(values, quantity.form, quantity.order)
-            if quantity.form
-            else values,
-        )
-    }
+    if quantity.form:
+        values = quaternions(values, quantity.form, quantity.order)
+    return {key: replace(stream, values=values)}
 
 
 def _scale_columns(values: Array, units: Sequence[Unit]) -> Array:

@@ -113,15 +113,11 @@ def _floats(values: Any) -> Array:
     if array.dtype.kind == "m":
         return elapsed(array)
     if array.dtype.kind == "O" and hasattr(values, "to_numpy"):
-        return _nullable(values)
+        # a series of pandas that has its own mark for blanks
+        return np.asarray(values.to_numpy(dtype=float, na_value=np.nan), dtype=float)
     if array.dtype.kind not in "iufbO":
         raise TypeError(str(array.dtype))
     return array.astype(float)
-
-
-def _nullable(series: Any) -> Array:
-    """Numbers of a series of pandas that has its own mark for blanks."""
-    return np.asarray(series.to_numpy(dtype=float, na_value=np.nan), dtype=float)
 
 
 def _kind(values: Any) -> str:

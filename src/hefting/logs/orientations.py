@@ -31,7 +31,7 @@ def is_euler_order(order: object) -> bool:
     return (
         isinstance(order, str)
         and bool(re.fullmatch(r"(?:[xyz]{3}|[XYZ]{3})", order))
-        and _distinct(order)
+        and order[0] != order[1] != order[2]
     )
 
 
@@ -121,7 +121,3 @@ def rotate_into_sensor(rotations: Array, wrenches: Array) -> Array:
     return np.einsum("nji,nkj->nki", rotations, wrenches.reshape(-1, 2, 3)).reshape(
         -1, 6
     )
-
-
-def _distinct(order: str) -> bool:
-    return order[0] != order[1] != order[2]

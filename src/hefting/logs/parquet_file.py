@@ -61,16 +61,12 @@ class ParquetTable:
                     arrays = {
                         j: table[name] for j, name in zip(columns, labels, strict=True)
                     }
-                    yield Block(
-                        np.arange(before + 1, before + len(batch) + 1),
-                        {j: _values_of(column) for j, column in arrays.items()},
-                        {
-                            j: column.is_null().to_numpy()
-                            if column.null_count
-                            else None
-                            for j, column in arrays.items()
-                        },
-                    )
+                    values = {j: _values_of(column) for j, column in arrays.items()}
+                    blank = {
+                        j: column.is_null().to_numpy() if column.null_count else None
+                        for j, column in arrays.items()
+                    }
+                    yield Block(np.arange(len(batch)) + before + 1, values, blank)
                     before += len(batch)
         except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
             raise _read_error(self.source, error) from error

@@ -207,8 +207,7 @@ def in_seconds(
 def _refuse_start(
     start: float, began: float, unit: "Unit | None", where: str
 ) -> NoReturn:
-    """`InputError` for times that cannot be in `unit` (None: seconds), as they start
-    too late."""
+    """`InputError` for times that start too late to be in `unit` (None: seconds)."""
     if unit is not None:
         raise InputError(
             f"{start:.6g} cannot be {unit.name}", where, "give the unit of time"

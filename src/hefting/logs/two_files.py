@@ -70,14 +70,11 @@ def read_with_poses(
             "name their columns, as x y z qx qy qz qw; see hefting map",
         )
     _check_clocks(first, second)
-    taken = {
-        name: stream
-        for name, stream in second.found.streams.items()
-        if name not in first.found.streams
-    }
+    own = first.found.streams
+    taken = {k: stream for k, stream in second.found.streams.items() if k not in own}
     both = replace(
         first.found,
-        streams={**first.found.streams, **taken},
+        streams={**own, **taken},
         warnings=(
             *(*first.said, *second.said),
             *(*first.found.warnings, *second.found.warnings),

@@ -125,8 +125,7 @@ def _check_fields(
 def _read_record(
     table: Table, fields: dict[str, list[int]]
 ) -> tuple[Stream, dict[str, Array], list[Message]]:
-    """All fields as one stream with times in seconds, the values of each, and
-    warnings."""
+    """All fields as one stream with times [s], the values of each, and warnings."""
     everything = [column for columns in fields.values() for column in columns]
     streams, warnings = collect(
         table, table.names.index("timestamp"), {"record": everything}
@@ -178,8 +177,7 @@ def find_motion_and_wrench(
 
 
 def _find_fields(table: Table) -> dict[str, list[int]]:
-    """Columns of each field that is there; `InputError` for a part of one, and for
-    repeated names."""
+    """Columns of each field; `InputError` for parts of one and for repeated names."""
     fields = {}
     for field, width in FIELDS.items():
         names = [f"{field}_{i}" for i in range(width)] if width > 1 else [field]

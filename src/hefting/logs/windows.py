@@ -197,8 +197,7 @@ class _Pace:
 
 
 def _columns_read(table: Table, read: Reader) -> Sequence[int]:
-    """The columns that a reader takes from a table; `InputError` where the header does
-    not do."""
+    """The columns that a reader takes; `InputError` where the header does not do."""
     try:
         read(_Probe(table.source, table.names))
     except _Asked as asked:

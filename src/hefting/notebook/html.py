@@ -117,20 +117,19 @@ def picture_html(scene: Scene, alt: str) -> str:
 
 def _svg(scene: Scene, resolution: float) -> bytes:
     """The views as SVG; the shape itself as pixels of so many dots per inch."""
-    from hefting.plots.style import FORMATS, figure_of, settled, style, subfigures_of
+    from hefting.plots.style import FORMATS, drawing, style, subfigures_of
     from hefting.plots.views import draw_scene, height_of
 
     with style():
         from matplotlib import rc_context
 
         with rc_context({"svg.fonttype": "none"}):
-            figure = figure_of(height_of(scene))
-            (views,) = subfigures_of(figure, 1)
-            draw_scene(views, scene)
-            for axes in views.axes:
-                for each in axes.collections:
-                    each.set_rasterized(each.get_zorder() == 0)
-            settled(figure)
+            with drawing(height_of(scene)) as figure:
+                (views,) = subfigures_of(figure, 1)
+                draw_scene(views, scene)
+                for axes in views.axes:
+                    for each in axes.collections:
+                        each.set_rasterized(each.get_zorder() == 0)
             content = io.BytesIO()
             figure.savefig(
                 content, format="svg", dpi=resolution, metadata=FORMATS[".svg"]

@@ -9,7 +9,7 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.sensor_accuracy import Z95
-from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_vector
+from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.core.verdict import Verdict
 from hefting.identification.compare import Comparison
 from hefting.identification.convergence import ten_ends, ten_of
@@ -115,9 +115,7 @@ def ends_of(estimate: Estimate) -> tuple[Array, Array]:
     else:
         half, values = _half_widths(estimate), ten(estimate.parameters)
         low, high = values - half, values + half
-    o = estimate.undetermined
-    inertia = tensor_to_vector(o.inertia_at_com)
-    open_ = np.array([o.mass, *o.center_of_mass, *inertia], dtype=bool)
+    open_ = estimate.undetermined.ten
     return np.where(open_, -np.inf, low), np.where(open_, np.inf, high)
 
 

@@ -73,15 +73,10 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
         command(c.command),
     )
     lines = (headline(found), f"Table: {found.folder}")
-    return page_of(_title(summary), lines, sections)
-
-
-def _title(summary: Summary) -> str:
-    """How many rows could be identified."""
-    if not summary.total:
-        return "No recordings"
-    some = summary.total - summary.failed
-    return f"{some:,} of {summary.total:,} identified"
+    title = "No recordings"
+    if summary.total:
+        title = f"{summary.total - summary.failed:,} of {summary.total:,} identified"
+    return page_of(title, lines, sections)
 
 
 def _verdicts(summary: Summary) -> Section:
@@ -133,13 +128,8 @@ def _failures(
     if not reasons:
         return None
     rows = [
-        (
-            f"{reason.count:,}",
-            _text(say(reason.text)),
-            reason.error,
-            Markup(" ".join(_examples(reason))),
-        )
-        for reason in reasons[:MOST_REASONS]
+        (f"{r.count:,}", _text(say(r.text)), r.error, Markup(" ".join(_examples(r))))
+        for r in reasons[:MOST_REASONS]
     ]
     content = table(("count", "reason", "class", "as"), rows)
     if left := reasons[MOST_REASONS:]:

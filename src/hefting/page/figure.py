@@ -77,6 +77,8 @@ DARK = LIGHT | {
     "other": "rgba(170,170,170,0.22)",
 }
 """On near black, lighter."""
+GAP = 0.06
+"""Between two rows, over the height of the figure."""
 MOST_BINS = 60
 NARROWEST = 0.002
 """Width of the axis [decades] where all values are the same."""
@@ -171,19 +173,17 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
     }
 
 
-def rows(
-    titles: list[str], heights: list[float], x_title: str, gap: float = 0.06
-) -> dict[str, Any]:
+def rows(titles: list[str], heights: list[float], x_title: str) -> dict[str, Any]:
     """A layout of rows that have their x axis in common, from the top; axis ``y``, then
     ``y2`` and so on."""
-    free = 1.0 - gap * (len(titles) - 1)
+    free = 1.0 - GAP * (len(titles) - 1)
     shares = [height / sum(heights) * free for height in heights]
     layout: dict[str, Any] = {}
     top = 1.0
     for i, (title, share) in enumerate(zip(titles, shares, strict=True), 1):
         ends = [max(0.0, top - share), top]
         layout[f"yaxis{i if i > 1 else ''}"] = axis(title, domain=ends)
-        top -= share + gap
+        top -= share + GAP
     last = f"y{len(titles)}" if len(titles) > 1 else "y"
     layout["xaxis"] = axis(x_title, anchor=last)
     layout["legend"] = dict(LEGEND)
@@ -204,12 +204,13 @@ def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
     x = 10.0 ** np.repeat(edges, 2)
     y = np.concatenate(([0], np.repeat(count, 2), [0]))
     middle = float(np.median(known))
+    at = numbers([middle])[0]
     trace = line(x, y, title, "@x", fill="tozeroy", fillcolor="@x-pale")
     trace["hovertemplate"] = f"%{{x:.3g}} {unit}: %{{y}}<extra></extra>"
     mark = {
         "type": "line",
-        "x0": numbers([middle])[0],
-        "x1": numbers([middle])[0],
+        "x0": at,
+        "x1": at,
         "y0": 0,
         "y1": 1,
         "yref": "paper",

@@ -69,14 +69,10 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
     """A table in a box that scrolls where it is too wide; the first cell of each row
     names it."""
     top = element("tr", *(element("th", name, scope="col") for name in head))
-    body = [
-        element(
-            "tr",
-            element("th", row[0], scope="row"),
-            *(element("td", cell) for cell in row[1:]),
-        )
-        for row in rows
-    ]
+    body = []
+    for name, *cells in rows:
+        others = [element("td", cell) for cell in cells]
+        body.append(element("tr", element("th", name, scope="row"), *others))
     whole = element("table", element("thead", top), element("tbody", *body))
     return element("div", whole, class_="wide")
 

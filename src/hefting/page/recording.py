@@ -33,7 +33,10 @@ def wrench(estimate: Estimate, found: Ingested) -> Section:
         "the estimate predicts it, with the bias found; below, what remains."
     )
     drawn = _count_text(found, curves)
-    lines = [f"{_words(cause)}: {text}" for cause, text in summary(spans).items()]
+    lines = [
+        f"{CAUSES[cause][:1].upper()}{CAUSES[cause][1:]}: {text}"
+        for cause, text in summary(spans).items()
+    ]
     left = "Left out:" if lines else "Nothing was left out."
     drawn = note(drawn) if drawn else ""
     content = join(note(says), drawn, element("p", left), items(lines))
@@ -72,10 +75,6 @@ def summary(spans: Sequence[Span]) -> dict[str, str]:
             places = f"{len(own)} place{'s' if len(own) > 1 else ''}"
             found[cause] = f"{count}{lasts:.3g} s in {places}"
     return found
-
-
-def _words(cause: str) -> str:
-    return CAUSES[cause][:1].upper() + CAUSES[cause][1:]
 
 
 def _count_text(found: Ingested, curves: WrenchCurves) -> str:
@@ -160,15 +159,12 @@ def _fewer(spans: list[Span]) -> list[Span]:
     gaps = np.array([b.start - a.end for a, b in pairwise(spans)])
     cuts = np.sort(np.argsort(gaps, kind="stable")[-(MOST_SPANS - 1) :])
     begins, ends = [0, *(cuts + 1)], [*cuts, len(spans) - 1]
-    return [
-        Span(
-            spans[b].cause,
-            spans[b].start,
-            max(s.end for s in spans[b : e + 1]),
-            sum(s.samples for s in spans[b : e + 1]),
-        )
-        for b, e in zip(begins, ends, strict=True)
-    ]
+    joined = []
+    for b, e in zip(begins, ends, strict=True):
+        some = spans[b : e + 1]
+        end, samples = max(s.end for s in some), sum(s.samples for s in some)
+        joined.append(Span(some[0].cause, some[0].start, end, samples))
+    return joined
 
 
 def recording(found: Ingested, estimator: Estimator) -> Section | None:

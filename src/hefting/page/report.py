@@ -169,7 +169,8 @@ def _from(log: object) -> tuple[str, ...]:
 
 def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
     """A select box of controllers, and the text for each."""
-    shown = [t for t in REGISTRY.values() if _is_controller(t)]
+    # neither files of a simulator nor tables
+    shown = [t for t in REGISTRY.values() if t.write is not None and not t.suffixes]
     choices = [element("option", t.description, value=t.name) for t in shown]
     texts = [_target(estimate, target, flange, say) for target in shown]
     label = element("label", "Robot: ", element("select", *choices, id="controller"))
@@ -179,11 +180,6 @@ def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
         element("div", *texts, id="controller-texts"),
     )
     return Section("controllers", "Values for a robot's controller", content)
-
-
-def _is_controller(target: Target) -> bool:
-    """Whether it is no file of a simulator, nor a table."""
-    return target.write is not None and not target.suffixes
 
 
 def _target(
@@ -213,35 +209,27 @@ def command(words: str | None) -> Section | None:
 def predicted(found: Prediction, say: Say) -> Iterable[Section]:
     """The verdict with peaks, and the wrench over time."""
     when = "pose" if found.static else "at [s]"
-    top = [
-        (f"largest {name}", _number(peak), UNITS[name[0]], _when(peak, found.static))
-        for name, peak in found.peaks.items()
-    ]
-    ends = [
-        (f"{side} {name}", _number(peak), UNITS[name[0]], _when(peak, found.static))
-        for name, pair in found.extremes.items()
-        for side, peak in zip(("lowest", "highest"), pair, strict=True)
-    ]
+
+    def row(which: str, name: str, peak: Peak) -> tuple[str, ...]:
+        at = f"{peak.time + 1:.0f}" if found.static else f"{peak.time:.3f}"
+        value = plus_minus(peak.value, peak.reach)
+        return f"{which} {name}", value, UNITS[name[0]], at
+
+    shown = [row("largest", name, peak) for name, peak in found.peaks.items()]
+    for name, (lowest, highest) in found.extremes.items():
+        shown += [row("lowest", name, lowest), row("highest", name, highest)]
     meaning = "The sensor exerts it on the object, in sensor axes about its origin."
     if found.std is not None:
         meaning += " ± is half the 95 % band of the object's own wrench."
     content = join(
         verdict_box(found.verdict, found.warnings, say),
-        table(("", "value", "unit", when), [*top, *ends]),
+        table(("", "value", "unit", when), shown),
         note(meaning),
     )
     yield Section("answer", "Answer", content)
     figures = tuple(_figure(found, *part) for part in PARTS)
     notes = [say(str(line)) for line in (*found.notes, *_agreement(found))]
     yield Section("wrench", "Wrench along the motion", items(notes), figures)
-
-
-def _number(peak: Peak) -> str:
-    return plus_minus(peak.value, peak.reach)
-
-
-def _when(peak: Peak, static: bool) -> str:
-    return f"{peak.time + 1:.0f}" if static else f"{peak.time:.3f}"
 
 
 def _agreement(found: Prediction) -> Iterable[str]:

@@ -31,7 +31,7 @@ def solid(scene: Scene) -> Section:
         if body.missing
     ]
     lines += [
-        f"COM ({body.name}) open along {_open_axes(body)}, so it is not drawn."
+        f"COM ({body.name}) open along {body.open_axes}, so it is not drawn."
         for body in scene.bodies
         if np.isnan(body.center).any()
     ]
@@ -222,7 +222,3 @@ def _ellipsoid(ellipsoid: Ellipsoid, name: str, colour: str, opacity: float) -> 
         "showlegend": True,
     }
     return _triangles(*ellipsoid.triangles()) | look
-
-
-def _open_axes(body: Body) -> str:
-    return " and ".join("xyz"[k] for k in np.flatnonzero(np.isnan(body.center)))

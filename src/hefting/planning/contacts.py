@@ -112,7 +112,7 @@ def read_disabled_pairs(
     pairs: set[frozenset[str]] = set()
     roots: list[str] = []
 
-    def start(tag: str, attributes: dict[str, str], _: int):
+    def start(tag: str, attributes: dict[str, str], *_: object):
         roots.append(tag)
         if roots[0] != "robot":
             what = f"is not SRDF: its root is <{tag[:40]}>, not <robot>"
@@ -124,7 +124,7 @@ def read_disabled_pairs(
         if len(roots) > MOST:
             raise InputError(f"has more than {MOST:,} elements", where=path)
 
-    parse_xml(read_xml(path), path, start, lambda *_: None)
+    parse_xml(read_xml(path), path, start)
     if not pairs:
         what = "has no <disable_collisions> between links of the robot"
         raise InputError(what, where=path, fix="is it of this robot?")

@@ -6,10 +6,7 @@ from typing import TYPE_CHECKING
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.plots.style import (
-    headed,
-    lines_of,
-)
+from hefting.plots.style import headed, lines_of
 from hefting.plots.views import draw_scene, height_of
 from hefting.scene import headline_of, scene_of
 from hefting.shapes import Shape

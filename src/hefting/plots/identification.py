@@ -7,12 +7,7 @@ from typing import TYPE_CHECKING
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
-from hefting.plots.style import (
-    WIDTH,
-    headed,
-    lines_of,
-    subfigures_of,
-)
+from hefting.plots.style import WIDTH, headed, lines_of, subfigures_of
 from hefting.plots.views import draw_scene, height_of
 from hefting.plots.wrench import HEIGHT, draw_wrench
 from hefting.scene import headline_of, scene_of

@@ -48,7 +48,9 @@ def plot_prediction(
     row, from 1. The verdict stands above; `say` turns names of arguments in backquotes
     into the reader's. Raises `MissingDependencyError` without matplotlib.
     """
-    part = _rows_of_part(prediction)
+    part = [_whole]  # what draws each row of the force, and of the torque
+    part += [] if prediction.agreement is None else [_difference]
+    part += [] if prediction.std is None else [_half_width]
     heights = [HEIGHTS[draw] for draw in part]
     lines = _headline(prediction, say)
     height, usable = 0.75 + 1.8 * sum(heights), prediction.verdict.usable
@@ -71,13 +73,6 @@ def plot_prediction(
         label_time(rows[-1], time, prediction.static)
         below.align_ylabels()
     return figure
-
-
-def _rows_of_part(prediction: Prediction) -> list[Any]:
-    """What draws each row of the force, and of the torque."""
-    rows = [_whole]
-    rows += [] if prediction.agreement is None else [_difference]
-    return rows + ([] if prediction.std is None else [_half_width])
 
 
 def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:

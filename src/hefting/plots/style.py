@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.files import write_atomically
 from hefting.core.spatial import Array, Indices
 
@@ -109,35 +109,31 @@ def picture_of(figure: "Figure", suffix: str) -> bytes:
 def style() -> Iterator[None]:
     """Within it matplotlib draws as everything here is drawn. `MissingDependencyError`
     without matplotlib."""
-    try:
+    with needing("matplotlib", "plot"):
         import matplotlib
-    except ImportError as error:
-        raise MissingDependencyError("matplotlib", "plot") from error
     with matplotlib.rc_context(STYLE):
         yield
 
 
-def figure_of(height: float, width: float = WIDTH) -> "Figure":
-    """An empty figure of a height and a width [in], to be laid out by `settled`."""
-    from matplotlib.figure import Figure
+@contextmanager
+def drawing(height: float, width: float = WIDTH) -> "Iterator[Figure]":
+    """An empty figure of a height and a width [in], to draw on while this is entered;
+    then its layout is worked out, once and not again for every file format."""
+    with style():
+        from matplotlib import rc_context
+        from matplotlib.figure import Figure
 
-    return Figure(figsize=(width, height), layout="constrained")
+        figure = Figure(figsize=(width, height), layout="constrained")
+        yield figure
+        figure.draw_without_rendering()
+        with rc_context(NO_LAYOUT):
+            # none at all: with one called "none" every file would be drawn twice
+            figure.set_layout_engine(None)
 
 
 def chosen(count: int) -> Indices:
     """At most `DRAWN` of so many indices, evenly chosen."""
     return np.unique(np.linspace(0, count - 1, min(count, DRAWN)).astype(np.intp))
-
-
-def settled(figure: "Figure") -> "Figure":
-    """The figure with its layout worked out once, not again for every file format."""
-    from matplotlib import rc_context
-
-    figure.draw_without_rendering()
-    with rc_context(NO_LAYOUT):
-        # none at all: with one called "none" every file would be drawn twice
-        figure.set_layout_engine(None)
-    return figure
 
 
 def lines_of(
@@ -169,10 +165,8 @@ def headed(
 ) -> "Iterator[tuple[Figure, SubFigure]]":
     """A figure with a headline, and what is below it, of a height and a width [in], to
     draw on while this is entered; then the figure is laid out."""
-    with style():
-        figure = figure_of(height + LINE * len(lines), width)
+    with drawing(height + LINE * len(lines), width) as figure:
         yield figure, write_headline(figure, lines, usable)
-        settled(figure)
 
 
 def write_headline(figure: "Figure", lines: list[str], usable: bool) -> "SubFigure":

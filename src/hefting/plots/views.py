@@ -77,6 +77,8 @@ def height_of(scene: Scene) -> float:
 def draw_scene(figure: "SubFigure", scene: Scene) -> None:
     """Three views of a scene and their legend, on an empty figure of the width of a
     column and the height that `height_of` says."""
+    from matplotlib.lines import Line2D
+
     low, high, scale = size_of(scene)
     x, y, z = high - low
     layout = figure.add_gridspec(2, 2, width_ratios=(x, z), height_ratios=(y, z))
@@ -96,7 +98,7 @@ def draw_scene(figure: "SubFigure", scene: Scene) -> None:
     handles, labels = front.get_legend_handles_labels()
     for body in scene.bodies:
         if body.missing:
-            handles.append(_nothing())
+            handles.append(Line2D([], [], linestyle="none"))
             labels.append(f"no ellipsoid ({body.name}): {body.missing}")
     figure.legend(handles, labels, loc="outside lower left", borderaxespad=0.3)
 
@@ -108,12 +110,6 @@ def _legend_lines(scene: Scene) -> int:
         parts += [body, body.region, body.ellipsoid or body.missing or None]
         parts += [True] if np.isnan(body.center).any() else []
     return sum(part is not None for part in parts)
-
-
-def _nothing() -> Any:
-    from matplotlib.lines import Line2D
-
-    return Line2D([], [], linestyle="none")
 
 
 def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
@@ -246,15 +242,17 @@ def _draw_center(
     center = 1e3 * body.center
     name = f"COM, {body.name}"
     if np.isnan(center).any():
-        open_ = " and ".join("xyz"[k] for k in np.flatnonzero(np.isnan(center)))
-        axes.plot([], [], linestyle="none", label=f"{name}: open along {open_}")
+        label = f"{name}: open along {body.open_axes}"
+        axes.plot([], [], linestyle="none", label=label)
     line = {"color": look["color"], "linewidth": 0.7, "linestyle": (0, (1, 1))}
     right, up = center[i], center[j]
     if np.isnan(right) and not np.isnan(up):
         axes.axhline(up, **line)
     elif np.isnan(up) and not np.isnan(right):
         axes.axvline(right, **line)
-    hollow = look["marker"] in "oD"
+    paint = {"color": look["color"]}
+    if look["marker"] in "oD":
+        paint = {"facecolors": "none", "edgecolors": look["color"]}
     axes.scatter(
         right,
         up,
@@ -263,11 +261,7 @@ def _draw_center(
         linewidths=0.9,
         zorder=6,
         label=name,
-        **(
-            {"facecolors": "none", "edgecolors": look["color"]}
-            if hollow
-            else {"color": look["color"]}
-        ),
+        **paint,
     )
 
 

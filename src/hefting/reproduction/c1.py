@@ -14,9 +14,7 @@ from hefting.plots.style import (
     PURPLE,
     SKY,
     VERMILION,
-    figure_of,
-    settled,
-    style,
+    drawing,
 )
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
@@ -89,28 +87,17 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         for name in (*QUANTITIES, "weights")
     }
     places = [TIMES.index(t) for t in SHOWN]
-    rows = [
-        (
-            value,
-            speed,
-            float(found["weights"][speed][i]),
-            *(float(found[name][speed][i, k]) for k in places for name in QUANTITIES),
-        )
-        for speed in speeds
-        for i, value in enumerate(VALUES)
-    ]
+    rows = []
+    for speed in speeds:
+        for i, value in enumerate(VALUES):
+            each = [found[name][speed][i, k] for k in places for name in QUANTITIES]
+            numbers = map(float, (found["weights"][speed][i], *each))
+            rows.append((value, speed, *numbers))
     columns = [f"{name} %, {t:g} s" for t in SHOWN for name in QUANTITIES.values()]
-    best = [
-        (
-            s,
-            *(
-                VALUES[int(np.argmin(found[name][s][:, k]))]
-                for k in places
-                for name in list(QUANTITIES)[1:]
-            ),
-        )
-        for s in speeds
-    ]
+    best = []
+    for s in speeds:
+        errors = (found[name][s][:, k] for k in places for name in list(QUANTITIES)[1:])
+        best.append((s, *(VALUES[int(np.argmin(each))] for each in errors)))
     chosen = [f"{name}, {t:g} s" for t in SHOWN for name in ("COM", "inertia")]
     seeds, objects = results[0][0]["seeds"], len({job["object"] for job, _ in results})
     tables = (
@@ -165,19 +152,16 @@ def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
 
 def _figure(found: dict[float, np.ndarray], label: str):
     """A panel a speed, a line a c1; the legend has the sixth place."""
-    with style():
-        rows = len(found) // 2 + 1
-        figure = figure_of(1.35 * rows + 0.25)
+    rows = len(found) // 2 + 1
+    with drawing(1.35 * rows + 0.25) as figure:
         panels = figure.subplots(
             rows, 2, sharex=True, sharey=True, squeeze=False
         ).ravel()
         for axes, (speed, errors) in zip(panels, found.items(), strict=False):
             for value, colour, line in zip(VALUES, COLOURS, errors, strict=True):
-                own = (
-                    {"linewidth": 2.4, "zorder": 1, "alpha": 0.55}
-                    if value == C1
-                    else {"linewidth": 0.9}
-                )
+                own = {"linewidth": 0.9}
+                if value == C1:
+                    own = {"linewidth": 2.4, "zorder": 1, "alpha": 0.55}
                 axes.plot(TIMES, line, color=colour, label=f"c1 = {value:g}", **own)
             mark = " (> ISO)" if over_limit(speed) else ""
             axes.set(
@@ -201,7 +185,7 @@ def _figure(found: dict[float, np.ndarray], label: str):
         panels[len(found) - 1].set_xlabel("time [s]")
         for axes in panels[0 : len(found) : 2]:
             axes.set_ylabel(label)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

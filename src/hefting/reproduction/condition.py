@@ -5,7 +5,7 @@ import numpy as np
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
 from hefting.identification.identifiability import condition_number
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     DURATION,
@@ -40,13 +40,9 @@ def jobs(quick: bool) -> list[Job]:
     """For each motion: the regressor does not depend on what is held."""
     speeds = (1.0, 2.0) if quick else tuple(SPEEDS)
     seeds = 2 if quick else SEEDS
-    arm, speed, duration = ROBOT
     return [
-        *(
-            {"arm": "ur5", "speed": s, "duration": DURATION, "seeds": seeds}
-            for s in speeds
-        ),
-        {"arm": arm, "speed": speed, "duration": duration, "seeds": seeds},
+        {"arm": arm, "speed": speed, "duration": duration, "seeds": seeds}
+        for arm, speed, duration in (*(("ur5", s, DURATION) for s in speeds), ROBOT)
     ]
 
 
@@ -81,29 +77,11 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         at = None if known is None else EXACT * exact / known
         ratios = (None, None) if known is None else (exact / known, averaged / known)
         rising = job["speed"] ** 2 * exact
-        summary.append(
-            (
-                job["arm"],
-                job["speed"],
-                job["duration"],
-                known,
-                exact,
-                averaged,
-                *ratios,
-                rising,
-                at,
-            )
-        )
-        every += [
-            (
-                job["arm"],
-                job["speed"],
-                level,
-                *values,
-                result["windows"] if level == "none" else None,
-            )
-            for level, values in result["levels"].items()
-        ]
+        motion = job["arm"], job["speed"], job["duration"]
+        summary.append((*motion, known, exact, averaged, *ratios, rising, at))
+        for level, values in result["levels"].items():
+            windows = result["windows"] if level == "none" else None
+            every.append((*motion[:2], level, *values, windows))
     tables = (
         Table(
             "condition",
@@ -180,8 +158,7 @@ def _figure(results: list[tuple[Job, Result]]):
     ]
     robot = next(result for job, result in results if job["arm"] == "xarm7")
     speeds = [speed for speed, _ in simulated]
-    with style():
-        figure = figure_of(2.7)
+    with drawing(2.7) as figure:
         axes = figure.subplots()
         exact = np.array([result["levels"]["none"] for _, result in simulated])
         band = f"exact motion, {SIZES[0]} to {SIZES[-1]} m"
@@ -225,7 +202,7 @@ def _figure(results: list[tuple[Job, Result]]):
         axes.set_yticks([], minor=True)
         axes.set_ylim(0.9 * exact.min(), 1.1 * exact.max())
         legend_above(figure, axes, 2)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

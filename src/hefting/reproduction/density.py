@@ -3,6 +3,7 @@
 import time
 from collections.abc import Callable
 from functools import cache
+from itertools import product
 
 import numpy as np
 
@@ -66,25 +67,12 @@ CONFIDENCE = 0.975
 
 def jobs(quick: bool) -> list[Job]:
     """For each object, and for each density's compute time."""
-    objects, seeds = (
-        (("hammer", "half-n-half", "rod"), 2) if quick else (OBJECTS, SEEDS)
-    )
+    objects = ("hammer", "half-n-half", "rod") if quick else OBJECTS
     densities = (0.01, *COMPARED) if quick else DENSITIES
-    return [
-        *(
-            {
-                "kind": "accuracy",
-                "object": name,
-                "densities": list(densities),
-                "seeds": seeds,
-            }
-            for name in objects
-        ),
-        *(
-            {"kind": "time", "object": objects[0], "density": d, "seed": 0}
-            for d in densities
-        ),
-    ]
+    every = {"densities": list(densities), "seeds": 2 if quick else SEEDS}
+    accuracy = [{"kind": "accuracy", "object": name, **every} for name in objects]
+    timed = {"kind": "time", "object": objects[0]}
+    return [*accuracy, *(timed | {"density": d, "seed": 0} for d in densities)]
 
 
 def run(job: Job) -> Result:
@@ -133,11 +121,8 @@ def _accuracy(job: Job) -> Result:
 
 def _errors(subject: Thing, estimate: Estimate) -> dict[str, float]:
     axis, found = subject.held.pose[:3, 2], subject.errors(estimate)
-    off = float(
-        axis
-        @ (estimate.parameters.center_of_mass - subject.held.parameters.center_of_mass)
-    )
-    across = 100.0 * abs(off) / float(subject.held.extents[2])
+    wrong = estimate.parameters.center_of_mass - subject.held.parameters.center_of_mass
+    across = 100.0 * abs(float(axis @ wrong)) / float(subject.held.extents[2])
     return {
         name: across if name == "across" else getattr(found, name) for name in NAMES
     }
@@ -155,12 +140,8 @@ def _timed(job: Job) -> Result:
         state = method.update(method.start(), some)
         solve.append(_seconds(lambda: method.estimate(state)))  # noqa: B023
         whole.append(_seconds(lambda: method.fit(some)))  # noqa: B023
-    return {
-        "points": method.shape.n,
-        "layers": layers(method.shape),
-        "solve": solve,
-        "whole": whole,
-    }
+    grid = {"points": method.shape.n, "layers": layers(method.shape)}
+    return grid | {"solve": solve, "whole": whole}
 
 
 def _seconds(work: Callable[[], object]) -> float:
@@ -187,18 +168,11 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     grids = {
         job["density"]: (result["points"], result["layers"]) for job, result in timed
     }
-    accuracy = [
-        (
-            series,
-            d,
-            *grids[d],
-            round(t * RATE),
-            *(float(e[:, i, j].mean()) for e in errors.values()),
-        )
-        for series, errors in found.items()
-        for i, t in enumerate(TIMES)
-        for j, d in enumerate(densities)
-    ]
+    accuracy = []
+    for series, errors in found.items():
+        for (i, t), (j, d) in product(enumerate(TIMES), enumerate(densities)):
+            means = (float(e[:, i, j].mean()) for e in errors.values())
+            accuracy.append((series, d, *grids[d], round(t * RATE), *means))
     claims = [
         (
             series,
@@ -262,16 +236,10 @@ def _notes(
     def at(series: str, name: str, density: int, k: int = 0) -> float:
         return float(found[series][name][:, k, density].mean())
 
-    com = [
-        row
-        for row in claims
-        if row[1] == NAMES["center_of_mass"] and row[0] != "moderate, lambda kept"
-    ]
-    holds = (
-        "holds"
-        if all(row[-1] != "better" for row in com)
-        else "does NOT hold everywhere"
-    )
+    com = [row for row in claims if row[1] == NAMES["center_of_mass"]]
+    com = [row for row in com if row[0] != "moderate, lambda kept"]
+    better = any(row[-1] == "better" for row in com)
+    holds = "does NOT hold everywhere" if better else "holds"
     thick = (
         at("moderate", "across", usual) / 3.0 / at("moderate", "center_of_mass", usual)
     )
@@ -311,23 +279,11 @@ def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
     difference, n = fine - coarse, len(fine)
     mean, error = float(difference.mean()), float(difference.std(ddof=1) / np.sqrt(n))
     limit = float(t.ppf(CONFIDENCE, n - 1)) * error
-    verdict = (
-        "better"
-        if mean < -limit
-        else "no better (worse)"
-        if mean > limit
-        else "no better (within chance)"
-    )
-    return (
-        name,
-        count,
-        float(coarse.mean()),
-        float(fine.mean()),
-        mean,
-        error,
-        n,
-        verdict,
-    )
+    verdict = "no better (within chance)"
+    if abs(mean) > limit:
+        verdict = "better" if mean < 0.0 else "no better (worse)"
+    means = float(coarse.mean()), float(fine.mean())
+    return name, count, *means, mean, error, n, verdict
 
 
 def _growth(timed: list[tuple[Job, Result]]) -> str:

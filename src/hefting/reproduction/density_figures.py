@@ -2,17 +2,7 @@
 
 import numpy as np
 
-from hefting.plots.style import (
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    SKY,
-    VERMILION,
-    figure_of,
-    settled,
-    style,
-)
+from hefting.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, drawing
 from hefting.reproduction.experiment import Job, Result
 from hefting.reproduction.setting import legend_above, marked
 
@@ -30,8 +20,7 @@ def accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarra
         ("moderate", 1, BLUE, "^", "moderate noise, 35 s"),
         ("noise-free", 1, GREEN, "s", "noise-free, 35 s"),
     )
-    with style():
-        figure = figure_of(4.2)
+    with drawing(4.2) as figure:
         for axes, (name, label) in zip(
             figure.subplots(3, 1, sharex=True), panels.items(), strict=True
         ):
@@ -53,14 +42,13 @@ def accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarra
         axes.set_xticks([], minor=True)
         figure.align_ylabels()
         legend_above(figure, axes, 2)
-        return settled(figure)
+    return figure
 
 
 def times_figure(timed: list[tuple[Job, Result]], counts: tuple[int, ...]):
     """One line a density."""
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
-    with style():
-        figure = figure_of(2.6)
+    with drawing(2.6) as figure:
         left, right = figure.subplots(1, 2, sharey=True)
         for k, (_, result) in enumerate(timed):
             line = marked(colours[k], "os^Dv*"[k])
@@ -82,4 +70,4 @@ def times_figure(timed: list[tuple[Job, Result]], counts: tuple[int, ...]):
             axes.set_xlim(0, 1.03 * counts[-1])
             axes.set_xticks([0, 1000, 2000, 3000])
         legend_above(figure, left, 3)
-        return settled(figure)
+    return figure

@@ -39,13 +39,8 @@ class Table:
 
     def json(self) -> str:
         """A list of objects, one a row."""
-        return (
-            json.dumps(
-                [dict(zip(self.columns, row, strict=True)) for row in self.rows],
-                indent=1,
-            )
-            + "\n"
-        )
+        rows = [dict(zip(self.columns, row, strict=True)) for row in self.rows]
+        return json.dumps(rows, indent=1) + "\n"
 
     def markdown(self) -> str:
         """A Markdown table, numbers with three digits."""

@@ -90,11 +90,8 @@ def windows(duration: float) -> list[slice]:
     """All windows of a motion of so many seconds."""
     most = int((duration - EARLIEST) / STEP) + 1
     starts = [round(RATE * (EARLIEST + STEP * i)) for i in range(most)]
-    return [
-        slice(k, k + OBSERVATIONS)
-        for k in starts
-        if k + OBSERVATIONS <= round(RATE * duration)
-    ]
+    last = round(RATE * duration) - OBSERVATIONS
+    return [slice(k, k + OBSERVATIONS) for k in starts if k <= last]
 
 
 def causal_filter(observed: Observed) -> PoseFilter:

@@ -4,7 +4,7 @@ motions."""
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     OBJECTS,
@@ -94,46 +94,25 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         }
         for part in ("force", "torque")
     }
-    recomputed = [
-        (
-            name,
-            statistic,
-            others / (1.0 + others),
-            (1.0 + others) / others,
-            1.0 / others,
-            100.0 / (1.0 + others),
-        )
-        for k, statistic in enumerate(("mean", "median"))
-        for name, others in human(k).items()
-    ]
-    simulated = [
-        (
-            s,
-            SPEEDS[s],
-            *(_mean(results, s, name) for name in MOTION),
-            *(100.0 * float(shares[part][s].mean()) for part in shares),
-            *(float(np.mean(1.0 / (1.0 - shares[part][s]))) for part in shares),
-        )
-        for s in speeds
-    ]
+    recomputed = []
+    for k, statistic in enumerate(("mean", "median")):
+        for name, others in human(k).items():
+            total = 1.0 + others
+            ratios = others / total, total / others, 1.0 / others, 100.0 / total
+            recomputed.append((name, statistic, *ratios))
+    simulated = []
+    for s in speeds:
+        motion = (_mean(results, s, name) for name in MOTION)
+        percent = (100.0 * float(each[s].mean()) for each in shares.values())
+        times = (float(np.mean(1.0 / (1.0 - each[s]))) for each in shares.values())
+        simulated.append((s, SPEEDS[s], *motion, *percent, *times))
     mass, radius = HUMAN["object mass kg"][0], HUMAN["object radius m"][0]
-    own = [thing(name).held.parameters.mass for name in OBJECTS]
-    objects = [
-        (
-            f"YCB, {YCB_OBJECTS} objects, published",
-            mass,
-            radius,
-            mass * G,
-            mass * G * radius,
-        ),
-        (
-            "modular object, eight configurations",
-            float(np.mean(own)),
-            None,
-            float(np.mean(own)) * G,
-            None,
-        ),
-    ]
+    own = float(np.mean([thing(name).held.parameters.mass for name in OBJECTS]))
+    title = f"YCB, {YCB_OBJECTS} objects, published"
+    objects = (
+        (title, mass, radius, mass * G, mass * G * radius),
+        ("modular object, eight configurations", own, None, own * G, None),
+    )
     published = ("published, over other forces", "about", None, DOMINANCE, None, None)
     columns = (
         "quantity",
@@ -160,7 +139,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                 "weight N",
                 "its torque at the radius N m",
             ),
-            tuple(objects),
+            objects,
         ),
         Table(
             "simulated",
@@ -222,8 +201,7 @@ def _mean(results: list[tuple[Job, Result]], speed: float, name: str) -> float:
 
 
 def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
-    with style():
-        figure = figure_of(2.5)
+    with drawing(2.5) as figure:
         axes = figure.subplots()
         for (part, found), colour, marker in zip(
             shares.items(), (BLUE, VERMILION), "os", strict=True
@@ -258,7 +236,7 @@ def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
             ylim=(0.0, 102.0),
         )
         legend_above(figure, axes, 2)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
-from hefting.plots.style import INK, figure_of, settled, style
+from hefting.plots.style import INK, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     COLOURS,
@@ -14,7 +14,6 @@ from hefting.reproduction.setting import (
     METHODS,
     OBJECTS,
     SPEEDS,
-    grouped,
     legend_above,
     mark_limit,
     mean,
@@ -66,30 +65,24 @@ def run(job: Job) -> Result:
 def _over_time(estimator, z, subject) -> dict[str, list]:
     state, begin = estimator.start(), 0
     out: dict[str, list] = {
-        "mass": [],
-        "center_of_mass": [],
-        "inertia": [],
-        "consistent": [],
+        name: [] for name in ("mass", "center_of_mass", "inertia", "consistent")
     }
     for end in np.searchsorted(z.time - z.time[0], TIMES):
         state = estimator.update(state, z[begin:end])
         begin = end
         estimate = estimator.estimate(state)
         errors = subject.errors(estimate)
-        for name, value in (
-            ("mass", errors.mass),
-            ("center_of_mass", errors.center_of_mass),
-            ("inertia", errors.inertia_at_origin),
-            ("consistent", estimate.physically_consistent),
-        ):
-            out[name].append(value)
+        out["mass"].append(errors.mass)
+        out["center_of_mass"].append(errors.center_of_mass)
+        out["inertia"].append(errors.inertia_at_origin)
+        out["consistent"].append(estimate.physically_consistent)
     return out
 
 
 def report(results: list[tuple[Job, Result]]) -> Report:
     """Errors after 10 s, over time, and the paper's two figures."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
-    by_speed = grouped(results, "speed")
+    by_speed = {s: [r for job, r in results if job["speed"] == s] for s in speeds}
     at = TIMES.index(SHOWN)
 
     def average(
@@ -97,7 +90,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     ) -> float | None:
         return mean(
             float(r["levels"][level]["methods"][method][what][k])
-            for r in by_speed[(speed,)]
+            for r in by_speed[speed]
         )
 
     columns = [
@@ -108,11 +101,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     rows, over_time = [], []
     for level in NOISE_LEVELS:
         for speed in speeds:
-            snr = (
-                None
-                if level == "none"
-                else mean(r["levels"][level]["snr"] for r in by_speed[(speed,)])
-            )
+            snr = None
+            if level != "none":
+                snr = mean(r["levels"][level]["snr"] for r in by_speed[speed])
             cells = []
             for method in METHODS:
                 cells += [
@@ -123,15 +114,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                     100.0 * (average(speed, level, method, "consistent", at) or 0.0)
                 )
             rows.append((level, speed, snr, *cells))
-            over_time += [
-                (
-                    level,
-                    speed,
-                    t,
-                    *(average(speed, level, m, "inertia", k) for m in METHODS),
-                )
-                for k, t in enumerate(TIMES)
-            ]
+            for k, t in enumerate(TIMES):
+                inertia = (average(speed, level, m, "inertia", k) for m in METHODS)
+                over_time.append((level, speed, t, *inertia))
     title = "Mean errors over the objects after 10 s, and the share of bodies that can exist"
     tables = (
         Table("after-10-s", title, ("noise", "rad/s", "SNR", *columns), tuple(rows)),
@@ -160,8 +145,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 def _by_speed_figure(speeds, average, by_speed, at):
     levels = [level for level in NOISE_LEVELS if level != "none"]
-    with style():
-        figure = figure_of(2.6, width=7.2)
+    with drawing(2.6, width=7.2) as figure:
         axes = figure.subplots(1, len(levels), sharey=True)
         for ax, level in zip(axes, levels, strict=True):
             for method in METHODS:
@@ -185,9 +169,7 @@ def _by_speed_figure(speeds, average, by_speed, at):
             )
             mark_limit(ax)
             ratios = ax.twinx()
-            snr = [
-                mean(r["levels"][level]["snr"] for r in by_speed[(s,)]) for s in speeds
-            ]
+            snr = [mean(r["levels"][level]["snr"] for r in by_speed[s]) for s in speeds]
             ratios.plot(speeds, snr, color=INK, linestyle="--", linewidth=1.6)
             ratios.set(yscale="log", ylim=SNR_RANGE)
             if ax is axes[-1]:
@@ -197,12 +179,11 @@ def _by_speed_figure(speeds, average, by_speed, at):
                 ratios.yaxis.set_visible(False)
         axes[0].set_ylabel("inertia error after 10 s [%]")
         legend_above(figure, axes[0], len(METHODS) + 2)
-        return settled(figure)
+    return figure
 
 
 def _over_time_figure(speeds, average):
-    with style():
-        figure = figure_of(2.3, width=7.2)
+    with drawing(2.3, width=7.2) as figure:
         axes = np.atleast_1d(figure.subplots(1, len(speeds), sharey=True))
         for ax, speed in zip(axes, speeds, strict=True):
             for method in METHODS:
@@ -240,7 +221,7 @@ def _over_time_figure(speeds, average):
                 )
         axes[0].set_ylabel("inertia error [%]")
         legend_above(figure, axes[0], len(METHODS))
-        return settled(figure)
+    return figure
 
 
 def _line(method: str) -> dict[str, Any]:

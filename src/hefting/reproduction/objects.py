@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import tensor_to_vector
-from hefting.plots.style import BLUE, INK, SKY, VERMILION, figure_of, settled, style
+from hefting.plots.style import BLUE, INK, SKY, VERMILION, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import OBJECTS
 from hefting.simulation import MODULAR, Part
@@ -82,8 +82,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 def _figure(objects: list[tuple[str, Result]]):
     from matplotlib.lines import Line2D
 
-    with style():
-        figure = figure_of(5.3, 7.2)
+    with drawing(5.3, 7.2) as figure:
         panels = figure.subplots(2, 4, sharex=True, sharey=True).ravel()
         dot = {
             "markersize": 5.0,
@@ -144,7 +143,7 @@ def _figure(objects: list[tuple[str, Result]]):
             ncols=len(handles),
             handletextpad=0.2,
         )
-        return settled(figure)
+    return figure
 
 
 def _depth(part: Part) -> int:

@@ -127,12 +127,8 @@ def run(job: Job) -> Result:
     even = InertialParameters(
         subject.held.parameters.mass * subject.shape.homogeneous.vector
     )
-    return {
-        "kinds": kinds,
-        "homogeneous": subject.errors(
-            Estimate("homogeneous", even, 0)
-        ).inertia_at_origin,
-    }
+    homogeneous = subject.errors(Estimate("homogeneous", even, 0)).inertia_at_origin
+    return {"kinds": kinds, "homogeneous": homogeneous}
 
 
 def _motions(

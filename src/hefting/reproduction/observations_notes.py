@@ -88,10 +88,8 @@ def _consistency(scores: Scores, speeds: list[float]) -> str:
 def _motion_errors(results: list[tuple[Job, Result]]) -> str:
     """How much larger errors of the accelerations are than with the warm filter."""
     rms = {
-        kind: np.mean([r["kinds"][kind]["accelerations"] for _, r in results], axis=0)[
-            2:
-        ]
-        for kind in KINDS
+        k: np.mean([r["kinds"][k]["accelerations"][2:] for _, r in results], axis=0)
+        for k in KINDS
     }
     times = {kind: rms[kind] / rms["warm"] for kind in KINDS if kind != "warm"}
     listed = "; ".join(
@@ -102,8 +100,7 @@ def _motion_errors(results: list[tuple[Job, Result]]) -> str:
 
 
 def _alike(scores: Scores, speeds: list[float]) -> str:
-    """How many published figures each kind of motion comes near, and which error none
-    of them does."""
+    """How many published figures each motion comes near, and which error none does."""
     rows = differences(scores, speeds).rows
     near = {
         kind: sum(kind in str(row[-1]).split("; ") for row in rows) for kind in COMPARED
@@ -168,8 +165,7 @@ def _evenness(results: list[tuple[Job, Result]]) -> str:
 
 
 def _least(scores: Scores, speeds: list[float]) -> str:
-    """The method of least inertia error, in the mean over the speeds, by kind of
-    motion."""
+    """The method of least inertia error, as mean over speeds, by kind of motion."""
     methods = list(dict.fromkeys(method for _, method, _ in scores))
     means = {
         (kind, m): _means(scores, kind, m, speeds) for kind in KINDS for m in methods

@@ -6,17 +6,7 @@ from itertools import product
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, Array
-from hefting.plots.style import (
-    BLACK,
-    BLUE,
-    GREEN,
-    ORANGE,
-    PURPLE,
-    VERMILION,
-    figure_of,
-    settled,
-    style,
-)
+from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, drawing
 from hefting.reproduction.experiment import Cell, Job, Result, Table
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
 from hefting.reproduction.setting import (
@@ -157,20 +147,10 @@ def differences(scores: Scores, speeds: list[float]) -> Table:
                         error(scores, kind, method, s, quantity) / theirs
                         for kind in COMPARED
                     ]
-                    alike = [
-                        k
-                        for k, r in zip(COMPARED, ratios, strict=True)
-                        if _is_alike(r, theirs)
-                    ]
+                    pairs = zip(COMPARED, ratios, strict=True)
+                    like = "; ".join(k for k, r in pairs if _is_alike(r, theirs))
                     rows.append(
-                        (
-                            method,
-                            label,
-                            s,
-                            printed(theirs),
-                            *ratios,
-                            "; ".join(alike) or "none",
-                        )
+                        (method, label, s, printed(theirs), *ratios, like or "none")
                     )
     columns = (
         "method",
@@ -221,17 +201,9 @@ def _everything(scores: Scores) -> Table:
     rows = []
     for (kind, method, speed), values in scores.items():
         middle = np.median(values[:, :4], axis=0)
-        rows.append(
-            (
-                kind,
-                method,
-                speed,
-                len(values),
-                *map(float, values[:, :4].mean(axis=0)),
-                *map(float, middle),
-            )
-        )
-        rows[-1] += (100.0 * float(values[:, -1].mean()),)
+        means, share = values[:, :4].mean(axis=0), 100.0 * values[:, -1].mean()
+        numbers = map(float, (*means, *middle, share))
+        rows.append((kind, method, speed, len(values), *numbers))
     names = [name.replace("_", " ") for name in SCORES[:4]]
     columns = (
         "motion",
@@ -250,20 +222,17 @@ def figure(scores: Scores, speeds: list[float]):
     """A panel an error, a group a method, in it a line a kind of motion."""
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
     places = [list(SPEEDS).index(s) for s in speeds]
-    with style():
-        figure = figure_of(2.9, 7.2)
+    with drawing(2.9, 7.2) as figure:
         panels = figure.subplots(1, 3)
         for quantity, axes in enumerate(panels):
             for (i, method), (j, (kind, (colour, marker))) in product(
                 enumerate(methods), enumerate(DRAWN.items())
             ):
-                row = PUBLISHED[method.split(",")[0]][quantity]
-                values = [
-                    row[place]
-                    if kind == "published"
-                    else error(scores, kind, method, s, quantity)
-                    for place, s in zip(places, speeds, strict=True)
-                ]
+                if kind == "published":
+                    row = PUBLISHED[method.split(",")[0]][quantity]
+                    values = [row[place] for place in places]
+                else:
+                    values = [error(scores, kind, method, s, quantity) for s in speeds]
                 at = i + 0.14 * (j - 2.5) + 0.04 * (np.arange(len(speeds)) - 1)
                 look = {
                     "linewidth": 0.7,
@@ -285,4 +254,4 @@ def figure(scores: Scores, speeds: list[float]):
             f"within a group, left to right: {listed} rad/s; > ISO: above {SPEED_LIMIT} m/s (ISO 10218-1)"
         )
         legend_above(figure, panels[0], len(DRAWN))
-        return settled(figure)
+    return figure

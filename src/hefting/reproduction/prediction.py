@@ -4,7 +4,7 @@ import numpy as np
 
 from hefting.core.regressor import predict_wrench
 from hefting.estimators import PMD
-from hefting.plots.style import COMPONENTS, INK, figure_of, settled, style
+from hefting.plots.style import COMPONENTS, INK, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import Observed, causal_filter, cold, warm
 from hefting.reproduction.robot import SPEED
@@ -68,14 +68,9 @@ def run(job: Job) -> Result:
 
 
 def _rms(values: np.ndarray) -> float:
+    squares = np.square(values)
     return float(
-        np.sqrt(
-            np.mean(
-                np.sum(np.square(values), axis=-1)
-                if values.ndim == 2
-                else np.square(values)
-            )
-        )
+        np.sqrt(np.mean(squares.sum(axis=-1) if values.ndim == 2 else squares))
     )
 
 
@@ -85,13 +80,8 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     for kind in KINDS:
         for job, result in results:
             error, size = np.array(result[kind]["error"]), np.array(result["size"])
-            rows.append(
-                (
-                    kind,
-                    job["object"],
-                    *map(float, (*error, *(100.0 * error[:2] / size[:2]))),
-                )
-            )
+            numbers = map(float, (*error, *(100.0 * error[:2] / size[:2])))
+            rows.append((kind, job["object"], *numbers))
         means = np.mean([row[2:] for row in rows if row[0] == kind], axis=0)
         rows.append((kind, "mean", *map(float, means)))
     columns = (
@@ -133,8 +123,7 @@ def _figure(result: Result):
     time = np.array(result["time"])
     true = np.array(result["true"])
     found = np.array(result["warm"]["torque"])
-    with style():
-        figure = figure_of(3.0)
+    with drawing(3.0) as figure:
         torques, rest = figure.subplots(
             2, 1, sharex=True, gridspec_kw={"height_ratios": (2.6, 1.0)}
         )
@@ -158,7 +147,7 @@ def _figure(result: Result):
         torques.set(ylabel="torque [N m]")
         rest.set(xlabel="time [s]", ylabel="difference\n[mN m]", xlim=(0.0, DURATION))
         figure.align_ylabels()
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

@@ -10,16 +10,7 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.plots.style import (
-    BLACK,
-    BLUE,
-    ORANGE,
-    PURPLE,
-    VERMILION,
-    figure_of,
-    settled,
-    style,
-)
+from hefting.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, drawing
 from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
 from hefting.reproduction.filtered import (
     Observed,
@@ -272,19 +263,17 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
 
 def _figure(mean: dict[tuple[str, str, str], Array]):
     """A panel an error, a group a method, in it a mark a kind of motion."""
-    with style():
-        figure = figure_of(2.5, 7.2)
+    with drawing(2.5, 7.2) as figure:
         panels = figure.subplots(1, 3)
         for quantity, (axes, name) in enumerate(
             zip(panels, QUANTITIES.values(), strict=True)
         ):
             for j, (label, (key, colour, marker)) in enumerate(DRAWN.items()):
-                values = [
-                    PUBLISHED[method.split(",")[0]][quantity]
-                    if key is None
-                    else mean[(*key, method)][quantity]
-                    for method in METHODS
-                ]
+                if key is None:
+                    means = [PUBLISHED[method.split(",")[0]] for method in METHODS]
+                else:
+                    means = [mean[(*key, method)] for method in METHODS]
+                values = [each[quantity] for each in means]
                 at = np.arange(len(METHODS)) + 0.15 * (j - 2)
                 look = {
                     "color": colour,
@@ -297,7 +286,7 @@ def _figure(mean: dict[tuple[str, str, str], Array]):
             axes.set_ylabel(f"{name} error [%]")
         panels[1].set_xlabel("method")
         legend_above(figure, panels[0], len(DRAWN))
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

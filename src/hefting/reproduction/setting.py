@@ -1,6 +1,6 @@
 """The paper's setting, how errors are summed up, and what the figures share."""
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import TYPE_CHECKING, Any
@@ -78,13 +78,12 @@ def wielded(
     speed: float,
     arm: str = "ur5",
     duration: float = DURATION,
-    rate: float = RATE,
 ) -> Wielding:
     """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s],
     exact, from MuJoCo."""
     robot = {"ur5": UR5, "xarm7": XARM7}[arm]
     return wield_in_mujoco(
-        robot, sinusoids(duration, rate, speed, robot), thing(name).held.parameters
+        robot, sinusoids(duration, RATE, speed, robot), thing(name).held.parameters
     )
 
 
@@ -130,17 +129,6 @@ def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
         np.repeat(levels, 3)
     )
     return float(np.exp(np.mean(np.log(ratios))))
-
-
-def grouped(
-    results: Iterable[tuple[Mapping, Mapping]], *keys: str
-) -> dict[tuple, list[Mapping]]:
-    """Results by the values of some of their jobs' parameters, in the order in which
-    those first come."""
-    groups: dict[tuple, list[Mapping]] = {}
-    for job, result in results:
-        groups.setdefault(tuple(job[key] for key in keys), []).append(result)
-    return groups
 
 
 LIMIT = float(np.interp(SPEED_LIMIT, list(SPEEDS.values()), list(SPEEDS)))

@@ -1,12 +1,13 @@
 """Stop-and-go: PMD's mass and COM from samples at rest in many poses."""
 
+from dataclasses import fields
 from functools import cache
 
 import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import PMD
-from hefting.plots.style import BLUE, INK, VERMILION, figure_of, settled, style
+from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
 from hefting.reproduction.setting import (
     C1,
@@ -61,17 +62,7 @@ def rests(name: str, seed: int) -> Measurements:
     MuJoCo."""
     joints = stop_and_go(DURATION, RATE, DWELL, MOVE, seed)
     still = ~np.any((joints.velocity != 0.0) | (joints.acceleration != 0.0), axis=1)
-    joints = JointMotion(
-        *(
-            values[still]
-            for values in (
-                joints.time,
-                joints.position,
-                joints.velocity,
-                joints.acceleration,
-            )
-        )
-    )
+    joints = JointMotion(*(getattr(joints, f.name)[still] for f in fields(joints)))
     return wield_in_mujoco(UR5, joints, thing(name).held.parameters).measurements
 
 
@@ -122,8 +113,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray):
-    with style():
-        figure = figure_of(2.3)
+    with drawing(2.3) as figure:
         axes = figure.subplots()
         place = np.arange(len(names))
         for i, (label, colour, marker) in enumerate(
@@ -156,7 +146,7 @@ def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray):
         axes.set(yscale="log", ylabel="error [%]")
         axes.set_xticks(place, names, rotation=30, ha="right")
         legend_above(figure, axes, 2)
-        return settled(figure)
+    return figure
 
 
 EXPERIMENT = Experiment(

@@ -17,11 +17,12 @@ def noise_of(a: Any) -> "tuple[Noise | None, float]":
     samples there will be a second [Hz]; None where neither was given."""
     from hefting.core.measurements import Noise
 
-    if a.sensor_noise is None and a.noise_from is not None:
-        noise, rate = _noise_of_recording(a)
-        return noise, rate if a.rate is None else a.rate
+    rate = RATE if a.rate is None else a.rate
     if a.sensor_noise is None:
-        return None, RATE if a.rate is None else a.rate
+        if a.noise_from is None:
+            return None, rate
+        noise, own = _noise_of_recording(a)
+        return noise, own if a.rate is None else rate
     if a.noise_from is not None:
         what = "is given beside --noise-from"
         raise InputError(what, "--sensor-noise", "leave one of them out")
@@ -30,7 +31,7 @@ def noise_of(a: Any) -> "tuple[Noise | None, float]":
     if not min(force, torque) > 0.0:
         what = f"'{a.sensor_noise}' has no noise, and every sensor has some"
         raise InputError(what, "--sensor-noise", "as in 0.1N,5mNm")
-    return Noise(force, torque), RATE if a.rate is None else a.rate
+    return Noise(force, torque), rate
 
 
 def sensor_range_of(text: str | None) -> tuple[float | None, float | None]:

@@ -81,14 +81,10 @@ def said(options: Mapping[str, Any]) -> dict[str, Value]:
             what = f"there is no option '{written}'{nearest(name, kinds)}"
             raise InputError(what, fix="hefting identify --help lists them")
         value = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
-        if not _is_blank(value):
+        is_nan = isinstance(value, float) and value != value
+        if not (value is None or value == "" or is_nan):
             given[name] = _typed(name, value, kinds[name])
     return given
-
-
-def _is_blank(value: Any) -> bool:
-    is_nan = isinstance(value, float) and value != value
-    return value is None or is_nan or value == ""
 
 
 def _typed(name: str, value: Any, kind: type) -> Value:
@@ -173,7 +169,7 @@ def identify_requested(
     )
 
 
-def reading_of_one(request: SimpleNamespace, recording: Any) -> dict[str, Any]:
+def reading_of_one(request: Any, recording: Any) -> dict[str, Any]:
     """How one recording is to be read, as arguments of `hefting.identify`."""
     reading = reading_of(request, gravity_of(request), [recording])
     if not isinstance(reading["bias"], str):
@@ -192,7 +188,10 @@ def check_request(request: SimpleNamespace) -> None:
     hyperparameters_of(a)
     bias_said(a.bias)
     _check_words(a)
-    _check_part(a)
+    if not a.start >= 0.0:
+        raise InputError(f"{a.start:g} s is before a recording", "--start")
+    if a.duration is not None and not a.duration > 0.0:
+        raise InputError(f"{a.duration:g} s is no time", "--duration")
     _check_files(a)
     shape_of(SimpleNamespace(**{**vars(a), "hull": a.hull and a.shape is not None}))
 
@@ -207,14 +206,6 @@ def _check_words(a: Any) -> None:
         method_named(a.method)
     check_convention(a.wrench)
     check_source(a.motion)
-
-
-def _check_part(a: Any) -> None:
-    """The part of a recording that is used."""
-    if not a.start >= 0.0:
-        raise InputError(f"{a.start:g} s is before a recording", "--start")
-    if a.duration is not None and not a.duration > 0.0:
-        raise InputError(f"{a.duration:g} s is no time", "--duration")
 
 
 def _check_files(a: Any) -> None:

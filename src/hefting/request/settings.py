@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
     from hefting.core.spatial import Array
+    from hefting.robots import Robot
     from hefting.shapes import Shape
 
 
@@ -168,14 +169,24 @@ def shape_of(a: Any) -> "Shape | None":
     """The shape that was given, if one was. `InputError` as `hefting.load_shape`."""
     if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
         raise InputError("whose convex hull?", "--hull", "give --shape FILE")
-    from hefting.shapes import load_shape, parse_pose
+    from hefting.shapes import load_shape
 
-    pose = parse_pose(a.object_pose) if a.object_pose else None
+    pose = pose_of(a.object_pose)
     if a.box is None and a.shape is None:
         return None
     if a.box is not None:
         return _box(a, pose)
     return load_shape(a.shape, a.unit, pose, a.points, a.points_per_cm3, a.hull)
+
+
+def pose_of(text: str | None) -> "Array | None":
+    """A pose (4, 4) that was given [m], if one was. `InputError` as
+    `hefting.parse_pose`."""
+    if not text:
+        return None
+    from hefting.shapes import parse_pose
+
+    return parse_pose(text)
 
 
 def require_shape(a: Any) -> None:
@@ -222,7 +233,9 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
     """A recording as logged at `path`, with poses by a URDF's kinematics where one is
     given, and of the sensor."""
     if a.urdf:
-        recording = _posed(a, recording)
+        from hefting.robots import with_poses
+
+        recording = with_poses(recording, robot_of(a))
     elif a.sensor_frame and "sensor_frame" not in _own_options(path):
         raise InputError("--sensor-frame is for bags and for --urdf", where=path)
     pose, turned = a.sensor_pose_in_log, a.sensor_turned
@@ -266,12 +279,12 @@ def _own_options(path: str) -> "Mapping[str, tuple[str, str]]":
     return found.options if found else {}
 
 
-def _posed(a: Any, recording: "Recording") -> "Recording":
-    """A recording of joint angles with poses by the URDF that is given."""
+def robot_of(a: Any) -> "Robot":
+    """The robot of the URDF that is given, whose joints move the sensor."""
+    from hefting.robots import Robot
+
     if not a.sensor_frame:
         raise InputError(
             "which link holds the sensor?", a.urdf, "give --sensor-frame NAME"
         )
-    from hefting.robots import Robot, with_poses
-
-    return with_poses(recording, Robot.from_urdf(a.urdf, a.sensor_frame))
+    return Robot.from_urdf(a.urdf, a.sensor_frame)

@@ -13,11 +13,7 @@ from hefting.core.files import read_xml
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array, frozen
 from hefting.robots.inertials import Inertial, Inertials, read_inertials
-from hefting.robots.nearest_inertia import (
-    distance,
-    nearest_inertia,
-    second_moments,
-)
+from hefting.robots.nearest_inertia import distance, nearest_inertia, second_moments
 
 ROUNDING = 1e-12
 """Share of the largest moment below which a difference of moments is rounding. Files
@@ -170,8 +166,7 @@ def _fault_of_tensor(inertia: Array) -> tuple[Message | None, float | None]:
 
 
 def _doubts(inertial: Inertial, idle: str | None) -> tuple[Message, ...]:
-    """Of a link that is possible; `idle` is the joint that moves nothing of mass with
-    it."""
+    """Of a possible link; `idle` is the joint that moves nothing of mass with it."""
     doubts = []
     if idle is not None:
         what = f"joint '{idle}' moves it, and nothing beyond that joint has mass"

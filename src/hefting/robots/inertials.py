@@ -20,7 +20,7 @@ from hefting.robots.urdf import (
     MOST,
     check_expanded,
     check_repeated,
-    is_xacro,
+    check_tag,
     read_name,
     read_numbers,
     read_origin,
@@ -102,7 +102,7 @@ def read_inertials(data: bytes, path: str | Path) -> Inertials:
     are one tree is not looked at.
     """
     reader = _Reader(path)
-    parse_xml(data, path, reader.start, reader.end)
+    parse_xml(data, path, reader.start)
     check_repeated([link.name for link in reader.links], "links", path)
     return Inertials(
         tuple(_inertial(link, path) for link in reader.links),
@@ -112,8 +112,7 @@ def read_inertials(data: bytes, path: str | Path) -> Inertials:
 
 @dataclass
 class _Link:
-    """A link as it is being read: attributes and offset of the parts of its
-    inertial."""
+    """A link as it is being read: attributes and offset of its inertial's parts."""
 
     name: str
     parts: dict[str, tuple[dict[str, str], int]] | None = None
@@ -126,17 +125,12 @@ class _Reader:
         self.path = path
         self.links: list[_Link] = []
         self.joints: list[dict[str, str]] = []
-        self._inside: list[str] = []
 
-    def start(self, tag: str, attributes: dict[str, str], offset: int) -> None:
+    def start(
+        self, tag: str, attributes: dict[str, str], offset: int, inside: list[str]
+    ) -> None:
         """A start tag."""
-        if tag.startswith("xacro:"):
-            raise is_xacro(self.path)
-        inside = self._inside
-        if not inside and tag != "robot":
-            raise InputError(
-                f"is not URDF: its root is <{tag[:40]}>, not <robot>", where=self.path
-            )
+        check_tag(tag, self.path, is_root=not inside)
         if len(inside) == 1:
             self._child_of_robot(tag, attributes)
         elif inside[1:] == ["link"] and tag == "inertial":
@@ -147,11 +141,6 @@ class _Reader:
             parts.setdefault(tag, (attributes, offset))
         elif inside[1:] == ["joint"] and tag in ("parent", "child"):
             self.joints[-1].setdefault(tag, attributes.get("link", ""))
-        inside.append(tag)
-
-    def end(self, *_: object) -> None:
-        """An end tag."""
-        self._inside.pop()
 
     def _child_of_robot(self, tag: str, attributes: dict[str, str]) -> None:
         if tag == "link":
@@ -195,8 +184,7 @@ def _inertial(link: _Link, path: str | Path) -> Inertial:
 
 
 def _values(parts: dict[str, dict[str, str]]) -> tuple[float, Array, Array]:
-    """Mass, COM (3,) and tensor (3, 3); `InputError` for what is missing or no
-    number."""
+    """Mass, COM (3,), tensor (3, 3); `InputError` for what is missing or no number."""
     mass = _number(parts, "mass", "value")
     center, _ = read_origin(parts.get("origin", {}), "")
     entries = np.array([_number(parts, "inertia", name) for name in ENTRIES])

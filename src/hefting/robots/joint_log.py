@@ -70,9 +70,9 @@ def with_poses(
         )
     stream = recording["joint_positions"]
     names = tuple(joint_names) or recording.joint_names
-    q = stream.values[
-        :, _columns(names, stream.values.shape[1], robot, recording.source)
-    ]
+    count = stream.values.shape[1]
+    columns = _joints_of_columns(names, count, robot, recording.source)
+    q = stream.values[:, [columns.index(name) for name in robot.joints]]
     position, orientation = robot.poses(q)
     poses = {
         "position": Stream(stream.time, position, stream.rows),
@@ -101,35 +101,18 @@ def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:
     if not recording.has("joint_positions"):
         raise InputError("has no joint positions", recording.source)
     count = recording["joint_positions"].values.shape[1]
-    names = recording.joint_names
-    _columns(names, count, robot, recording.source)
-    unnamed = robot.joints if len(robot.joints) == count else robot.all_joints
-    return {name: column for column, name in enumerate(names or unnamed)}
+    names = _joints_of_columns(recording.joint_names, count, robot, recording.source)
+    return {name: column for column, name in enumerate(names)}
 
 
-def _columns(
+def _joints_of_columns(
     names: tuple[str, ...], count: int, robot: Robot, source: str
-) -> list[int]:
-    """For each of the robot's joints, the column that holds its position.
-
-    Parameters
-    ----------
-    names : tuple of str
-        Joint names of the columns; empty if the columns are not named.
-    count : int
-        Number of columns.
-    robot : Robot
-        Its `joints` are those that move the sensor frame.
-    source : str
-        Name of the log, for error messages.
-
-    Raises
-    ------
-    InputError
-        If the columns do not fit the robot, or their names are incomplete or ambiguous.
-    """
+) -> tuple[str, ...]:
+    """The joint whose position each of `count` columns holds: by their names; without
+    any, the robot's `joints` if that is their number, else its `all_joints`. `InputError`
+    where they do not fit the robot, or do not tell each of its joints."""
     if not names:
-        return _columns_without_names(count, robot, source)
+        return _joints_by_number(count, robot, source)
     if len(names) != count:
         raise InputError(
             f"{len(names)} joint names for {count} columns of joint positions",
@@ -144,15 +127,14 @@ def _columns(
         raise InputError(
             f"two columns of joint positions are named '{repeated[0]}'", where=source
         )
-    return [names.index(name) for name in robot.joints]
+    return names
 
 
-def _columns_without_names(count: int, robot: Robot, source: str) -> list[int]:
-    """The same for unnamed columns: in the order of the robot's `joints` if their
-    number agrees, else of `all_joints`; `InputError` if it agrees with neither."""
-    for joints_in_order in (robot.joints, robot.all_joints):
-        if len(joints_in_order) == count:
-            return [joints_in_order.index(name) for name in robot.joints]
+def _joints_by_number(count: int, robot: Robot, source: str) -> tuple[str, ...]:
+    """The same for columns without names."""
+    for joints in (robot.joints, robot.all_joints):
+        if len(joints) == count:
+            return joints
     needed = f"'{robot.sensor_frame}' is moved by {len(robot.joints)} ({listed(robot.joints)})"
     every = f", the whole robot by {len(robot.all_joints)} ({listed(robot.all_joints)})"
     what = f"has {count} unnamed joints, but in {robot.source} {needed}{every}"

@@ -89,29 +89,19 @@ def read_urdf(path: str | Path) -> Tree:
     """
     links: list[str] = []
     raw: list[tuple[dict[str, str], dict[str, dict[str, str]]]] = []
-    inside: list[str] = []
 
-    def start(tag: str, attributes: dict[str, str], _: int):
-        if tag.startswith("xacro:"):
-            raise is_xacro(path)
-        if not inside and tag != "robot":
-            raise InputError(
-                f"is not URDF: its root is <{tag[:40]}>, not <robot>", where=path
-            )
+    def start(tag: str, attributes: dict[str, str], _: int, inside: list[str]):
+        check_tag(tag, path, is_root=not inside)
         if len(inside) == 1 and tag == "link":
             links.append(read_name(attributes, "name", "a <link>", path))
         elif len(inside) == 1 and tag == "joint":
             raw.append((attributes, {}))
-        elif len(inside) == 2 and inside[1] == "joint" and tag in PARTS:
+        elif inside[1:] == ["joint"] and tag in PARTS:
             raw[-1][1].setdefault(tag, attributes)
         if max(len(links), len(raw)) > MOST:
             raise InputError(f"has more than {MOST:,} links or joints", where=path)
-        inside.append(tag)
 
-    def end(*_):
-        inside.pop()
-
-    parse_xml(read_xml(path), path, start, end)
+    parse_xml(read_xml(path), path, start)
     joints = [_joint(attributes, parts, path) for attributes, parts in raw]
     check_repeated(links, "links", path)
     check_repeated([joint.name for joint in joints], "joints", path)
@@ -138,6 +128,16 @@ def is_xacro(path: str | Path) -> InputError:
         where=path,
         fix="expand it first: xacro robot.xacro > robot.urdf",
     )
+
+
+def check_tag(tag: str, path: str | Path, *, is_root: bool) -> None:
+    """`InputError` for an element that xacro would replace, and for another root than
+    that of a URDF."""
+    if tag.startswith("xacro:"):
+        raise is_xacro(path)
+    if is_root and tag != "robot":
+        what = f"is not URDF: its root is <{tag[:40]}>, not <robot>"
+        raise InputError(what, where=path)
 
 
 def check_expanded(text: str, where: str | Path) -> None:
@@ -265,8 +265,7 @@ def check_repeated(names: list[str], what: str, path: str | Path) -> None:
 
 
 def _root(links: list[str], joints: list[Joint], path: str | Path) -> str:
-    """The root of the tree that the joints make of the links; `InputError` when they do
-    not."""
+    """The root of the tree of the joints; `InputError` where they make no tree."""
     if not links:
         raise InputError("has no links", where=path)
     known = set(links)

@@ -54,33 +54,21 @@ def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
     large, for more than `MOST_PARTS` elements, and for a file that `parse_xml` refuses.
     """
     parts: list[_Element] = []
-    inside: list[str] = []
     link = ""
 
-    def start(tag: str, attributes: dict[str, str], _: int):
+    def start(tag: str, attributes: dict[str, str], _: int, inside: list[str]):
         nonlocal link
         if len(inside) == 1 and tag == "link":
             link = attributes.get("name", "")
-        elif (
-            len(inside) == 2 and inside[1] == "link" and tag in ("visual", "collision")
-        ):
+        elif inside[1:] == ["link"] and tag in ("visual", "collision"):
             parts.append(_Element(link, tag))  # type: ignore[arg-type]
-        elif len(inside) >= 3 and inside[1] == "link" and inside[2] == tag_of(parts):
+        elif parts and inside[1:3] == ["link", parts[-1].part]:
             parts[-1].inner.setdefault(tag, attributes)
         if len(parts) > MOST_PARTS:
             raise InputError(f"has more than {MOST_PARTS:,} visual parts", where=path)
-        inside.append(tag)
 
-    def end(*_):
-        inside.pop()
-
-    parse_xml(read_xml(path), path, start, end)
+    parse_xml(read_xml(path), path, start)
     return tuple(_geometries(parts, path))
-
-
-def tag_of(parts: "list[_Element]") -> str:
-    """Tag of the element that was begun last."""
-    return parts[-1].part if parts else ""
 
 
 def mesh_file(name: str, folder: Path) -> Path | None:

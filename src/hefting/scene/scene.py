@@ -63,6 +63,11 @@ class Body:
     missing: str = ""
     """Why there is no ellipsoid, where inertia was asked for"""
 
+    @property
+    def open_axes(self) -> str:
+        """Names of the axes along which the COM is open: ``"x and z"``."""
+        return " and ".join("xyz"[k] for k in np.flatnonzero(np.isnan(self.center)))
+
 
 @dataclass(frozen=True, eq=False)
 class Scene:

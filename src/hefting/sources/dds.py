@@ -11,7 +11,7 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.logs.ros.layout import PLACEHOLDER, standard_definitions
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
@@ -118,15 +118,13 @@ class DdsTransport(Transport):
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
         """As `Transport`."""
-        try:
+        with needing("cyclonedds", "live"):
             from cyclonedds.builtin import (
                 BuiltinDataReader,
                 BuiltinTopicDcpsPublication,
             )
             from cyclonedds.core import DDSException, WaitSet
             from cyclonedds.domain import DomainParticipant
-        except ImportError as error:
-            raise MissingDependencyError("cyclonedds", "live") from error
         self._wants, self.topics = wants, []
         self._readers, self._names = {}, set()
         try:

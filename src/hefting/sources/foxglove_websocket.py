@@ -11,7 +11,7 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, cast
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.logs.ros.records import full_type
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
@@ -49,23 +49,19 @@ class FoxgloveTransport(Transport):
         super().__init__(name)
         self._channels: dict[int, Topic] = {}
         self._connection: ClientConnection | None = None
-        address_of(name, PORT, f"ws://localhost:{PORT}")
+        self._address = address_of(name, PORT, f"ws://localhost:{PORT}")
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
         """As `Transport`."""
-        try:
+        with needing("websockets", "live"):
             from websockets.exceptions import InvalidHandshake, InvalidURI
             from websockets.sync.client import connect
             from websockets.typing import Subprotocol
-        except ImportError as error:
-            raise MissingDependencyError("websockets", "live") from error
         self._wants, self.topics, self._channels = wants, [], {}
-        host, port, path = address_of(self.name, PORT, f"ws://localhost:{PORT}")
         scheme = self.name.partition("://")[0].lower()
-        place = f"[{host}]" if ":" in host else host
         try:
             self._connection = connect(
-                f"{scheme}://{place}:{port}/{path}",
+                f"{scheme}://{self._address.place}/{self._address.path}",
                 subprotocols=[Subprotocol(name) for name in PROTOCOLS],
                 compression=None,
                 open_timeout=PATIENCE,

@@ -95,7 +95,9 @@ class Pump:
         try:
             with suppress(EndOfSource):
                 self.source.open()
-                self._open()
+                self.state = "open"
+                for message in self.source.chosen:
+                    self._tell(message)
                 self._read_until_stopped()
             if not self.counts["samples"]:
                 self._check_readable()
@@ -105,11 +107,6 @@ class Pump:
         finally:
             self.source.close()
             self._over.set()
-
-    def _open(self) -> None:
-        self.state = "open"
-        for message in self.source.chosen:
-            self._tell(message)
 
     def _read_until_stopped(self) -> None:
         begin = time.monotonic()
@@ -232,12 +229,12 @@ def live(
             while not pump.wait(0.0):
                 now = identifier.wait(LONGEST_STEP)
                 if now is not None:
-                    yield _with_skipped(now, opened)
+                    yield with_skipped(now, opened)
         if pump.error is not None:
             raise pump.error
         last = identifier.close()
         if last is not None:
-            yield _with_skipped(last, opened)
+            yield with_skipped(last, opened)
 
 
 def _as_fast_as_it_goes(
@@ -277,7 +274,7 @@ def _samples(played: PlayedLog) -> Iterator[Samples]:
         return
 
 
-def _with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
+def with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
     """An estimate with the bad messages that the source left out."""
     skipped = now.counts.get("skipped", {}) + source.skipped
     return replace(now, counts={**now.counts, "skipped": skipped})

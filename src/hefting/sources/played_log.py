@@ -41,7 +41,8 @@ class PlayedLog:
         if self._done == -np.inf:
             # what is before the first sample has been given
             self._done = np.nextafter(recording.start, -np.inf)
-        self._begin = time.monotonic() - self._elapsed() / self._request.speed
+        given = max(self._done - recording.start, 0.0)
+        self._begin = time.monotonic() - given / self._request.speed
         said = (*recording.notes, *recording.warnings)
         own = tuple(text for text in said if isinstance(text, Message))
         speed = f" at {self._request.speed:g} times its speed"
@@ -65,11 +66,6 @@ class PlayedLog:
 
     def close(self) -> None:
         """Stop; nothing is held."""
-
-    def _elapsed(self) -> float:
-        """What has been given so far [s]."""
-        assert self._recording is not None
-        return max(self._done - self._recording.start, 0.0)
 
     def _due(self) -> float:
         """The time up to which samples are due [s]."""

@@ -10,11 +10,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.files import check_replaceable
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
-from hefting.logs.ros.serialising import McapOutput, Messages, serialise
+from hefting.logs.ros.serialising import McapOutput, Messages, channel_of, serialise
 from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
 from hefting.online.samples import Samples
 
@@ -72,7 +72,9 @@ class Recorder:
         """Take samples in the order in which they came."""
         latest = self._latest.get(samples.stream, -np.inf)
         if samples.time[0] < latest - FAR_BACK:
-            self._begin_again()
+            self.close()
+            self._latest, self._shift, self._poses = {}, None, None
+            self._file = _File(self._next_path())
         elif samples.stream in self._waiting and self._is_due():
             # it comes again: what came with it last time has come, too
             self._write()
@@ -91,11 +93,6 @@ class Recorder:
         name = self._path.stem if number == 1 else f"{self._path.stem}-{number}"
         self.paths.append(self._path.with_name(f"{name}.mcap"))
         return self.paths[-1]
-
-    def _begin_again(self) -> None:
-        self.close()
-        self._latest, self._shift, self._poses = {}, None, None
-        self._file = _File(self._next_path())
 
     def _is_due(self) -> bool:
         """Whether a block is full."""
@@ -173,15 +170,11 @@ class _File:
     """One MCAP file with ROS 2 messages."""
 
     def __init__(self, path: Path):
-        try:
+        with needing("foxglove-sdk", "live"):
             from foxglove import Context, open_mcap
             from foxglove.mcap import MCAPWriteOptions
-        except ImportError as error:
-            raise MissingDependencyError("foxglove-sdk", "live") from error
-        try:
+        with needing("rosbags", "live"):
             from rosbags.typesys import Stores, get_typestore
-        except ImportError as error:
-            raise MissingDependencyError("rosbags", "live") from error
         check_replaceable(path)
         self.path, self._store = path, get_typestore(Stores.ROS2_HUMBLE)
         try:
@@ -200,7 +193,10 @@ class _File:
         """Write messages in the order of their stamps; nothing after an error."""
         lines: list[tuple[int, Callable[..., None], bytes]] = []
         for group in groups:
-            send = self._channel(group)
+            if group.topic not in self._channels:
+                channel = channel_of(group, self._store, self._context)
+                self._channels[group.topic] = channel.log
+            send = self._channels[group.topic]
             rows = serialise(group, self._store, "cdr")
             stamps = group.time.tolist()
             lines += [
@@ -219,22 +215,6 @@ class _File:
         self._stream.close()
         if self._output.error is not None:
             raise self._error(self._output.error)
-
-    def _channel(self, group: Messages) -> Callable[..., None]:
-        """What writes to the topic of a group."""
-        from foxglove import Channel, Schema
-
-        if group.topic not in self._channels:
-            text, _ = self._store.generate_msgdef(group.type, ros_version=2)
-            schema = Schema(name=group.type, encoding="ros2msg", data=text.encode())
-            channel = Channel(
-                group.topic,
-                schema=schema,
-                message_encoding="cdr",
-                context=self._context,
-            )
-            self._channels[group.topic] = channel.log
-        return self._channels[group.topic]
 
     def _error(self, error: OSError) -> InputError:
         return InputError(f"cannot be written ({error.strerror or error})", self.path)

@@ -29,6 +29,12 @@ class Address(NamedTuple):
     path: str
     """What follows, without slashes around it."""
 
+    @property
+    def place(self) -> str:
+        """``HOST:PORT``, as addresses have it."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{host}:{self.port}"
+
 
 def address_of(name: str, port: int | None, example: str) -> Address:
     """Host, port and path of ``scheme://HOST[:PORT][/PATH]``.

@@ -11,7 +11,13 @@ from hefting.core.messages import Message
 from hefting.core.recording import JOINT_STREAMS
 from hefting.logs.ros.frames import list_names
 from hefting.logs.ros.layout import UnknownTypeError, definitions_for
-from hefting.logs.ros.messages import Collector, Gathered, Key, same_name
+from hefting.logs.ros.messages import (
+    Collector,
+    Gathered,
+    Key,
+    same_name,
+    without_slashes,
+)
 from hefting.logs.ros.series import FAR_BACK, Series
 from hefting.logs.ros.source import Topic
 from hefting.logs.ros.streams import Streams
@@ -50,8 +56,8 @@ class RosDecoder:
         self.chosen: tuple[Message, ...] = ()
         # velocities follow from the poses
         self._named = {**request.topics, "twist": "none"}
-        self._world = _stripped(request.world_frame)
-        self._sensor = _stripped(request.sensor_frame)
+        self._world = without_slashes(request.world_frame)
+        self._sensor = without_slashes(request.sensor_frame)
         self._joints: tuple[str, ...] = ()
         self._tf = Transforms()
         self._given = -np.inf
@@ -166,8 +172,7 @@ class RosDecoder:
     def _gather(
         self, messages: Sequence[RosMessage], counted: Counter[str]
     ) -> list[Gathered]:
-        """What the messages hold, by topic, with values that are finite; what is left
-        out is `counted`."""
+        """Finite values of the messages, by topic; what is left out is `counted`."""
         collector = Collector(self.name, self._named)
         for topic, logged, data in messages:
             if len(data) > MAX_MESSAGE:
@@ -254,10 +259,6 @@ def _seconds(series: Series) -> np.ndarray:
     """Stamps [s], each part to the last digit it has."""
     whole, part = np.divmod(series.time, 1_000_000_000)
     return whole + part * 1e-9
-
-
-def _stripped(name: str | None) -> str | None:
-    return name.strip("/") if name else None
 
 
 MAX_LINKS = 2000

@@ -16,7 +16,7 @@ from collections import Counter
 from collections.abc import Callable
 from typing import Any
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
 from hefting.sources.registry import (
@@ -80,11 +80,10 @@ class ZenohTransport(Transport):
 
     def __init__(self, name: str):
         super().__init__(name)
-        host, port, path = address_of(name, PORT, EXAMPLE)
-        if path and not path.isdigit():
+        address = address_of(name, PORT, EXAMPLE)
+        if address.path and not address.path.isdigit():
             raise InputError("the domain is a number", name, f"as in {EXAMPLE}")
-        place = f"[{host}]" if ":" in host else host
-        self._endpoint, self._domain = f"tcp/{place}:{port}", path or "0"
+        self._endpoint, self._domain = f"tcp/{address.place}", address.path or "0"
         self._session: Any = None
         self._inbox = Inbox()
         self._found: list[str] = []
@@ -93,10 +92,8 @@ class ZenohTransport(Transport):
 
     def connect(self, wants: Callable[[Topic], bool]) -> None:
         """As `Transport`."""
-        try:
+        with needing("eclipse-zenoh", "live"):
             import zenoh
-        except ImportError as error:
-            raise MissingDependencyError("eclipse-zenoh", "live") from error
         self._wants, self.topics, self._found = wants, [], []
         self._inbox.skipped = self.skipped
         config = zenoh.Config()

@@ -2,7 +2,6 @@
 all that is drawn. Needs viser."""
 
 from collections.abc import Callable
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -156,7 +155,6 @@ class ObjectDrawing:
         if points is None:
             self._absent.add("masses")
             return
-        self._absent.discard("masses")
         colours = np.tile(
             np.array(rgb(GREY), dtype=np.uint8), (len(points.positions), 1)
         )
@@ -201,10 +199,10 @@ class ObjectDrawing:
                 receive_shadow=False,
             )
 
-        open_ = not np.isfinite(center).all()
-        (self._absent.add if open_ else self._absent.discard)(name)
-        if not open_:
+        if np.isfinite(center).all():
             self._node(name, add).position = center
+        else:
+            self._absent.add(name)
 
     def _draw_ellipsoid(
         self, name: str, ellipsoid: Ellipsoid | None, colour: str, opacity: float
@@ -212,9 +210,7 @@ class ObjectDrawing:
         if ellipsoid is None:
             self._absent.add(name)
             return
-        self._absent.discard(name)
-        sphere, faces = unit_sphere()
-        vertices = ellipsoid.center + sphere @ ellipsoid.half_axes.T
+        vertices, faces = ellipsoid.triangles()
 
         def add() -> Any:
             return self._api.add_mesh_simple(
@@ -231,7 +227,8 @@ class ObjectDrawing:
         self._node(name, add).vertices = np.asarray(vertices, dtype=np.float32)
 
     def _node(self, name: str, add: Callable[[], Any]) -> Any:
-        """A node, which is made the first time."""
+        """A node that is to be seen; it is made the first time."""
+        self._absent.discard(name)
         if name not in self._nodes:
             self._nodes[name] = add()
         return self._nodes[name]
@@ -245,12 +242,3 @@ def letter(axis: str, length: float) -> Array:
     ends = np.array(STROKES[axis]) - 0.5
     at = (1.15 * right) + 0.16 * (ends[..., :1] * right + ends[..., 1:] * up)
     return length * at
-
-
-@cache
-def unit_sphere() -> tuple[Array, np.ndarray]:
-    """Vertices (642, 3) and triangles of a sphere of radius 1 about the origin."""
-    from trimesh.creation import icosphere
-
-    sphere = icosphere(subdivisions=3)
-    return np.asarray(sphere.vertices), np.asarray(sphere.faces)

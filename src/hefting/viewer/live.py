@@ -18,7 +18,7 @@ from hefting.scene import com_reach, headline_of, scene_of
 from hefting.scene.curves import PARTS
 from hefting.shapes import Shape
 from hefting.viewer.drawing import ObjectDrawing
-from hefting.viewer.motion import HEIGHT, curves, scales_of
+from hefting.viewer.motion import HEIGHT, add_plot, curves, scales_of
 from hefting.viewer.panel import BAD, CARE, GOOD, LEVELS, block, bold, line, small
 from hefting.viewer.server import Follower
 from hefting.viewer.viewer import FROM
@@ -175,16 +175,7 @@ class RecentWrench:
         self._kept = np.empty((0, 13))
         empty = (np.zeros(1), *np.zeros((6, 1)))
         self.handles = [
-            gui.add_uplot(
-                empty,
-                curves()[:-1],
-                title=f"{name} [{unit}]",
-                scales=scales_of(empty),
-                axes=({"label": "time [s]", "size": 30, "labelSize": 20}, {"size": 44}),
-                legend={"show": False},
-                height=HEIGHT,
-                padding=(10, 14, 0, 0),
-            )
+            add_plot(gui, f"{name} [{unit}]", "time [s]", empty, curves()[:-1])
             for name, unit, _ in PARTS
         ]
 

@@ -182,7 +182,13 @@ class WrenchPlots:
         self.playback = playback
         z = playback.found.measurements
         self._samples = z[playback.samples]  # type: ignore[index]
-        self.handles = [self._plot(gui, *part) for part in PARTS]
+        times = "pose" if playback.static else "time [s]"
+        self.handles = [
+            add_plot(
+                gui, f"{name} [{unit}]", times, self._data(first, None, 0), curves()
+            )
+            for name, unit, first in PARTS
+        ]
 
     def show(self, index: int, estimate: Estimate | None) -> None:
         """Draw the wrench that an estimate predicts, and the line at a frame."""
@@ -192,20 +198,6 @@ class WrenchPlots:
             if scales != handle.scales:  # a new scale undoes a reader's zoom
                 handle.scales = scales
             handle.data = data
-
-    def _plot(self, gui: "GuiApi", name: str, unit: str, first: int) -> Any:
-        data = self._data(first, None, 0)
-        times = "pose" if self.playback.static else "time [s]"
-        return gui.add_uplot(
-            data,
-            curves(),
-            title=f"{name} [{unit}]",
-            scales=scales_of(data),
-            axes=({"label": times, "size": 30, "labelSize": 20}, {"size": 44}),
-            legend={"show": False},
-            height=HEIGHT,
-            padding=(10, 14, 0, 0),
-        )
 
     def _data(
         self, first: int, estimate: Estimate | None, index: int
@@ -222,6 +214,23 @@ class WrenchPlots:
         before = max(index - 1, 0)
         line[before], line[index] = measured.min(), measured.max()
         return (self.playback.times, *measured.T, *predicted.T, line)
+
+
+def add_plot(
+    gui: "GuiApi", title: str, times: str, data: tuple[Array, ...], drawn: Any
+) -> Any:
+    """A plot of force or torque over times that have a name, each array of `data`
+    `drawn` as `curves` say."""
+    return gui.add_uplot(
+        data,
+        drawn,
+        title=title,
+        scales=scales_of(data),
+        axes=({"label": times, "size": 30, "labelSize": 20}, {"size": 44}),
+        legend={"show": False},
+        height=HEIGHT,
+        padding=(10, 14, 0, 0),
+    )
 
 
 def scales_of(data: tuple[Array, ...]) -> dict[str, Any]:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 from hefting.viewer.drawing import (
     ARROWS,
     AXES,
@@ -79,9 +80,9 @@ def answer_html(
     return block("".join(lines))
 
 
-def legend_html(answer: Answer, size: float, largest: tuple[float, float]) -> str:
+def legend_html(answer: Answer, size: float, largest: Array) -> str:
     """What the colours mean, and how long things are. `size` is that of the scene [m],
-    `largest` the largest force [N] and torque [N m]."""
+    `largest` (2,) the largest force [N] and torque [N m]."""
     scene = answer.scene
     rows = [_mark(COM, "COM, with the region that holds it (95 %)")]
     rows.append(_mark(INERTIA, "uniform ellipsoid of equal inertia"))

@@ -15,7 +15,7 @@ from hefting.viewer.drawing import COM, GREY, rgb
 from hefting.viewer.motion import ArmDrawing
 from hefting.viewer.panel import answer_html, legend_html
 from hefting.viewer.server import serving
-from hefting.viewer.viewer import Viewer
+from hefting.viewer.viewer import FROM, Viewer
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -43,7 +43,6 @@ EDGES = tuple((i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit
 """Of a box whose corner i is at the high end of an axis where the axis' bit is set."""
 THIN, THICK = 0.004, 0.008
 """[m] of the lines of the path and of the box."""
-FROM = np.array((1.0, -1.3, 0.6))
 
 
 def player_of(viewer: Viewer, title: str) -> str:
@@ -70,8 +69,7 @@ def _answer(viewer: Viewer) -> str:
     used = f"all of {float(playback.times[-1]):.2f} s"
     if playback.static:
         used = f"all of {len(playback)} poses"
-    force, torque = (float(x) for x in playback.largest)
-    legend = legend_html(answer, viewer.drawing.size, (force, torque))
+    legend = legend_html(answer, viewer.drawing.size, playback.largest)
     text = answer_html(answer, used, playback.static, viewer.say)
     return f"{text}<details><summary>what is drawn</summary>{legend}</details>"
 

@@ -10,7 +10,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, Generic, TypeVar
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -42,10 +42,8 @@ def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
     MissingDependencyError
         Without viser.
     """
-    try:
+    with needing("viser", "view"):
         import viser
-    except ImportError as error:
-        raise MissingDependencyError("viser", "view") from error
     _check_free(host, port)
     with contextlib.redirect_stdout(io.StringIO()), _own_pages_only(host):
         server = viser.ViserServer(host, port, verbose=False)

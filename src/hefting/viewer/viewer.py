@@ -78,7 +78,7 @@ class Viewer:
         self._playing = threading.Event()
         self._closed = threading.Event()
         self._follower: Follower[tuple[float, Settings]] = Follower(
-            self._follow, self._fail
+            lambda wanted: self.show(*wanted), self._fail
         )
         self._player = threading.Thread(target=self._play, daemon=True)
         self._player.start()
@@ -97,10 +97,7 @@ class Viewer:
         with gui.add_folder("Wrench on the object", expand_by_default=True):
             self.plots = WrenchPlots(gui, self.playback)
         with gui.add_folder("Shown", expand_by_default=True):
-            force, torque = (float(x) for x in self.playback.largest)
-            self.legend = gui.add_html(
-                legend_html(first, self.drawing.size, (force, torque))
-            )
+            self.legend = gui.add_html(self._legend(first))
             self.boxes = {name: gui.add_checkbox(name, True) for name in SHOWN}
             dark = gui.add_checkbox("dark", False)
         for box in self.boxes.values():
@@ -132,10 +129,7 @@ class Viewer:
                 answer, self._used(time), self.playback.static, self.say
             )
             self.plots.show(index, answer.estimate)
-            force, torque = (float(x) for x in self.playback.largest)
-            self.legend.content = legend_html(
-                answer, self.drawing.size, (force, torque)
-            )
+            self.legend.content = self._legend(answer)
 
     def show_frame(self, index: int) -> None:
         """Move sensor, arm and arrows to a frame of the playback."""
@@ -167,9 +161,6 @@ class Viewer:
         """The node of the sensor's frame."""
         return self.drawing.sensor
 
-    def _follow(self, wanted: tuple[float, Settings]) -> None:
-        self.show(*wanted)
-
     def _fail(self, error: Exception) -> None:
         """Say in the panel what went wrong."""
         refused = Answer(None, self.session.scene(None), str(error))
@@ -190,6 +181,9 @@ class Viewer:
             passed = pace * (time.monotonic() - began)
             now = float(slider.value) + passed
             slider.value = float(times[0]) if now > last else now
+
+    def _legend(self, answer: Answer) -> str:
+        return legend_html(answer, self.drawing.size, self.playback.largest)
 
     def _used(self, time: float) -> str:
         """How much of the recording the answer rests on, in words."""

@@ -92,9 +92,5 @@ def _short(paths: list[str]) -> dict[str, str]:
     """File names where they tell the estimates apart, else letters."""
     names = [Path(path).stem for path in paths]
     if len(set(names)) < len(names) or max(map(len, names)) > 16:
-        names = [_letter(i) for i in range(len(paths))]
+        names = [chr(ord("A") + i) if i < 26 else f"{i + 1}" for i in range(len(paths))]
     return dict(zip(paths, names, strict=True))
-
-
-def _letter(i: int) -> str:
-    return chr(ord("A") + i) if i < 26 else f"{i + 1}"

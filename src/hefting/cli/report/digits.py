@@ -61,10 +61,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[list[str]]:
     where the column is set to the right."""
     places = [max(map(_places, column)) for column in zip(*rows, strict=True)]
     return [
-        [
-            text + " " * (most - _places(text))
-            for text, most in zip(row, places, strict=True)
-        ]
+        [text + " " * (n - _places(text)) for text, n in zip(row, places, strict=True)]
         for row in rows
     ]
 
@@ -86,11 +83,7 @@ class Worth:
     @classmethod
     def of(cls, estimate: Estimate) -> Self:
         """From the intervals of an estimate."""
-        p, half, open_ = (
-            estimate.parameters,
-            estimate.half_widths,
-            estimate.undetermined,
-        )
+        p, half = estimate.parameters, estimate.half_widths
         com, moments = p.center_of_mass, p.inertia_at_com.diagonal()
         inertia = decimals(
             half["inertia_at_com"], float(np.abs(moments).max()), LEAST_DIGITS
@@ -100,12 +93,7 @@ class Worth:
             *decimals(half["center_of_mass"], float(np.abs(com).max())) - MILLIMETRE,
             *tensor_to_vector(inertia).astype(int),
         )
-        flags = (
-            open_.mass,
-            *open_.center_of_mass,
-            *tensor_to_vector(open_.inertia_at_com),
-        )
-        return cls(np.array(places, dtype=int), np.array(flags, dtype=bool))
+        return cls(np.array(places, dtype=int), estimate.undetermined.ten)
 
     def text(self, value: float, row: int, is_estimate: bool) -> str:
         """A number of one row; an end of an interval may be open by itself."""

@@ -81,17 +81,16 @@ def _numbers(
 ) -> tuple[list[str], list[list[str]]]:
     """Head and rows of the table of mass, COM and inertia, with as many digits as they
     are worth."""
-    columns = {"estimate": _values(estimate.parameters)} | _spread(estimate)
+    columns = {"estimate": _ten_of(estimate.parameters)} | _spread(estimate)
     if truth is not None:
-        columns["truth"] = _values(truth)
-    names = ["mass", *(f"COM {a}" for a in AXES), *_inertia_names()]
+        columns["truth"] = _ten_of(truth)
+    moments = zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)
+    inertia = (f"J{AXES[i]}{AXES[j]} at COM" for i, j in moments)
+    names = ["mass", *(f"COM {a}" for a in AXES), *inertia]
     units = ["kg", *["mm"] * 3, *["kg m²"] * 6]
     worth = Worth.of(estimate)
     cells = [
-        [
-            worth.text(column[i], i, name == "estimate")
-            for name, column in columns.items()
-        ]
+        [worth.text(c[i], i, name == "estimate") for name, c in columns.items()]
         for i in range(len(names))
     ]
     groups = (cells[:1], cells[1:4], cells[4:])
@@ -134,18 +133,14 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
     `render` turns the library's way of naming its arguments into the reader's.
     Characters that control a terminal, as of a name in a file, are question marks.
     """
-    styled = sys.stdout.isatty() and _takes_styles()
+    takes_styles = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+    styled = sys.stdout.isatty() and takes_styles
     width = _width()
     for line in lines:
         text = "\n".join(map(printable, render(line.text).split("\n")))
         text = text if line.whole else wrapped(text, width)
         style = STYLES[line.style] if styled else ""
         print(f"{style}{text}\x1b[0m" if style else text)
-
-
-def _takes_styles() -> bool:
-    """Whether the terminal understands styles, and they are wanted."""
-    return "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
 
 
 def _width() -> int:
@@ -163,12 +158,8 @@ def _table(
     blank = " " if sum(widths) + 3 * len(widths) < _width() else ""
 
     def ruled(left: str, line: str, between: str, right: str) -> Line:
-        return Line(
-            left
-            + between.join(line * (width + 2 * len(blank)) for width in widths)
-            + right,
-            whole=True,
-        )
+        columns = (line * (width + 2 * len(blank)) for width in widths)
+        return Line(left + between.join(columns) + right, whole=True)
 
     def cells(row: list[str], bar: str, style: Style = "") -> Line:
         last = len(row) - 1
@@ -188,19 +179,12 @@ def _table(
     yield ruled(*"└─┴┘")
 
 
-def _values(p: InertialParameters) -> list[float]:
+def _ten_of(p: InertialParameters) -> list[float]:
     return _ten(p.mass, p.center_of_mass, p.inertia_at_com)
 
 
 def _ten(mass: float | Array, com: Array, inertia: Array) -> list[float]:
     return [float(mass), *1e3 * com, *inertia[TENSOR_ROWS, TENSOR_COLUMNS]]
-
-
-def _inertia_names() -> list[str]:
-    return [
-        f"J{AXES[i]}{AXES[j]} at COM"
-        for i, j in zip(TENSOR_ROWS, TENSOR_COLUMNS, strict=True)
-    ]
 
 
 def assumptions(estimate: Estimate) -> Iterable[str]:

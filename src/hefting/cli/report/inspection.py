@@ -5,15 +5,13 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.digits import with_reach
 from hefting.cli.report.estimate import MORE
-from hefting.cli.report.printing import verdict_texts, warning_lines
-from hefting.cli.report.verdict import other_warnings
+from hefting.cli.report.printing import doubt_lines, plain_table
 from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.ingest.conditioned import SIGNIFICANT
 
@@ -35,10 +33,8 @@ def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
         if found.static
         else f"{found.duration:.4g} s"
     )
-    verdict = found.verdict
     lines: list[RenderableType] = [
-        *verdict_texts(verdict),
-        *warning_lines(other_warnings(found.warnings, verdict)),
+        *doubt_lines(found.verdict, found.warnings),
         Text(f"{found.log}: {lasts}", style="bold"),
         _streams_table(found),
     ]
@@ -57,7 +53,7 @@ def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
 
 
 def _streams_table(found: "Inspection") -> Table:
-    table = _table(
+    table = plain_table(
         "stream",
         "samples",
         *([] if found.static else ["rate", "gaps", "missing", "jitter"]),
@@ -203,7 +199,7 @@ def _drift(bias: "Drift", verbose: bool) -> str:
 
 
 def _channels_table(f: "WrenchFacts") -> Table:
-    table = _table(
+    table = plain_table(
         "in sensor axes", "signal (rms)", "noise (std)", "", "signal-to-noise"
     )
     for name, channels in f.channels.items():
@@ -266,25 +262,12 @@ def _dominance(force: float, torque: float) -> str:
     )
 
 
-def _table(first: str, *others: str) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    table.add_column(first, no_wrap=True)
-    for name in others:
-        side = "right" if name else "left"
-        table.add_column(name, justify=side, no_wrap=False, overflow="fold")
-    return table
-
-
 def _share(share: float) -> str:
     if share == 0.0:
         return "0"
-    return (
-        "< 0.1 %"
-        if share < 1e-3
-        else f"{100.0 * share:.0f} %"
-        if share > 0.1
-        else f"{100.0 * share:.1f} %"
-    )
+    if share < 1e-3:
+        return "< 0.1 %"
+    return f"{100.0 * share:.{0 if share > 0.1 else 1}f} %"
 
 
 def _time(seconds: float) -> str:
@@ -302,10 +285,6 @@ def _ratio(value: float) -> str:
         return "> 1e9"
     if value >= 1e4:
         return f"{value:.0e}".replace("e+0", "e")
-    return (
-        f"{value:.0f}"
-        if value >= 100.0
-        else f"{value:.2g}"
-        if value >= 0.01
-        else "< 0.01"
-    )
+    if value < 0.01:
+        return "< 0.01"
+    return f"{value:.0f}" if value >= 100.0 else f"{value:.2g}"

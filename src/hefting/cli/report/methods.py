@@ -11,8 +11,7 @@ from rich.text import Text
 
 from hefting.cli.report.digits import with_reach
 from hefting.cli.report.estimate import MORE, assumptions
-from hefting.cli.report.printing import verdict_texts, warning_lines
-from hefting.cli.report.verdict import other_warnings
+from hefting.cli.report.printing import doubt_lines, plain_table
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
 from hefting.estimators import VARIANTS, describe_methods
@@ -69,8 +68,7 @@ def comparison_report(
     best = comparison.results[comparison.recommended]
     names = list(comparison.results if verbose else comparison.shown)
     lines: list[RenderableType] = [
-        *verdict_texts(best.verdict),
-        *warning_lines(other_warnings(best.warnings, best.verdict)),
+        *doubt_lines(best.verdict, best.warnings),
         Text(
             f"recommended: {comparison.recommended}, as {comparison.reason}",
             style="bold",
@@ -93,7 +91,7 @@ def comparison_report(
 
 def _answers(comparison: "Comparison", names: list[str]) -> Table:
     """What each method found, and how sure it is."""
-    table = _table("method", "mass\nkg", "COM x, y, z\nmm", MOMENTS)
+    table = plain_table("method", "mass\nkg", "COM x, y, z\nmm", MOMENTS)
     for name, following in zip(names, [*names[1:], None], strict=True):
         e = comparison.results[name]
         mark = " ◀" if name == comparison.recommended else ""
@@ -133,33 +131,20 @@ def _moments(e: "Estimate", reach: float | None) -> str:
 def _checks(comparison: "Comparison", names: list[str]) -> Table:
     """How well each method explains the wrench, whether a body can be as it says, and
     how long it took."""
-    table = _table("method", "residual\nN, N m", "consistent", "time\nms")
+    table = plain_table("method", "residual\nN, N m", "consistent", "time\nms")
     noise = comparison.ingested.noise
     for name in names:
         e = comparison.results[name]
-        table.add_row(
-            name,
-            _residual(e, np.array((noise.force, noise.torque))),
-            "yes"
-            if e.physically_consistent
-            else f"no: {FAILURES[e.consistency.violated or 'mass']}",
-            f"{1e3 * comparison.seconds[name]:.1f}",
-        )
-    return table
-
-
-def _table(*names: str) -> Table:
-    """A table with these columns, the first to the left, and no rows yet."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
-    for i, name in enumerate(names):
-        side = "right" if i else "left"
-        table.add_column(name, justify=side, no_wrap=not i, overflow="fold")
+        residual = _residual(e, np.array((noise.force, noise.torque)))
+        failure = FAILURES[e.consistency.violated or "mass"]
+        consistent = "yes" if e.physically_consistent else f"no: {failure}"
+        spent = f"{1e3 * comparison.seconds[name]:.1f}"
+        table.add_row(name, residual, consistent, spent)
     return table
 
 
 def _residual(e: "Estimate", noise: Array) -> str:
-    """Residual force and torque, marked where the `noise` of both does not explain
-    them."""
+    """Residual force and torque, marked where `noise` does not explain them."""
     r = e.residual
     if r is None:
         return ""
@@ -178,7 +163,7 @@ def _explain_failures(comparison: "Comparison") -> list[Text]:
 
 
 def _errors_table(errors: "dict[str, Errors]") -> Table:
-    table = _table("error in %", "mass", "COM", "inertia, sensor", "inertia, COM")
+    table = plain_table("error in %", "mass", "COM", "inertia, sensor", "inertia, COM")
     for name, e in errors.items():
         found = (e.mass, e.center_of_mass, e.inertia_at_origin, e.inertia_at_com)
         table.add_row(name, *map(_percent, found))

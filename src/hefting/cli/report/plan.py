@@ -26,7 +26,7 @@ def plan_report(plan: Plan, verbose: bool = False) -> list[Line]:
     and what was assumed; with `verbose` also how much of each limit is used."""
     lines = [Line(_headline(plan), "bold")]
     lines += [Line(f"warning: {text}", "yellow") for text in plan.warnings]
-    lines += map(_whole, _table(plan))
+    lines += [Line(text, whole=True) for text in _table(plan)]
     lines += [Line(f"binds: {text}") for text in plan.binding]
     lines.append(Line(_speed(plan)))
     lines += [Line(f"- {text}") for text in plan.notes]
@@ -46,8 +46,7 @@ def _headline(plan: Plan) -> str:
 
 
 def _speed(plan: Plan) -> str:
-    """The largest speed of a corner, what it keeps, and whether that is reduced
-    speed."""
+    """The largest speed of a corner, what it keeps, and if that is reduced speed."""
     limit = plan.limits.corner_speed
     of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
     used = plan.usage.get("corner_speed")
@@ -89,7 +88,3 @@ def _cell(accuracy: Accuracy, name: str, factor: float, without: str = OPEN) -> 
     if not np.isfinite(value) or value > MOST_OPEN:
         return OPEN
     return f"{factor * value:.2g}" if factor * value < 1e2 else f"{factor * value:.0f}"
-
-
-def _whole(text: str) -> Line:
-    return Line(text, whole=True)

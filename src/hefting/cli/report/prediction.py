@@ -10,8 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.estimate import MORE
-from hefting.cli.report.printing import verdict_texts, warning_lines
-from hefting.cli.report.verdict import other_warnings
+from hefting.cli.report.printing import doubt_lines
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.prediction import Agreement, Peak, Prediction
 
@@ -33,10 +32,8 @@ def prediction_report(found: Prediction, verbose: bool = False) -> Group:
         if found.static
         else f"{found.time[-1] - found.time[0]:.4g} s, {count}"
     )
-    verdict = found.verdict
     lines: list[RenderableType] = [
-        *verdict_texts(verdict),
-        *warning_lines(other_warnings(found.warnings, verdict)),
+        *doubt_lines(found.verdict, found.warnings),
         Text(f"{found.method}: wrench in sensor axes, {lasts} of {found.trajectory}"),
         _table(found),
     ]
@@ -83,11 +80,9 @@ def _table(found: Prediction) -> Table:
 def _cells(peak: Peak, static: bool) -> list[str]:
     """A value, half its band if there is one, and when it is."""
     reach = peak.reach
-    band = (
-        []
-        if reach is None
-        else ["open" if np.isinf(reach) else f"{reach:.2g}" if reach > TINY else "0"]
-    )
+    band = []
+    if reach is not None:
+        band = ["open" if np.isinf(reach) else f"{reach:.2g}" if reach > TINY else "0"]
     digits = 2 if abs(peak.value) >= 10.0 else 4
     value = f"{round(peak.value, digits) + 0.0:.{digits}f}"  # no minus before a zero
     return [value, *band, f"{peak.time + 1:.0f}" if static else f"{peak.time:.3f}"]

@@ -4,13 +4,14 @@ import sys
 from collections.abc import Callable, Iterable
 from shutil import get_terminal_size
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group
 from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.parser import WIDTH, wrapped
-from hefting.cli.report.verdict import verdict_lines
+from hefting.cli.report.verdict import other_warnings, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.verdict import Verdict
 
@@ -40,16 +41,27 @@ def print_report(report: Group, render: Callable[[str], str] = str) -> None:
     console.print(report)
 
 
+def plain_table(first: str, *others: str) -> Table:
+    """A table with these columns and no rows yet: the first to the left, the others to
+    the right but for those without a name."""
+    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table.add_column(first, no_wrap=True)
+    for name in others:
+        table.add_column(name, justify="right" if name else "left", overflow="fold")
+    return table
+
+
 def _width_of(table: Table, console: Console) -> int:
     """Columns that a table takes where it has them."""
     wide = console.options.update_width(WIDEST)
     return Measurement.get(console, wide, table).maximum
 
 
-def verdict_texts(verdict: Verdict) -> list[Text]:
-    """The verdict and its reasons."""
+def doubt_lines(verdict: Verdict, warnings: Iterable[str]) -> list[Text]:
+    """The verdict and its reasons, then the warnings that are none of them."""
     style = "bold" if verdict.level == "good" else "yellow"
-    return [Text(line, style=style) for line in verdict_lines(verdict)]
+    told = [Text(line, style=style) for line in verdict_lines(verdict)]
+    return told + warning_lines(other_warnings(warnings, verdict))
 
 
 def warning_lines(warnings: Iterable[str]) -> list[Text]:

@@ -53,8 +53,7 @@ def print_json(results: Results, render: Callable[[str], str]) -> None:
 
 
 def _estimates_json(results: Results) -> dict[str, dict[str, Any]]:
-    """Each estimate by method, with its errors; the best with the warnings of the files
-    written."""
+    """Each estimate by method, with its errors; the best with the files' warnings."""
     from hefting.core.estimate_json import coded, json_ready
 
     estimates = {k: e.to_dict() for k, e in results.estimates.items()}

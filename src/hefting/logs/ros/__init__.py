@@ -8,14 +8,14 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
-from hefting.logs.bag_files import BAG_OPTIONS, BAG_SUFFIXES, is_bag
+from hefting.logs.bag_files import is_bag
 from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.frames import list_names
-from hefting.logs.ros.messages import Collector, Gathered, same_name
+from hefting.logs.ros.messages import Collector, Gathered, same_name, without_slashes
 from hefting.logs.ros.streams import Streams
 
-__all__ = ["BAG_OPTIONS", "BAG_SUFFIXES", "is_bag", "read_bag"]
-"""Names that are public here, some of them from `hefting.logs.bag_files`."""
+__all__ = ["is_bag", "read_bag"]
+"""Names that are public here."""
 
 
 def read_bag(
@@ -60,9 +60,8 @@ def read_bag(
             "record it again, or repair it",
         )
     _check_named(contents, named)
-    streams = Streams(
-        path, gathered, named, _strip_slashes(world_frame), _strip_slashes(sensor_frame)
-    )
+    frames = without_slashes(world_frame), without_slashes(sensor_frame)
+    streams = Streams(path, gathered, named, *frames)
     # what is not finite in the end is refused by name
     with np.errstate(over="ignore", invalid="ignore"):
         streams.build()
@@ -77,7 +76,9 @@ def read_bag(
     )
     if contents.cuts:
         whole = f" of {contents.expected:.2f} s" if contents.expected else ""
-        what = f"{', '.join(contents.cuts)}: read up to {_duration(collector.span):.2f} s{whole}"
+        first, last = collector.span or (0, 0)
+        lasts = (last - first) / 1e9
+        what = f"{', '.join(contents.cuts)}: read up to {lasts:.2f} s{whole}"
         warnings.insert(0, warning("bag-truncated", what))
     return _build_recording(streams, warnings)
 
@@ -109,14 +110,14 @@ def _check_named(contents: Contents, named: dict[str, str]) -> None:
 
 def _warn_about_unreadable(gathered: list[Gathered]) -> list[Message]:
     """A warning for each topic some messages of which could not be read."""
-    what = "{} of {} messages of {} do not fit their definition: left out"
     return [
         warning(
             "messages-unreadable",
-            what.format(topic.unreadable, topic.messages, topic.topic.name),
+            f"{each.unreadable} of {each.messages} messages of {each.topic.name} do not "
+            "fit their definition: left out",
         )
-        for topic in gathered
-        if topic.unreadable
+        for each in gathered
+        if each.unreadable
     ]
 
 
@@ -139,14 +140,6 @@ def _check_streams(
             contents.path,
             fix,
         )
-
-
-def _duration(span: tuple[int, int] | None) -> float:
-    return (span[1] - span[0]) / 1e9 if span else 0.0
-
-
-def _strip_slashes(name: str | None) -> str | None:
-    return name.strip("/") if name else None
 
 
 def _list_topics(contents: Contents) -> str:

@@ -184,22 +184,17 @@ def compose(
     base = base[inside]
     position, rotation = np.zeros((len(base), 3)), Rotation.identity(len(base))
     for each, downward in chain:
-        step, turn = (
-            (base.values[:, :3], Rotation.from_quat(base.values[:, 3:]))
-            if each is lead
-            else each.at(base.time)
-        )
+        if each is lead:
+            step, turn = base.values[:, :3], Rotation.from_quat(base.values[:, 3:])
+        else:
+            step, turn = each.at(base.time)
         if not downward:
             turn = turn.inv()
             step = -turn.apply(step)
         position = position + rotation.apply(step)
         rotation = rotation * turn
-    return Series(
-        base.time,
-        base.logged,
-        base.rows,
-        np.concatenate([position, rotation.as_quat()], axis=1),
-    )
+    poses = np.concatenate([position, rotation.as_quat()], axis=1)
+    return Series(base.time, base.logged, base.rows, poses)
 
 
 def route(chain: Sequence[tuple[Link, bool]]) -> str:
@@ -213,9 +208,8 @@ def route(chain: Sequence[tuple[Link, bool]]) -> str:
     )
 
 
-def list_names(names: set[str] | Sequence[str], most: int = 20) -> str:
-    """Names in order, comma separated; the first `most` of them."""
+def list_names(names: set[str] | Sequence[str]) -> str:
+    """Names in order, comma separated; the first 20 of them."""
     ordered = sorted(names)
-    return ", ".join(ordered[:most]) + (
-        f" and {len(ordered) - most} more" if len(ordered) > most else ""
-    )
+    more = f" and {len(ordered) - 20} more" if len(ordered) > 20 else ""
+    return ", ".join(ordered[:20]) + more

@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.errors import MissingDependencyError
+from hefting.core.errors import needing
 from hefting.logs.ros.source import Topic, printable
 
 CODES = {
@@ -99,10 +99,8 @@ class Layout:
 @lru_cache
 def standard_definitions(encoding: str) -> Definitions:
     """Definitions of the messages of ROS 2 Humble ("cdr") or ROS 1 Noetic ("ros1")."""
-    try:
+    with needing("rosbags", "ros"):
         from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise MissingDependencyError("rosbags", "ros") from error
     humble = get_typestore(Stores.ROS2_HUMBLE).fielddefs
     if encoding != "ros1":
         return humble

@@ -200,6 +200,11 @@ def same_name(one: str, other: str) -> bool:
     return one.strip("/") == other.strip("/")
 
 
+def without_slashes(name: str | None) -> str | None:
+    """The name of a frame without slashes around it; None for none."""
+    return name.strip("/") if name else None
+
+
 JOINT_PATHS = {
     "joint_positions": "position",
     "joint_velocities": "velocity",

@@ -70,6 +70,16 @@ def _blank_message(store: Any, kind: str) -> Any:
     return store.types[kind](*values)
 
 
+def channel_of(group: Messages, store: Any, context: Any) -> Any:
+    """Foxglove's channel for the topic of a group, in a context of its writer; `store`
+    as for `serialise`."""
+    from foxglove import Channel, Schema
+
+    text, _ = store.generate_msgdef(group.type, ros_version=2)
+    schema = Schema(name=group.type, encoding="ros2msg", data=text.encode())
+    return Channel(group.topic, schema=schema, message_encoding="cdr", context=context)
+
+
 class McapOutput:
     """A file for Foxglove's writer, which logs errors and goes on: the first is kept,
     and nothing is written after it."""

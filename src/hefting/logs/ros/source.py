@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.progress import report
 from hefting.logs.registry import READING
 
@@ -126,7 +126,13 @@ class Budget:
         decompressor = _decompressor(kind, self.path)
         try:
             inflated = decompressor.decompress(data, max_length=size + 1)
-        except (OSError, ValueError, RuntimeError, EOFError, *_zstd_errors()) as error:
+        except (
+            OSError,
+            ValueError,
+            RuntimeError,
+            EOFError,
+            zstandard().ZstdError,
+        ) as error:
             raise Cut("is damaged (a compressed chunk)") from error
         if len(inflated) > size:
             raise Cut("is damaged (a chunk larger than it says)")
@@ -149,15 +155,9 @@ def zstandard() -> Any:
     try:
         from compression import zstd  # type: ignore[import-not-found]  # Python 3.14
     except ImportError:
-        try:
+        with needing("rosbags", "ros"):
             from backports import zstd  # type: ignore[import-not-found]
-        except ImportError as error:
-            raise MissingDependencyError("rosbags", "ros") from error
     return zstd
-
-
-def _zstd_errors() -> tuple[type[Exception], ...]:
-    return (zstandard().ZstdError,)
 
 
 def _decompressor(kind: str, path: Path) -> Any:
@@ -166,10 +166,8 @@ def _decompressor(kind: str, path: Path) -> Any:
     if kind == "zstd":
         return zstandard().ZstdDecompressor()
     if kind == "lz4":
-        try:
+        with needing("rosbags", "ros"):
             from lz4.frame import LZ4FrameDecompressor  # type: ignore[import-untyped]
-        except ImportError as error:
-            raise MissingDependencyError("rosbags", "ros") from error
         return LZ4FrameDecompressor()
     raise InputError(
         f"chunks are compressed as {kind[:20]!r}, which is not read",

@@ -104,14 +104,10 @@ class Streams:
         for raw, downward in self.tree.chain(world, sensor):
             what = f"tf {raw.parent} -> {raw.child}"
             where = f"{self.path}, {what}"
-            tidied = (
-                raw.series
-                if raw.static
-                else tidy(
-                    raw.series, what, where, self.notes.append, self.warnings.append
-                )
-            )
-            chain.append((checked(raw, tidied, where, self.live), downward))
+            series, say = raw.series, (self.notes.append, self.warnings.append)
+            if not raw.static:
+                series = tidy(series, what, where, *say)
+            chain.append((checked(raw, series, where, self.live), downward))
         return chain
 
     def pose(self) -> None:
@@ -230,12 +226,8 @@ class Streams:
         for what in JOINT_STREAMS:
             if what in parts:
                 merged = Series.joined(parts[what])
-                self._keep(
-                    what,
-                    merged[np.argsort(merged.rows, kind="stable")],
-                    topic,
-                    what.replace("_", " "),
-                )
+                merged = merged[np.argsort(merged.rows, kind="stable")]
+                self._keep(what, merged, topic, what.replace("_", " "))
         self.joint_names = tuple(names)
         self._note("joints", topic, ", ".join(names), "")
         if others:

@@ -11,10 +11,11 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.files import check_replaceable
 from hefting.core.recording import Recording, Stream, column_names
 from hefting.core.spatial import Array
+from hefting.logs.ros.messages import JOINT_PATHS
 from hefting.logs.ros.serialising import Messages, serialise
 from hefting.logs.ros.streams import SENSOR, WORLD
 
@@ -23,22 +24,14 @@ EPOCH = 1_000_000_000
 none."""
 
 VECTORS = {
-    "position": ("pose.position", "xyz"),
-    "orientation": ("pose.orientation", "xyzw"),
-    "linear_velocity": ("twist.linear", "xyz"),
-    "angular_velocity": ("twist.angular", "xyz"),
-    "gyroscope": ("angular_velocity", "xyz"),
-    "accelerometer": ("linear_acceleration", "xyz"),
+    "position": "pose.position",
+    "orientation": "pose.orientation",
+    "linear_velocity": "twist.linear",
+    "angular_velocity": "twist.angular",
+    "gyroscope": "angular_velocity",
+    "accelerometer": "linear_acceleration",
 }
-"""Streams of vectors: the field of the message that holds each, and the names of its
-components."""
-
-JOINT_FIELDS = {
-    "joint_positions": "position",
-    "joint_velocities": "velocity",
-    "joint_torques": "effort",
-}
-"""Streams of joints, and the field of the message that holds each."""
+"""Streams of vectors: the field of the message that holds each."""
 
 Times = dict[str, NDArray[np.int64]]
 """Stamps [ns] of each stream, by its name."""
@@ -106,24 +99,23 @@ def messages_at(
 ) -> Iterator[Messages]:
     """All messages of streams, topic by topic, with the stamps in `time` [ns]."""
     if "wrench" in streams:
-        yield _build_wrench(streams, time)
+        force, torque = np.split(streams["wrench"].values, 2, axis=1)
+        fields = _fields(force, "wrench.force") | _fields(torque, "wrench.torque")
+        kind = "geometry_msgs/msg/WrenchStamped"
+        yield Messages("/wrench", kind, SENSOR, time["wrench"], fields)
     if _are_together(time, "position", "orientation"):
         fields = _split(streams, "position") | _split(streams, "orientation")
-        yield Messages(
-            "/pose", "geometry_msgs/msg/PoseStamped", WORLD, time["position"], fields
-        )
+        kind = "geometry_msgs/msg/PoseStamped"
+        yield Messages("/pose", kind, WORLD, time["position"], fields)
     elif "orientation" in streams:
-        yield _build_orientation(streams, time)
+        fields = _fields(streams["orientation"].values, "quaternion")
+        kind = "geometry_msgs/msg/QuaternionStamped"
+        yield Messages("/orientation", kind, WORLD, time["orientation"], fields)
     if _are_together(time, "linear_velocity", "angular_velocity"):
         fields = _split(streams, "linear_velocity")
         fields |= _split(streams, "angular_velocity")
-        yield Messages(
-            "/twist",
-            "geometry_msgs/msg/TwistStamped",
-            WORLD,
-            time["linear_velocity"],
-            fields,
-        )
+        kind = "geometry_msgs/msg/TwistStamped"
+        yield Messages("/twist", kind, WORLD, time["linear_velocity"], fields)
     yield from _build_joints(streams, time, joint_names)
     yield from _build_imu(streams, time)
 
@@ -137,11 +129,13 @@ def _split(
     streams: Mapping[str, Stream], name: str, index: Any = slice(None)
 ) -> dict[str, Array]:
     """Components of a stream of vectors, by the fields that hold them."""
-    place, axes = VECTORS[name]
-    return {
-        f"{place}.{axis}": streams[name].values[index, i : i + 1]
-        for i, axis in enumerate(axes)
-    }
+    return _fields(streams[name].values[index], VECTORS[name])
+
+
+def _fields(values: Array, place: str) -> dict[str, Array]:
+    """Columns of vectors, or of quaternions, by their fields in one of a message."""
+    columns = zip("xyzw", values.T, strict=False)
+    return {f"{place}.{axis}": column[:, None] for axis, column in columns}
 
 
 def _find_combinations(
@@ -159,42 +153,17 @@ def _find_combinations(
         yield [name for name, there in those if there], chosen
 
 
-def _build_wrench(streams: Mapping[str, Stream], time: Times) -> Messages:
-    """The wrench, in the sensor's frame."""
-    wrench = streams["wrench"].values
-    places = [f"wrench.{part}.{axis}" for part in ("force", "torque") for axis in "xyz"]
-    fields = {place: wrench[:, i : i + 1] for i, place in enumerate(places)}
-    return Messages(
-        "/wrench", "geometry_msgs/msg/WrenchStamped", SENSOR, time["wrench"], fields
-    )
-
-
-def _build_orientation(streams: Mapping[str, Stream], time: Times) -> Messages:
-    """The orientation alone."""
-    values = streams["orientation"].values
-    fields = {
-        f"quaternion.{axis}": values[:, i : i + 1] for i, axis in enumerate("xyzw")
-    }
-    return Messages(
-        "/orientation",
-        "geometry_msgs/msg/QuaternionStamped",
-        WORLD,
-        time["orientation"],
-        fields,
-    )
-
-
 def _build_joints(
     streams: Mapping[str, Stream], time: Times, joint_names: tuple[str, ...]
 ) -> Iterator[Messages]:
     """Joint positions and velocities, each combination of them."""
-    for names, when in _find_combinations(time, *JOINT_FIELDS):
+    for names, when in _find_combinations(time, *JOINT_PATHS):
         labels = joint_names or column_names(
             "joint_positions", streams[names[0]].values.shape[1]
         )
         fields = {
             field: streams[name].values[np.searchsorted(time[name], when)]
-            for name, field in JOINT_FIELDS.items()
+            for name, field in JOINT_PATHS.items()
             if name in names
         }
         yield Messages(
@@ -211,7 +180,7 @@ def _build_imu(streams: Mapping[str, Stream], time: Times) -> Iterator[Messages]
             if name in names:
                 fields |= _split(streams, name, np.searchsorted(time[name], when))
             else:
-                fields[f"{VECTORS[name][0]}_covariance"] = unmeasured
+                fields[f"{VECTORS[name]}_covariance"] = unmeasured
         yield Messages("/imu", "sensor_msgs/msg/Imu", SENSOR, when, fields)
 
 
@@ -220,19 +189,15 @@ def streams_of(group: Messages) -> list[str]:
     if group.topic in ("/wrench", "/orientation"):
         return [group.topic[1:]]
     if group.topic == "/joint_states":
-        return [name for name, field in JOINT_FIELDS.items() if field in group.fields]
-    return [
-        name for name, (place, _) in VECTORS.items() if f"{place}.x" in group.fields
-    ]
+        return [name for name, field in JOINT_PATHS.items() if field in group.fields]
+    return [name for name, place in VECTORS.items() if f"{place}.x" in group.fields]
 
 
 def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
     """Write a new bag at `path`; the file or folder that is it."""
-    try:
+    with needing("rosbags", "ros"):
         from rosbags import rosbag1, rosbag2
         from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise MissingDependencyError("rosbags", "ros") from error
     ros1 = suffix == ".bag"
     store = get_typestore(Stores.ROS1_NOETIC if ros1 else Stores.ROS2_HUMBLE)
     plugin = rosbag2.StoragePlugin.MCAP if suffix else rosbag2.StoragePlugin.SQLITE3
@@ -257,10 +222,7 @@ def _write(groups: list[Messages], path: Path, suffix: str) -> Path:
         index = np.concatenate([np.arange(len(group.time)) for group in groups])
         time = np.concatenate([group.time for group in groups])
         for k in np.argsort(time, kind="stable"):
-            group = groups[which[k]]
-            writer.write(
-                connections[group.topic],
-                int(time[k]),
-                tables[which[k]][index[k]].tobytes(),
-            )
+            connection = connections[groups[which[k]].topic]
+            message = tables[which[k]][index[k]].tobytes()
+            writer.write(connection, int(time[k]), message)
     return path / f"{path.name}.mcap" if suffix == ".mcap" else path
