@@ -32,6 +32,7 @@ from hefting.ingest.left_out import left_out_of
 from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
+from hefting.ingest.stalled_wrench import without_stalled_wrench
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_estimated_gravity,
@@ -83,7 +84,7 @@ def ingest(
     recording, first = _read(recording, start, duration)
     whole = recording
     recording, given_bias = _subtract_given_bias(
-        without_faulty_poses(recording, motion), bias
+        without_stalled_wrench(without_faulty_poses(recording, motion)), bias
     )
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)
