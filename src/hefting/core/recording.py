@@ -18,6 +18,7 @@ from hefting.core.magnitudes import (
     too_large,
 )
 from hefting.core.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
+from hefting.core.time_order import explain_times
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "position": ("px", "py", "pz"),
@@ -229,23 +230,11 @@ class Recording:
         self._check_magnitudes(name, stream, columns)
         forward = stream.time[1:] - stream.time[:-1] >= SMALLEST_INTERVAL
         if not forward.all():
-            k = np.argmin(forward)
-            (before, now), (row, next_row) = (
-                stream.time[k : k + 2],
-                stream.rows[k : k + 2],
-            )
-            what, fix = (
-                f"is before {before:.9g} s of row {row}",
-                "sort the rows by time",
-            )
-            if before == now:
-                what, fix = f"repeats that of row {row}", "keep one of the two rows"
-            elif before < now:
-                what = f"is {now - before:.1g} s after that of row {row}"
-                fix = "check the unit of time"
+            k = int(np.argmin(forward))
+            what, fix = explain_times(stream.time, k, int(stream.rows[k]))
             raise InputError(
-                f"time {now:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
-                where=f"{self.source}, row {next_row}, column time",
+                f"time {stream.time[k + 1]:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
+                where=f"{self.source}, row {stream.rows[k + 1]}, column time",
                 fix=fix,
             )
 
