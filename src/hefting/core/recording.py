@@ -332,6 +332,10 @@ class Recording:
         Times keep their values. Streams without a sample there are dropped;
         `InputError` when none is left. A static recording is sliced by row.
         """
+        for name, value in (("start", start), ("duration", duration)):
+            if not isinstance(value, int | float | np.number | None):
+                what = f"{name} is {str(value)[:40]!r}, not a number of seconds"
+                raise InputError(what, self.source)
         if not start >= 0.0:
             what, fix = f"cannot start at {start:g} s", "give a `start` of 0 s or more"
             raise InputError(what, self.source, fix)
