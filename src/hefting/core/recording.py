@@ -283,7 +283,10 @@ class Recording:
                 if name in COLUMNS
                 else f"it has {', '.join(self.streams)}"
             )
-            raise InputError(f"has no {name} ({columns})", where=self.source)
+            fix = None
+            if name == "orientation" and "joint_positions" in self.streams:
+                fix = "its joint angles tell it by a robot: give `urdf` and `sensor_frame`"
+            raise InputError(f"has no {name} ({columns})", self.source, fix)
         return self.streams[name]
 
     def has(self, *names: str) -> bool:
