@@ -128,7 +128,7 @@ def orientations_at(orientation: Stream, time: Array) -> Any:
     if np.array_equal(time, orientation.time):
         return all_of
     if len(orientation) == 1:
-        return all_of[np.zeros(len(time), dtype=int)]
+        return Rotation.from_quat(np.repeat(orientation.values, len(time), axis=0))
     inside = np.clip(time, orientation.time[0], orientation.time[-1])
     return Slerp(np.array(orientation.time), all_of)(inside)
 

@@ -177,10 +177,9 @@ class Streams:
         self._warn("pose-frame-assumed", what, "sensor_frame")
 
     def _pose_from_tf(self) -> bool:
-        frames = self.tree.frames
-        if not frames:
+        if not (frames := self.tree.frames):
             return False
-        others = f"give `sensor_frame` one of {list_names(set(frames) - {self.sensor})}"
+        others = f"give `sensor_frame` one of {list_names(frames - {self.sensor})}"
         if not self.sensor:
             self.hint = others
             return False
@@ -189,8 +188,7 @@ class Streams:
             return False
         chain = self._chain(self.world, self.sensor)
         if all(each.static for each, _ in chain):
-            between = f"{self.world or 'the root'} and {self.sensor}"
-            self.hint = f"in tf nothing moves between {between}; {others}"
+            self.hint = f"in tf nothing moves between {self.world or 'the root'} and {self.sensor}; {others}"
             return False
         series = compose(chain, str(self.path), self.warnings.append)
         self.world = chain[0][0].parent if chain[0][1] else chain[0][0].child
