@@ -207,6 +207,12 @@ def test_a_name_that_is_lost_is_not_made_up(names, words):
         hefting.as_recording(frame)
 
 
+def test_of_a_wrench_that_a_controller_estimates_the_load_is_asked():
+    for case in ("Franka", "Franka in base axes"):
+        got = hefting.as_recording(frame_of(*NAMES[case]))
+        assert codes(got.warnings) == {"columns-by-name", "payload-unknown"}
+
+
 def test_what_names_tell_is_said_where_they_do_not_tell_all():
     names = "time x y z phi psi chi fx fy fz tx ty tz"
     frame = frame_of(names, (TIME, POSITION, TURNS.as_rotvec(), WRENCH))

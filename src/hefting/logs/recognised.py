@@ -33,6 +33,9 @@ NEEDED = (
 """Streams of whose canonical columns none may be left over: a header in which some have
 lost the others is a mistake, and is said to be one."""
 
+ESTIMATED = "F_ext_hat_K"
+"""What Franka's names of an external wrench hold, of which the load is taken out."""
+
 RATES = (
     "linear_velocity",
     "angular_velocity",
@@ -149,5 +152,12 @@ def _read_recognised(table: Table, column_map: "ColumnMap", summary: str) -> Rec
     from hefting.logs.mapped import read_mapped
 
     recording = read_mapped(table, column_map)
-    warnings = (taken_by_names(summary), *recording.warnings)
-    return replace(recording, warnings=warnings)
+    said = (taken_by_names(summary),)
+    if any(ESTIMATED in str(c) for c in column_map.quantities["wrench"].columns):
+        what = (
+            f"{ESTIMATED} is what the controller estimates, less the load that is "
+            "configured in it, and then the result is not the object: record with a "
+            "load of zero"
+        )
+        said += (warning("payload-unknown", what),)
+    return replace(recording, warnings=(*said, *recording.warnings))
