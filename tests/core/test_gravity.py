@@ -56,6 +56,10 @@ def test_more_is_known_of_a_place_than_of_the_earth():
         assert 1.5 * WORLD_STD < off < 2.1 * WORLD_STD
 
 
+def test_three_numbers_may_be_text_as_on_the_command_line():
+    assert Gravity.of("0, 0,-9.81") == Gravity.of((0.0, 0.0, -9.81))
+
+
 def test_places_that_are_not_on_the_earth_are_refused():
     for place in ((91.0, 0.0), (float("nan"), 0.0), (0.0, 1e5), (0.0, float("nan"))):
         with pytest.raises(InputError, match="give"):

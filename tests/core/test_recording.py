@@ -215,3 +215,9 @@ def test_finite_values_whose_sum_is_not_are_finite():
     assert all_finite(large)
     assert not all_finite(np.array([1.0, np.nan]))
     assert not all_finite(np.array([np.inf, -np.inf]))
+
+
+def test_joint_angles_without_a_robot_are_told_what_makes_poses_of_them():
+    streams = {"joint_positions": Stream(np.arange(3.0), np.zeros((3, 6)))}
+    with pytest.raises(InputError, match="give `urdf` and `sensor_frame`"):
+        Recording(streams)["orientation"]

@@ -58,6 +58,15 @@ def test_the_answer_is_not_to_be_used():
     assert found.estimate.warnings[0].code == "channel-dead"
 
 
+def test_no_other_mistake_is_named_beside_torques_that_are_not_measured():
+    """A lever to the COM would explain them."""
+    given = correct(0).wrench(lambda _, w: w * np.repeat((1.0, 0.0), 3))
+    reasons = identify(given.recording).verdict.reasons
+    codes = [reason.code for reason in reasons]
+    assert codes[0] == "channel-dead"
+    assert "lever-arm" not in codes
+
+
 def still(names):
     """A correct recording in which streams of poses never change."""
     recording = correct(0).recording

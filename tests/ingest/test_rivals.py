@@ -19,6 +19,7 @@ from scipy.spatial.transform import Rotation
 
 from benchmarks import given as benchmark
 from given_cases import case_of
+from hefting.core.errors import InputError
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest import condition
@@ -225,6 +226,25 @@ def test_a_payload_that_is_taken_away_is_no_unit_of_time(share, code):
     assert doubt is not None
     assert doubt.message.code == code
     assert f"{share:.0%}".replace("%", " %") in doubt.message
+
+
+@pytest.mark.parametrize(
+    ("share", "code"),
+    [
+        (1.3, "wrench-compensated"),
+        (1.6, "wrench-compensated"),
+        (2.0, "gravity-reversed"),
+        (2.5, "wrench-compensated"),
+    ],
+)
+def test_a_payload_that_is_heavier_than_the_object_is_named(share, code):
+    """And is gravity the wrong way round where it is twice as heavy alone."""
+    for seed in (0, 1):
+        given = compensated(share)(correct(seed), np.random.default_rng(1))
+        doubt = doubt_of(case_of(given))
+        assert doubt is not None
+        assert doubt.message.code == code
+        assert doubt.is_fatal
 
 
 def test_what_was_given_for_nothing_is_to_be_left_out():
@@ -492,3 +512,12 @@ def test_an_object_that_no_wrist_holds_explains_nothing():
     assert doubt is not None
     assert "torque seems to be in N mm" in doubt.message
     assert "inf" not in doubt.message
+
+
+def test_a_force_in_millinewtons_is_told_by_the_mass_that_it_would_need():
+    """A lever to the COM explains it as well, and leaves the object as heavy."""
+    from hefting.identification import identify
+
+    given = correct(0).wrench(lambda _, w: w * np.repeat((1e3, 1.0), 3))
+    with pytest.raises(InputError, match=r"the force would need .* give it in newtons"):
+        identify(given.recording)

@@ -1,6 +1,8 @@
 """Arrays in memory become the recording that a log of the same numbers is; what cannot
 be one is refused in one line."""
 
+from datetime import UTC, timedelta, timezone
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -68,6 +70,13 @@ def test_dates_count_from_the_first_of_all_and_durations_are_seconds():
     )
     np.testing.assert_allclose(recording["wrench"].time, TIME, atol=1e-9)
     np.testing.assert_allclose(recording["position"].time, TIME + 0.05, atol=1e-9)
+    for zone in (None, UTC, timezone(timedelta(hours=2))):
+        of_python = [
+            date.replace(tzinfo=zone) for date in dates.astype("M8[us]").tolist()
+        ]
+        listed = as_recording(time=of_python, pose=MATRICES, wrench=WRENCH)
+        # dates of Python count microseconds
+        np.testing.assert_allclose(listed["wrench"].time, TIME, atol=1e-6)
     lasted = as_recording(time=dates - dates[0], pose=MATRICES, wrench=WRENCH)
     np.testing.assert_allclose(lasted["wrench"].time, TIME, atol=1e-9)
 
@@ -107,7 +116,20 @@ def with_value(array, index, value):
 
 
 GOOD = {"time": TIME, "orientation": QUATERNIONS, "wrench": WRENCH}
+
+
+class NeedsGradient:
+    """An array of torch that belongs to a computation."""
+
+    def __array__(self, dtype=None, copy=None):
+        raise RuntimeError("Can't call numpy() on Tensor that requires grad")
+
+
 BAD = {
+    "a tensor that requires grad": (
+        {"wrench": NeedsGradient()},
+        r"wrench is not an array of numbers \(Can't call numpy\(\) on Tensor",
+    ),
     "nothing": (dict.fromkeys(GOOD), "no recording is given; give the path"),
     "no orientation": ({"orientation": None}, "there is no orientation; give"),
     "no wrench": ({"wrench": None}, "there is no wrench; give `wrench`"),

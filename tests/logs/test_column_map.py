@@ -294,7 +294,26 @@ def test_a_wrench_in_world_axes_is_turned_by_the_pose_of_its_row(tmp_path):
     )
     assert got.time.tolist() == [0, 0.2]
     path = log(tmp_path, lines[0], "0.1,,,,,1,2,3,4,5,6")
-    mapping_fails(path, TIME + POSE + world, "row 3", "no orientation in its row")
+    mapping_fails(path, POSE + world, "row 3", "no orientation in its row")
+
+
+def test_a_wrench_in_world_axes_is_turned_by_the_pose_at_its_time(tmp_path):
+    """As of a bag, whose streams have rates of their own, or of two files."""
+    quarter = str(np.sqrt(0.5))
+    lines = [
+        "0,0,0,0,1,,,,,,",
+        "0.1,,,,,1,2,3,4,5,6",
+        f"0.2,0,0,{quarter},{quarter},,,,,,",
+        "0.3,,,,,1,2,3,4,5,6",
+    ]
+    world = WRENCH.replace("= [", "= { columns = [").replace("]", '], axes = "world" }')
+    got = mapped(log(tmp_path, *lines), TIME + POSE + world)["wrench"]
+    # an eighth of a turn about z in the middle, a quarter from the last pose on
+    half = np.sqrt(0.5)
+    np.testing.assert_allclose(
+        got.values[0], half * np.array([3, 1, 3 / half, 9, 1, 6 / half])
+    )
+    np.testing.assert_allclose(got.values[1], [2, -1, 3, 5, -4, 6], atol=2e-15)
 
 
 # Logs as others write them

@@ -55,6 +55,18 @@ def ros(separator: str) -> list[str]:
     ]
 
 
+def numbered(name: str, count: int = 6) -> str:
+    """Names of numbered columns."""
+    return " ".join(f"{name}{i}" for i in range(count))
+
+
+FRANKA = numbered("O_T_EE_", 16)
+MATRICES = np.tile(np.eye(4), (ROWS, 1, 1))
+MATRICES[:, :3, :3], MATRICES[:, :3, 3] = TURNS.as_matrix(), POSITION
+BY_COLUMNS = MATRICES.transpose(0, 2, 1).reshape(ROWS, 16)
+IN_BASE = np.hstack((TURNS.apply(WRENCH[:, :3]), TURNS.apply(WRENCH[:, 3:])))
+
+
 NAMES = {
     "short": ("t x y z qx qy qz qw Fx Fy Fz Mx My Mz", PLAIN),
     "units": (
@@ -98,6 +110,19 @@ NAMES = {
         "Timestamp TCP_x TCP_y TCP_z TCP_rx TCP_ry TCP_rz"
         " TCP_Fx TCP_Fy TCP_Fz TCP_Tx TCP_Ty TCP_Tz",
         (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
+    ),
+    "Franka": (
+        f"time {FRANKA} {numbered('K_F_ext_hat_K_')}",
+        (TIME, BY_COLUMNS, WRENCH),
+    ),
+    "Franka in base axes": (
+        f"time {FRANKA} {numbered('O_F_ext_hat_K_')}",
+        (TIME, BY_COLUMNS, IN_BASE),
+    ),
+    "KUKA Sunrise": (
+        "timestamp_ms pose.x pose.y pose.z pose.alphaRad pose.betaRad pose.gammaRad"
+        " force.x force.y force.z torque.x torque.y torque.z",
+        (1e3 * TIME, 1e3 * POSITION, TURNS.as_euler("ZYX"), WRENCH),
     ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
@@ -180,6 +205,44 @@ def test_a_name_that_is_lost_is_not_made_up(names, words):
     frame = pd.DataFrame(RNG.normal(size=(ROWS, 14)), columns=names.split())
     with pytest.raises(InputError, match=words):
         hefting.as_recording(frame)
+
+
+def test_of_a_wrench_that_a_controller_estimates_the_load_is_asked():
+    for case in ("Franka", "Franka in base axes"):
+        got = hefting.as_recording(frame_of(*NAMES[case]))
+        assert codes(got.warnings) == {"columns-by-name", "payload-unknown"}
+
+
+def test_what_names_tell_is_said_where_they_do_not_tell_all():
+    names = "time x y z phi psi chi fx fy fz tx ty tz"
+    frame = frame_of(names, (TIME, POSITION, TURNS.as_rotvec(), WRENCH))
+    with pytest.raises(InputError) as caught:
+        hefting.as_recording(frame.rename(columns={"fx": "Fx"}))
+    error = caught.value
+    assert "no column seems to be the orientation: unknown are 'phi'" in error.what
+    assert "wrench from Fx to tz" in error.what
+    assert "column map" in error.fix
+    assert "`poses`" in error.fix
+
+
+@pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
+def test_joints_keep_their_names(order):
+    """The URDF's order is found by them: tables of ROS have that of the alphabet."""
+    joints = ["pan_joint", "lift_joint", "elbow_joint", "wrist_1_joint"]
+    angles = RNG.uniform(-1.0, 1.0, (ROWS, 4))
+    names = ["time", *(joints[i] for i in order), *CANONICAL[8:]]
+    frame = frame_of(" ".join(names), (TIME, angles[:, list(order)], WRENCH))
+    got = hefting.as_recording(frame)
+    assert got.joint_names == tuple(joints[i] for i in order)
+    np.testing.assert_array_equal(got["joint_positions"].values, angles[:, list(order)])
+
+
+def test_joints_of_a_robot_beside_a_wrench_of_another_sensor():
+    names = f"time {numbered('actual_q_')} fx fy fz tx ty tz"
+    angles = RNG.uniform(-1.0, 1.0, (ROWS, 6))
+    got = hefting.as_recording(frame_of(names, (TIME, angles, WRENCH)))
+    np.testing.assert_array_equal(got["joint_positions"].values, angles)
+    np.testing.assert_array_equal(got["wrench"].values, WRENCH)
 
 
 def text_of(separator: str = ",", decimal: str = ".") -> list[str]:

@@ -386,6 +386,11 @@ def bad(what):
             {},
             "tf does not hold its frame sensor; give `sensor_frame` one of a, ft",
         ),
+        "a frame that rests": (
+            [*basic(lambda k: wrench(k, frame="a")), *tf],
+            {},
+            "in tf nothing moves between the root and a; give `sensor_frame` one of ft",
+        ),
         "mixed frames": (
             basic(lambda k: wrench(k, frame="a" if k < 7 else "b"), pose),
             {},

@@ -238,6 +238,17 @@ def test_an_object_is_found_beside_the_bias_of_the_raw_wrench(tmp_path):
 def test_is_ur():
     assert is_ur(("timestamp", "actual_q_0"))
     assert not is_ur(("time", "qx", "q1", "fx", "timestamp"))
+    assert not is_ur(("time", "actual_q_0", "fx"))
+
+
+def test_times_may_be_called_time(tmp_path):
+    path = record(tmp_path / "log.csv", *ALL)
+    expected = read_log(path)["wrench"]
+    text = path.read_text()
+    path.write_text(text.replace("timestamp", "time", 1))
+    got = read_log(path)["wrench"]
+    np.testing.assert_array_equal(got.time, expected.time)
+    np.testing.assert_array_equal(got.values, expected.values)
 
 
 @pytest.mark.parametrize(

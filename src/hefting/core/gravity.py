@@ -71,17 +71,15 @@ class Gravity:
 
     @classmethod
     def of(cls, value: Gravity | ArrayLike | Literal["estimate"]) -> Gravity:
-        """From three numbers, which are exact, or ``"estimate"``: somewhere on the
-        Earth, in a direction that is to be found. Raises `InputError` for anything
-        else."""
+        """From three numbers, also as text, ``"0,0,-9.81"``, which are exact, or
+        ``"estimate"``: somewhere on the Earth, in a direction that is to be found.
+        Raises `InputError` for anything else."""
         if isinstance(value, Gravity):
             return value
         if isinstance(value, str):
-            if value != "estimate":
-                raise InputError(
-                    f"unknown gravity '{value}'", fix="use X,Y,Z [m/s²] or estimate"
-                )
-            return ON_EARTH.in_unknown_direction
+            if value == "estimate":
+                return ON_EARTH.in_unknown_direction
+            value = _three_numbers(value)
         x, y, z = check_gravity(value).tolist()
         return cls((x, y, z))
 
@@ -112,6 +110,14 @@ class Gravity:
 
 GravityLike = Gravity | ArrayLike | Literal["estimate"]
 """Gravity, three numbers [m/s²] that are exact, or ``"estimate"``."""
+
+
+def _three_numbers(text: str) -> list[float]:
+    try:
+        return [float(number) for number in text.split(",")]
+    except ValueError:
+        fix = "use X,Y,Z [m/s²] or estimate"
+        raise InputError(f"unknown gravity '{text[:40]}'", fix=fix) from None
 
 
 def normal_gravity(latitude: float, altitude: float = 0.0) -> float:

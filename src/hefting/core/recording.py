@@ -18,6 +18,7 @@ from hefting.core.magnitudes import (
     too_large,
 )
 from hefting.core.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
+from hefting.core.time_order import explain_times
 
 COLUMNS: dict[str, tuple[str, ...]] = {
     "position": ("px", "py", "pz"),
@@ -229,23 +230,11 @@ class Recording:
         self._check_magnitudes(name, stream, columns)
         forward = stream.time[1:] - stream.time[:-1] >= SMALLEST_INTERVAL
         if not forward.all():
-            k = np.argmin(forward)
-            (before, now), (row, next_row) = (
-                stream.time[k : k + 2],
-                stream.rows[k : k + 2],
-            )
-            what, fix = (
-                f"is before {before:.9g} s of row {row}",
-                "sort the rows by time",
-            )
-            if before == now:
-                what, fix = f"repeats that of row {row}", "keep one of the two rows"
-            elif before < now:
-                what = f"is {now - before:.1g} s after that of row {row}"
-                fix = "check the unit of time"
+            k = int(np.argmin(forward))
+            what, fix = explain_times(stream.time, k, int(stream.rows[k]))
             raise InputError(
-                f"time {now:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
-                where=f"{self.source}, row {next_row}, column time",
+                f"time {stream.time[k + 1]:.9g} s {what} in the {name} stream ({columns[0]}..{columns[-1]})",
+                where=f"{self.source}, row {stream.rows[k + 1]}, column time",
                 fix=fix,
             )
 
@@ -294,7 +283,10 @@ class Recording:
                 if name in COLUMNS
                 else f"it has {', '.join(self.streams)}"
             )
-            raise InputError(f"has no {name} ({columns})", where=self.source)
+            fix = None
+            if name == "orientation" and "joint_positions" in self.streams:
+                fix = "its joint angles tell it by a robot: give `urdf` and `sensor_frame`"
+            raise InputError(f"has no {name} ({columns})", self.source, fix)
         return self.streams[name]
 
     def has(self, *names: str) -> bool:
@@ -343,6 +335,10 @@ class Recording:
         Times keep their values. Streams without a sample there are dropped;
         `InputError` when none is left. A static recording is sliced by row.
         """
+        for name, value in (("start", start), ("duration", duration)):
+            if not isinstance(value, int | float | np.number | None):
+                what = f"{name} is {str(value)[:40]!r}, not a number of seconds"
+                raise InputError(what, self.source)
         if not start >= 0.0:
             what, fix = f"cannot start at {start:g} s", "give a `start` of 0 s or more"
             raise InputError(what, self.source, fix)

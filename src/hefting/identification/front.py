@@ -4,12 +4,13 @@ them."""
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
+from inspect import signature
 from pathlib import Path
 from typing import Any, Literal, cast, overload
 
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.spatial import Array
@@ -27,6 +28,14 @@ from hefting.shapes import as_shape
 from hefting.shapes.loading import as_pose
 
 Sign = Literal["auto", "on-object", "on-sensor"]
+INSTEAD = {
+    "latitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
+    "altitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
+    "box": 'give `shape`="box:X0,X1,Y0,Y1,Z0,Z1" [m]',
+    "poses": "give `recording`=hefting.read_log(log, poses=...)",
+    "column_map": "give `recording`=hefting.as_recording(log, column_map=...)",
+}
+"""What serves in place of options of the command that `identify` does not have."""
 Method = str | type[Estimator] | Estimator
 
 
@@ -155,6 +164,7 @@ def identify(
     """
     if isinstance(wrench, str):
         sign, wrench = cast("Sign", wrench), None
+    _check_names(hyperparameters)
     arrays = {
         "time": time,
         "position": position,
@@ -190,6 +200,21 @@ def identify(
         known = shape_of(one, known, hyperparameters)
     found = understand(recording, **options)
     return identify_understood(found, known, cast("Any", one), hyperparameters)
+
+
+def _check_names(hyperparameters: dict[str, Any]) -> None:
+    """`InputError` for a name that is none of a method's, and resembles an argument of
+    `identify` or stands for one."""
+    own = set(signature(identify).parameters) - {"hyperparameters"}
+    of_methods = {name for kind in METHODS.values() for name in kind.hyperparameters()}
+    for name in hyperparameters:
+        if name in of_methods:
+            continue
+        meant = nearest(name, sorted(own | of_methods))
+        if name in INSTEAD:
+            raise InputError(f"there is no argument '{name}'", fix=INSTEAD[name])
+        if any(f"'{argument}'" in meant for argument in own):
+            raise InputError(f"there is no argument '{name}'{meant}")
 
 
 def _sensor_pose(pose: Any, turned: str | None) -> Array | None:

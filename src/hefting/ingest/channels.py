@@ -5,7 +5,7 @@ import numpy as np
 
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask
 
 CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 FEWEST_SAMPLES = 20
@@ -33,12 +33,7 @@ def dead_channel_message(recording: Recording) -> Message | None:
     values = recording["wrench"].values
     if len(values) < FEWEST_SAMPLES:
         return None
-    second, fourth = (
-        np.median(np.abs(np.diff(values[:SAMPLES_FOR_NOISE], order, axis=0)), axis=0)
-        / gain**0.5
-        for order, gain in ((2, 6.0), (4, 70.0))
-    )
-    noisy = fourth > NOISY * np.maximum(second, 1e-300)
+    noisy = has_noise(values)
     if noisy.sum() < 2:
         return None
     still = (values[:SAMPLES_FOR_NOISE] == values[0]).all(axis=0)
@@ -53,6 +48,16 @@ def dead_channel_message(recording: Recording) -> Message | None:
         return None
     what = f"{', '.join(said)}: is the channel connected, and its column the right one?"
     return error("channel-dead", what)
+
+
+def has_noise(values: Array) -> Mask:
+    """Which channels (6,) of a wrench (K, 6) have noise."""
+    second, fourth = (
+        np.median(np.abs(np.diff(values[:SAMPLES_FOR_NOISE], order, axis=0)), axis=0)
+        / gain**0.5
+        for order, gain in ((2, 6.0), (4, 70.0))
+    )
+    return np.asarray(fourth > NOISY * np.maximum(second, 1e-300))
 
 
 def still_pose_message(recording: Recording) -> Message | None:
@@ -109,7 +114,7 @@ def step_beyond_noise(values: Array) -> float:
     if len(values) < 4:
         return 0.0
     with np.errstate(over="ignore", invalid="ignore"):  # values of any size
-        noise = _noise(values)
+        noise = noise_of_channel(values)
         # all have no larger a step than some, and most wrenches end here
         for count in sorted({min(SAMPLES_FOR_NOISE, len(values)), len(values)}):
             levels = np.unique(values[:count])
@@ -123,7 +128,7 @@ def step_beyond_noise(values: Array) -> float:
     return step if uneven < ROUNDING else 0.0
 
 
-def _noise(values: Array) -> float:
+def noise_of_channel(values: Array) -> float:
     """Standard deviation of the noise in values (K,), of `SAMPLES_FOR_NOISE` places at
     most."""
     middle = np.arange(1, len(values) - 1, -(-len(values) // SAMPLES_FOR_NOISE))

@@ -1,7 +1,7 @@
 """Ingest: from a recording to all that estimators need to know of it, found once before
 any method is applied."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -17,6 +17,7 @@ from hefting.core.recording import Recording
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
+from hefting.ingest.bias_choice import FreeFits, choose_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
@@ -26,13 +27,14 @@ from hefting.ingest.channels import (
 )
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
+from hefting.ingest.free_fit import wrench_sign
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
 from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
+from hefting.ingest.stalled_wrench import without_stalled_wrench
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_estimated_gravity,
@@ -84,7 +86,7 @@ def ingest(
     recording, first = _read(recording, start, duration)
     whole = recording
     recording, given_bias = _subtract_given_bias(
-        without_faulty_poses(recording, motion), bias
+        without_stalled_wrench(without_faulty_poses(recording, motion)), bias
     )
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)
@@ -121,17 +123,20 @@ def ingest(
         motion_noise=motion_noise_of(measured),
     )
     state = SampleState.of(z)
-    fits = _FreeFits.of(state, found)
+    fits = FreeFits.of(state, found.inflation)
     sign = _choose_sign(wrench, found, fits, may_be_biased=may_be_biased)
     bias_is_auto = isinstance(bias, str) and bias == "auto"
-    free_bias, bias_warnings = _choose_bias(
-        found, fits, may_be_biased=may_be_biased, is_auto=bias_is_auto
+    free_bias, bias_warnings = choose_bias(
+        found,
+        fits,
+        may_be_biased=may_be_biased,
+        is_auto=bias_is_auto,
     )
     response = response_of(found, z, fits.chosen(free_bias=free_bias))
     if response is not None:
         z = response.corrected(z)
         state = SampleState.of(z)
-        fits = _FreeFits.of(state, found)
+        fits = FreeFits.of(state, found.inflation)
     fit = fits.chosen(free_bias=free_bias)
     warnings = [
         *_conditioning_warnings(
@@ -156,14 +161,14 @@ def ingest(
     unmodelled = acceleration_message(found, z)
     if unmodelled is not None and doubt is None:
         warnings.append(unmodelled)
-    if doubt is not None:
-        warnings.insert(0, doubt.message)
     still = still_pose_message(whole)
     if still is not None:
         warnings.insert(0, still)
     dead = dead_channel_message(recording)
-    if dead is not None:  # it accounts for the others
-        warnings.insert(0, dead)
+    if dead is not None:  # it accounts for what other mistakes explain
+        doubt = Doubt(dead, names_mistake=True)
+    if doubt is not None:
+        warnings.insert(0, doubt.message)
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
@@ -206,32 +211,6 @@ def ingest(
         left_out=left_out,
         log_start=whole.start - first,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _FreeFits:
-    """Unconstrained least squares of all samples."""
-
-    beside_bias: FreeFit
-    """with a free constant bias"""
-    alone: FreeFit
-    """without bias"""
-
-    @classmethod
-    def of(cls, state: SampleState, found: Conditioned) -> "_FreeFits":
-        """Of the samples of a state."""
-        return cls(
-            free_fit(state, True, found.inflation),
-            free_fit(state, False, found.inflation),
-        )
-
-    def chosen(self, *, free_bias: bool) -> FreeFit:
-        """The one with a bias, or without."""
-        return self.beside_bias if free_bias else self.alone
-
-    def flipped(self) -> "_FreeFits":
-        """The same for the wrench of the other sign."""
-        return _FreeFits(self.beside_bias.flipped(), self.alone.flipped())
 
 
 def _read(
@@ -311,7 +290,7 @@ def _doubt(
 
 
 def _choose_sign(
-    wrench: str, found: Conditioned, fits: _FreeFits, *, may_be_biased: bool
+    wrench: str, found: Conditioned, fits: FreeFits, *, may_be_biased: bool
 ) -> WrenchSign:
     """The sign convention of the wrench: as given or as the robust fit found it;
     without it as the free fits do."""
@@ -333,28 +312,6 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
     return [
         warning("sign-uncertain", f"{what}: give `sign` on-object or on-sensor", "sign")
     ]
-
-
-def _choose_bias(
-    found: Conditioned, fits: _FreeFits, *, may_be_biased: bool, is_auto: bool
-) -> tuple[bool, list[Message]]:
-    """Whether a constant bias is estimated with the object, and a warning when the
-    motion does not determine one.
-
-    With an automatic choice it is where the bias drifts or is significantly different
-    from zero.
-    """
-    drifts = found.bias.kind != "constant"
-    if (
-        not (may_be_biased and is_auto)
-        or drifts
-        or fits.beside_bias.bias_is_significant
-    ):
-        return may_be_biased, []
-    if not fits.beside_bias.mass_is_open:
-        return False, []
-    what = "this motion cannot tell a bias from the object's weight: assumed no bias"
-    return False, [warning("bias-unknown", what, "bias")]
 
 
 def _systematic_covariance(

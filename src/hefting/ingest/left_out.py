@@ -14,7 +14,7 @@ CAUSES = {
     "spike": "spikes of the sensor",
     "saturation": "the sensor at its limit",
     "no-pose": "no pose: before, after or in a gap of the motion",
-    "no-wrench": "no wrench: a gap in the samples",
+    "no-wrench": "no wrench: a gap in the samples, or a stream that stood still",
     "pose": "poses that no body can have passed",
     "touched": "touched: no free body explains the wrench",
     "other": "another object, or another grasp",
@@ -75,6 +75,7 @@ def left_out_of(
     spans = [s for cause, mask in masks.items() for s in runs(cause, time, mask)]
     if not part.static:
         spans += _missing(time)
+        spans += _stalled_ends(whole, part, first)
         spans += _faulty_poses(whole, part, first)
     spans += [] if changes is None else _of_changes(changes.later(later))
     return tuple(sorted(spans, key=lambda span: (span.start, span.cause)))
@@ -97,6 +98,15 @@ def _missing(time: Array) -> list[Span]:
         return []
     long = np.flatnonzero(steps > GAP * np.median(steps))
     return [Span("no-wrench", float(time[i]), float(time[i + 1]), 0) for i in long]
+
+
+def _stalled_ends(whole: Recording, part: Recording, first: float) -> list[Span]:
+    """Samples of the wrench before the first and after the last one that the part kept,
+    while it has poses."""
+    every, kept, poses = whole["wrench"], part["wrench"], part["orientation"]
+    within = (every.time >= poses.time[0]) & (every.time <= poses.time[-1])
+    ends = (every.time < kept.time[0]) | (every.time > kept.time[-1])
+    return runs("no-wrench", every.time - first, within & ends)
 
 
 def _faulty_poses(whole: Recording, part: Recording, first: float) -> list[Span]:

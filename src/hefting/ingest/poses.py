@@ -112,7 +112,7 @@ def _counted(name: str, time: Array, mask: Mask) -> tuple[str, str]:
     """How many samples of a stream are in a mask (K,), and where they are."""
     several = "" if mask.sum() == 1 else "s"
     share = _percent(float(mask.mean()))
-    return f"{int(mask.sum())} {name}{several} ({share})", _times(time, mask)
+    return f"{int(mask.sum())} {name}{several} ({share})", where_in_time(time, mask)
 
 
 def _jump_warnings(
@@ -130,7 +130,7 @@ def _jump_warnings(
     return said
 
 
-def _times(time: Array, mask: Mask) -> str:
+def where_in_time(time: Array, mask: Mask) -> str:
     """Where the samples of a mask (K,) are, as in "at 1.20 s, 3.00 to 3.40 s, and 4
     more places"."""
     begins = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)

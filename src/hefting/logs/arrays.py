@@ -1,6 +1,7 @@
 """Arrays held in memory -> Recording: times, poses in any usual form, wrenches."""
 
 from collections.abc import Mapping
+from datetime import UTC, datetime
 from typing import Any
 
 import numpy as np
@@ -104,7 +105,7 @@ def numbers(values: Any, name: str) -> Array:
         if array.dtype.kind not in "iufbO":
             raise TypeError(f"they are {array.dtype}")
         return array.astype(float)
-    except (TypeError, ValueError) as error:
+    except (TypeError, ValueError, RuntimeError) as error:  # the last of torch
         reason = str(error)[:100]
         raise InputError(f"{name} is not an array of numbers ({reason})") from error
 
@@ -201,7 +202,7 @@ def _from_matrices(matrices: Array, name: str) -> Array:
 def _times(arrays: Mapping[str, Any]) -> dict[str, Array]:
     """The times that are given, (K,) [s]; dates count from the first of them."""
     raw = {
-        name: np.asarray(arrays[name])
+        name: _dates(np.asarray(arrays[name]))
         for name in ("time", "wrench_time")
         if name in arrays
     }
@@ -222,6 +223,14 @@ def _times(arrays: Mapping[str, Any]) -> dict[str, Array]:
         name: elapsed(time) if time.dtype.kind == "m" else numbers(time, name)
         for name, time in raw.items()
     }
+
+
+def _dates(time: np.ndarray) -> np.ndarray:
+    """Times (K,), those that are dates of Python as dates of NumPy, in UTC."""
+    if time.dtype != object or not all(isinstance(t, datetime) for t in time.flat):
+        return time
+    naive = [t.astimezone(UTC).replace(tzinfo=None) if t.tzinfo else t for t in time]
+    return np.array(naive, dtype="datetime64[us]")
 
 
 def elapsed(durations: np.ndarray) -> Array:

@@ -11,7 +11,7 @@ WORDS = {
     "force": ("f", "force", "forces"),
     "torque": ("m", "torque", "torques", "moment", "moments", "tau", "mom"),
     "torque-or-translation": ("t",),
-    "wrench": ("ft", "fts", "wrench", "ftsensor"),
+    "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk"),
     "position": (
         *("", "p", "pos", "position", "translation", "trans", "xyz", "pose"),
         *("tcp", "tcppose", "ee", "eef", "endeffector", "tool", "flange"),

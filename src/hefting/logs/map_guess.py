@@ -13,9 +13,11 @@ from pathlib import Path
 
 import numpy as np
 
-from hefting.core.errors import InputError, printable
+from hefting.core.errors import InputError
+from hefting.logs.angle_forms import form_of_angles
 from hefting.logs.column_words import OTHER, Groups, group_columns, words_of
 from hefting.logs.map_sample import Sample, read_sample
+from hefting.logs.map_text import Guess, map_text, summary_of
 from hefting.logs.units import UNITS
 
 TIMES = ("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds")
@@ -28,8 +30,10 @@ ANGLES = {
     ("roll", "pitch", "yaw"): 'form = "rpy"',
     ("rx", "ry", "rz"): 'form = "rotation-vector"',
     ("a", "b", "c"): 'form = "euler", order = "ZYX"',
+    ("alpharad", "betarad", "gammarad"): 'form = "euler", order = "ZYX"',
 }
-"""Names of three angles, and what a map says of them."""
+"""Names of three angles, and what a map says of them; the last are those of KUKA's
+Sunrise."""
 
 LARGEST_METRES, LARGEST_RADIANS, LARGEST_LEVER = 10.0, 6.5, 5.0
 """Sizes of positions [m], angles [rad] and torque over force [m] above which they are
@@ -37,19 +41,8 @@ taken for millimetres, degrees and newton-millimetres."""
 UNIT_NORM = 0.02
 """Deviation of a quaternion's norm from one."""
 
-CHECK = "check each line against the manual of robot and sensor"
-
-
-@dataclass(frozen=True)
-class Guess:
-    """A line of the map."""
-
-    key: str
-    columns: tuple[int, ...]
-    rest: tuple[str, ...] = ()
-    """more of its table: unit, form"""
-    remark: str = ""
-    """why, where numbers say it"""
+FEWEST_JOINTS = 4
+"""Fewest columns that are taken for the joints of an arm."""
 
 
 @dataclass(frozen=True)
@@ -90,9 +83,9 @@ def guess_map_of(sample: Sample) -> GuessedMap:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
     if not keys & {"orientation", "pose", "joint_positions"}:
         missing.append('orientation = { columns = ["qx", "qy", "qz", "qw"] }')
-    summary = "; ".join(_summary(sample, guess) for guess in guesses)
+    summary = "; ".join(summary_of(sample, guess) for guess in guesses)
     columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
-    text = _text(sample, guesses, missing)
+    text = map_text(sample, guesses, missing)
     return GuessedMap(text, tuple(missing), columns, summary)
 
 
@@ -187,7 +180,13 @@ def _wrench(sample: Sample, groups: Groups) -> list[Guess] | None:
     if force is None or torque is None:
         return None
     units, remark = _wrench_units(sample, force, torque)
-    return [Guess("wrench", (*force, *torque), (units,), remark)]
+    axes = ('axes = "world"',) if _is_in_base(sample.words(force[0])) else ()
+    return [Guess("wrench", (*force, *torque), (units, *axes), remark)]
+
+
+def _is_in_base(name: str) -> bool:
+    """Whether a wrench is Franka's in the axes of the base, ``O_F_ext_hat_K_0``."""
+    return words_of(name)[:3] == ["o", "f", "ext"]
 
 
 def _wrench_units(
@@ -213,8 +212,7 @@ def _poses(sample: Sample, groups: Groups) -> list[Guess] | None:
     if (seven := groups.numbered("pose", 7)) is not None:
         return [_length("position", sample, seven[:3]), _four(sample, seven[3:])]
     if (six := groups.numbered("pose", 6)) is not None:
-        turned = _turned(sample, six[3:], 'form = "rotation-vector"')
-        return [_length("position", sample, six[:3]), turned]
+        return [_length("position", sample, six[:3]), _three(sample, six[3:])]
     return None
 
 
@@ -226,6 +224,8 @@ def _angles(sample: Sample, groups: Groups) -> Guess | None:
         words = words_of(sample.words(column))
         if words and not OTHER & set(words):
             names["".join(words)] = last[words[-1]] = column
+            if sample.words(column).endswith("Rad"):
+                last[f"{words[-1]}rad"] = column
     for angles, form in ANGLES.items():
         for where in (names, last):
             if set(angles) <= set(where) and (len(angles[0]) > 1 or where is names):
@@ -271,12 +271,27 @@ def _position(sample: Sample, groups: Groups) -> Guess | None:
 
 
 def _joints(sample: Sample, groups: Groups) -> Guess | None:
-    for count in range(9, 3, -1):
+    if len(named := _named_joints(sample)) >= FEWEST_JOINTS:
+        unit, remark = _angle_unit(sample, named)
+        names = json.dumps([sample.words(column) for column in named])
+        rest = (_unit(unit), f"names = {names}")
+        return Guess("joint_positions", named, rest, remark)
+    for count in range(9, FEWEST_JOINTS - 1, -1):
         columns = groups.numbered("joint_positions", count)
         if columns is not None and not (count == 4 and _has_unit_norm(sample, columns)):
             unit, remark = _angle_unit(sample, columns)
             return Guess("joint_positions", columns, (_unit(unit),), remark)
     return None
+
+
+def _named_joints(sample: Sample) -> tuple[int, ...]:
+    """Columns with the names of a robot's joints: ``wrist_3_joint``."""
+    words = [words_of(sample.words(column)) for column in range(len(sample.names))]
+    return tuple(
+        column
+        for column, each in enumerate(words)
+        if len(each) > 1 and each[-1] == "joint" and not OTHER & set(each)
+    )
 
 
 def _inertial(sample: Sample, groups: Groups) -> list[Guess] | None:
@@ -305,6 +320,16 @@ def _turned(sample: Sample, columns: tuple[int, ...], form: str) -> Guess:
     return Guess("orientation", columns, (form, _unit(unit)), remark)
 
 
+def _three(sample: Sample, columns: tuple[int, ...]) -> Guess:
+    """Three angles whose columns are numbers: of UR a rotation vector, of xArm roll,
+    pitch and yaw."""
+    unit, remark = _angle_unit(sample, columns)
+    size = np.pi / 180.0 if unit == "deg" else 1.0
+    form, why = form_of_angles(size * sample.values[:, list(columns)])
+    remark = "; ".join(filter(None, (remark, why)))
+    return Guess("orientation", columns, (f'form = "{form}"', _unit(unit)), remark)
+
+
 def _angle_unit(sample: Sample, columns: tuple[int, ...]) -> tuple[str, str]:
     said, size = sample.said_unit(columns, "angle"), sample.size(columns)
     if said is None and size > LARGEST_RADIANS:
@@ -314,33 +339,3 @@ def _angle_unit(sample: Sample, columns: tuple[int, ...]) -> tuple[str, str]:
 
 def _unit(name: str) -> str:
     return f"unit = {json.dumps(name)}"
-
-
-def _text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -> str:
-    """The map as TOML."""
-    lines = [f"# guessed from {printable(Path(sample.source).name)}: {CHECK}"]
-    for guess in guesses:
-        names = [sample.toml_name(column) for column in guess.columns]
-        one = f"column = {names[0]}"
-        columns = one if guess.key == "time" else f"columns = [{', '.join(names)}]"
-        line = f"{guess.key} = {{ {', '.join((columns, *guess.rest))} }}"
-        lines.append(f"{line}  # {guess.remark}" if guess.remark else line)
-    lines += [f"# not found; name its columns: {line}" for line in missing]
-    lines += ['nan = "blank"'] if sample.has_nan else []
-    used = {column for guess in guesses for column in guess.columns}
-    others = [n for j, n in enumerate(sample.names) if n and j not in used]
-    if others:
-        lines.append(f"# not used: {printable(', '.join(others)[:400])}")
-    return "\n".join(lines) + "\n"
-
-
-def _summary(sample: Sample, guess: Guess) -> str:
-    """What is taken from which columns: "position X [mm] to Z [mm] (mm)"."""
-    ends = dict.fromkeys((guess.columns[0], guess.columns[-1]))
-    names = " to ".join(printable(sample.names[j] or f"number {j + 1}") for j in ends)
-    told = [word for word in guess.rest if not word.startswith("nanoseconds")]
-    how = ", ".join(re.findall(r'"([^"]*)"', " ".join(told)))
-    remark = f"{', ' if how else ''}{guess.remark}" if guess.remark else ""
-    return (
-        f"{guess.key} from {names[:80]}{f' ({how}{remark})' if how or remark else ''}"
-    )

@@ -68,7 +68,7 @@ class Mapped:
             recording = with_sensor_pose(recording, self.sensor_pose)
         if recording.has("wrench") and self.in_world:
             wrench = recording["wrench"]
-            values = in_sensor_axes(wrench, recording["orientation"], source)
+            values = in_sensor_axes(recording)
             turned = {**recording.streams, "wrench": replace(wrench, values=values)}
             recording = replace(recording, streams=turned)
         return warn_about_static(recording) if self.unit is None else recording

@@ -2,11 +2,12 @@
 
 import re
 from collections.abc import Callable, Sequence
+from typing import Any
 
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.recording import Stream
+from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, rotation_matrices
 
 FORMS = {"xyzw": 4, "wxyz": 4, "rotation-vector": 3, "rpy": 3, "euler": 3, "matrix": 9}
@@ -97,22 +98,39 @@ def split_pose(
     return matrices[:, :3, 3].copy(), matrices[:, :3, :3].reshape(-1, 9)
 
 
-def in_sensor_axes(wrench: Stream, orientation: Stream, source: str) -> Array:
-    """Wrenches (N, 6) that were recorded in world axes about the sensor origin, in
-    sensor axes.
+def in_sensor_axes(recording: Recording) -> Array:
+    """Wrenches (N, 6) of a recording, which were taken in world axes about the sensor
+    origin, in sensor axes.
 
-    Each must have an orientation (unit quaternion x, y, z, w) in its own row, else
-    `InputError`.
+    Between two orientations the sensor turns evenly. Beyond them it is taken to rest,
+    where no sample of the wrench is used. A static pose has its orientation in its own
+    row, else `InputError`.
     """
+    wrench, orientation = recording["wrench"], recording["orientation"]
+    if not recording.static:
+        turns = orientations_at(orientation, wrench.time)
+        return rotate_into_sensor(turns.as_matrix(), wrench.values)
     at = np.searchsorted(orientation.rows, wrench.rows).clip(max=len(orientation) - 1)
     apart = orientation.rows[at] != wrench.rows
     if apart.any():
         what = "the wrench is in world axes, but there is no orientation in its row"
-        where = f"{source}, row {wrench.rows[np.argmax(apart)]}"
-        raise InputError(
-            what, where, "record both at the same times, or the wrench in sensor axes"
-        )
+        where = f"{recording.source}, row {wrench.rows[np.argmax(apart)]}"
+        raise InputError(what, where, "record both, or the wrench in sensor axes")
     return rotate_into_sensor(rotation_matrices(orientation.values[at]), wrench.values)
+
+
+def orientations_at(orientation: Stream, time: Array) -> Any:
+    """Orientations (K,), a ``Rotation``, at times (K,) [s], on the great circle between the two next to
+    each; those at the ends beyond them."""
+    from scipy.spatial.transform import Rotation, Slerp
+
+    all_of = Rotation.from_quat(np.array(orientation.values))
+    if np.array_equal(time, orientation.time):
+        return all_of
+    if len(orientation) == 1:
+        return Rotation.from_quat(np.repeat(orientation.values, len(time), axis=0))
+    inside = np.clip(time, orientation.time[0], orientation.time[-1])
+    return Slerp(np.array(orientation.time), all_of)(inside)
 
 
 def rotate_into_sensor(rotations: Array, wrenches: Array) -> Array:

@@ -12,6 +12,7 @@ from hefting.logs.canonical import (
     check_names,
     columns_of_streams,
     known_columns,
+    quote_name,
     read_canonical,
 )
 from hefting.logs.table import Table, summarize_list
@@ -31,6 +32,9 @@ NEEDED = (
 )
 """Streams of whose canonical columns none may be left over: a header in which some have
 lost the others is a mistake, and is said to be one."""
+
+ESTIMATED = "F_ext_hat_K"
+"""What Franka's names of an external wrench hold, of which the load is taken out."""
 
 RATES = (
     "linear_velocity",
@@ -53,13 +57,16 @@ def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Rec
     found = _recognise(table) if wrench_needed else None
     if found is None:
         return lambda part: read_canonical(part, wrench_needed)
+    if isinstance(found, InputError):
+        raise found
     column_map, summary = found
     return lambda part: _read_recognised(part, column_map, summary)
 
 
-def _recognise(table: Table) -> "tuple[ColumnMap, str] | None":
-    """A column map of a table with a wrench, and what it says in one line; None where
-    the canonical names tell as much, or nothing sufficient is recognised."""
+def _recognise(table: Table) -> "tuple[ColumnMap, str] | InputError | None":
+    """A column map of a table with a wrench, and what it says in one line. None where
+    the canonical names tell as much, or no more of them would; an error where names of
+    its own tell some of a recording, and not all."""
     check_names(table.names, table.source)
     try:
         streams, ignored = known_columns(table.names, table.source)
@@ -68,12 +75,16 @@ def _recognise(table: Table) -> "tuple[ColumnMap, str] | None":
     if streams and (not ignored or set(RATES) & set(streams)):
         return None
     try:
-        column_map, guessed = map_by_names(table)
+        guessed = _guess(table)
+        column_map = None if guessed.missing else _map_of(table, guessed)
     except InputError:
         return None
     there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
     if not there < guessed.columns:
         return None
+    if column_map is None:
+        timed = not any(line.startswith("time") for line in guessed.missing)
+        return _lacking(table, guessed) if timed and not streams else None
     summary = guessed.summary
     if left := columns_of_streams(table.names, RATES):
         summary += f"; {summarize_list(sorted(left))} not read"
@@ -85,17 +96,45 @@ def map_by_names(
 ) -> "tuple[ColumnMap, GuessedMap]":
     """The column map that names and numbers of a table tell; `InputError` where they
     tell too little. Of a part of what is recorded, another table holds the rest."""
-    import tomllib
+    guessed = _guess(table)
+    if guessed.missing and not is_part:
+        raise _lacking(table, guessed)
+    return _map_of(table, guessed, is_part=is_part), guessed
 
-    from hefting.logs.column_map import column_map_of
+
+def _guess(table: Table) -> "GuessedMap":
     from hefting.logs.map_guess import guess_map_of
     from hefting.logs.map_sample import sample_of
 
-    guessed = guess_map_of(sample_of(table))
-    if guessed.missing and not is_part:
-        raise InputError(f"no column seems to be {guessed.missing[0]}", table.source)
+    return guess_map_of(sample_of(table))
+
+
+def _map_of(
+    table: Table, guessed: "GuessedMap", *, is_part: bool = False
+) -> "ColumnMap":
+    import tomllib
+
+    from hefting.logs.column_map import column_map_of
+
     content = tomllib.loads(guessed.text)
-    return column_map_of(content, table.source, is_part=is_part), guessed
+    return column_map_of(content, table.source, is_part=is_part)
+
+
+def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
+    """The error for a table whose names tell some of what a recording needs."""
+    absent = [line.split(" = ")[0] for line in guessed.missing]
+    others = [n for n in table.names if n and n not in guessed.columns]
+    what = f"no column seems to be the {' or the '.join(absent)}"
+    if others:
+        what += f": unknown are {summarize_list([quote_name(n) for n in others])}"
+    told = f"; taken by their names would be {guessed.summary}"
+    fix = (
+        "name the others' columns in a column map (`column_map`=FILE; "
+        "hefting map writes one of what is known)"
+    )
+    if "orientation" in absent:
+        fix += ", or give another table with the poses (`poses`)"
+    return InputError(what + told, table.source, fix)
 
 
 def taken_by_names(summary: str, of: str = "") -> Message:
@@ -113,5 +152,12 @@ def _read_recognised(table: Table, column_map: "ColumnMap", summary: str) -> Rec
     from hefting.logs.mapped import read_mapped
 
     recording = read_mapped(table, column_map)
-    warnings = (taken_by_names(summary), *recording.warnings)
-    return replace(recording, warnings=warnings)
+    said = (taken_by_names(summary),)
+    if any(ESTIMATED in str(c) for c in column_map.quantities["wrench"].columns):
+        what = (
+            f"{ESTIMATED} is what the controller estimates, less the load that is "
+            "configured in it, and then the result is not the object: record with a "
+            "load of zero"
+        )
+        said += (warning("payload-unknown", what),)
+    return replace(recording, warnings=(*said, *recording.warnings))

@@ -12,8 +12,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.recording import Recording, Stream
+from hefting.core.recording import Recording
 from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
+from hefting.logs.orientations import orientations_at
 
 SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
 """Keys of a column map that say where the sensor is in the logged frame."""
@@ -64,7 +65,7 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
             streams.pop(name, None)
         if "position" in streams:
             position = streams["position"]
-            axes = _orientations_at(orientation, position.time)
+            axes = orientations_at(orientation, position.time)
             streams["position"] = replace(
                 position, values=position.values + axes.apply(arm)
             )
@@ -76,18 +77,6 @@ def with_given_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     tell what to give in its place."""
     placed = with_sensor_pose(recording, pose)
     return replace(placed, sensor_pose=frozen(pose))
-
-
-def _orientations_at(orientation: Stream, time: Array) -> Any:
-    """Orientations (K,) at times (K,) [s], on the great circle between the two next to
-    each; those at the ends beyond them."""
-    from scipy.spatial.transform import Rotation, Slerp
-
-    all_of = Rotation.from_quat(np.array(orientation.values))
-    if len(orientation) == 1 or np.array_equal(time, orientation.time):
-        return all_of
-    inside = np.clip(time, orientation.time[0], orientation.time[-1])
-    return Slerp(np.array(orientation.time), all_of)(inside)
 
 
 def sensor_turned(text: str) -> Array:

@@ -257,7 +257,8 @@ def _check_step(
         )
     whole = seconds and step >= 1 and len(stream) > 21 and not (stream.time % 1).any()
     if step > 5 or whole:
-        what = f"the median step of {name} is {step:.4g} s: is time in milliseconds, not seconds?"
+        meant = "milliseconds" + (", or a count of rows" if whole and step == 1 else "")
+        what = f"the median step of {name} is {step:.4g} s: is time in {meant}, not seconds?"
         return [warning("time-step-long", what)]
     if 0 < step < 2e-5:
         what = f"the median step of {name} is {step:.4g} s: is time in seconds?"
@@ -355,11 +356,10 @@ def _read_group(
             k, j = wrong[0]
             row = (block.rows if blank is None else block.rows[~blank])[k]
             where = f"{table.source}, row {row}, column {label(table, those[j])}"
-            raise InputError(
-                f"the value is {matrix[k, j]}",
-                where,
-                "leave the cell blank where nothing was measured",
-            )
+            fix = "leave the cell blank where nothing was measured"
+            if np.isnan(matrix[k, j]):
+                fix += ', or say nan = "blank" in a column map (hefting map does)'
+            raise InputError(f"the value is {matrix[k, j]}", where, fix)
     return values, blank
 
 

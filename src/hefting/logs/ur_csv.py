@@ -59,9 +59,15 @@ FORCE = "actual_TCP_force"
 """Field of the wrench less the configured payload, in base axes [N, N m]."""
 
 
+TIMES = ("timestamp", "time")
+"""Names of the column of times, the record's own first."""
+
+
 def is_ur(names: Iterable[str]) -> bool:
-    """Whether a header is that of a real-time record."""
-    return not MARKS.isdisjoint(names)
+    """Whether a header is that of a real-time record. One whose wrench has a canonical
+    name is not: another sensor measured it."""
+    names = set(names)
+    return not MARKS.isdisjoint(names) and "fx" not in names
 
 
 def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
@@ -104,7 +110,7 @@ def _check_fields(
     table: Table, fields: dict[str, list[int]], wrench_needed: bool
 ) -> None:
     """`InputError` where a field is absent that must be there."""
-    if "timestamp" not in table.names:
+    if _time_of(table) is None:
         raise InputError(
             "there is no column timestamp", table.source, "record timestamp too"
         )
@@ -122,14 +128,18 @@ def _check_fields(
         )
 
 
+def _time_of(table: Table) -> str | None:
+    """Name of the column of times; None where there is none."""
+    return next((name for name in TIMES if name in table.names), None)
+
+
 def _read_record(
     table: Table, fields: dict[str, list[int]]
 ) -> tuple[Stream, dict[str, Array], list[Message]]:
     """All fields as one stream with times [s], the values of each, and warnings."""
     everything = [column for columns in fields.values() for column in columns]
-    streams, warnings = collect(
-        table, table.names.index("timestamp"), {"record": everything}
-    )
+    time = table.names.index(_time_of(table) or TIMES[0])
+    streams, warnings = collect(table, time, {"record": everything})
     if "record" not in streams:
         raise InputError(
             "there are no samples: all cells are blank", where=table.source
@@ -203,7 +213,7 @@ def _check_whole(field: str, names: list[str], there: list[str], source: str) ->
 def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
     """`InputError` for a name of a column that is there more than once."""
     read = [table.names[column] for columns in fields.values() for column in columns]
-    for name in ("timestamp", *read):
+    for name in (*TIMES, *read):
         if table.names.count(name) > 1:
             raise InputError(
                 f"column {name} is there {table.names.count(name)} times",

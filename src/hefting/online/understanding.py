@@ -39,7 +39,7 @@ FEWEST_ROWS = 30
 """Fewest poses and wrenches that are looked at."""
 TUNED_ON = 1_000
 """Latest poses on which the filter is tuned."""
-UNKNOWN = {"bias-unknown", "sign-uncertain"}
+UNKNOWN = {"bias-undetermined", "bias-unknown", "sign-uncertain"}
 """Messages of a recording that is too poor for an answer while more will come."""
 
 

@@ -129,6 +129,10 @@ def as_pose(pose: ArrayLike | str | Path) -> Array:
     if isinstance(pose, str | Path):
         return parse_pose(pose)
     matrix = frozen(pose)
+    if matrix.shape not in ((4, 4), (7,)):
+        what = f"a pose is a 4 x 4 matrix, not of shape {matrix.shape}"
+        fix = "or give x, y, z, qx, qy, qz, qw"
+        raise InputError(what, fix=fix)
     return pose_matrix(matrix) if matrix.shape == (7,) else check_pose(matrix)
 
 

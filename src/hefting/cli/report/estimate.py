@@ -33,6 +33,7 @@ MENDED = {
     "pose-glitches",
     "poses-frozen",
     "poses-held-at-ends",
+    "wrench-stalled",
 }
 """Codes of notes on what was changed in the recording or found beside the object: they
 are told without --verbose."""

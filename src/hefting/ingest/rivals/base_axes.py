@@ -20,7 +20,8 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE,
         "the wrench seems to be in the axes of the robot's base",
-        'log it in sensor axes, or say axes = "world" of the wrench in a column map',
+        'log it in sensor axes, or say axes = "world" of the wrench in a column map, '
+        "of a bag after hefting convert to CSV",
         fitted,
         0,
         argument="column_map",

@@ -33,6 +33,7 @@ FEW_UNKNOWNS = 6
 """Unknowns up to which a mistake does not imitate a change of the object."""
 SUPERSEDED = frozenset(
     {
+        "bias-undetermined",
         "bias-unknown",
         "clock-offset-contradictory",
         "clock-offset-unknown",

@@ -121,7 +121,7 @@ def judge(case: Case) -> Judged:
         candidates += LARGE_EXPLANATIONS
     stage = "looking for mistakes in the recording"
     found = [explain(case) for explain in each_of(stage, candidates)]
-    tried = [each for each in found if each is not None and not _too_heavy(each, given)]
+    tried = [each for each in found if each is not None and not _too_heavy(each)]
     if not tried:
         return Judged(share, None, given)
     best = max(tried, key=lambda each: evidence(case, given, each))
@@ -129,7 +129,7 @@ def judge(case: Case) -> Judged:
         return Judged(share, None, given)
     best = _simplest(case, given, best, tried)
     other = None if best.alternative is None else best.alternative()
-    if other is not None and not _too_heavy(other, given):
+    if other is not None and not _too_heavy(other):
         both = [each for each in (best, other) if _is_told(case, given, each)]
         best = max(both, key=lambda each: evidence(case, given, each))
     told = evidence(case, given, best)
@@ -141,10 +141,10 @@ def judge(case: Case) -> Judged:
     return Judged(share, best, given, certain, whole)
 
 
-def _too_heavy(other: Explanation, given: Explanation) -> bool:
-    """Whether an explanation makes the object heavier than a wrist holds, and the
-    recording as given does not."""
-    return abs(given.vector[0]) <= HEAVIEST_HELD < abs(other.vector[0])
+def _too_heavy(other: Explanation) -> bool:
+    """Whether an explanation makes the object heavier than a wrist holds, or leaves it
+    so: then another mistake is to be found first."""
+    return abs(other.vector[0]) > HEAVIEST_HELD
 
 
 def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:

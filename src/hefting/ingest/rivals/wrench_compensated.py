@@ -1,5 +1,5 @@
 """The controller subtracts the weight of a payload: of all of the object, of a part of
-it, or of somewhat more.
+it, or of more, as of a heavier object before it.
 
 Gravity then acts on another mass and first moment than acceleration does.
 """
@@ -15,9 +15,9 @@ from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step, with_bias
 from hefting.ingest.rivals.explanation import Explanation, over_offsets
 
 CODE = "wrench-compensated"
-LARGEST_SHARE = 1.5
-"""Largest share of the object's weight that a controller takes away: more is gravity the
-wrong way round."""
+LARGEST_SHARE = 3.0
+"""Largest share of the object's weight that a controller takes away. Of 2 it is gravity
+the wrong way round, which has no unknowns and is told instead."""
 
 
 def explain(case: Case) -> Explanation | None:

@@ -173,18 +173,18 @@ class Streams:
         self._warn("pose-frame-assumed", what, "sensor_frame")
 
     def _pose_from_tf(self) -> bool:
-        frames = self.tree.frames
-        if not frames:
+        if not (frames := self.tree.frames):
             return False
+        others = f"give `sensor_frame` one of {list_names(frames - {self.sensor})}"
         if not self.sensor:
-            self.hint = f"give `sensor_frame` one of {list_names(frames)}"
+            self.hint = others
             return False
         if self.sensor not in frames and not self.asked_for_sensor:
-            self.hint = f"tf does not hold its frame {self.sensor}; give `sensor_frame` one of {list_names(frames)}"
+            self.hint = f"tf does not hold its frame {self.sensor}; {others}"
             return False
         chain = self._chain(self.world, self.sensor)
         if all(each.static for each, _ in chain):
-            self.hint = f"in tf nothing moves between {self.world or 'the root'} and {self.sensor}"
+            self.hint = f"in tf nothing moves between {self.world or 'the root'} and {self.sensor}; {others}"
             return False
         series = compose(chain, str(self.path), self.warnings.append)
         self.world = chain[0][0].parent if chain[0][1] else chain[0][0].child

@@ -1,0 +1,51 @@
+"""What is wrong with times that do not increase, and what to do about it."""
+
+import numpy as np
+
+from hefting.core.spatial import Array
+
+ROUNDED_SHARE = 0.1
+"""Share of samples with the time of the one before, from which on times were written
+with too few digits, and no message was logged twice."""
+SAMPLES_SET_BACK = 10
+"""Samples before the time of an earlier one, from which on a clock was set back: rows
+that are out of order are a few."""
+FEW_STEPS_BACK = 0.01
+"""Share of steps back in time up to which the parts between them are in order."""
+
+
+def explain_times(time: Array, at: int, row: int) -> tuple[str, str]:
+    """What is said of the sample after `at`, whose time is not beyond that of `at`, and
+    what to do.
+
+    Parameters
+    ----------
+    time : (K,) [s].
+    at : index of the last sample before the first fault.
+    row : number of its row.
+    """
+    before, now = time[at : at + 2]
+    steps = np.diff(time)
+    if before < now:
+        return (
+            f"is {now - before:.1g} s after that of row {row}",
+            "check the unit of time",
+        )
+    if before == now:
+        what, repeats = f"repeats that of row {row}", int((steps == 0.0).sum())
+        if repeats > ROUNDED_SHARE * len(steps) and repeats > 1:
+            return what, (
+                f"{repeats} of {len(steps)} do: write times with more digits, those "
+                "since 1970 above all"
+            )
+        return what, "keep one of the two rows"
+    what, back = f"is before {before:.9g} s of row {row}", steps < 0.0
+    behind = int((time[at + 1 :] < before).sum())
+    if behind >= SAMPLES_SET_BACK and back.sum() <= max(
+        1.0, FEW_STEPS_BACK * len(steps)
+    ):
+        return what, (
+            "the clock was set back there, or another recording begins: cut the log in "
+            "two, and give both"
+        )
+    return what, "sort the rows by time"

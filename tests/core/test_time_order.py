@@ -1,0 +1,46 @@
+"""What is said of times that do not increase."""
+
+import numpy as np
+import pytest
+
+from hefting.core.errors import InputError
+from hefting.core.recording import Recording, Stream
+
+TIME = 0.01 * np.arange(500)
+
+
+def error_of(time):
+    """The error of a recording of static wrenches at these times."""
+    with pytest.raises(InputError) as caught:
+        Recording({"wrench": Stream(time, np.ones((len(time), 6)))}, False, "log.csv")
+    return caught.value
+
+
+def test_rounded_times_are_told_by_how_many_repeat():
+    for time in (np.round(TIME, 1), np.float64(np.float32(1.7e9 + TIME))):
+        error = error_of(time)
+        assert "repeats that of row" in error.what
+        assert "write times with more digits" in error.fix
+        repeats = int((np.diff(time) == 0.0).sum())
+        assert error.fix.startswith(f"{repeats} of 499 do")
+
+
+def test_a_message_that_was_logged_twice_is_one_of_two_rows():
+    error = error_of(np.sort(np.append(TIME, TIME[[30, 70]])))
+    assert error.fix == "keep one of the two rows"
+
+
+@pytest.mark.parametrize("back", [0.2, 2.0, 2.5])
+def test_a_clock_that_was_set_back_is_no_matter_of_order(back):
+    time = TIME - np.where(np.arange(500) < 250, 0.0, back)
+    error = error_of(time)
+    assert "is before 2.49 s of row" in error.what
+    assert "cut the log in two" in error.fix
+
+
+def test_rows_out_of_order_are_sorted():
+    swapped = TIME.copy()
+    swapped[[100, 101]] = swapped[[101, 100]]
+    shuffled = np.random.default_rng(0).permutation(TIME)
+    for time in (swapped, TIME[::-1], shuffled):
+        assert error_of(time).fix == "sort the rows by time"
