@@ -85,8 +85,8 @@ def motion_features(measurements: Measurements) -> Array:
 def _write_motion(z: Measurements, x: Array) -> None:
     np.subtract(z.linear_acceleration, z.gravity, out=x[:, 0:3])
     x[:, 3:6] = z.angular_acceleration
-    w = z.angular_velocity
-    np.multiply(w[:, TENSOR_ROWS], w[:, TENSOR_COLUMNS], out=x[:, 6:12])
+    w = z.angular_velocity.T
+    np.multiply(w.take(TENSOR_ROWS, 0), w.take(TENSOR_COLUMNS, 0), out=x[:, 6:12].T)
 
 
 def full_rows(x: Array) -> Array:
