@@ -139,7 +139,8 @@ class Measurements:
                     f"has shape {array.shape}, expected {shape}",
                     where=f"Measurements.{name}",
                 )
-            _require_finite(name, array)
+            if not isfinite(np.vdot(array, array)):  # quick; squares may overflow
+                _require_finite(name, array)
         if self.weights is not None and (self.weights < 0.0).any():
             raise InputError("a weight is negative", where="Measurements.weights")
 
@@ -212,8 +213,6 @@ class Measurements:
 
 def _require_finite(name: str, array: Array) -> None:
     """`InputError` for samples of the array of that name that are not finite."""
-    if isfinite(np.vdot(array, array)):  # quick; squares may overflow
-        return
     rows = np.argwhere(~np.isfinite(array))
     if len(rows):
         raise InputError(

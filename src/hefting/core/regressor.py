@@ -32,6 +32,8 @@ WRENCH = slice(15, 21)
 ONE = 21
 FEATURES = 22
 
+_ONES = np.ones(3)
+
 
 def _full_map() -> Array:
     """Constant (12, 6, 10): regressor of each unit motion feature."""
@@ -118,7 +120,8 @@ def dynamism(measurements: Measurements) -> Array:
     a = measurements.linear_acceleration
     alpha = measurements.angular_acceleration
     w = measurements.angular_velocity
-    return np.add.reduce(a * a + alpha * alpha + 4.0 * (w * w), axis=1)
+    # the product sums rows in less time than a reduction
+    return (a * a + alpha * alpha + 4.0 * (w * w)).dot(_ONES)
 
 
 def full_model_weight(measurements: Measurements, c1: float) -> Array:

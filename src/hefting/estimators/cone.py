@@ -202,17 +202,19 @@ class _Newton:
         ones = np.array((0.5 + 0.5 * q0, 0.5 + 0.5 * q1, 1.0))
         found = right[1:].dot(solved)  # (3, 4): at these scales, and by each of them
         ds, singular = lapack.dgesv(found[:, 1:], ones - found[:, 0])[2:]
-        scale_of_masses = (third - float(ds[2])) / square
-        if failed or singular or not min((s - ds).tolist()) > 0.0:
+        scales = (s - ds).tolist()
+        if failed or singular or not min(scales) > 0.0:
             return None
         u = solved[:, 0] + solved[:, 1:].dot(ds)
         t = np.maximum(u.dot(A), 0.0)
-        largest = max(1.0, *K.dot(u * u).tolist(), float(t.dot(t)) / square)
+        length = math.sqrt(t.dot(t))
+        largest = max(1.0, *K.dot(u * u).tolist(), length * length / square)
         bound = max(0.0, float(b.dot(u)) / math.sqrt(largest))
-        masses = scale_of_masses * t
+        sigma = scales[2] / square
+        masses = sigma * t
         left = b - A.dot(masses)
         norms = np.sqrt(K.dot(left * left))
-        primal = sum(norms.tolist()) + lam * math.sqrt(masses.dot(masses))
+        primal = sum(norms.tolist()) + lam * sigma * length
         scale = max(primal, 1e-6 * size)
         if primal - bound > TOLERANCE * scale:
             return None
