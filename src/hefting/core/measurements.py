@@ -140,7 +140,12 @@ class Measurements:
                     where=f"Measurements.{name}",
                 )
             if not isfinite(np.vdot(array, array)):  # quick; squares may overflow
-                _require_finite(name, array)
+                rows = np.argwhere(~np.isfinite(array))
+                if len(rows):
+                    raise InputError(
+                        f"sample {int(rows[0][0])} is not finite",
+                        where=f"Measurements.{name}",
+                    )
         if self.weights is not None and (self.weights < 0.0).any():
             raise InputError("a weight is negative", where="Measurements.weights")
 
@@ -209,12 +214,3 @@ class Measurements:
             for name, std in levels.items()
         }
         return replace(self, noise=noise, **noisy)
-
-
-def _require_finite(name: str, array: Array) -> None:
-    """`InputError` for samples of the array of that name that are not finite."""
-    rows = np.argwhere(~np.isfinite(array))
-    if len(rows):
-        raise InputError(
-            f"sample {int(rows[0][0])} is not finite", where=f"Measurements.{name}"
-        )

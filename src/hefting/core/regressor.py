@@ -120,7 +120,7 @@ def dynamism(measurements: Measurements) -> Array:
     a = measurements.linear_acceleration
     alpha = measurements.angular_acceleration
     w = measurements.angular_velocity
-    # the product sums rows in less time than a reduction
+    # quicker than a reduction
     return (a * a + alpha * alpha + 4.0 * (w * w)).dot(_ONES)
 
 

@@ -169,8 +169,8 @@ class _Newton:
         self._active, self._square = active.tobytes(), chosen.dot(chosen.T)
 
     def _system(self, d: Array, sigma: float) -> Array:
-        """Negative derivative (r, r) of the gradient by u: D + sigma A A' over the
-        active points."""
+        """Minus the derivative (r, r) of F by u: D + sigma A A' of the active
+        points."""
         J = sigma * self._square
         diagonal = J.ravel()[:: len(d) + 1]
         diagonal += d
@@ -197,10 +197,10 @@ class _Newton:
         np.multiply(K, u, out=right[1:3])
         np.divide(b - r, third, out=right[3])
         solved, failed = lapack.dposv(self._system(d, third / square), right.T)[1:]
-        # each row but the first times u: where its norm is one, to first order
+        # what W u is where its norm is one, to first order
         q0, q1 = right[1:3].dot(u).tolist()
         ones = np.array((0.5 + 0.5 * q0, 0.5 + 0.5 * q1, 1.0))
-        found = right[1:].dot(solved)  # (3, 4): at these scales, and by each of them
+        found = right[1:].dot(solved)  # (3, 4) at these scales, by each
         ds, singular = lapack.dgesv(found[:, 1:], ones - found[:, 0])[2:]
         scales = (s - ds).tolist()
         if failed or singular or not min(scales) > 0.0:

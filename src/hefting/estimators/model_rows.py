@@ -1,14 +1,13 @@
-"""ModelRows: the equations of the reduced and of the full model in triangular form, with
-the biases taken out.
+"""ModelRows: both models' equations in triangular form, with the biases taken out.
 
 The rows [bias columns | A | b] of each model are reduced to a triangular factor. As the
 bias columns are one multiple of the identity for each sample, they stay so: c I6 in the
 first six rows, c² the sum of squared weights. Each recording has a bias, and six such
-rows in either model, of its own.
+rows, of its own.
 """
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Self
 
@@ -31,24 +30,17 @@ class BiasRows:
     """The six equations c beta + A phi = b of either model that hold the bias beta of a
     recording."""
 
-    coefficients: tuple[float, float]
-    """c0 of the reduced, c1 of the full model; neither negative"""
-    reduced: Array
-    """(6, 11) [A | b]"""
-    full: Array
-    """(6, 11) [A | b]"""
+    c: Array
+    """(2,) of the reduced and of the full model; not negative"""
+    rows: Array
+    """(2, 6, 11) [A | b] of both"""
 
     @classmethod
     def of(cls, reduced: Array, full: Array) -> Self:
         """Of the factors (11, 11) and (17, 17) of both models."""
-        coefficients = abs(float(reduced[0, 0])), abs(float(full[0, 0]))
-        rows0, rows1 = (_signs(R)[:, None] * R[:6, 6:] for R in (reduced, full))
-        return cls(coefficients, rows0.dot(WITH_INERTIA), rows1)
-
-    @property
-    def size(self) -> float:
-        """|b| of both models."""
-        return math.hypot(_norm(self.reduced[:, 10]), _norm(self.full[:, 10]))
+        both = [_with_positive_diagonal(R[:6]) for R in (reduced, full)]
+        rows = both[0][:, 6:].dot(WITH_INERTIA), both[1][:, 6:]
+        return cls(np.array([R[0, 0] for R in both]), np.array(rows))
 
     @property
     def eliminated(self) -> tuple[Array, Array]:
@@ -57,35 +49,30 @@ class BiasRows:
         A dual point must be orthogonal to the bias columns, c0 u0 + c1 u1 = 0, which
         one unknown in place of two satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1².
         """
-        c0, c1 = self.coefficients
-        c = math.hypot(c0, c1) or 1.0
-        rows = c1 / c * self.reduced - c0 / c * self.full
-        return rows, np.repeat((((c1 / c) ** 2,), ((c0 / c) ** 2,)), 6, axis=1)
+        c0, c1 = self.c / (_norm(self.c) or 1.0)
+        shares = np.repeat(((c1 * c1,), (c0 * c0,)), 6, axis=1)
+        return c1 * self.rows[0] - c0 * self.rows[1], shares
 
     def bias(self, vector: Array, scales: Array) -> Array:
         """(6,) bias that minimises the sum of both norms, given parameters (10,) and
         the norms' optimal values (2,)."""
-        c0, c1 = self.coefficients
-        weight0, weight1 = c0 / scales[0], c1 / scales[1]
-        g0, g1 = self._residuals(vector)
-        return -(weight0 * g0 + weight1 * g1) / (weight0 * c0 + weight1 * c1 or 1.0)
+        weights = self.c / scales
+        residuals = weights @ self._without_bias(vector)
+        return -residuals / (float(weights @ self.c) or 1.0)
 
     def squares(self, vector: Array, bias: Array) -> Array:
         """(2,) squared residuals of both models."""
-        residuals = self._residuals(vector)
-        left = [c * bias + g for c, g in zip(self.coefficients, residuals, strict=True)]
-        return np.array([r @ r for r in left])
+        r = self._without_bias(vector) + np.outer(self.c, bias)
+        return (r * r).sum(axis=1)
 
-    def _residuals(self, vector: Array) -> tuple[Array, Array]:
-        """(6,) of either model without a bias."""
-        x = np.append(vector, -1.0)
-        return self.reduced @ x, self.full @ x
+    def _without_bias(self, vector: Array) -> Array:
+        """(2, 6) residuals A phi - b of both models."""
+        return self.rows @ np.append(vector, -1.0)
 
 
 @dataclass(frozen=True, eq=False)
 class ModelRows:
-    """Both models' equations, each in a norm of its own: first the rows that each bias
-    couples, then those of the reduced and of the full model."""
+    """Rows that each bias couples, then those of the reduced and of the full model."""
 
     biases: tuple[BiasRows, ...]
     """of each recording; none where no bias is free"""
@@ -94,9 +81,9 @@ class ModelRows:
     b: Array
     """(r,)"""
     K: Array
-    """(2, r) share of each row in the first and in the second norm"""
+    """(2, r) share of each row in both norms"""
     size: float
-    """|b| of both models together, before the biases were taken out"""
+    """|b| of both before the biases were taken out"""
 
     @classmethod
     def of(cls, state: State, *, free_bias: bool) -> Self:
@@ -120,8 +107,11 @@ class ModelRows:
         own = (reduced.dot(WITH_INERTIA), full)
         rows = np.concatenate((*(rows for rows, _ in coupled), *own))
         K = np.concatenate((*(shares for _, shares in coupled), SHARES), axis=1)
-        size = _norm(rows[-SHARES.shape[1] :, 10])
-        size = math.hypot(size, *(each.size for each in biases))
+        right = (
+            rows[-SHARES.shape[1] :, 10],
+            *(r.rows[:, :, 10].ravel() for r in biases),
+        )
+        size = math.hypot(*map(_norm, right))
         return cls(tuple(biases), rows[:, :10], rows[:, 10], K, size)
 
     def with_equation(self, equation: Array, state: State) -> Self:
@@ -136,9 +126,8 @@ class ModelRows:
         )
 
     def bias(self, vector: Array, scales: Array) -> Array | None:
-        """(6,) bias that minimises the sum of both norms, given parameters (10,) and
-        the norms' optimal values (2,); (n, 6) those of n recordings; None where none is
-        free."""
+        """(6,) bias beside parameters (10,), as of `BiasRows`; (n, 6) those of n
+        recordings; None where none is free."""
         if not self.biases:
             return None
         found = [each.bias(vector, scales) for each in self.biases]
@@ -161,23 +150,17 @@ def _uncoupled(factors: Sequence[Array]) -> Array:
     return rows[0] if len(rows) == 1 else triangular(np.concatenate(rows))
 
 
-def _signs(factor: Array) -> Array:
-    """(6,) that make the bias columns of a factor positive."""
-    return np.where(factor.diagonal()[:6] < 0.0, -1.0, 1.0)
+def _with_positive_diagonal(R: Array) -> Array:
+    return np.copysign(1.0, R.diagonal())[:, None] * R
 
 
 def _share_of_most(state: State) -> tuple[float, float]:
     """Share in both norms of a row of the model that has more of the samples."""
     if isinstance(state, WhitenedState):
         return 0.0, 1.0
-    states = states_of(state)
-    reduced = _sum_of_squares(each.reduced.ones for each in states)
-    full = _sum_of_squares(each.full.ones for each in states)
+    each = [(_norm(s.reduced.ones), _norm(s.full.ones)) for s in states_of(state)]
+    reduced, full = np.square(each).sum(axis=0)
     return (0.0, 1.0) if full >= reduced else (1.0, 0.0)
-
-
-def _sum_of_squares(vectors: Iterable[Array]) -> float:
-    return sum(float(x @ x) for x in vectors)
 
 
 def _norm(x: Array) -> float:
