@@ -159,7 +159,7 @@ class Knots:
         out = np.zeros(coefficients.T.shape)
         for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
             rows = np.diff(coefficients.T[:, start:stop], m)
-            for a, factor in enumerate(_stencil(m), int(start)):
+            for a, factor in enumerate(np.diff(np.eye(m + 1), m)[:, 0], start):
                 out[:, a : a + rows.shape[1]] += factor * rows
         return out.T
 
@@ -174,8 +174,7 @@ class Knots:
         each = np.zeros(self.size)
         each[self.rows_of_differences(m)] = 1.0 if weights is None else weights
         bands = np.zeros((SUPPORT, self.size))
-        stencil = _stencil(m)
-        rows = self.size - m
+        stencil, rows = np.diff(np.eye(m + 1), m)[:, 0], self.size - m
         for a in range(m + 1):
             for b in range(a, m + 1):
                 bands[b - a, a : a + rows] += (stencil[a] * stencil[b]) * each[:rows]
@@ -190,11 +189,6 @@ class Knots:
         i, j = np.divmod(np.arange(m * m), m)
         rows = np.diff(self.offset)[:, None] - m
         return float(np.sum(np.log1p(rows / (i + j + 1.0))))
-
-
-def _stencil(m: int) -> list[float]:
-    """(m + 1,) factors of neighbours in their m-th difference."""
-    return [(-1.0) ** (m - a) * comb(m, a) for a in range(m + 1)]
 
 
 def multiply(bands: Array, x: Array) -> Array:
