@@ -250,9 +250,9 @@ def _patch(monkeypatch, estimator, recordings):
     monkeypatch.setattr(bayes_noise.TimeSamples, "of", _dense_time(recordings))
     if isinstance(estimator, PMD):
         A, b, K, size = _dense_rows(estimator, recordings)(None, True)
-        own = pmd._Rows.of(_merged(estimator, recordings), True)
+        own = pmd.ModelRows.of(_merged(estimator, recordings), free_bias=True)
         dense = replace(own, A=A, b=b, K=K, size=size)
-        monkeypatch.setattr(pmd._Rows, "of", lambda *_: dense)
+        monkeypatch.setattr(pmd.ModelRows, "of", lambda *_, **__: dense)
 
 
 def _off(found, expected) -> float:

@@ -123,15 +123,6 @@ class Measurements:
     that consecutive samples show"""
 
     def __post_init__(self):
-        # a sum may overflow where no sample does
-        with np.errstate(over="ignore", invalid="ignore"):
-            self._check_arrays()
-        if self.weights is not None and (self.weights < 0.0).any():
-            raise InputError("a weight is negative", where="Measurements.weights")
-
-    def _check_arrays(self) -> None:
-        """Freeze the arrays. Raises `InputError` for shapes that do not fit, and for
-        what is not finite."""
         count = None
         for name, dimensions in DIMENSIONS.items():
             values = getattr(self, name)
@@ -142,19 +133,21 @@ class Measurements:
                 object.__setattr__(self, name, array)
             if count is None:
                 count = len(array)
-            if array.shape != ((count,) if array.ndim == 1 else (count, 3)):
-                shape = (count,) if array.ndim == 1 else (count, 3)
+            shape = (count, 3) if dimensions == 2 else (count,)
+            if array.shape != shape:
                 raise InputError(
                     f"has shape {array.shape}, expected {shape}",
                     where=f"Measurements.{name}",
                 )
-            if not isfinite(np.add.reduce(array, axis=None)):  # quick
+            if not isfinite(np.vdot(array, array)):  # quick; squares may overflow
                 rows = np.argwhere(~np.isfinite(array))
                 if len(rows):
                     raise InputError(
                         f"sample {int(rows[0][0])} is not finite",
                         where=f"Measurements.{name}",
                     )
+        if self.weights is not None and (self.weights < 0.0).any():
+            raise InputError("a weight is negative", where="Measurements.weights")
 
     def __len__(self) -> int:
         return len(self.time)

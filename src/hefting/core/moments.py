@@ -170,7 +170,7 @@ class Moments:
     def factor_of(self, equations: Array) -> Array:
         """Triangular factor (c, c) of all samples' `equations` (c, 6, 22): columns of
         `FULL_EQUATIONS`, say."""
-        rows = equations.reshape(-1, FEATURES) @ self.factor.T
+        rows = equations.reshape(-1, FEATURES).dot(self.factor.T)
         return triangular(rows.reshape(len(equations), -1).T)
 
     @property

@@ -32,6 +32,8 @@ WRENCH = slice(15, 21)
 ONE = 21
 FEATURES = 22
 
+_ONES = np.ones(3)
+
 
 def _full_map() -> Array:
     """Constant (12, 6, 10): regressor of each unit motion feature."""
@@ -85,8 +87,8 @@ def motion_features(measurements: Measurements) -> Array:
 def _write_motion(z: Measurements, x: Array) -> None:
     np.subtract(z.linear_acceleration, z.gravity, out=x[:, 0:3])
     x[:, 3:6] = z.angular_acceleration
-    w = z.angular_velocity
-    np.multiply(w[:, TENSOR_ROWS], w[:, TENSOR_COLUMNS], out=x[:, 6:12])
+    w = z.angular_velocity.T
+    np.multiply(w.take(TENSOR_ROWS, 0), w.take(TENSOR_COLUMNS, 0), out=x[:, 6:12].T)
 
 
 def full_rows(x: Array) -> Array:
@@ -118,7 +120,8 @@ def dynamism(measurements: Measurements) -> Array:
     a = measurements.linear_acceleration
     alpha = measurements.angular_acceleration
     w = measurements.angular_velocity
-    return np.add.reduce(a * a + alpha * alpha + 4.0 * (w * w), axis=1)
+    # quicker than a reduction
+    return (a * a + alpha * alpha + 4.0 * (w * w)).dot(_ONES)
 
 
 def full_model_weight(measurements: Measurements, c1: float) -> Array:

@@ -94,9 +94,10 @@ def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
 def is_immutable(array: NDArray[Any]) -> bool:
     """Whether nothing can write to a C-contiguous array, nor to what it is a view
     of."""
-    base = array.base
-    shared = base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
-    return shared and not array.flags.writeable and array.flags.c_contiguous
+    flags, base = array.flags, array.base
+    if flags.writeable or not flags.c_contiguous:
+        return False
+    return base is None or (isinstance(base, np.ndarray) and not base.flags.writeable)
 
 
 def changed_rows(values: Array) -> Mask:

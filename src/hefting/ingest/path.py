@@ -114,9 +114,9 @@ class Path:
             return Reading(inside, value, zero, zero, variances, ~there, known)
         earlier = np.maximum(inside - DIFFERENTIATION_STEP, self.first)
         later = np.minimum(inside + DIFFERENTIATION_STEP, self.last)
-        before, _, known_before = self.read(earlier, False)
-        after, _, known_after = self.read(later, False)
-        usable = (known_before & known_after & there)[:, None]
+        around, _, known_around = self.read(np.concatenate((earlier, later)), False)
+        before, after = np.split(around, 2)
+        usable = (np.logical_and(*np.split(known_around, 2)) & there)[:, None]
         back, forth = (inside - earlier)[:, None], (later - inside)[:, None]
         rate = np.where(usable, (after - before) / np.maximum(back + forth, 1e-12), 0.0)
         whole = (

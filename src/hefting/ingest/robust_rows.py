@@ -132,13 +132,13 @@ def normal_equations(
     normal, right = np.empty((O, p, p)), np.empty((O, p))
     for first in range(0, O, ALTERNATIVES_AT_A_TIME):
         part = slice(first, first + ALTERNATIVES_AT_A_TIME)
-        weighted = both[part] * weights[part, :, None]
+        weighted = both[part, :, :z] * weights[part, :, None]
         gram = np.swapaxes(weighted, 1, 2) @ both[part]
         inverse_variance = np.repeat(scale[part] ** -2.0, 3, axis=1)
-        columns = (gram[:, :z, :z] @ maps.reshape(z, -1)).reshape(-1, z, 6, p)
+        columns = (gram[:, :, :z] @ maps.reshape(z, -1)).reshape(-1, z, 6, p)
         columns *= inverse_variance[:, None, :, None]
         normal[part] = flat.T @ columns.reshape(-1, 6 * z, p)
-        sums = gram[:, :z, z:] * inverse_variance[:, None]
+        sums = gram[:, :, z:] * inverse_variance[:, None]
         right[part] = sums.reshape(-1, 6 * z) @ flat
     return normal, right
 

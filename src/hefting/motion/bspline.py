@@ -156,11 +156,11 @@ class Knots:
     def roughened(self, coefficients: Array, m: int) -> Array:
         """D^m' D^m c of coefficients (n, d): by differences, as of smooth curves the
         products of `penalty` cancel."""
-        out = np.empty(coefficients.T.shape)
+        out = np.zeros(coefficients.T.shape)
         for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
             rows = np.diff(coefficients.T[:, start:stop], m)
-            padded = np.pad(rows, ((0, 0), (m, m)))
-            out[:, start:stop] = (-1) ** m * np.diff(padded, m)
+            for a, factor in enumerate(np.diff(np.eye(m + 1), m)[:, 0], start):
+                out[:, a : a + rows.shape[1]] += factor * rows
         return out.T
 
     def rows_of_differences(self, m: int) -> Integers:
@@ -174,8 +174,7 @@ class Knots:
         each = np.zeros(self.size)
         each[self.rows_of_differences(m)] = 1.0 if weights is None else weights
         bands = np.zeros((SUPPORT, self.size))
-        stencil = np.array([(-1.0) ** (m - a) * comb(m, a) for a in range(m + 1)])
-        rows = self.size - m
+        stencil, rows = np.diff(np.eye(m + 1), m)[:, 0], self.size - m
         for a in range(m + 1):
             for b in range(a, m + 1):
                 bands[b - a, a : a + rows] += (stencil[a] * stencil[b]) * each[:rows]
@@ -322,7 +321,7 @@ class Normal:
         factor, right = self._factorised(m, penalty)
         half = lapack.dtbtrs(factor, right, uplo="L")[0]
         at_pilot = self._pilot_square + penalty * self._pilot_roughness[m]
-        square = at_pilot - float(np.vdot(half, half))
+        square = at_pilot - float(np.vdot(half.T, half.T))
         if square < SMALLEST_DIFFERENCE * at_pilot:
             step = lapack.dtbtrs(factor, half, uplo="L", trans="T")[0]
             square = self.objective(self.pilot + step, m, penalty)
