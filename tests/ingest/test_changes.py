@@ -13,11 +13,12 @@ from benchmarks.changing import CLEAN, EVENTS, MISFITS, Case, case
 from disturbances import disturbed
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import runs_of
 from hefting.identification import identify
 from hefting.ingest import Conditioned, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
-from hefting.ingest.changes.cells import Cells, runs_of
+from hefting.ingest.changes.cells import Cells
 from hefting.ingest.changes.find import _without_excursions
 from hefting.ingest.changes.partition import (
     COST_OF_INTERVAL,

@@ -109,6 +109,23 @@ def changed_rows(values: Array) -> Mask:
     return changed
 
 
+def runs_of(mask: Mask) -> list[tuple[int, int]]:
+    """First sample of each run of a mask (K,), and the sample after its last."""
+    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def interpolated(at: Array, time: Array, values: Array) -> Array:
+    """(L, d) values (K, d) at `time` (K,), increasing, read at other times (L,):
+    linearly between, and the first and the last of them outside."""
+    return np.column_stack([np.interp(at, time, column) for column in values.T])
+
+
+def angle_between(one: Array, other: Array) -> float:
+    """Angle [rad] between two vectors (3,), exact where it is small, too."""
+    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
+
+
 def median(values: NDArray[Any]) -> float:
     """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports
     `numpy.ma` at its first call."""

@@ -57,14 +57,6 @@ class GravityEstimate:
     std: float
     """rad, about each axis"""
 
-    def angle(self, gravity: Array) -> float:
-        """rad from another direction of gravity (3,)."""
-        return float(
-            np.arctan2(
-                np.linalg.norm(np.cross(gravity, self.gravity)), gravity @ self.gravity
-            )
-        )
-
 
 @dataclass(frozen=True, eq=False)
 class Conditioned:

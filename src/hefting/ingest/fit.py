@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask, squared_lengths
+from hefting.core.spatial import Array, Mask, interpolated, squared_lengths
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, tilt_gravity
 from hefting.ingest.normal_equations import Solution, solve
@@ -118,12 +118,6 @@ class Start:
     reading: Reading | None = None
     """of the motion at or near the same times, to save time"""
 
-    def bias_at(self, time: Array) -> Array:
-        """(B, 6) bias at times (B,) [s]."""
-        return np.column_stack(
-            [np.interp(time, self.knots, column) for column in self.bias.T]
-        )
-
 
 def gauss_newton(
     problem: Problem,
@@ -151,7 +145,8 @@ def gauss_newton(
         comparison needs less.
     """
     hats = HatFunctions.over(problem.time, knots)
-    phi, scale, bias = start.phi, start.scale, start.bias_at(problem.time)
+    phi, scale = start.phi, start.scale
+    bias = interpolated(problem.time, start.knots, start.bias)
     bounds = start.offset - LARGEST_OFFSET_CHANGE, start.offset + LARGEST_OFFSET_CHANGE
     model = Model.at(problem, start.offset, start.gravity, start.reading, final=False)
     for step in range(steps):

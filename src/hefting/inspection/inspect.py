@@ -12,7 +12,7 @@ from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
 from hefting.core.plain_text import file_word, typed
 from hefting.core.recording import Recording
-from hefting.core.spatial import SPEED_LIMIT, Array, check_gravity
+from hefting.core.spatial import SPEED_LIMIT, Array, angle_between, check_gravity
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE, FreeFit
@@ -159,11 +159,8 @@ def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
         return None
     if std is None or not np.isfinite(std):
         return None
-    there, here = there / np.linalg.norm(there), gravity / np.linalg.norm(gravity)
-    angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), here @ there))
-    return GravityHint(
-        angle, std, (float(there[0]), float(there[1]), float(there[2])), adopted
-    )
+    x, y, z = (there / np.linalg.norm(there)).tolist()
+    return GravityHint(angle_between(gravity, there), std, (x, y, z), adopted)
 
 
 def _quick_mass(recording: Recording, gravity: Array) -> float | None:

@@ -10,7 +10,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from hefting.core.errors import InputError
 from hefting.core.measurements import Measurements, MotionNoise
-from hefting.core.spatial import Array, frozen, in_sensor_axes, rotation_matrices
+from hefting.core.spatial import (
+    Array,
+    frozen,
+    in_sensor_axes,
+    interpolated,
+    rotation_matrices,
+)
 from hefting.motion.weighting import lasting_variances
 
 
@@ -108,11 +114,7 @@ class Motion:
         )
         motion = self if known.all() else self[known]
         at = motion.time
-        aligned = (
-            np.column_stack([np.interp(at, time, column) for column in values.T])
-            if len(at)
-            else np.empty((0, 6))
-        )
+        aligned = interpolated(at, time, values) if len(at) else np.empty((0, 6))
         zero = np.zeros((len(at), 3))
         return Measurements(
             time=at,

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, angle_between
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import (
@@ -59,11 +59,7 @@ def explain(case: Case) -> Explanation | None:
     # the clock offset was that of the gravity given
     _, offset = over_offsets(case, lambda m: _rows(case, m, gravity))
     gravity, fitted, std = _from(case, gravity, offset, free_offset=case.path.moves)
-    angle = float(
-        np.arctan2(
-            np.linalg.norm(np.cross(case.gravity, gravity)), case.gravity @ gravity
-        )
-    )
+    angle = angle_between(case.gravity, gravity)
     std = float(np.hypot(std, SENSOR_ERROR))
     if angle > REVERSED:
         what = "gravity seems to point the other way"

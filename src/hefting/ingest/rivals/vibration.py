@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
@@ -43,7 +43,7 @@ class Vibration:
         if len(time) < FEWEST_BLOCKS:
             return None
         even = np.linspace(time[0], time[-1], len(time))
-        values = np.column_stack([np.interp(even, time, x) for x in residual.T])
+        values = interpolated(even, time, residual)
         frequency = np.fft.rfftfreq(len(even), float(even[1] - even[0]))
         window = np.hanning(len(even))
         power = np.square(np.abs(np.fft.rfft(values * window[:, None], axis=0)))
