@@ -58,19 +58,6 @@ class RejectedOffset:
         return abs(self.value) > max(SIGNIFICANT * self.std, 1e-5)
 
 
-@dataclass(frozen=True)
-class Search:
-    """What conditioning looked for, and how well its fit explains the wrench."""
-
-    clock: bool
-    """whether a clock offset was looked for, with motion"""
-    gravity: bool
-    """whether gravity's direction was to be found"""
-    few_samples: bool
-    """whether there were too few samples to condition"""
-    rejected_offset: RejectedOffset | None
-
-
 def findings_of(
     found: Conditioned,
     recording: Recording,
@@ -143,13 +130,23 @@ def findings_of(
     return tuple(said)
 
 
-def warnings_of(found: Conditioned, search: Search) -> tuple[Message, ...]:
-    """Warnings of what could not be found, and of doubtful results."""
-    said = [*_clock_warnings(found, search)]
+def warnings_of(
+    found: Conditioned, rejected: RejectedOffset | None, *, tilt: bool, enough: bool
+) -> tuple[Message, ...]:
+    """Warnings of what could not be found, and of doubtful results: with a clock offset
+    that was `rejected`, if any, with gravity's direction to be found (`tilt`), and
+    whether there were `enough` samples to condition."""
+    if enough:
+        said = _clock_warnings(found, rejected)
+    else:
+        what = (
+            "too few samples to look for clock offset, drift and outliers: none assumed"
+        )
+        said = [warning("too-few-samples", what)]
     if not found.biased:
         what = "the motion cannot tell a bias from the object's weight: none assumed"
         said.append(warning("bias-unknown", what, "bias"))
-    if search.gravity:
+    if tilt:
         said += _gravity_warnings(found)
     said += _saturation_warnings(found)
     share = float(found.rejected.mean()) if len(found.rejected) else 0.0
@@ -173,19 +170,15 @@ def _saturation_warnings(found: Conditioned) -> list[Message]:
     return [say("saturated", what)]
 
 
-def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
-    """At most one warning: of too few samples, or of the clock offset."""
+def _clock_warnings(
+    found: Conditioned, rejected: RejectedOffset | None
+) -> list[Message]:
+    """At most one warning, of the clock offset."""
     unknown = warning(
         "clock-offset-unknown",
         "the motion does not tell a clock offset between wrench and motion: none assumed",
     )
-    rejected = search.rejected_offset
-    if search.few_samples:
-        what = (
-            "too few samples to look for clock offset, drift and outliers: none assumed"
-        )
-        return [warning("too-few-samples", what)]
-    if search.clock and found.offset_std == np.inf:
+    if found.offset_std == np.inf:
         return [unknown]
     if rejected is None:
         return []

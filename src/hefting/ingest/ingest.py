@@ -1,7 +1,7 @@
 """Ingest: from a recording to all that estimators need to know of it, found once before
 any method is applied."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Literal
 
@@ -120,15 +120,14 @@ def ingest(
         motion_noise=motion_noise_of(measured),
     )
     state = SampleState.of(z)
-    fits = _FreeFits(
-        free_fit(state, True, found.inflation), free_fit(state, False, found.inflation)
-    )
-    sign = _choose_sign(wrench, found, fits, may_be_biased=may_be_biased)
+    beside_bias = free_fit(state, True, found.inflation)
+    alone = free_fit(state, False, found.inflation)
+    sign = _choose_sign(wrench, found, beside_bias if may_be_biased else None, alone)
     bias_is_auto = isinstance(bias, str) and bias == "auto"
     free_bias, bias_warnings = _choose_bias(
-        found, fits, may_be_biased=may_be_biased, is_auto=bias_is_auto
+        found, beside_bias, may_be_biased=may_be_biased, is_auto=bias_is_auto
     )
-    fit = fits.beside_bias if free_bias else fits.alone
+    fit = beside_bias if free_bias else alone
     warnings = [
         *_conditioning_warnings(
             recording, measured, found, may_be_biased=may_be_biased
@@ -159,7 +158,7 @@ def ingest(
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
-        fit, fits = fit.flipped(), fits.flipped()
+        fit, beside_bias, alone = (f.flipped() for f in (fit, beside_bias, alone))
     residual = z.wrench - predict_wrench(z, fit.vector)
     level = residual_size(
         residual if fit.bias is None else residual - fit.bias, counts, within
@@ -183,8 +182,8 @@ def ingest(
         conditioned=found,
         tool=tool,
         fit=fit,
-        beside_bias=fits.beside_bias,
-        alone=fits.alone,
+        beside_bias=beside_bias,
+        alone=alone,
         noise=Noise(float(level[0]), float(level[1])),
         within=within,
         systematic=_systematic_covariance(gravity_errors, tool),
@@ -198,20 +197,6 @@ def ingest(
         left_out=left_out,
         log_start=whole.start - first,
     )
-
-
-@dataclass(frozen=True, eq=False)
-class _FreeFits:
-    """Unconstrained least squares of all samples."""
-
-    beside_bias: FreeFit
-    """with a free constant bias"""
-    alone: FreeFit
-    """without bias"""
-
-    def flipped(self) -> "_FreeFits":
-        """The same for the wrench of the other sign."""
-        return _FreeFits(self.beside_bias.flipped(), self.alone.flipped())
 
 
 def _read(
@@ -291,14 +276,12 @@ def _doubt(
 
 
 def _choose_sign(
-    wrench: str, found: Conditioned, fits: _FreeFits, *, may_be_biased: bool
+    wrench: str, found: Conditioned, beside_bias: FreeFit | None, alone: FreeFit
 ) -> WrenchSign:
-    """The sign convention of the wrench: as given or as the robust fit found it;
-    without it as the free fits do."""
-    if may_be_biased and found.sign.t:
-        sign = found.sign
-    else:
-        sign = wrench_sign(fits.beside_bias if may_be_biased else None, fits.alone)
+    """The sign convention of the wrench: as given or as the robust fit found it; without
+    it as the free fits do, of which that beside a bias is None where there is no bias."""
+    decided = beside_bias is not None and found.sign.t
+    sign = found.sign if decided else wrench_sign(beside_bias, alone)
     return sign if wrench == "auto" else WrenchSign(wrench == "on-object", sign.t)
 
 
@@ -316,7 +299,7 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
 
 
 def _choose_bias(
-    found: Conditioned, fits: _FreeFits, *, may_be_biased: bool, is_auto: bool
+    found: Conditioned, beside_bias: FreeFit, *, may_be_biased: bool, is_auto: bool
 ) -> tuple[bool, list[Message]]:
     """Whether a constant bias is estimated with the object, and a warning when the
     motion does not determine one.
@@ -324,14 +307,11 @@ def _choose_bias(
     With an automatic choice it is where the bias drifts or is significantly different
     from zero.
     """
+    asked = may_be_biased and is_auto
     drifts = found.bias.kind != "constant"
-    if (
-        not (may_be_biased and is_auto)
-        or drifts
-        or fits.beside_bias.bias_is_significant
-    ):
+    if not asked or drifts or beside_bias.bias_is_significant:
         return may_be_biased, []
-    if not fits.beside_bias.mass_is_open:
+    if not beside_bias.mass_is_open:
         return False, []
     what = "this motion cannot tell a bias from the object's weight: assumed no bias"
     return False, [warning("bias-unknown", what, "bias")]

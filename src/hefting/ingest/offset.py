@@ -219,9 +219,8 @@ class Design:
             along = -(into_sensor @ tangents_of(gravity).T)
             parts.append(np.swapaxes(along, 1, 2).reshape(O, K, 6))
         hats = HatFunctions.over(time, knots)
-        functions = hats.combine(np.eye(hats.n))
         parts += [
-            np.broadcast_to(functions, (O, K, hats.n)),
+            np.broadcast_to(hats.values, (O, K, hats.n)),
             np.broadcast_to(wrench, (O, K, 6)),
         ]
         known = np.concatenate(parts, axis=2)
@@ -247,12 +246,8 @@ class Design:
 
 
 def _column_maps(width: int, tangents: int, functions: int) -> Array:
-    """(width, 6, p) columns of the design matrix per unit of a known row: see
-    `Design`.
-
-    The ten parameters come first, then, for each tangent of gravity, the products of
-    the tangent with mass and first moment, then the bias at the knots of its functions.
-    """
+    """`Design.maps`: the ten parameters come first, then, for each tangent of gravity,
+    its products with mass and first moment, then the bias at the knots."""
     first_bias_column = 10 + 4 * tangents
     maps = np.zeros((width, 6, first_bias_column + 6 * functions))
     maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE

@@ -48,7 +48,7 @@ def explain(case: Case) -> Explanation | None:
     size = float(np.linalg.norm(case.gravity))
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
     _, offset = fit_as_given(case)
-    motion = case.motion_at(case.time[None] - offset)
+    motion = case.motion_late(offset)
     along_axes = np.concatenate([motion.features(start) for start in starts[1:]])
     used = np.repeat(motion.known, len(along_axes), axis=0)
     rows = with_bias(case, along_axes, REGRESSOR_BY_FEATURE, used)
@@ -106,7 +106,7 @@ def _from(
 ) -> tuple[Array, Fitted, float]:
     """Gravity (3,) that fits best near a start, its fit, and its standard deviation
     [rad]; with the clock offset [s] free or held."""
-    motion = case.motion_at(case.time[None] - offset)
+    motion = case.motion_late(offset)
     fitted, std = fit_rows(case, _rows(case, motion, gravity)), np.inf
     size = float(np.linalg.norm(gravity))
     for _ in range(STEPS):
@@ -123,7 +123,7 @@ def _from(
         gravity = tilt_gravity(gravity, change)
         if free_offset:
             offset += float(np.clip(step.change[2], -0.02, 0.02))
-            motion = case.motion_at(case.time[None] - offset)
+            motion = case.motion_late(offset)
         fitted = fit_rows(case, _rows(case, motion, gravity))
         if np.abs(change).max() < 1e-4 * size:
             break
