@@ -49,7 +49,7 @@ def test_variances_are_believable_at_the_ends():
 def test_variance_has_the_closed_form_in_the_interior():
     truth, p, q = noisy(6, 10.0)
     motion = smooth(truth.time, p, q)
-    rotation, _, dt = tune((Observation(truth.time, q),), ORDERS, "orientation")
+    rotation, _, dt, _ = tune((Observation(truth.time, q),), ORDERS, "orientation")
     m, wc = rotation.order, rotation.bandwidth
     for k, std in (
         (1, motion.angular_velocity_std),

@@ -19,7 +19,7 @@ from hefting.core.spatial import (
 )
 from hefting.motion import Curves, smooth_poses
 from hefting.motion.measure import TWIST, Source, may_move, reads_columns
-from hefting.motion.weighting import lasting_variances
+from hefting.motion.state import lasting_variances
 
 FEWEST_POSES_OF_PATH = 8
 """Fewest orientations from which a motion is smoothed."""

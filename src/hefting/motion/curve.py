@@ -28,7 +28,7 @@ from hefting.motion.tuning import (
     ORDERS,
     normal_equations,
     sampling_interval,
-    tune_with_equations,
+    tune,
     variance_floor,
 )
 
@@ -111,7 +111,7 @@ class Curve:
             An approximate smoothness, as that of a fit without the derivatives; only
             its neighbourhood is searched.
         """
-        smoothness, h, dt, normal = tune_with_equations(data, ORDERS, name, near)
+        smoothness, h, dt, normal = tune(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
             normal = normal_equations(data, h, end)
             normal.refine_pilot(smoothness.order, smoothness.penalty(normal, dt))

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hefting.core.messages import Message, note, warning
-from hefting.core.recording import Stream
+from hefting.core.recording import Stream, block_starts
 from hefting.core.spatial import Array, in_sensor_axes, rotation_matrices, skew
 from hefting.motion.bspline import Observation
 from hefting.motion.curve import Curve, fresh_rows
@@ -38,11 +38,6 @@ SPECIFIC_FORCE_STEP = 0.005
 LARGEST_ACCELEROMETER_BIAS = 1.5
 """[m/s²] An accelerometer with a larger bias is not used: it measures another quantity,
 or gravity is wrong."""
-READING_BLOCK_DURATION = 0.01
-"""[s] Duration over which the readings of a fast inertial sensor are averaged."""
-FEWEST_AVERAGED_READINGS = 3
-"""Smallest average number of readings in such a block; slower sensors are not
-averaged."""
 FEWEST_READINGS = 50
 """Number of readings below which an inertial sensor is not used."""
 CONTRADICTING_DEVIATION = 0.2
@@ -222,23 +217,13 @@ class _Calibration:
 
 
 def _average_fast_readings(stream: Stream) -> Stream:
-    """The stream without repeated values; a fast one is averaged over blocks of
-    `READING_BLOCK_DURATION`, in which an arm hardly moves."""
+    """The stream without repeated values; a fast one is averaged over blocks, in which
+    an arm hardly moves."""
     kept = fresh_rows(stream.time, stream.values)
     stream = stream if kept.all() else stream[kept]
-    if (
-        len(stream)
-        < FEWEST_AVERAGED_READINGS
-        * float(stream.time[-1] - stream.time[0])
-        / READING_BLOCK_DURATION
-    ):
+    starts = block_starts(stream.time)
+    if starts is None:
         return stream
-    starts = np.flatnonzero(
-        np.diff(
-            np.floor((stream.time - stream.time[0]) / READING_BLOCK_DURATION),
-            prepend=-1.0,
-        )
-    )
     count = np.diff(np.append(starts, len(stream)))
     time = (
         np.add.reduceat(stream.time - stream.time[0], starts) / count + stream.time[0]

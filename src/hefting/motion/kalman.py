@@ -156,7 +156,7 @@ class PoseFilter:
             ("position", position, 1.0),
         ):
             if values is not None:
-                smoothness, _, dt = tune((Observation(time, values),), (n,), name)
+                smoothness, _, dt, _ = tune((Observation(time, values),), (n,), name)
                 period = found.setdefault("period", dt)
                 bandwidth = smoothness.bandwidth * (dt / period) ** (0.5 / n)
                 found[f"{name}_noise"] = scale * float(np.sqrt(smoothness.variance))

@@ -110,9 +110,8 @@ class Likelihood:
         else:
             middle = float(np.clip(np.log(near), low, high))
             for x in (middle - 0.5 * step, middle, middle + 0.5 * step):
-                tried[float(np.clip(x, low, high))] = self.at(
-                    float(np.clip(x, low, high))
-                )
+                inside = float(np.clip(x, low, high))
+                tried[inside] = self.at(inside)
         scores = [found.log_likelihood for found in tried.values()]
         refinements = MOST_REFINEMENTS
         if needed - max(scores) > HOPELESS * (max(scores) - min(scores)):

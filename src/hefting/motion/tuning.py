@@ -34,9 +34,9 @@ def tune(
     orders: tuple[int, ...],
     name: str,
     near: Smoothness | None = None,
-) -> tuple[Smoothness, float, float]:
-    """The most likely smoothness of a signal, its knot spacing [s], and the sampling
-    interval [s].
+) -> tuple[Smoothness, float, float, Normal | None]:
+    """The most likely smoothness of a signal, its knot spacing [s], the sampling
+    interval [s], and the normal equations of all data, if the search has built them.
 
     Parameters
     ----------
@@ -55,30 +55,6 @@ def tune(
     InputError
         If there are too few samples.
     """
-    return tune_with_equations(data, orders, name, near)[:3]
-
-
-def variance_floor(data: tuple[Observation, ...]) -> float:
-    """Smallest variance of a sample of the signal: that of rounding."""
-    return (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
-
-
-def _knot_spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
-    """Knot spacing [s] for a smoothness: 0.6/bandwidth, within the limits that the
-    sampling intervals and the duration set."""
-    duration, dt = float(np.ptp(data[0].time)), data[0].interval
-    finest = min(o.interval for o in data)
-    return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
-
-
-def tune_with_equations(
-    data: tuple[Observation, ...],
-    orders: tuple[int, ...],
-    name: str,
-    near: Smoothness | None,
-) -> tuple[Smoothness, float, float, Normal | None]:
-    """As `tune`; also the normal equations of all data, if the search has built
-    them."""
     time = data[0].time
     if len(time) < FEWEST_SEGMENT_SAMPLES:
         raise InputError(
@@ -98,37 +74,39 @@ def tune_with_equations(
             o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0]
             for o in data
         )
-    whole = excess <= 1
     floor = variance_floor(data)
     if near is not None:
         orders, h = (near.order,), _knot_spacing(data, near)
     middle = orders[len(orders) // 2]
-    normal = normal_equations(data, h)
-    found = _most_likely_smoothness(
-        normal, middle, sampling_interval(data[0], h), floor, near
-    )
+    normal, dt = normal_equations(data, h), sampling_interval(data[0], h)
+    found = _most_likely_smoothness(normal, middle, dt, floor, near)
     for _ in range(3):
         wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
-        normal = normal_equations(data, h)
-        found = _most_likely_smoothness(
-            normal, middle, sampling_interval(data[0], h), floor, found
-        )
-    dt = sampling_interval(data[0], normal.knots.h)
+        normal, dt = normal_equations(data, h), sampling_interval(data[0], h)
+        found = _most_likely_smoothness(normal, middle, dt, floor, found)
     best = found
     for m in orders:
         if m != middle:
-            best = max(
-                best,
-                _most_likely_smoothness(
-                    normal, m, dt, floor, found, best.log_likelihood
-                ),
-                key=lambda c: c.log_likelihood,
-            )
-    same = whole and np.isclose(normal.knots.h, h)
-    return best, h, sampling_interval(data[0], h), normal if same else None
+            needed = best.log_likelihood
+            other = _most_likely_smoothness(normal, m, dt, floor, found, needed)
+            best = max(best, other, key=lambda c: c.log_likelihood)
+    return best, h, dt, normal if excess <= 1 else None
+
+
+def variance_floor(data: tuple[Observation, ...]) -> float:
+    """Smallest variance of a sample of the signal: that of rounding."""
+    return (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
+
+
+def _knot_spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
+    """Knot spacing [s] for a smoothness: 0.6/bandwidth, within the limits that the
+    sampling intervals and the duration set."""
+    duration, dt = float(np.ptp(data[0].time)), data[0].interval
+    finest = min(o.interval for o in data)
+    return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
 
 
 def _most_likely_smoothness(
@@ -141,30 +119,12 @@ def _most_likely_smoothness(
 ) -> Smoothness:
     """The most likely smoothness of order `m`; `near` may have another order. It is not
     refined where the log likelihood `needed` is far off."""
-    h = normal.knots.h
-    guesses = (
-        (LARGEST_SCALED_BANDWIDTH, 0.6)
-        if near is None
-        else (
-            float(
-                np.clip(
-                    h * near.bandwidth,
-                    SMALLEST_SCALED_BANDWIDTH,
-                    LARGEST_SCALED_BANDWIDTH,
-                )
-            ),
-        )
-    )
-    for h_bandwidth in guesses:
-        normal.refine_pilot(
-            m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(normal, dt)
-        )
-    return Likelihood(normal, m, dt, 3, floor).maximum(
-        SMALLEST_SCALED_BANDWIDTH,
-        LARGEST_SCALED_BANDWIDTH,
-        None if near is None else guesses[0],
-        needed,
-    )
+    h, bounds = normal.knots.h, (SMALLEST_SCALED_BANDWIDTH, LARGEST_SCALED_BANDWIDTH)
+    guess = None if near is None else float(np.clip(h * near.bandwidth, *bounds))
+    for scaled in (LARGEST_SCALED_BANDWIDTH, 0.6) if guess is None else (guess,):
+        trial = Smoothness(m, scaled / h, 0.0, 0.0)
+        normal.refine_pilot(m, trial.penalty(normal, dt))
+    return Likelihood(normal, m, dt, 3, floor).maximum(*bounds, guess, needed)
 
 
 def _is_gap(samples: Observation, h: float) -> Mask:

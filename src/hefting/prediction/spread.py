@@ -13,10 +13,8 @@ from hefting.core.regressor import FULL_MAP, motion_features
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import CHUNK, Array, Mask
 from hefting.motion import Motion
-from hefting.motion.weighting import (
-    acceleration_variances,
-    effect_of_acceleration_errors,
-)
+from hefting.motion.state import acceleration_variances
+from hefting.motion.weighting import effect_of_acceleration_errors
 
 
 def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
