@@ -7,7 +7,7 @@ import numpy as np
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Mask, frozen
+from hefting.core.spatial import Array, Mask, freeze, own
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.drift import Drift
 from hefting.ingest.outliers import Outliers
@@ -117,11 +117,8 @@ class Conditioned:
     """the samples left out, by cause"""
 
     def __post_init__(self):
-        for name in ("parameters", "covariance", "gravity", "inflation"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        rejected = np.array(self.rejected, dtype=bool)
-        rejected.setflags(write=False)
-        object.__setattr__(self, "rejected", rejected)
+        freeze(self, "parameters", "covariance", "gravity", "inflation")
+        object.__setattr__(self, "rejected", own(np.array(self.rejected, dtype=bool)))
 
     @property
     def autocorrelation(self) -> float:

@@ -7,7 +7,7 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import dynamism, predict_wrench
-from hefting.core.spatial import SPEED_LIMIT, Array, frozen
+from hefting.core.spatial import SPEED_LIMIT, Array, freeze
 from hefting.ingest.blocks import residual_size
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.ingest import Ingested
@@ -195,8 +195,7 @@ class Channels:
     """(3,) standard deviation"""
 
     def __post_init__(self):
-        for name in ("signal", "noise"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "signal", "noise")
 
     @property
     def snr(self) -> Array:

@@ -79,34 +79,34 @@ def fuse(
     tuple
         The fitted curves, notes on the sensors that were used, and warnings.
     """
-    notes, warnings = [], []
+    said: list[Message] = []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
-        poses, new_notes, new_warnings = _fuse_gyroscope(poses, gyroscope)
-        notes += new_notes
-        warnings += new_warnings
+        poses, new = _fuse_gyroscope(poses, gyroscope)
+        said += new
     if (
         accelerometer is not None
         and len(accelerometer) >= FEWEST_READINGS
         and poses.position is not None
     ):
         removed = np.zeros(3) if gravity_removed else gravity
-        poses, new_notes, new_warnings = _fuse_accelerometer(
-            poses, accelerometer, removed
-        )
-        notes += new_notes
-        warnings += new_warnings
-    return poses, tuple(notes), tuple(warnings)
+        poses, new = _fuse_accelerometer(poses, accelerometer, removed)
+        said += new
+    notes, warnings = (
+        tuple(message for message in said if message.severity == severity)
+        for severity in ("note", "warning")
+    )
+    return poses, notes, warnings
 
 
 def _fuse_gyroscope(
     poses: SmoothedPoses, gyroscope: Stream
-) -> tuple[SmoothedPoses, list[Message], list[Message]]:
+) -> tuple[SmoothedPoses, list[Message]]:
     raw, gyroscope = len(gyroscope), _average_fast_readings(gyroscope)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
         readings, motion = _synchronise(fitted, gyroscope, found.clock)
         if len(readings) < FEWEST_READINGS:
-            return poses, [], []
+            return poses, []
         w = motion.angular_velocity
         columns = np.concatenate(
             (_identities(len(w)), -motion.angular_acceleration[:, :, None]), axis=2
@@ -122,7 +122,7 @@ def _fuse_gyroscope(
             readings.values - found.bias, motion.angular_velocity
         ):
             what = "the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"
-            return poses, [], [warning("gyroscope-contradicts-poses", what)]
+            return poses, [warning("gyroscope-contradicts-poses", what)]
         q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
         z = 0.5 * _quaternion_product(q, readings.values - found.bias)
         variance = _variance(
@@ -137,19 +137,19 @@ def _fuse_gyroscope(
         f"gyroscope used: noise {spread:.2g} rad/s, bias {_format_vector(found.bias)} rad/s, "
         f"{_format_delay(found.clock)}"
     )
-    return fitted, [note("gyroscope-used", noted)], []
+    return fitted, [note("gyroscope-used", noted)]
 
 
 def _fuse_accelerometer(
     poses: SmoothedPoses, accelerometer: Stream, gravity: Array
-) -> tuple[SmoothedPoses, list[Message], list[Message]]:
+) -> tuple[SmoothedPoses, list[Message]]:
     assert poses.position is not None
     raw, accelerometer = len(accelerometer), _average_fast_readings(accelerometer)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
         readings, motion = _synchronise(fitted, accelerometer, found.clock)
         if len(readings) < FEWEST_READINGS:
-            return poses, [], []
+            return poses, []
         force = _specific_force(motion, gravity)
         later = fitted.at(
             np.minimum(readings.time + SPECIFIC_FORCE_STEP, fitted.last), spread=False
@@ -176,11 +176,7 @@ def _fuse_accelerometer(
         if foreign or np.linalg.norm(found.bias) > LARGEST_ACCELEROMETER_BIAS:
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
             what = f"{contradicts}, and gravity as given?"
-            return (
-                poses,
-                [],
-                [warning("accelerometer-contradicts-poses", what, "gravity")],
-            )
+            return poses, [warning("accelerometer-contradicts-poses", what, "gravity")]
         z = (
             np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own)
             + gravity
@@ -201,7 +197,7 @@ def _fuse_accelerometer(
         f"accelerometer used: noise {spread:.2g} m/s², bias {_format_vector(found.bias)} m/s², "
         f"at {_format_vector(1e3 * found.lever)} mm, {_format_delay(found.clock)}"
     )
-    return fitted, [note("accelerometer-used", noted)], []
+    return fitted, [note("accelerometer-used", noted)]
 
 
 @dataclass(frozen=True)

@@ -12,9 +12,11 @@ from hefting.core.errors import InputError
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.spatial import (
     Array,
+    freeze,
     frozen,
     in_sensor_axes,
     interpolated,
+    own,
     rotation_matrices,
 )
 
@@ -60,19 +62,18 @@ class Motion:
     """(K,) rad/s², the same part of `angular_acceleration_std`."""
 
     def __post_init__(self):
-        for field in fields(self):
-            value = getattr(self, field.name)
-            if field.name != "bandwidth" and value is not None:
-                object.__setattr__(self, field.name, frozen(value))
+        freeze(self, *self._arrays)
 
     def __getitem__(self, index: slice | NDArray) -> Self:
         """The samples chosen by a slice, a mask (K,) or an index array."""
-        names = [
-            f.name
-            for f in fields(self)
-            if f.name != "bandwidth" and getattr(self, f.name) is not None
-        ]
-        return replace(self, **{name: getattr(self, name)[index] for name in names})
+        return replace(self, **{k: own[index] for k, own in self._arrays.items()})
+
+    @property
+    def _arrays(self) -> dict[str, Array]:
+        """Those that are known, by their names."""
+        each = {field.name: getattr(self, field.name) for field in fields(self)}
+        del each["bandwidth"]
+        return {name: own for name, own in each.items() if own is not None}
 
     def measurements(
         self, wrench_time: ArrayLike, wrench: ArrayLike, gravity: ArrayLike
@@ -168,17 +169,13 @@ def motion_from_pieces(time: Array, pieces: Iterable[Motion]) -> Motion:
     begin, bandwidth = 0, 0.0
     for piece in pieces:
         end, bandwidth = begin + len(piece.time), piece.bandwidth
-        for name in (field.name for field in fields(piece)):
-            values = getattr(piece, name)
-            if name not in ("time", "bandwidth") and values is not None:
-                whole = arrays.setdefault(
-                    name, np.empty((len(time), *values.shape[1:]))
-                )
-                whole[begin:end] = values
+        for name, values in piece._arrays.items():
+            if name not in arrays:
+                arrays[name] = np.empty((len(time), *values.shape[1:]))
+            arrays[name][begin:end] = values
         begin = end
-    for whole in arrays.values():
-        whole.setflags(write=False)
-    return Motion(time=time, bandwidth=bandwidth, **arrays)  # type: ignore[arg-type]
+    arrays = {name: own(whole) for name, whole in arrays.items()} | {"time": time}
+    return Motion(bandwidth=bandwidth, **arrays)  # type: ignore[arg-type]
 
 
 def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
