@@ -11,12 +11,7 @@ import numpy as np
 
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.moments import Moments
-from hefting.core.regressor import (
-    GRAVITY,
-    ONE,
-    WRENCH,
-    predict_wrench,
-)
+from hefting.core.regressor import GRAVITY, ONE, WRENCH, predict_wrench
 from hefting.core.spatial import PARAMETERS, Array, skew
 from hefting.estimators.joint_state import (
     State,

@@ -76,12 +76,7 @@ class Curve:
     everywhere."""
 
     @classmethod
-    def fit(
-        cls,
-        time: Array,
-        values: Array,
-        name: str,
-    ) -> "Curve":
+    def fit(cls, time: Array, values: Array, name: str) -> "Curve":
         """Fit the curve to samples (K, d) of a signal at times (K,) [s] that increase;
         `name` says what it is in error messages."""
         kept = fresh_rows(time, values)
@@ -137,11 +132,7 @@ class Curve:
 
     @classmethod
     def _fit_locally(
-        cls,
-        data: tuple[Observation, ...],
-        smoothness: Smoothness,
-        h: float,
-        end: float,
+        cls, data: tuple[Observation, ...], smoothness: Smoothness, h: float, end: float
     ) -> "Curve | None":
         """The curve with a penalty that varies along it, where that can be solved.
 

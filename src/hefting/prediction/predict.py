@@ -19,13 +19,7 @@ from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import (
-    PARAMETERS,
-    WRENCH,
-    Array,
-    Mask,
-    frozen,
-)
+from hefting.core.spatial import PARAMETERS, WRENCH, Array, Mask, frozen
 from hefting.estimators import METHODS
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs.given import as_recording
@@ -186,11 +180,7 @@ def _compared(
 
 
 def _peak(
-    z: Measurements,
-    wrench: Array,
-    spread: Spread | None,
-    reading: Array,
-    part: slice,
+    z: Measurements, wrench: Array, spread: Spread | None, reading: Array, part: slice
 ) -> Peak:
     """The largest force or torque, columns `part` of a predicted wrench (K, 6), with its
     standard deviation to first order: that of the component along its direction, by the

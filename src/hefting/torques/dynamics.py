@@ -56,10 +56,7 @@ class JointDynamics:
 
     @classmethod
     def from_urdf(
-        cls,
-        path: str | Path,
-        sensor_frame: str,
-        gravity: ArrayLike = STANDARD_GRAVITY,
+        cls, path: str | Path, sensor_frame: str, gravity: ArrayLike = STANDARD_GRAVITY
     ) -> Self:
         """Of a URDF whose link `sensor_frame` holds the payload; `gravity` (3,) is in
         root axes [m/s²].

@@ -16,11 +16,7 @@ import numpy as np
 from hefting.core.progress import each as each_of
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
-from hefting.ingest.rivals import (
-    EXPLANATIONS,
-    LARGE_EXPLANATIONS,
-    LINEAR_EXPLANATIONS,
-)
+from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (

@@ -71,13 +71,7 @@ class Placement:
 
 
 def find_placement(
-    case: Case,
-    R: Array,
-    offset: float,
-    *,
-    turns: bool,
-    moves: bool,
-    steps: int,
+    case: Case, R: Array, offset: float, *, turns: bool, moves: bool, steps: int
 ) -> Placement:
     """The likeliest placement near a rotation and a clock offset [s].
 
