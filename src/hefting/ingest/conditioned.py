@@ -171,22 +171,17 @@ class Conditioned:
         remove_drift = drift and self.bias.kind != "constant"
         if not (self.offset or remove_drift or self.rejected.any()):
             return recording
-        wrench = self._corrected_wrench(recording["wrench"], remove_drift)
-        streams = dict(recording.streams)
-        streams["wrench"] = wrench
+        wrench, kept = recording["wrench"], self.kept
+        values = wrench.values
+        if remove_drift:
+            values = values - self.bias.change(wrench.time)
+        wrench = Stream(
+            (wrench.time - self.offset)[kept], values[kept], wrench.rows[kept]
+        )
+        streams = {**recording.streams, "wrench": wrench}
         if recording.static:  # a static pose is dropped together with its wrench
             streams = {
                 name: s if name == "wrench" else s[np.isin(s.rows, wrench.rows)]
                 for name, s in streams.items()
             }
         return replace(recording, streams=streams)
-
-    def _corrected_wrench(self, wrench: Stream, remove_drift: bool) -> Stream:
-        """The inliers of the wrench, at the times of the motion they belong to."""
-        values = wrench.values
-        if remove_drift:
-            values = values - self.bias.change(wrench.time)
-        kept = self.kept
-        return Stream(
-            (wrench.time - self.offset)[kept], values[kept], wrench.rows[kept]
-        )

@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Mask
+from hefting.core.spatial import runs_of
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.offset_profile import OffsetProfile
 from hefting.ingest.outliers import Outliers
@@ -74,46 +74,33 @@ def findings_of(
         side = "late" if found.offset > 0.0 else "early"
         std = 1e3 * (found.offset_std or 0.0)
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
-        said.append(
-            note(
-                "clock-offset",
-                f"the wrench is {size} ms {side} against the motion; shifted",
-            )
-        )
+        what = f"the wrench is {size} ms {side} against the motion; shifted"
+        said.append(note("clock-offset", what))
     if found.sign.t and found.sign.certain:
-        said.append(
-            note(
-                "wrench-sign",
-                f"the wrench is {found.sign.name} ({_t_text(found.sign.t)} standard deviations)",
-                "wrench",
-            )
-        )
+        t = abs(found.sign.t)
+        known = f"{t:.0f}" if t < 1e6 else f"{t:.0e}"
+        what = f"the wrench is {found.sign.name} ({known} standard deviations)"
+        said.append(note("wrench-sign", what, "wrench"))
     if found.bias.kind != "constant":
         force, torque = (
             float(np.linalg.norm(r))
             for r in (found.bias.range[:3], found.bias.range[3:])
         )
         how = "linearly" if found.bias.kind == "linear" else "slowly wandering"
-        said.append(
-            note(
-                "bias-drift",
-                f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}",
-                "bias",
-            )
-        )
+        what = f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}"
+        said.append(note("bias-drift", what, "bias"))
     if found.tilt_std is not None and np.isfinite(found.tilt_std):
         x, y, z = found.gravity
         degrees = np.degrees(found.tilt_std)
         where = f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°"
         said.append(note("gravity-direction", where, "gravity"))
     if outliers.contact.any():
-        seconds, stretches = _contact_stretches(outliers.contact, recording)
-        several = "stretch" if stretches == 1 else "stretches"
-        said.append(
-            note(
-                "contact", f"contact: {seconds:.1f} s in {stretches} {several} left out"
-            )
-        )
+        interval = float(np.median(np.diff(recording["wrench"].time)))
+        seconds = float(outliers.contact.sum()) * interval
+        number = len(runs_of(outliers.contact))
+        stretches = "1 stretch" if number == 1 else f"{number} stretches"
+        what = f"contact: {seconds:.1f} s in {stretches} left out"
+        said.append(note("contact", what))
     odd = "odd pose" if recording.static else "spike"
     for code, name, mask in (
         ("spikes", odd, outliers.spike),
@@ -121,12 +108,9 @@ def findings_of(
     ):
         if mask.any():
             several = "" if mask.sum() == 1 else "s"
-            said.append(
-                note(
-                    code,
-                    f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out",
-                )
-            )
+            share = f"{100.0 * mask.mean():.2g} %"
+            what = f"{int(mask.sum())} {name}{several} ({share}) left out"
+            said.append(note(code, what))
     return tuple(said)
 
 
@@ -243,22 +227,3 @@ def _gravity_warnings(found: Conditioned) -> list[Message]:
 def _milliseconds(seconds: float) -> str:
     """A time [s] in milliseconds, to two digits."""
     return f"{1e3 * seconds:.2g}" if abs(seconds) > 1e-9 else "0"
-
-
-def _t_text(t: float) -> str:
-    """A t value's size without decimals."""
-    return f"{abs(t):.0f}" if abs(t) < 1e6 else f"{abs(t):.0e}"
-
-
-def _contact_stretches(mask: Mask, recording: Recording) -> tuple[float, int]:
-    """Duration [s] of the samples in a mask (K,), and the number of uninterrupted
-    stretches."""
-    time = recording["wrench"].time
-    starts = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)
-    stretches = (
-        1 + int(np.sum(time[starts[1:]] - time[starts[:-1]] > 0.0))
-        if len(starts)
-        else 0
-    )
-    interval = float(np.median(np.diff(time)))
-    return float(mask.sum()) * interval, stretches

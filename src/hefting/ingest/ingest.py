@@ -14,7 +14,6 @@ from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
-from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.blocks import measured_blocks, residual_size
@@ -26,7 +25,7 @@ from hefting.ingest.channels import (
 )
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.free_fit import FreeFit, free_fit, wrench_sign
+from hefting.ingest.free_fit import FreeFit, free_fit, residuals, wrench_sign
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
 from hefting.ingest.poses import without_faulty_poses
@@ -159,10 +158,7 @@ def ingest(
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
         fit, beside_bias, alone = (f.flipped() for f in (fit, beside_bias, alone))
-    residual = z.wrench - predict_wrench(z, fit.vector)
-    level = residual_size(
-        residual if fit.bias is None else residual - fit.bias, counts, within
-    )
+    level = residual_size(residuals(z, fit.vector, fit.bias), counts, within)
     if tool is not None:
         z = without_tool(z, tool)
         fit = fit.less(tool.parameters.vector, tool.covariance)

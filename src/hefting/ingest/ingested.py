@@ -163,11 +163,9 @@ class Ingested:
         """The measurements with weights of one on average for each sample of the log,
         not for each row."""
         z = self.measurements
-        return (
-            z
-            if z.weights is None
-            else replace(z, weights=z.weights * float(self.counts.mean()))
-        )
+        if z.weights is None:
+            return z
+        return replace(z, weights=z.weights * float(self.counts.mean()))
 
     @property
     def common_errors(self) -> Array | None:

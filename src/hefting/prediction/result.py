@@ -16,6 +16,7 @@ from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze
 from hefting.core.verdict import Verdict, verdict_of
 from hefting.ingest.conditioned import WrenchSign
+from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingest import Ingested
 from hefting.prediction.spread import Spread, reading_std
 
@@ -88,8 +89,7 @@ def agreement(
     own = within = wide = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
-        left = z.wrench - predict_wrench(z, fit.vector)
-        own = _rms(left if fit.bias is None else left - fit.bias)
+        own = _rms(residuals(z, fit.vector, fit.bias))
     if own is not None and spread is not None:
         known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
         wide = Z95 * np.hypot(known, np.repeat(own, 3))
