@@ -257,21 +257,9 @@ def _refit(
     name: str,
     round_: int,
 ) -> Curve:
-    """Fit a curve again to its samples and measured derivatives.
-
-    Parameters
-    ----------
-    curve : Curve
-        The curve so far.
-    time, z : Array
-        (L,) [s] and (L, d): the measured derivatives of order `derivative`.
-    variance : float
-        Variance of one component of z.
-    name : str
-        What the signal is, for error messages.
-    round_ : int
-        In round 0 the smoothness is searched everywhere, later near that of `curve`.
-    """
+    """A curve fitted again to its samples, and to derivatives z (L, d) of them at times
+    (L,) [s], each of a `variance`; its smoothness is searched everywhere in round 0,
+    later near that of `curve`."""
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
     return Curve.through((samples, rates), name, samples.time[-1], near)

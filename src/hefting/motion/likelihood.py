@@ -117,35 +117,30 @@ class Likelihood:
         if needed - max(scores) > HOPELESS * (max(scores) - min(scores)):
             refinements = 0
         for _ in range(refinements):
-            x = self._next(sorted(tried), tried, low, high, step)
+            x = _next(tried, low, high, step)
             if min(abs(x - other) for other in tried) < NEGLIGIBLE_BANDWIDTH_CHANGE:
                 break
             tried[x] = self.at(x)
         return max(tried.values(), key=lambda found: found.log_likelihood)
 
-    @staticmethod
-    def _next(
-        at: list[float],
-        tried: dict[float, Smoothness],
-        low: float,
-        high: float,
-        step: float,
-    ) -> float:
-        """Where the maximum should be, going by the best and its neighbours."""
-        scores = [tried[x].log_likelihood for x in at]
-        k = int(np.argmax(scores))
-        if k == 0:
-            return max(at[0] - step, low)
-        if k == len(at) - 1:
-            return min(at[-1] + step, high)
-        (a, b, c), (fa, fb, fc) = at[k - 1 : k + 2], scores[k - 1 : k + 2]
-        left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
-        vertex = (
-            b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
-            if left != right
-            else b
-        )
-        return float(np.clip(vertex, 0.5 * (a + b), 0.5 * (b + c)))
+
+def _next(
+    tried: dict[float, Smoothness], low: float, high: float, step: float
+) -> float:
+    """Where the maximum should be, going by the best and its neighbours."""
+    at = sorted(tried)
+    scores = [tried[x].log_likelihood for x in at]
+    k = int(np.argmax(scores))
+    if k == 0:
+        return max(at[0] - step, low)
+    if k == len(at) - 1:
+        return min(at[-1] + step, high)
+    (a, b, c), (fa, fb, fc) = at[k - 1 : k + 2], scores[k - 1 : k + 2]
+    left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
+    vertex = b
+    if left != right:
+        vertex = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
+    return float(np.clip(vertex, 0.5 * (a + b), 0.5 * (b + c)))
 
 
 def _orthonormal_polynomials(n: int, m: int) -> Array:
