@@ -13,9 +13,8 @@ from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
 from hefting.estimators.joint_state import State
 from hefting.ingest.changes.stretches import Changes
-from hefting.ingest.condensed import Condensed
+from hefting.ingest.condensed import Condensed, Excitation
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.excitation import Excitation
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.left_out import Span
 from hefting.ingest.rivals.consequence import Doubt

@@ -17,7 +17,7 @@ from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import State, as_one, join_all
-from hefting.ingest.excitation import Excitation
+from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import free_fit
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.systematic import common_errors, shares_of

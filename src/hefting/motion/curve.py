@@ -17,7 +17,6 @@ from hefting.motion.bspline import (
     basis,
 )
 from hefting.motion.inverse_bands import inverse_bands
-from hefting.motion.likelihood import Smoothness
 from hefting.motion.local import (
     LOCAL_KNOT_SPACING,
     LocalSmoothness,
@@ -26,6 +25,7 @@ from hefting.motion.local import (
 )
 from hefting.motion.tuning import (
     ORDERS,
+    Smoothness,
     normal_equations,
     sampling_interval,
     tune,

@@ -24,7 +24,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.motion.bspline import Knots, Normal
 from hefting.motion.inverse_bands import inverse_bands
-from hefting.motion.likelihood import Smoothness
+from hefting.motion.tuning import Smoothness
 
 LOCAL_ORDER = 4
 """Order m of the local penalty. Two rows that are free let the acceleration jump; order
