@@ -213,6 +213,10 @@ def tune(
     coarsest = max(duration / 6.0, dt)
     finest = min(o.interval for o in data)
     h = min(max(FIRST_KNOT_SPACING, dt), coarsest)
+
+    def spacing(smoothness: Smoothness) -> float:
+        return float(np.clip(0.6 / smoothness.bandwidth, finest, coarsest))
+
     excess = duration / h / TUNED_COEFFICIENTS
     if excess > 1:
         stretch = duration / excess / 10
@@ -222,12 +226,12 @@ def tune(
         )
     floor = variance_floor(data)
     if near is not None:
-        orders, h = (near.order,), _knot_spacing(data, near)
+        orders, h = (near.order,), spacing(near)
     middle = orders[len(orders) // 2]
     normal, dt = normal_equations(data, h), sampling_interval(data[0], h)
     found = _most_likely_smoothness(normal, middle, dt, floor, near)
     for _ in range(3):
-        wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
+        wanted = spacing(found)
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
@@ -245,14 +249,6 @@ def tune(
 def variance_floor(data: tuple[Observation, ...]) -> float:
     """Smallest variance of a sample of the signal: that of rounding."""
     return (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
-
-
-def _knot_spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
-    """Knot spacing [s] for a smoothness: 0.6/bandwidth, within the limits that the
-    sampling intervals and the duration set."""
-    duration, dt = float(np.ptp(data[0].time)), data[0].interval
-    finest = min(o.interval for o in data)
-    return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
 
 
 def _most_likely_smoothness(

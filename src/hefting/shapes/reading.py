@@ -175,7 +175,7 @@ def read_cloud(path: str | Path) -> Array:
     if suffix == ".ply":
         return read_ply_vertices(path).positions
     try:
-        points = _array_of(data, path) if suffix == ".npy" else _text_of(data, path)
+        points = (_array_of if suffix == ".npy" else _text_table)(data, path)
     except InputError:
         raise
     except Exception as error:  # a damaged header makes NumPy fail in any way
@@ -208,16 +208,12 @@ def _array_of(data: bytes, path: str | Path) -> Array:
         return np.array(array[:, :3], dtype=float)
 
 
-def _text_of(data: bytes, path: str | Path) -> Array:
-    """Numbers of a text table in UTF-8 of bearable size."""
+def _text_table(data: bytes, path: str | Path) -> Array:
+    """Numbers of a text table in UTF-8; a header naming x, y and z picks the columns.
+    `InputError` for too many words or rows, `ValueError` for too long a row."""
     check_text(data, path)
-    return _text_table(data.decode("utf-8-sig"), path)
-
-
-def _text_table(text: str, path: str | Path) -> Array:
-    """Numbers of a text table; a header naming x, y and z picks the columns.
-    `InputError` for too many rows, `ValueError` for too long a row."""
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = data.decode("utf-8-sig").splitlines()
+    lines = [line for line in lines if line.strip()]
     lines = [line for line in lines if not line.lstrip().startswith("#")]
     check_count(len(lines), path)
     if max(map(len, lines), default=0) > MAX_LINE:
