@@ -152,7 +152,7 @@ def test_values_are_read_between_samples():
     np.testing.assert_allclose(found, [[0, 1], [1, 0.5], [6, -2], [8, -3]])
 
 
-def test_angles_between_vectors(rng):
+def test_angles_between_vectors():
     axis = np.array((0.0, 0.0, 2.0))
     for angle in (0.0, 1e-9, 0.3, 3.0):
         turned = 5.0 * np.array((np.sin(angle), 0.0, np.cos(angle)))
