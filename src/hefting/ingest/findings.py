@@ -98,8 +98,8 @@ def findings_of(
         interval = float(np.median(np.diff(recording["wrench"].time)))
         seconds = float(outliers.contact.sum()) * interval
         number = len(runs_of(outliers.contact))
-        stretches = "1 stretch" if number == 1 else f"{number} stretches"
-        what = f"contact: {seconds:.1f} s in {stretches} left out"
+        stretches = "stretch" if number == 1 else "stretches"
+        what = f"contact: {seconds:.1f} s in {number} {stretches} left out"
         said.append(note("contact", what))
     odd = "odd pose" if recording.static else "spike"
     for code, name, mask in (

@@ -92,20 +92,26 @@ def _notes(time: dict[str, Array], found: dict[str, Discontinuities]) -> list[Me
     """How many poses were left out of which stream, why and where."""
     said = []
     for name, faults in found.items():
-        for code, mask, which in (
-            ("pose-glitches", faults.glitch, "out of reach of their neighbours"),
-            (
-                "poses-frozen",
-                faults.frozen,
-                "of a stream that stalled while the body moved",
-            ),
-            ("poses-held-at-ends", faults.ends, "held before or after the motion"),
-        ):
-            if mask.any():
-                poses = f"{int(mask.sum())} {name}{'' if mask.sum() == 1 else 's'}"
-                share, where = _percent(float(mask.mean())), _times(time[name], mask)
-                said.append(note(code, f"{poses} ({share}) {which} left out, {where}"))
+        if faults.glitch.any():
+            poses, where = _counted(name, time[name], faults.glitch)
+            what = f"{poses} out of reach of their neighbours left out, {where}"
+            said.append(note("pose-glitches", what))
+        if faults.frozen.any():
+            poses, where = _counted(name, time[name], faults.frozen)
+            what = f"{poses} of a stream that stalled while the body moved left out, {where}"
+            said.append(note("poses-frozen", what))
+        if faults.ends.any():
+            poses, where = _counted(name, time[name], faults.ends)
+            what = f"{poses} held before or after the motion left out, {where}"
+            said.append(note("poses-held-at-ends", what))
     return said
+
+
+def _counted(name: str, time: Array, mask: Mask) -> tuple[str, str]:
+    """How many samples of a stream are in a mask (K,), and where they are."""
+    several = "" if mask.sum() == 1 else "s"
+    share = _percent(float(mask.mean()))
+    return f"{int(mask.sum())} {name}{several} ({share})", _times(time, mask)
 
 
 def _jump_warnings(
