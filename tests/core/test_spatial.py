@@ -1,5 +1,7 @@
 """Frame changes of wrench, motion and body, and the helpers they are made of."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
@@ -9,10 +11,13 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import (
     TENSOR_COLUMNS,
     TENSOR_ROWS,
+    angle_between,
     changed_rows,
     check_pose,
     cross,
+    freeze,
     frozen,
+    interpolated,
     inverse_pose,
     move_motion,
     move_wrench,
@@ -21,6 +26,7 @@ from hefting.core.spatial import (
     rotation_by,
     rotation_matrices,
     rotation_vector,
+    runs_of,
     skew,
     squared_lengths,
     tensor_to_vector,
@@ -122,6 +128,35 @@ def test_frozen_is_a_read_only_copy():
     assert array.dtype == float
     with pytest.raises(ValueError, match="read-only"):
         array[0] = 0.0
+
+
+def test_runs():
+    mask = np.array((1, 1, 0, 1, 0, 0, 1), dtype=bool)
+    assert runs_of(mask) == [(0, 2), (3, 4), (6, 7)]
+    assert runs_of(~np.ones(3, dtype=bool)) == []
+
+
+def test_arrays_of_a_value_are_frozen():
+    body = SimpleNamespace(mass=[1.0, 2.0], other=None, left=[3.0])
+    freeze(body, "mass", "other")
+    assert not body.mass.flags.writeable
+    assert body.other is None
+    assert body.left == [3.0]
+
+
+def test_values_are_read_between_samples():
+    """Of a line they are on the line, and outside the first and the last."""
+    time = np.array((0.0, 1.0, 4.0))
+    line = np.column_stack((2.0 * time, 1.0 - time))
+    found = interpolated(np.array((-1.0, 0.5, 3.0, 9.0)), time, line)
+    np.testing.assert_allclose(found, [[0, 1], [1, 0.5], [6, -2], [8, -3]])
+
+
+def test_angles_between_vectors():
+    axis = np.array((0.0, 0.0, 2.0))
+    for angle in (0.0, 1e-9, 0.3, 3.0):
+        turned = 5.0 * np.array((np.sin(angle), 0.0, np.cos(angle)))
+        assert angle_between(axis, turned) == pytest.approx(angle, rel=1e-12)
 
 
 # moving wrench and motion

@@ -17,7 +17,7 @@ from hefting.identification import identify
 from hefting.ingest import Conditioned, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
-from hefting.ingest.changes.cells import Cells, runs_of
+from hefting.ingest.changes.cells import Cells
 from hefting.ingest.changes.find import _without_excursions
 from hefting.ingest.changes.partition import (
     COST_OF_INTERVAL,
@@ -406,12 +406,6 @@ def test_messages_name_times_kinds_and_what_to_give():
     assert "`start` 1.00 `duration` 4.00 (1 kg, COM (0, 10, 20) mm)" in used
     assert "only 5.20 to 10.00 s is used" in used
     assert change_warnings(None, chosen=True) == []
-
-
-def test_runs():
-    mask = np.array((1, 1, 0, 1, 0, 0, 1), dtype=bool)
-    assert runs_of(mask) == [(0, 2), (3, 4), (6, 7)]
-    assert runs_of(~np.ones(3, dtype=bool)) == []
 
 
 @pytest.mark.parametrize(

@@ -11,8 +11,7 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.blocks import residual_size
-from hefting.ingest.condensed import Condensed
-from hefting.ingest.excitation import Excitation
+from hefting.ingest.condensed import Condensed, Excitation
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.simulation import UR5, random_smooth, simulate

@@ -11,7 +11,7 @@ from hefting.motion import curve as curve_module
 from hefting.motion.bspline import Knots, Normal, Observation
 from hefting.motion.local import is_white
 from hefting.motion.spline import fit_poses
-from hefting.motion.weighting import acceleration_variances, lasting_variances
+from hefting.motion.state import acceleration_variances, lasting_variances
 from hefting.simulation import UR5, simulate, trapezoids
 from motions import box, random_smooth
 

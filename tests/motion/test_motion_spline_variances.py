@@ -7,9 +7,8 @@ from scipy.linalg import block_diag
 from hefting.motion.bspline import Knots, Normal, Observation
 from hefting.motion.curve import SMOOTHER_THAN_MODEL
 from hefting.motion.inverse_bands import STRETCHES_TOGETHER, inverse_bands
-from hefting.motion.likelihood import Likelihood
 from hefting.motion.spline import smooth
-from hefting.motion.tuning import ORDERS, tune
+from hefting.motion.tuning import ORDERS, Likelihood, tune
 from motions import noisy, normalised_errors, random_smooth, stop_and_go
 
 
@@ -49,7 +48,7 @@ def test_variances_are_believable_at_the_ends():
 def test_variance_has_the_closed_form_in_the_interior():
     truth, p, q = noisy(6, 10.0)
     motion = smooth(truth.time, p, q)
-    rotation, _, dt = tune((Observation(truth.time, q),), ORDERS, "orientation")
+    rotation, _, dt, _ = tune((Observation(truth.time, q),), ORDERS, "orientation")
     m, wc = rotation.order, rotation.bandwidth
     for k, std in (
         (1, motion.angular_velocity_std),

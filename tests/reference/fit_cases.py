@@ -17,7 +17,7 @@ from hefting.ingest.condition import _numbers_of_knots
 from hefting.ingest.drift import Drift, HatFunctions, candidates
 from hefting.ingest.fit import gauss_newton
 from hefting.ingest.model import Model, Problem
-from hefting.ingest.offset import _fit_at_offsets, scan_offsets
+from hefting.ingest.offset import Design, _fit_at_offsets, _stands_out, scan_offsets
 from hefting.ingest.offset_profile import OffsetProfile, profile_of
 from hefting.ingest.path import path_of, static_path
 from hefting.ingest.robust_fit import (
@@ -133,10 +133,28 @@ def of_offsets() -> Any:
     """Coarse fits at every offset."""
     _, problem = problem_of(RECORDINGS["late"](), tilted=True)
     grid = 0.02 * np.arange(-6.0, 7.0)
-    found = _fit_at_offsets(problem.every(150), GRAVITY, 2, grid)
     measured = problem_of(accelerated())[1].every(150)
-    alone = _fit_at_offsets(measured, GRAVITY, 1, grid, gravity_only=True)
-    return {"found": found, "alone": alone, "stands": found.stands_out(150)}
+    found = {}
+    for name, chosen, knots, alone in (
+        ("found", problem.every(150), 2, False),
+        ("alone", measured, 1, True),
+    ):
+        each = chosen, GRAVITY, knots, grid
+        _, fits = _fit_at_offsets(*each, gravity_only=alone)
+        design = Design.of(*each, gravity_only=alone)
+        if name == "found":
+            found["stands"] = _stands_out(fits, grid, 150)
+        found[name] = {
+            "offsets": grid,
+            "likelihood": fits.likelihood,
+            "phi": fits.solution[:, :10],
+            "tilt": np.array([design.tilt_of(own) for own in fits.solution]),
+            "scale": fits.scale,
+            "bias": fits.solution[:, design.first_bias_column :].reshape(
+                len(grid), -1, 6
+            ),
+        }
+    return found
 
 
 def of_uncertainty(kind: str) -> Any:

@@ -27,7 +27,7 @@ from hefting.ingest.changes.partition import Intervals, partition
 from hefting.ingest.changes.stretches import center_of_mass, event_between
 from hefting.ingest.channels import step_beyond_noise
 from hefting.ingest.findings import _milliseconds
-from hefting.ingest.free_fit import free_fit, lever, with_gravity_reversed, wrench_sign
+from hefting.ingest.free_fit import free_fit, lever, wrench_sign
 from hefting.ingest.left_out import _missing
 from hefting.ingest.normal_equations import invert
 from hefting.ingest.outliers import find_odd_poses, find_outliers, saturated
@@ -166,7 +166,6 @@ def of_free_fits() -> Any:
             "open": [fit.open_parameters(0.1) for fit in fits],
             "sign": wrench_sign(*fits),
             "lever": [lever(state, free) for free in (True, False)],
-            "reversed": with_gravity_reversed(state).full,
             "less": fits[0].less(0.2 * fits[0].vector, np.eye(10) * 1e-4),
             "flipped": fits[1].flipped(),
         }

@@ -17,7 +17,16 @@ from hefting.core.magnitudes import (
     SMALLEST_INTERVAL,
     too_large,
 )
-from hefting.core.spatial import CHUNK, WRENCH, Array, frozen, is_immutable, median, own
+from hefting.core.spatial import (
+    CHUNK,
+    WRENCH,
+    Array,
+    Indices,
+    frozen,
+    is_immutable,
+    median,
+    own,
+)
 from hefting.core.time_order import explain_times
 
 COLUMNS: dict[str, tuple[str, ...]] = {
@@ -58,6 +67,27 @@ def all_finite(values: NDArray[Any]) -> bool:
 def parts(count: int) -> Iterator[slice]:
     """`count` samples in successive parts of at most `CHUNK`."""
     return (slice(first, first + CHUNK) for first in range(0, count, CHUNK))
+
+
+BLOCK_DURATION = 0.01
+"""[s] Duration of a block of samples, which is short beside an arm's motion."""
+FEWEST_SAMPLES_PER_BLOCK = 3
+"""Smallest average number of samples in a block. With slower sensors each sample is a
+block."""
+
+
+def block_starts(time: Array) -> Indices | None:
+    """First sample of each block of samples at `time` (K,) [s]; None where the sensor
+    is too slow for blocks."""
+    if (
+        len(time) < FEWEST_SAMPLES_PER_BLOCK
+        or time[-1] <= time[0]
+        or len(time) < FEWEST_SAMPLES_PER_BLOCK * (time[-1] - time[0]) / BLOCK_DURATION
+    ):
+        return None
+    return np.flatnonzero(
+        np.diff(np.floor((time - time[0]) / BLOCK_DURATION), prepend=-1.0)
+    )
 
 
 def column_names(stream: str, width: int) -> tuple[str, ...]:

@@ -84,6 +84,14 @@ def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
     return array
 
 
+def freeze(value: object, *names: str) -> None:
+    """Make these attributes of a frozen dataclass read-only arrays; None stays."""
+    for name in names:
+        given = getattr(value, name)
+        if given is not None:
+            object.__setattr__(value, name, frozen(given))
+
+
 def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
     """`array`, which nobody else holds, made read-only in place, so that `frozen` need
     not copy it."""
@@ -108,6 +116,23 @@ def changed_rows(values: Array) -> Mask:
     same = np.flatnonzero(~changed)
     changed[same] = (values[same] != values[same - 1]).any(axis=1)
     return changed
+
+
+def runs_of(mask: Mask) -> list[tuple[int, int]]:
+    """First sample of each run of a mask (K,), and the sample after its last."""
+    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
+    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
+
+
+def interpolated(at: Array, time: Array, values: NDArray[Any]) -> Array:
+    """(L, d) values (K, d) at `time` (K,), increasing, read at other times (L,):
+    linearly between, and the first and the last of them outside."""
+    return np.column_stack([np.interp(at, time, column) for column in values.T])
+
+
+def angle_between(one: Array, other: Array) -> float:
+    """Angle [rad] between two vectors (3,), exact where it is small, too."""
+    return float(np.arctan2(np.linalg.norm(np.cross(one, other)), one @ other))
 
 
 def median(values: NDArray[Any]) -> float:

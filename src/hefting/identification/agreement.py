@@ -266,8 +266,7 @@ class Truth:
         """
         extents, axes = self.extents, self.axes
         if extents is None and shape is not None:
-            extents = shape.extents
-            axes = shape.pose[:3, :3] if shape.pose is not None else None
+            extents, axes = shape.extents, shape.pose[:3, :3]
         if extents is None:
             raise InputError(
                 "the errors need the object's size",

@@ -19,7 +19,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.joint_state import State, as_one
 from hefting.estimators.quadratic import RANK_TOLERANCE
 from hefting.identification.reasons import _join_findings, _Reasons, _sentence
-from hefting.ingest.excitation import Excitation
+from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import FreeFit
 
 RigidModel = Literal["full", "reduced"]

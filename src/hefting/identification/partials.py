@@ -84,7 +84,9 @@ def part_of(
         _require_parts(estimator, found)
         how = estimator.sampling
         if how is not None and how not in states:
-            states[how] = _seen(estimator, found, kept.state)
+            seen = estimator.update(SampleState.empty(), found.measurements)
+            # the record of time is that of the full model, which holds all samples
+            states[how] = replace(seen, record=kept.state.record)
     return replace(found, kept=replace(kept, states=states)).without_samples()
 
 
@@ -158,10 +160,3 @@ def _require_parts(estimator: Estimator, found: Ingested) -> None:
             f"{estimator.name} has an `update` of its own, and no `sampling`",
             fix="declare what its `update` depends on",
         )
-
-
-def _seen(estimator: Estimator, found: Ingested, full: SampleState) -> SampleState:
-    """What a method sees of a recording; its record of time is that of the full model,
-    which holds all samples whatever the method."""
-    seen = estimator.update(SampleState.empty(), found.measurements)
-    return replace(seen, record=full.record)

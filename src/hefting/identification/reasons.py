@@ -10,7 +10,7 @@ from hefting.core.moments import Moments
 from hefting.core.spatial import PARAMETERS, TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators.quadratic import RANK_TOLERANCE, stacked_factor
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.excitation import Excitation
+from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import FreeFit
 
 AXES = "xyz"

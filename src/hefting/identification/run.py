@@ -154,22 +154,9 @@ def _with_stop_reason(
 
 
 def _sample_counts_at_checks(z: Measurements, static: bool) -> list[int]:
-    """Numbers of samples after which the estimate is computed and checked.
-
-    Parameters
-    ----------
-    z : Measurements
-        K samples in order of time, or K static poses.
-    static : bool
-        Whether the samples are static poses; these are checked one by one.
-
-    Returns
-    -------
-    list of int
-        Increasing counts; the last one is K. The interval between two checks is
-        `SHORTEST_CHECK_INTERVAL`, or `CHECK_INTERVAL_SHARE` of the time elapsed
-        where that is longer.
-    """
+    """Increasing numbers of samples, up to all K, after which the estimate is computed
+    and checked: static poses one by one, others after `SHORTEST_CHECK_INTERVAL`, or
+    `CHECK_INTERVAL_SHARE` of the time elapsed where that is longer."""
     K = len(z)
     if static:
         return list(range(1, K + 1))

@@ -12,19 +12,14 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.recording import Recording, Stream
+from hefting.core.recording import Recording, Stream, block_starts
 from hefting.core.spatial import Array, Indices, Mask, in_sensor_axes
 from hefting.ingest.conditioned import Conditioned
 from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
 
-BLOCK_DURATION = 0.01
-"""[s] Duration of a block."""
 BLOCKS_AT_A_TIME = 10_000
 """Number of blocks processed together, where that bounds the memory."""
-FEWEST_SAMPLES_PER_BLOCK = 3
-"""Smallest average number of samples in a block. With slower sensors each sample is a
-block."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,20 +88,6 @@ class Blocks:
             self.count[::step],
             self.wrench[::step],
         )
-
-
-def block_starts(time: Array) -> Indices | None:
-    """First sample of each block of samples at `time` (K,) [s]; None where the sensor
-    is too slow for blocks."""
-    if (
-        len(time) < FEWEST_SAMPLES_PER_BLOCK
-        or time[-1] <= time[0]
-        or len(time) < FEWEST_SAMPLES_PER_BLOCK * (time[-1] - time[0]) / BLOCK_DURATION
-    ):
-        return None
-    return np.flatnonzero(
-        np.diff(np.floor((time - time[0]) / BLOCK_DURATION), prepend=-1.0)
-    )
 
 
 def medians(wrench: Array, starts: Indices | None, nth: int = 1) -> Array:

@@ -5,9 +5,8 @@ import numpy as np
 
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import WRENCH, Array, Mask
 
-CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 FEWEST_SAMPLES = 20
 """Samples from which on a channel that never changes is no chance."""
 SAMPLES_FOR_NOISE = 5000
@@ -39,11 +38,11 @@ def dead_channel_message(recording: Recording) -> Message | None:
     still = (values[:SAMPLES_FOR_NOISE] == values[0]).all(axis=0)
     if still.any():
         still = (values == values[0]).all(axis=0)
-    said = [f"{CHANNELS[c]} never changes" for c in np.flatnonzero(still)]
+    said = [f"{WRENCH[c]} never changes" for c in np.flatnonzero(still)]
     for c in np.flatnonzero(noisy):
         for other in np.flatnonzero(noisy[:c]):
             if _equal(values[:, c], values[:, other]):
-                said.append(f"{CHANNELS[c]} is the same as {CHANNELS[other]}")
+                said.append(f"{WRENCH[c]} is the same as {WRENCH[other]}")
     if not said:
         return None
     what = f"{', '.join(said)}: is the channel connected, and its column the right one?"

@@ -11,12 +11,7 @@ from numpy.typing import ArrayLike
 from hefting.core.measurements import Noise
 from hefting.core.progress import report
 from hefting.core.recording import Recording
-from hefting.core.spatial import (
-    STANDARD_GRAVITY,
-    Array,
-    check_gravity,
-    squared_lengths,
-)
+from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity, squared_lengths
 from hefting.ingest.autocorrelation import autocorrelation_time
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.changes.find import find_changes
@@ -27,7 +22,7 @@ from hefting.ingest.conditioned import (
     mass_over_std,
 )
 from hefting.ingest.drift import Drift, candidates
-from hefting.ingest.findings import RejectedOffset, Search, findings_of, warnings_of
+from hefting.ingest.findings import RejectedOffset, findings_of, warnings_of
 from hefting.ingest.fit import Fit, gauss_newton
 from hefting.ingest.model import Problem
 from hefting.ingest.offset_profile import profile_of
@@ -234,8 +229,11 @@ def _conclude(
     `tilt` as for `condition`."""
     problem, fit, uncertainty = found.fit.problem, found.fit.fit, found.fit.uncertainty
     outliers, biased, path = found.fit.outliers, found.fit.biased, problem.path
-    sign = _sign(found.fit)
-    tilt_std = None
+    sign, rejected = _sign(found.fit), found.rejected_offset
+    offset_std, offset_left, tilt_std = uncertainty.offset_std, 0.0, None
+    if rejected is not None:
+        offset_std = rejected.std
+        offset_left = rejected.left if rejected.contradictory else 0.0
     if tilt and not path.gravity_measured:
         tilt_std = uncertainty.tilt_std / float(np.linalg.norm(fit.gravity))
     curves = path.curves
@@ -248,7 +246,7 @@ def _conclude(
         parameters=fit.phi if sign.on_object else -fit.phi,
         covariance=uncertainty.covariance[:10, :10],
         offset=fit.offset if problem.free_offset else 0.0,
-        offset_std=_offset_std(found) if clock and path.moves else None,
+        offset_std=offset_std if clock and path.moves else None,
         sign=sign,
         bias=Drift(
             fit.hats.knots,
@@ -268,21 +266,15 @@ def _conclude(
         },
         inflation=uncertainty.inflation,
         findings=(),
-        offset_left=_offset_left(found) if clock and path.moves else 0.0,
+        offset_left=offset_left if clock and path.moves else 0.0,
         path=path,
         curves=curves,
         outliers=outliers,
     )
-    search = Search(
-        clock=clock and path.moves,
-        gravity=tilt,
-        few_samples=found.few_samples,
-        rejected_offset=found.rejected_offset,
-    )
     return replace(
         result,
-        findings=findings_of(result, recording, outliers, found.rejected_offset),
-        warnings=warnings_of(result, search),
+        findings=findings_of(result, recording, outliers, rejected),
+        warnings=warnings_of(result, rejected, tilt=tilt, enough=not found.few_samples),
     )
 
 
@@ -295,18 +287,6 @@ def _sign(found: RobustFit) -> WrenchSign:
         bool(mass >= 0.0),
         0.0 if doubtful else mass_over_std(mass, found.uncertainty.mass_std),
     )
-
-
-def _offset_std(found: _Found) -> float:
-    """Standard deviation of the clock offset [s], also of one that was rejected."""
-    rejected = found.rejected_offset
-    return found.fit.uncertainty.offset_std if rejected is None else rejected.std
-
-
-def _offset_left(found: _Found) -> float:
-    """A clock offset [s] that is significant and was rejected; else zero."""
-    rejected = found.rejected_offset
-    return rejected.left if rejected is not None and rejected.contradictory else 0.0
 
 
 def _estimate_noise(
@@ -340,24 +320,8 @@ def _estimate_noise(
 def _mean_squared_residual(
     samples: Samples, problem: Problem, fit: Fit, outliers: Outliers
 ) -> Array:
-    """Mean squared residual of one axis of the force and of the torque.
-
-    Parameters
-    ----------
-    samples : Samples
-        The recorded wrench.
-    problem : Problem
-        The blocks of samples that were fitted.
-    fit : Fit
-        The fit; blocks of weight zero are left out.
-    outliers : Outliers
-        Rejected samples, which are left out.
-
-    Returns
-    -------
-    Array
-        (2,) of force [N²] and torque [N² m²].
-    """
+    """(2,) mean squared residual of one axis of the force [N²] and of the torque
+    [N² m²], without blocks of weight zero and samples that are outliers."""
     count = np.where(fit.weights > 0.0, problem.blocks.count, 0.0)
     residual = fit.residual
     medians_were_fitted = problem.blocks.starts is None and len(samples.time) > len(

@@ -7,7 +7,7 @@ import numpy as np
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Mask, frozen
+from hefting.core.spatial import Array, Mask, freeze, own
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.drift import Drift
 from hefting.ingest.outliers import Outliers
@@ -56,14 +56,6 @@ class GravityEstimate:
     """(3,) in world axes [m/s²]"""
     std: float
     """rad, about each axis"""
-
-    def angle(self, gravity: Array) -> float:
-        """rad from another direction of gravity (3,)."""
-        return float(
-            np.arctan2(
-                np.linalg.norm(np.cross(gravity, self.gravity)), gravity @ self.gravity
-            )
-        )
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,11 +117,8 @@ class Conditioned:
     """the samples left out, by cause"""
 
     def __post_init__(self):
-        for name in ("parameters", "covariance", "gravity", "inflation"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
-        rejected = np.array(self.rejected, dtype=bool)
-        rejected.setflags(write=False)
-        object.__setattr__(self, "rejected", rejected)
+        freeze(self, "parameters", "covariance", "gravity", "inflation")
+        object.__setattr__(self, "rejected", own(np.array(self.rejected, dtype=bool)))
 
     @property
     def autocorrelation(self) -> float:
@@ -182,22 +171,17 @@ class Conditioned:
         remove_drift = drift and self.bias.kind != "constant"
         if not (self.offset or remove_drift or self.rejected.any()):
             return recording
-        wrench = self._corrected_wrench(recording["wrench"], remove_drift)
-        streams = dict(recording.streams)
-        streams["wrench"] = wrench
+        wrench, kept = recording["wrench"], self.kept
+        values = wrench.values
+        if remove_drift:
+            values = values - self.bias.change(wrench.time)
+        wrench = Stream(
+            (wrench.time - self.offset)[kept], values[kept], wrench.rows[kept]
+        )
+        streams = {**recording.streams, "wrench": wrench}
         if recording.static:  # a static pose is dropped together with its wrench
             streams = {
                 name: s if name == "wrench" else s[np.isin(s.rows, wrench.rows)]
                 for name, s in streams.items()
             }
         return replace(recording, streams=streams)
-
-    def _corrected_wrench(self, wrench: Stream, remove_drift: bool) -> Stream:
-        """The inliers of the wrench, at the times of the motion they belong to."""
-        values = wrench.values
-        if remove_drift:
-            values = values - self.bias.change(wrench.time)
-        kept = self.kept
-        return Stream(
-            (wrench.time - self.offset)[kept], values[kept], wrench.rows[kept]
-        )

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, frozen
+from hefting.core.spatial import Array, Indices, freeze, interpolated
 
 SHORTEST_DRIFTING_RECORDING = 8.0
 """[s] In shorter recordings the bias counts as constant: a drift cannot be
@@ -36,8 +36,7 @@ class Drift:
     """(6,) average over the samples kept"""
 
     def __post_init__(self):
-        for name in ("knots", "values", "std", "mean"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "knots", "values", "std", "mean")
 
     @property
     def kind(self) -> str:
@@ -51,9 +50,7 @@ class Drift:
 
     def __call__(self, time: Array) -> Array:
         """Bias (K, 6) at times (K,) [s]."""
-        return np.column_stack(
-            [np.interp(time, self.knots, column) for column in self.values.T]
-        )
+        return interpolated(time, self.knots, self.values)
 
     def change(self, time: Array) -> Array:
         """Bias (K, 6) at times (K,) [s] less its mean."""

@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Mask
+from hefting.core.spatial import runs_of
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.offset_profile import OffsetProfile
 from hefting.ingest.outliers import Outliers
@@ -58,19 +58,6 @@ class RejectedOffset:
         return abs(self.value) > max(SIGNIFICANT * self.std, 1e-5)
 
 
-@dataclass(frozen=True)
-class Search:
-    """What conditioning looked for, and how well its fit explains the wrench."""
-
-    clock: bool
-    """whether a clock offset was looked for, with motion"""
-    gravity: bool
-    """whether gravity's direction was to be found"""
-    few_samples: bool
-    """whether there were too few samples to condition"""
-    rejected_offset: RejectedOffset | None
-
-
 def findings_of(
     found: Conditioned,
     recording: Recording,
@@ -87,46 +74,33 @@ def findings_of(
         side = "late" if found.offset > 0.0 else "early"
         std = 1e3 * (found.offset_std or 0.0)
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
-        said.append(
-            note(
-                "clock-offset",
-                f"the wrench is {size} ms {side} against the motion; shifted",
-            )
-        )
+        what = f"the wrench is {size} ms {side} against the motion; shifted"
+        said.append(note("clock-offset", what))
     if found.sign.t and found.sign.certain:
-        said.append(
-            note(
-                "wrench-sign",
-                f"the wrench is {found.sign.name} ({_t_text(found.sign.t)} standard deviations)",
-                "wrench",
-            )
-        )
+        t = abs(found.sign.t)
+        known = f"{t:.0f}" if t < 1e6 else f"{t:.0e}"
+        what = f"the wrench is {found.sign.name} ({known} standard deviations)"
+        said.append(note("wrench-sign", what, "wrench"))
     if found.bias.kind != "constant":
         force, torque = (
             float(np.linalg.norm(r))
             for r in (found.bias.range[:3], found.bias.range[3:])
         )
         how = "linearly" if found.bias.kind == "linear" else "slowly wandering"
-        said.append(
-            note(
-                "bias-drift",
-                f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}",
-                "bias",
-            )
-        )
+        what = f"the bias drifts by {force:.2g} N and {torque:.2g} N m, {how}"
+        said.append(note("bias-drift", what, "bias"))
     if found.tilt_std is not None and np.isfinite(found.tilt_std):
         x, y, z = found.gravity
         degrees = np.degrees(found.tilt_std)
         where = f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°"
         said.append(note("gravity-direction", where, "gravity"))
     if outliers.contact.any():
-        seconds, stretches = _contact_stretches(outliers.contact, recording)
-        several = "stretch" if stretches == 1 else "stretches"
-        said.append(
-            note(
-                "contact", f"contact: {seconds:.1f} s in {stretches} {several} left out"
-            )
-        )
+        interval = float(np.median(np.diff(recording["wrench"].time)))
+        seconds = float(outliers.contact.sum()) * interval
+        number = len(runs_of(outliers.contact))
+        stretches = "stretch" if number == 1 else "stretches"
+        what = f"contact: {seconds:.1f} s in {number} {stretches} left out"
+        said.append(note("contact", what))
     odd = "odd pose" if recording.static else "spike"
     for code, name, mask in (
         ("spikes", odd, outliers.spike),
@@ -134,22 +108,29 @@ def findings_of(
     ):
         if mask.any():
             several = "" if mask.sum() == 1 else "s"
-            said.append(
-                note(
-                    code,
-                    f"{int(mask.sum())} {name}{several} ({100.0 * mask.mean():.2g} %) left out",
-                )
-            )
+            share = f"{100.0 * mask.mean():.2g} %"
+            what = f"{int(mask.sum())} {name}{several} ({share}) left out"
+            said.append(note(code, what))
     return tuple(said)
 
 
-def warnings_of(found: Conditioned, search: Search) -> tuple[Message, ...]:
-    """Warnings of what could not be found, and of doubtful results."""
-    said = [*_clock_warnings(found, search)]
+def warnings_of(
+    found: Conditioned, rejected: RejectedOffset | None, *, tilt: bool, enough: bool
+) -> tuple[Message, ...]:
+    """Warnings of what could not be found, and of doubtful results: with a clock offset
+    that was `rejected`, if any, with gravity's direction to be found (`tilt`), and
+    whether there were `enough` samples to condition."""
+    if enough:
+        said = _clock_warnings(found, rejected)
+    else:
+        what = (
+            "too few samples to look for clock offset, drift and outliers: none assumed"
+        )
+        said = [warning("too-few-samples", what)]
     if not found.biased:
         what = "the motion cannot tell a bias from the object's weight: none assumed"
         said.append(warning("bias-unknown", what, "bias"))
-    if search.gravity:
+    if tilt:
         said += _gravity_warnings(found)
     said += _saturation_warnings(found)
     share = float(found.rejected.mean()) if len(found.rejected) else 0.0
@@ -173,19 +154,15 @@ def _saturation_warnings(found: Conditioned) -> list[Message]:
     return [say("saturated", what)]
 
 
-def _clock_warnings(found: Conditioned, search: Search) -> list[Message]:
-    """At most one warning: of too few samples, or of the clock offset."""
+def _clock_warnings(
+    found: Conditioned, rejected: RejectedOffset | None
+) -> list[Message]:
+    """At most one warning, of the clock offset."""
     unknown = warning(
         "clock-offset-unknown",
         "the motion does not tell a clock offset between wrench and motion: none assumed",
     )
-    rejected = search.rejected_offset
-    if search.few_samples:
-        what = (
-            "too few samples to look for clock offset, drift and outliers: none assumed"
-        )
-        return [warning("too-few-samples", what)]
-    if search.clock and found.offset_std == np.inf:
+    if found.offset_std == np.inf:
         return [unknown]
     if rejected is None:
         return []
@@ -250,22 +227,3 @@ def _gravity_warnings(found: Conditioned) -> list[Message]:
 def _milliseconds(seconds: float) -> str:
     """A time [s] in milliseconds, to two digits."""
     return f"{1e3 * seconds:.2g}" if abs(seconds) > 1e-9 else "0"
-
-
-def _t_text(t: float) -> str:
-    """A t value's size without decimals."""
-    return f"{abs(t):.0f}" if abs(t) < 1e6 else f"{abs(t):.0e}"
-
-
-def _contact_stretches(mask: Mask, recording: Recording) -> tuple[float, int]:
-    """Duration [s] of the samples in a mask (K,), and the number of uninterrupted
-    stretches."""
-    time = recording["wrench"].time
-    starts = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)
-    stretches = (
-        1 + int(np.sum(time[starts[1:]] - time[starts[:-1]] > 0.0))
-        if len(starts)
-        else 0
-    )
-    interval = float(np.median(np.diff(time)))
-    return float(mask.sum()) * interval, stretches

@@ -12,7 +12,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask, squared_lengths
+from hefting.core.spatial import Array, Mask, interpolated, squared_lengths
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, tilt_gravity
 from hefting.ingest.normal_equations import Solution, solve
@@ -118,12 +118,6 @@ class Start:
     reading: Reading | None = None
     """of the motion at or near the same times, to save time"""
 
-    def bias_at(self, time: Array) -> Array:
-        """(B, 6) bias at times (B,) [s]."""
-        return np.column_stack(
-            [np.interp(time, self.knots, column) for column in self.bias.T]
-        )
-
 
 def gauss_newton(
     problem: Problem,
@@ -151,19 +145,19 @@ def gauss_newton(
         comparison needs less.
     """
     hats = HatFunctions.over(problem.time, knots)
-    phi, scale, bias = start.phi, start.scale, start.bias_at(problem.time)
+    phi, scale = start.phi, start.scale
+    bias = interpolated(problem.time, start.knots, start.bias)
     bounds = start.offset - LARGEST_OFFSET_CHANGE, start.offset + LARGEST_OFFSET_CHANGE
     model = Model.at(problem, start.offset, start.gravity, start.reading, final=False)
     for step in range(steps):
         residual = problem.wrench - model.predict(phi) - bias
-        weighting = weight_blocks(
+        weights, scale, _ = weight_blocks(
             problem, model.reading, phi, residual, scale, robust=robust
         )
-        scale = weighting.scale
         linear = (
             model.with_fixed_offset if hold_offset and problem.free_offset else model
         )
-        found = solve(linear, phi, weighting.weights, scale, hats)
+        found = solve(linear, phi, weights, scale, hats)
         prediction_change = float(
             np.sqrt(np.mean(model.predict(found.core[:10] - phi) ** 2))
         )
@@ -192,21 +186,11 @@ def gauss_newton(
         if done:
             break
     residual = problem.wrench - model.predict(phi) - bias
-    weighting = weight_blocks(
+    weights, scale, spread = weight_blocks(
         problem, model.reading, phi, residual, scale, robust=robust
     )
-    solution = solve(model, phi, weighting.weights, weighting.scale, hats)
-    return Fit(
-        phi,
-        hats,
-        found.bias,
-        weighting.scale,
-        weighting.weights,
-        weighting.spread,
-        residual,
-        solution,
-        model,
-    )
+    solution = solve(model, phi, weights, scale, hats)
+    return Fit(phi, hats, found.bias, scale, weights, spread, residual, solution, model)
 
 
 def _offset_step(
@@ -231,19 +215,6 @@ def _stepped_gravity(gravity: Array, found: Solution, layout: Layout) -> Array:
     )
 
 
-@dataclass(frozen=True, eq=False)
-class Weighting:
-    """Weights of the blocks, and the residual scales that go with them."""
-
-    weights: Array
-    """(B,)"""
-    scale: Array
-    """(2,) of force [N] and torque [N m] residuals"""
-    spread: Array
-    """(B,) factor by which the motion's errors widen a block's residual, 1 in the
-    median"""
-
-
 def weight_blocks(
     problem: Problem,
     reading: Reading,
@@ -252,9 +223,11 @@ def weight_blocks(
     scale: Array,
     *,
     robust: bool,
-) -> Weighting:
-    """Weights of the blocks by their counts and the motion's errors and, if `robust`,
-    by their residuals.
+) -> tuple[Array, Array, Array]:
+    """Weights (B,) of the blocks by their counts and the motion's errors and, if
+    `robust`, by their residuals; the scales (2,) of force [N] and torque [N m]
+    residuals that go with them; and the factor (B,) by which the motion's errors widen
+    a block's residual, 1 in the median.
 
     Parameters
     ----------
@@ -273,7 +246,7 @@ def weight_blocks(
     square = squared_lengths(residual)
     if not robust:
         scale = np.sqrt(weights @ square / max(3.0 * weights.sum(), 1e-300))
-        return Weighting(weights, np.maximum(scale, problem.floor), spread)
+        return weights, np.maximum(scale, problem.floor), spread
     student = weights
     used = max(int((weights > 0.0).sum()), 1)
     for _ in range(2):
@@ -282,7 +255,7 @@ def weight_blocks(
             (STUDENT_DEGREES_OF_FREEDOM + 6.0) / (STUDENT_DEGREES_OF_FREEDOM + distance)
         )
         scale = np.maximum(np.sqrt(student @ square / (3.0 * used)), problem.floor)
-    return Weighting(student, scale, spread)
+    return student, scale, spread
 
 
 def motion_weights(

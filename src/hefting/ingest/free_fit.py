@@ -10,13 +10,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.moments import Moments, triangular
-from hefting.core.regressor import (
-    GRAVITY,
-    ONE,
-    WRENCH,
-    predict_wrench,
-)
+from hefting.core.moments import Moments
+from hefting.core.regressor import GRAVITY, ONE, WRENCH, predict_wrench
 from hefting.core.spatial import PARAMETERS, Array, skew
 from hefting.estimators.joint_state import (
     State,
@@ -195,14 +190,6 @@ def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
     return WrenchSign(bool(without.vector[0] >= 0.0), 0.0)
 
 
-def with_gravity_reversed(state: SampleState) -> SampleState:
-    """The state of the full model for the opposite gravity: a - g becomes a + g."""
-    factor = state.full.factor.copy()
-    factor[:, 0:3] += 2.0 * factor[:, GRAVITY]
-    factor[:, GRAVITY] *= -1.0
-    return replace(state, full=replace(state.full, factor=triangular(factor)))
-
-
 def lever(state: State, free_bias: bool) -> float:
     """Approximate distance [m] of the COM from the sensor origin.
 
@@ -224,16 +211,14 @@ def lever(state: State, free_bias: bool) -> float:
             < SMALLEST_GRAVITY_CHANGE * size
         ):
             return 0.0
-    sizes = []
-    for A, b in ((-gravity[:, :, None], wrench[:, :3]), (skew(gravity), wrench[:, 3:])):
-        sizes.append(
-            float(
-                np.linalg.norm(
-                    np.linalg.lstsq(A.reshape(b.size, -1), b.ravel(), rcond=1e-3)[0]
-                )
-            )
+    mass, moment = (
+        float(np.linalg.norm(np.linalg.lstsq(A, b.ravel(), rcond=1e-3)[0]))
+        for A, b in (
+            (-gravity.reshape(-1, 1), wrench[:, :3]),
+            (skew(gravity).reshape(-1, 3), wrench[:, 3:]),
         )
-    return sizes[1] / sizes[0] if sizes[0] > 0.0 else 0.0
+    )
+    return moment / mass if mass > 0.0 else 0.0
 
 
 def residuals(measurements: Measurements, vector: Array, bias: Array | None) -> Array:

@@ -14,7 +14,6 @@ from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
-from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.bias_choice import FreeFits, choose_bias
@@ -27,7 +26,7 @@ from hefting.ingest.channels import (
 )
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.free_fit import wrench_sign
+from hefting.ingest.free_fit import residuals, wrench_sign
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
 from hefting.ingest.poses import without_faulty_poses
@@ -173,10 +172,7 @@ def ingest(
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
         fit, fits = fit.flipped(), fits.flipped()
-    residual = z.wrench - predict_wrench(z, fit.vector)
-    level = residual_size(
-        residual if fit.bias is None else residual - fit.bias, counts, within
-    )
+    level = residual_size(residuals(z, fit.vector, fit.bias), counts, within)
     if tool is not None:
         z = without_tool(z, tool)
         fit = fit.less(tool.parameters.vector, tool.covariance)

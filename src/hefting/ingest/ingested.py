@@ -13,9 +13,8 @@ from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
 from hefting.estimators.joint_state import State
 from hefting.ingest.changes.stretches import Changes
-from hefting.ingest.condensed import Condensed
+from hefting.ingest.condensed import Condensed, Excitation
 from hefting.ingest.conditioned import Conditioned, WrenchSign
-from hefting.ingest.excitation import Excitation
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.left_out import Span
 from hefting.ingest.rivals.consequence import Doubt
@@ -163,11 +162,9 @@ class Ingested:
         """The measurements with weights of one on average for each sample of the log,
         not for each row."""
         z = self.measurements
-        return (
-            z
-            if z.weights is None
-            else replace(z, weights=z.weights * float(self.counts.mean()))
-        )
+        if z.weights is None:
+            return z
+        return replace(z, weights=z.weights * float(self.counts.mean()))
 
     @property
     def common_errors(self) -> Array | None:

@@ -17,8 +17,7 @@ from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import State, as_one, join_all
-from hefting.ingest.conditioned import WrenchSign
-from hefting.ingest.excitation import Excitation
+from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import free_fit
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.systematic import common_errors, shares_of
@@ -198,7 +197,7 @@ def together(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
         counts=parts[0].counts[:0],
         motion=None,
         source=max(parts, key=lambda part: part.rows).source,
-        sign=_sign(parts),
+        sign=min((part.sign for part in parts), key=lambda sign: abs(sign.t)),
         sign_found=parts[0].sign_found,
         bias=parts[0].bias,
         bias_found=parts[0].bias_found,
@@ -272,11 +271,6 @@ def _mean_noise(each: Sequence[MotionNoise | None]) -> MotionNoise | None:
         for name in ("linear", "angular")
     )
     return MotionNoise(linear, angular, float(np.mean([n.memory for n in noises])))
-
-
-def _sign(parts: Sequence[Ingested]) -> WrenchSign:
-    """That of the least certain."""
-    return min((part.sign for part in parts), key=lambda sign: abs(sign.t))
 
 
 def _finite(C: Array) -> Array:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, runs_of
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.conditioned import Conditioned
 
@@ -83,11 +83,8 @@ def left_out_of(
 
 def runs(cause: str, time: Array, mask: Mask) -> list[Span]:
     """A span for each run of samples at `time` (K,) [s] that a mask (K,) holds."""
-    steps = np.diff(np.concatenate(([0], mask.astype(int), [0])))
-    begins, ends = np.flatnonzero(steps == 1), np.flatnonzero(steps == -1)
     return [
-        Span(cause, float(time[b]), float(time[e - 1]), int(e - b))
-        for b, e in zip(begins, ends, strict=True)
+        Span(cause, float(time[b]), float(time[e - 1]), e - b) for b, e in runs_of(mask)
     ]
 
 

@@ -16,7 +16,7 @@ from hefting.ingest.model import (
     tilt_gravity,
 )
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS
-from hefting.ingest.robust_rows import fit_each
+from hefting.ingest.robust_rows import RobustRows, fit_each
 
 COARSE_OFFSET_STEP = 0.02
 """[s] Spacing of the clock offsets of the first grid."""
@@ -45,47 +45,6 @@ SCAN_ITERATIONS = 4
 """Number of iterations of reweighted least squares at each offset."""
 
 
-@dataclass(frozen=True, eq=False)
-class OffsetFits:
-    """A robust fit at each of O clock offsets."""
-
-    offsets: Array
-    """(O,) [s]"""
-    likelihood: Array
-    """(O,) log likelihood per sample, up to a constant; -inf where the motion is known
-    at less than half of them"""
-    phi: Array
-    """(O, 10) parameters"""
-    tilt: Array
-    """(O, 2) change of gravity along its tangents [m/s²]"""
-    scale: Array
-    """(O, 2) of force [N] and torque [N m] residuals"""
-    bias: Array
-    """(O, n, 6) at the knots [N, N m]"""
-
-    @property
-    def best(self) -> int:
-        """Index of the most likely offset."""
-        return int(np.argmax(self.likelihood))
-
-    def stands_out(self, samples: int) -> bool:
-        """Whether the best offset is far more likely, for so many samples, than all
-        offsets not in its neighbourhood.
-
-        Then it is accepted even if the residuals are large.
-        """
-        distant = (
-            np.abs(self.offsets - self.offsets[self.best]) > NEIGHBOURHOOD_OF_OFFSET
-        )
-        others = self.likelihood[distant]
-        if not len(others):
-            return False
-        return (
-            samples * float(self.likelihood[self.best] - others.max())
-            > CLEAR_LOG_LIKELIHOOD_RATIO
-        )
-
-
 def scan_offsets(problem: Problem, gravity: Array, knots: int) -> Start:
     """Rough parameters, bias, scales, offset and gravity: those of the most likely
     clock offset of a grid.
@@ -100,26 +59,17 @@ def scan_offsets(problem: Problem, gravity: Array, knots: int) -> Start:
     knots : number of knots of the bias.
     """
     chosen = problem.every(SCANNED_BLOCKS + 50 * (knots - 1))
-    measured = problem.path.gravity_measured
-    found = _scan_widening_range(problem, chosen, gravity, knots)
-    if problem.free_offset and measured:
-        half = round(2.0 * COARSE_OFFSET_STEP / FINE_OFFSET_STEP)
-        near = found.offsets[found.best] + FINE_OFFSET_STEP * np.arange(-half, half + 1)
-        found = _fit_at_offsets(chosen, gravity, knots, near)
-    best = found.best
-    return Start(
-        phi=found.phi[best],
-        offset=float(found.offsets[best]),
-        gravity=tilt_gravity(gravity, found.tilt[best]),
-        scale=found.scale[best],
-        knots=HatFunctions.over(chosen.time, knots).knots,
-        bias=found.bias[best],
-    )
+    start = _scan_widening_range(problem, chosen, gravity, knots)
+    if not (problem.free_offset and problem.path.gravity_measured):
+        return start
+    half = round(2.0 * COARSE_OFFSET_STEP / FINE_OFFSET_STEP)
+    near = start.offset + FINE_OFFSET_STEP * np.arange(-half, half + 1, dtype=float)
+    return _fit_at_offsets(chosen, gravity, knots, near)[0]
 
 
 def _scan_widening_range(
     problem: Problem, chosen: Problem, gravity: Array, knots: int
-) -> OffsetFits:
+) -> Start:
     """Fits at the `chosen` blocks over a coarse grid, whose range is doubled while the
     best offset is doubtful."""
     duration = float(problem.time[-1] - problem.time[0])
@@ -129,19 +79,30 @@ def _scan_widening_range(
     for _ in range(MOST_DOUBLINGS + 1):
         steps = int(half_range / COARSE_OFFSET_STEP)
         offsets = COARSE_OFFSET_STEP * np.arange(-steps, steps + 1, dtype=float)
-        found = _fit_at_offsets(
+        start, fits = _fit_at_offsets(
             chosen, gravity, knots, offsets, gravity_only=problem.path.gravity_measured
         )
-        explained = bool(
-            (found.scale[found.best] < UNEXPLAINED_CHANGE_SHARE * changes).all()
-        )
-        inside = 1 < found.best < len(found.offsets) - 2
+        explained = bool((start.scale < UNEXPLAINED_CHANGE_SHARE * changes).all())
+        inside = 1 < fits.best < len(offsets) - 2
         if half_range >= limit or (
-            inside and (explained or found.stands_out(len(chosen.time)))
+            inside and (explained or _stands_out(fits, offsets, len(chosen.time)))
         ):
             break
         half_range = min(2.0 * half_range, limit)
-    return found
+    return start
+
+
+def _stands_out(fits: RobustRows, offsets: Array, samples: int) -> bool:
+    """Whether the best of the offsets (O,) is far more likely, for so many samples, than
+    all that are not in its neighbourhood: it is accepted even if the residuals are
+    large."""
+    best = fits.best
+    distant = np.abs(offsets - offsets[best]) > NEIGHBOURHOOD_OF_OFFSET
+    others = fits.likelihood[distant]
+    if not len(others):
+        return False
+    ratio = samples * float(fits.likelihood[best] - others.max())
+    return ratio > CLEAR_LOG_LIKELIHOOD_RATIO
 
 
 def _fit_at_offsets(
@@ -151,9 +112,9 @@ def _fit_at_offsets(
     offsets: Array,
     *,
     gravity_only: bool = False,
-) -> OffsetFits:
+) -> tuple[Start, RobustRows]:
     """Robust least squares at each of the offsets (O,) [s], by iterative reweighting
-    with Student t weights.
+    with Student t weights; and the most likely of them.
 
     With `gravity_only` the motion is gravity, from the orientation, alone: it changes
     slowly enough for a coarse grid.
@@ -161,16 +122,16 @@ def _fit_at_offsets(
     design = Design.of(problem, gravity, knots, offsets, gravity_only=gravity_only)
     floor = np.maximum(problem.floor, 1e-12)
     fits = fit_each(design.known, design.maps, design.used, floor, SCAN_ITERATIONS)
-    solution = fits.solution
-    bias = solution[:, design.first_bias_column :].reshape(len(offsets), -1, 6)
-    return OffsetFits(
-        offsets,
-        fits.likelihood,
-        solution[:, :10],
-        design.tilts_of(solution),
-        fits.scale,
-        bias,
+    best, solution = fits.best, fits.solution[fits.best]
+    start = Start(
+        phi=solution[:10],
+        offset=float(offsets[best]),
+        gravity=tilt_gravity(gravity, design.tilt_of(solution)),
+        scale=fits.scale[best],
+        knots=HatFunctions.over(problem.time, knots).knots,
+        bias=solution[design.first_bias_column :].reshape(-1, 6),
     )
+    return start, fits
 
 
 @dataclass(frozen=True, eq=False)
@@ -219,9 +180,8 @@ class Design:
             along = -(into_sensor @ tangents_of(gravity).T)
             parts.append(np.swapaxes(along, 1, 2).reshape(O, K, 6))
         hats = HatFunctions.over(time, knots)
-        functions = hats.combine(np.eye(hats.n))
         parts += [
-            np.broadcast_to(functions, (O, K, hats.n)),
+            np.broadcast_to(hats.values, (O, K, hats.n)),
             np.broadcast_to(wrench, (O, K, 6)),
         ]
         known = np.concatenate(parts, axis=2)
@@ -230,29 +190,22 @@ class Design:
             known, motion.known.reshape(O, K).astype(float), maps, 10 + 4 * tangents
         )
 
-    def tilts_of(self, solution: Array) -> Array:
-        """(O, 2) change of gravity along its tangents [m/s²] from a solution (O, p);
-        zero where it is not free.
+    def tilt_of(self, solution: Array) -> Array:
+        """(2,) change of gravity along its tangents [m/s²] from a solution (p,); zero
+        where it is not free.
 
         The first of a tangent's four unknowns is the product of that change with the
         mass.
         """
         if self.first_bias_column == 10:
-            return np.zeros((len(solution), 2))
-        mass = solution[:, 0]
-        square = np.maximum(mass**2, 1e-300)
-        return np.stack(
-            [solution[:, 10 + 4 * i] * mass / square for i in range(2)], axis=1
-        )
+            return np.zeros(2)
+        mass = solution[0]
+        return solution[[10, 14]] * mass / np.maximum(mass**2, 1e-300)
 
 
 def _column_maps(width: int, tangents: int, functions: int) -> Array:
-    """(width, 6, p) columns of the design matrix per unit of a known row: see
-    `Design`.
-
-    The ten parameters come first, then, for each tangent of gravity, the products of
-    the tangent with mass and first moment, then the bias at the knots of its functions.
-    """
+    """`Design.maps`: the ten parameters come first, then, for each tangent of gravity,
+    its products with mass and first moment, then the bias at the knots."""
     first_bias_column = 10 + 4 * tangents
     maps = np.zeros((width, 6, first_bias_column + 6 * functions))
     maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE

@@ -1,11 +1,11 @@
 """Outliers of the wrench: contacts, which last over several cells; single spikes; and
 saturated samples."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask, squared_lengths
+from hefting.core.spatial import Array, Indices, Mask, runs_of, squared_lengths
 
 CELL_DURATION = 0.05
 """[s] Duration of a cell. Contacts are found as sequences of cells."""
@@ -125,21 +125,19 @@ def find_outliers(
     spike = _length(apart, usual) > SPIKE_RESIDUAL
     touched = contact[cell]
     if np.mean(touched | spike) > LARGEST_OUTLIER_SHARE:
-        none = np.zeros(len(time), dtype=bool)
-        return Outliers(none, none, limit)
+        return replace(no_outliers(len(time)), saturation=limit)
     return Outliers(touched & known, spike & ~touched & known, limit)
 
 
 def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
     """Static poses (K,) whose wrench (K, 6) is far from the predicted one (K, 6);
     `changes` (2,) as above."""
-    none = np.zeros(len(wrench), dtype=bool)
-    r = wrench - predicted
+    none, r = no_outliers(len(wrench)), wrench - predicted
     odd = (
         _length(r, np.maximum(_spread(r), SENSOR_ERROR_SHARE * changes))
         > SPIKE_RESIDUAL
     )
-    return Outliers(none, none if np.mean(odd) > LARGEST_OUTLIER_SHARE else odd, none)
+    return none if np.mean(odd) > LARGEST_OUTLIER_SHARE else replace(none, spike=odd)
 
 
 def _imperfection(
@@ -252,24 +250,9 @@ def _running_median(values: Array) -> Array:
 
 
 def _contact_cells(size: Array) -> Mask:
-    """Cells in contact: runs above `CONTACT_EDGE` whose largest exceeds `CONTACT_PEAK`.
-
-    Parameters
-    ----------
-    size : Array
-        (C,) length of the residual of each cell in robust standard deviations.
-
-    Returns
-    -------
-    Mask
-        (C,) True for every cell of such a run.
-    """
-    above = size > CONTACT_EDGE
-    begins = np.flatnonzero(np.diff(above.astype(int), prepend=0) == 1)
-    if not len(begins):
-        return above
-    # index of the last run that begins at or before each cell; -1 before the first
-    run = np.cumsum(np.isin(np.arange(len(size)), begins)) - 1
-    largest = np.zeros(len(begins))
-    np.maximum.at(largest, run[above], size[above])
-    return above & (largest[np.maximum(run, 0)] > CONTACT_PEAK)
+    """(C,) cells in contact: runs above `CONTACT_EDGE` whose largest exceeds
+    `CONTACT_PEAK`, of residuals of so many standard deviations (C,)."""
+    touched = np.zeros(len(size), dtype=bool)
+    for begin, end in runs_of(size > CONTACT_EDGE):
+        touched[begin:end] = size[begin:end].max() > CONTACT_PEAK
+    return touched

@@ -14,11 +14,12 @@ from hefting.core.spatial import (
     TENSOR_ROWS,
     Array,
     Mask,
+    interpolated,
     rotation_matrices,
 )
 from hefting.motion import Curves, smooth_poses
-from hefting.motion.measure import POSE_STREAMS, TWIST, Source
-from hefting.motion.weighting import lasting_variances
+from hefting.motion.measure import TWIST, Source, may_move, reads_columns
+from hefting.motion.state import lasting_variances
 
 FEWEST_POSES_OF_PATH = 8
 """Fewest orientations from which a motion is smoothed."""
@@ -154,27 +155,17 @@ def path_of(
     """
     if recording.static:
         return None
-    if source == "columns" or (source == "auto" and recording.has(*TWIST)):
+    if reads_columns(recording, source):
         return _columns_path(recording)
-    moves = any(
-        (recording[name].values != recording[name].values[0]).any()
-        for name in POSE_STREAMS
-        if recording.has(name)
-    )
-    uses_accelerometer = recording.has("accelerometer") and not recording.has(
-        "position"
-    )
-    orientation = recording["orientation"]
-    if not (moves or uses_accelerometer) or len(orientation) < FEWEST_POSES_OF_PATH:
+    enough = len(recording["orientation"]) >= FEWEST_POSES_OF_PATH
+    if not (enough and may_move(recording)):
         return None
     curves = smooth_poses(recording, gravity)
     if recording.has("position"):
         return _pose_path(curves)
-    return (
-        _accelerometer_path(curves, recording["accelerometer"])
-        if uses_accelerometer
-        else _orientation_path(curves)
-    )
+    if recording.has("accelerometer"):
+        return _accelerometer_path(curves, recording["accelerometer"])
+    return _orientation_path(curves)
 
 
 def static_path(recording: Recording) -> Path:
@@ -271,12 +262,7 @@ def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
 
     def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
         m = poses.at(time, spread)
-        f = np.column_stack(
-            [
-                np.interp(time, accelerometer.time, column)
-                for column in accelerometer.values.T
-            ]
-        )
+        f = interpolated(time, accelerometer.time, accelerometer.values)
         rows, known = _reading_rows(
             f, m.angular_velocity, m.angular_acceleration, m.orientation
         )

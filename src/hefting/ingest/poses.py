@@ -7,9 +7,9 @@ import numpy as np
 
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, runs_of
 from hefting.motion.continuity import Discontinuities, find_discontinuities
-from hefting.motion.measure import POSE_STREAMS, TWIST, Source
+from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ORIENTATION_LIMITS, POSITION_LIMITS
 
 LIMITS = {"position": POSITION_LIMITS, "orientation": ORIENTATION_LIMITS}
@@ -36,8 +36,7 @@ def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recor
     recording : as read.
     source : where the motion comes from, as for `hefting.motion.measure.measure`.
     """
-    from_columns = source == "columns" or (source == "auto" and recording.has(*TWIST))
-    if recording.static or from_columns:
+    if recording.static or reads_columns(recording, source):
         return recording
     streams = {name: recording[name] for name in POSE_STREAMS if recording.has(name)}
     found = {}
@@ -133,13 +132,12 @@ def _jump_warnings(
 def where_in_time(time: Array, mask: Mask) -> str:
     """Where the samples of a mask (K,) are, as in "at 1.20 s, 3.00 to 3.40 s, and 4
     more places"."""
-    begins = np.flatnonzero(np.diff(mask.astype(int), prepend=0) == 1)
-    ends = np.flatnonzero(np.diff(mask.astype(int), append=0) == -1)
+    runs = runs_of(mask)
     shown = [
-        f"{time[b]:.2f}" if b == e else f"{time[b]:.2f} to {time[e]:.2f}"
-        for b, e in zip(begins[:MOST_TIMES_SHOWN], ends[:MOST_TIMES_SHOWN], strict=True)
+        f"{time[b]:.2f}" if b + 1 == e else f"{time[b]:.2f} to {time[e - 1]:.2f}"
+        for b, e in runs[:MOST_TIMES_SHOWN]
     ]
-    more = len(begins) - len(shown)
+    more = len(runs) - len(shown)
     rest = f" s and at {more} more place{'s' if more > 1 else ''}" if more else " s"
     return f"at {', '.join(shown)}{rest}"
 

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import Problem
@@ -94,9 +94,7 @@ def _find_outliers_between_blocks(
     interpolated linearly."""
     predicted = problem.wrench - fit.residual
     columns = np.column_stack((predicted, fit.spread, fit.known))
-    at_samples = np.column_stack(
-        [np.interp(samples.time, problem.time, column) for column in columns.T]
-    )
+    at_samples = interpolated(samples.time, problem.time, columns)
     steps = np.diff(problem.time)
     half_interval = 0.5 * float(np.median(steps)) if len(steps) else 0.0
     first, last = problem.time[0] - half_interval, problem.time[-1] + half_interval

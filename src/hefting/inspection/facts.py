@@ -7,9 +7,9 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import dynamism, predict_wrench
-from hefting.core.spatial import SPEED_LIMIT, Array, frozen
+from hefting.core.spatial import SPEED_LIMIT, Array, freeze
 from hefting.ingest.blocks import residual_size
-from hefting.ingest.free_fit import FreeFit
+from hefting.ingest.free_fit import FreeFit, residuals
 from hefting.ingest.ingest import Ingested
 from hefting.motion import Measured
 from hefting.motion.measure import DESCRIPTIONS
@@ -195,8 +195,7 @@ class Channels:
     """(3,) standard deviation"""
 
     def __post_init__(self):
-        for name in ("signal", "noise"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "signal", "noise")
 
     @property
     def snr(self) -> Array:
@@ -243,7 +242,7 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
     """
     z, turn = found.measurements, 1.0 if found.sign.on_object else -1.0
     explained = predict_wrench(z, fit.vector)
-    left = z.wrench - explained if fit.bias is None else z.wrench - explained - fit.bias
+    left = residuals(z, fit.vector, fit.bias)
     channels = {}
     parts = (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6)))
     for name, unit, part in parts:

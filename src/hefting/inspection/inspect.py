@@ -12,10 +12,10 @@ from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
 from hefting.core.plain_text import file_word, typed
 from hefting.core.recording import Recording
-from hefting.core.spatial import SPEED_LIMIT, Array, check_gravity
+from hefting.core.spatial import SPEED_LIMIT, Array, angle_between, check_gravity
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
-from hefting.ingest.free_fit import TYPICAL_SIZE, FreeFit
+from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import check_wrench
 from hefting.inspection.facts import (
@@ -75,12 +75,9 @@ def _obstacle(recording: Recording) -> str:
     if not recording.has("wrench"):
         return "there is no wrench"
     if not recording.has("orientation"):
-        joints = recording.has("joint_positions")
-        return (
-            "there are joint angles but no poses"
-            if joints
-            else "there is no orientation"
-        )
+        if recording.has("joint_positions"):
+            return "there are joint angles but no poses"
+        return "there is no orientation"
     return "" if recording["wrench"].values.any() else EMPTY
 
 
@@ -97,11 +94,9 @@ def _inspection(
     if found is None:
         missing["object"] = missing.get("motion", EMPTY)
     else:
-        fit = (
-            found.beside_bias
-            if not found.beside_bias.mass_is_open
-            else _without_bias(found)
-        )
+        fit = found.beside_bias
+        if fit.mass_is_open:
+            fit = found.fit if found.bias == "none" else found.alone
         comparable = not fit.mass_is_open and found.source != "orientation"
         facts = wrench_facts(found, fit, comparable)
         identifiable = identifiability(found.excitation, fit, TYPICAL_SIZE)
@@ -115,6 +110,8 @@ def _inspection(
             check_wrench(found, None)
         except InputError as error:
             warnings.append(warning("wrong-unit", _reason(error)))
+    if found is not None:
+        gravity = found.conditioned.gravity
     return Inspection(
         log=recording.source,
         duration=recording.duration,
@@ -124,10 +121,8 @@ def _inspection(
             for name, stream in recording.streams.items()
         },
         notes=recording.notes if found is None else found.read_notes,
-        gravity=gravity if found is None else found.conditioned.gravity,
-        quick_mass=_quick_mass(
-            recording, gravity if found is None else found.conditioned.gravity
-        ),
+        gravity=gravity,
+        quick_mass=_quick_mass(recording, gravity),
         movement=moved,
         conditioned=None if found is None else found.conditioned,
         gravity_hint=hint,
@@ -142,11 +137,6 @@ def _inspection(
     )
 
 
-def _without_bias(found: Ingested) -> FreeFit:
-    """The free fit without a bias, in the project's sign."""
-    return found.fit if found.bias == "none" else found.alone
-
-
 def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
     """Where the data would have gravity, or, if its direction was to be found, where it
     is."""
@@ -159,11 +149,8 @@ def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
         return None
     if std is None or not np.isfinite(std):
         return None
-    there, here = there / np.linalg.norm(there), gravity / np.linalg.norm(gravity)
-    angle = float(np.arctan2(np.linalg.norm(np.cross(here, there)), here @ there))
-    return GravityHint(
-        angle, std, (float(there[0]), float(there[1]), float(there[2])), adopted
-    )
+    x, y, z = (there / np.linalg.norm(there)).tolist()
+    return GravityHint(angle_between(gravity, there), std, (x, y, z), adopted)
 
 
 def _quick_mass(recording: Recording, gravity: Array) -> float | None:

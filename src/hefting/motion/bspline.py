@@ -228,9 +228,7 @@ class Observation:
 
     @cached_property
     def interval(self) -> float:
-        """[s] Median time between samples; zero of one sample."""
-        if len(self.time) < 2:
-            return 0.0
+        """[s] Median time between samples."""
         return float(np.median(np.diff(self.time)))
 
     def __getitem__(self, index: Mask) -> Self:

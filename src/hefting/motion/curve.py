@@ -17,7 +17,6 @@ from hefting.motion.bspline import (
     basis,
 )
 from hefting.motion.inverse_bands import inverse_bands
-from hefting.motion.likelihood import Smoothness
 from hefting.motion.local import (
     LOCAL_KNOT_SPACING,
     LocalSmoothness,
@@ -26,9 +25,10 @@ from hefting.motion.local import (
 )
 from hefting.motion.tuning import (
     ORDERS,
+    Smoothness,
     normal_equations,
     sampling_interval,
-    tune_with_equations,
+    tune,
     variance_floor,
 )
 
@@ -76,12 +76,7 @@ class Curve:
     everywhere."""
 
     @classmethod
-    def fit(
-        cls,
-        time: Array,
-        values: Array,
-        name: str,
-    ) -> "Curve":
+    def fit(cls, time: Array, values: Array, name: str) -> "Curve":
         """Fit the curve to samples (K, d) of a signal at times (K,) [s] that increase;
         `name` says what it is in error messages."""
         kept = fresh_rows(time, values)
@@ -111,7 +106,7 @@ class Curve:
             An approximate smoothness, as that of a fit without the derivatives; only
             its neighbourhood is searched.
         """
-        smoothness, h, dt, normal = tune_with_equations(data, ORDERS, name, near)
+        smoothness, h, dt, normal = tune(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:
             normal = normal_equations(data, h, end)
             normal.refine_pilot(smoothness.order, smoothness.penalty(normal, dt))
@@ -137,11 +132,7 @@ class Curve:
 
     @classmethod
     def _fit_locally(
-        cls,
-        data: tuple[Observation, ...],
-        smoothness: Smoothness,
-        h: float,
-        end: float,
+        cls, data: tuple[Observation, ...], smoothness: Smoothness, h: float, end: float
     ) -> "Curve | None":
         """The curve with a penalty that varies along it, where that can be solved.
 

@@ -261,17 +261,8 @@ def _close(found: Array, settled: Array) -> bool:
 
 
 def _add_later_innovations(past: Array, innovations: Array, gains: Array) -> None:
-    """Correct past states by the innovations of the samples that follow them, in place.
-
-    Parameters
-    ----------
-    past : Array
-        (P, 3, d) states; the last K of them are those of the new samples.
-    innovations : Array
-        (K, d) of the new samples.
-    gains : Array
-        (lag + 1, 3) as in `Steady`.
-    """
+    """Correct past states (P, 3, d), of which the last are those of K new samples, by
+    the innovations (K, d) of the samples that follow them, in place."""
     lag = len(gains) - 1
     if not lag:
         return

@@ -14,7 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hefting.core.messages import Message, note, warning
-from hefting.core.recording import Stream
+from hefting.core.recording import Stream, block_starts
 from hefting.core.spatial import Array, in_sensor_axes, rotation_matrices, skew
 from hefting.motion.bspline import Observation
 from hefting.motion.curve import Curve, fresh_rows
@@ -38,11 +38,6 @@ SPECIFIC_FORCE_STEP = 0.005
 LARGEST_ACCELEROMETER_BIAS = 1.5
 """[m/s²] An accelerometer with a larger bias is not used: it measures another quantity,
 or gravity is wrong."""
-READING_BLOCK_DURATION = 0.01
-"""[s] Duration over which the readings of a fast inertial sensor are averaged."""
-FEWEST_AVERAGED_READINGS = 3
-"""Smallest average number of readings in such a block; slower sensors are not
-averaged."""
 FEWEST_READINGS = 50
 """Number of readings below which an inertial sensor is not used."""
 CONTRADICTING_DEVIATION = 0.2
@@ -84,34 +79,34 @@ def fuse(
     tuple
         The fitted curves, notes on the sensors that were used, and warnings.
     """
-    notes, warnings = [], []
+    said: list[Message] = []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
-        poses, new_notes, new_warnings = _fuse_gyroscope(poses, gyroscope)
-        notes += new_notes
-        warnings += new_warnings
+        poses, new = _fuse_gyroscope(poses, gyroscope)
+        said += new
     if (
         accelerometer is not None
         and len(accelerometer) >= FEWEST_READINGS
         and poses.position is not None
     ):
         removed = np.zeros(3) if gravity_removed else gravity
-        poses, new_notes, new_warnings = _fuse_accelerometer(
-            poses, accelerometer, removed
-        )
-        notes += new_notes
-        warnings += new_warnings
-    return poses, tuple(notes), tuple(warnings)
+        poses, new = _fuse_accelerometer(poses, accelerometer, removed)
+        said += new
+    notes, warnings = (
+        tuple(message for message in said if message.severity == severity)
+        for severity in ("note", "warning")
+    )
+    return poses, notes, warnings
 
 
 def _fuse_gyroscope(
     poses: SmoothedPoses, gyroscope: Stream
-) -> tuple[SmoothedPoses, list[Message], list[Message]]:
+) -> tuple[SmoothedPoses, list[Message]]:
     raw, gyroscope = len(gyroscope), _average_fast_readings(gyroscope)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
         readings, motion = _synchronise(fitted, gyroscope, found.clock)
         if len(readings) < FEWEST_READINGS:
-            return poses, [], []
+            return poses, []
         w = motion.angular_velocity
         columns = np.concatenate(
             (_identities(len(w)), -motion.angular_acceleration[:, :, None]), axis=2
@@ -127,7 +122,7 @@ def _fuse_gyroscope(
             readings.values - found.bias, motion.angular_velocity
         ):
             what = "the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"
-            return poses, [], [warning("gyroscope-contradicts-poses", what)]
+            return poses, [warning("gyroscope-contradicts-poses", what)]
         q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
         z = 0.5 * _quaternion_product(q, readings.values - found.bias)
         variance = _variance(
@@ -142,19 +137,19 @@ def _fuse_gyroscope(
         f"gyroscope used: noise {spread:.2g} rad/s, bias {_format_vector(found.bias)} rad/s, "
         f"{_format_delay(found.clock)}"
     )
-    return fitted, [note("gyroscope-used", noted)], []
+    return fitted, [note("gyroscope-used", noted)]
 
 
 def _fuse_accelerometer(
     poses: SmoothedPoses, accelerometer: Stream, gravity: Array
-) -> tuple[SmoothedPoses, list[Message], list[Message]]:
+) -> tuple[SmoothedPoses, list[Message]]:
     assert poses.position is not None
     raw, accelerometer = len(accelerometer), _average_fast_readings(accelerometer)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
         readings, motion = _synchronise(fitted, accelerometer, found.clock)
         if len(readings) < FEWEST_READINGS:
-            return poses, [], []
+            return poses, []
         force = _specific_force(motion, gravity)
         later = fitted.at(
             np.minimum(readings.time + SPECIFIC_FORCE_STEP, fitted.last), spread=False
@@ -181,11 +176,7 @@ def _fuse_accelerometer(
         if foreign or np.linalg.norm(found.bias) > LARGEST_ACCELEROMETER_BIAS:
             contradicts = "the accelerometer contradicts the poses: not used; is it in sensor axes and m/s²"
             what = f"{contradicts}, and gravity as given?"
-            return (
-                poses,
-                [],
-                [warning("accelerometer-contradicts-poses", what, "gravity")],
-            )
+            return poses, [warning("accelerometer-contradicts-poses", what, "gravity")]
         z = (
             np.einsum("kij,kj->ki", rotation_matrices(motion.orientation), own)
             + gravity
@@ -206,7 +197,7 @@ def _fuse_accelerometer(
         f"accelerometer used: noise {spread:.2g} m/s², bias {_format_vector(found.bias)} m/s², "
         f"at {_format_vector(1e3 * found.lever)} mm, {_format_delay(found.clock)}"
     )
-    return fitted, [note("accelerometer-used", noted)], []
+    return fitted, [note("accelerometer-used", noted)]
 
 
 @dataclass(frozen=True)
@@ -222,23 +213,13 @@ class _Calibration:
 
 
 def _average_fast_readings(stream: Stream) -> Stream:
-    """The stream without repeated values; a fast one is averaged over blocks of
-    `READING_BLOCK_DURATION`, in which an arm hardly moves."""
+    """The stream without repeated values; a fast one is averaged over blocks, in which
+    an arm hardly moves."""
     kept = fresh_rows(stream.time, stream.values)
     stream = stream if kept.all() else stream[kept]
-    if (
-        len(stream)
-        < FEWEST_AVERAGED_READINGS
-        * float(stream.time[-1] - stream.time[0])
-        / READING_BLOCK_DURATION
-    ):
+    starts = block_starts(stream.time)
+    if starts is None:
         return stream
-    starts = np.flatnonzero(
-        np.diff(
-            np.floor((stream.time - stream.time[0]) / READING_BLOCK_DURATION),
-            prepend=-1.0,
-        )
-    )
     count = np.diff(np.append(starts, len(stream)))
     time = (
         np.add.reduceat(stream.time - stream.time[0], starts) / count + stream.time[0]
@@ -276,21 +257,9 @@ def _refit(
     name: str,
     round_: int,
 ) -> Curve:
-    """Fit a curve again to its samples and measured derivatives.
-
-    Parameters
-    ----------
-    curve : Curve
-        The curve so far.
-    time, z : Array
-        (L,) [s] and (L, d): the measured derivatives of order `derivative`.
-    variance : float
-        Variance of one component of z.
-    name : str
-        What the signal is, for error messages.
-    round_ : int
-        In round 0 the smoothness is searched everywhere, later near that of `curve`.
-    """
+    """A curve fitted again to its samples, and to derivatives z (L, d) of them at times
+    (L,) [s], each of a `variance`; its smoothness is searched everywhere in round 0,
+    later near that of `curve`."""
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
     return Curve.through((samples, rates), name, samples.time[-1], near)

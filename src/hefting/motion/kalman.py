@@ -156,7 +156,7 @@ class PoseFilter:
             ("position", position, 1.0),
         ):
             if values is not None:
-                smoothness, _, dt = tune((Observation(time, values),), (n,), name)
+                smoothness, _, dt, _ = tune((Observation(time, values),), (n,), name)
                 period = found.setdefault("period", dt)
                 bandwidth = smoothness.bandwidth * (dt / period) ** (0.5 / n)
                 found[f"{name}_noise"] = scale * float(np.sqrt(smoothness.variance))
@@ -324,29 +324,15 @@ class PoseFilter:
 
     def _motion(self, results: list, with_position: bool) -> Motion:
         time = np.concatenate([np.empty(0)] + [piece[0] for piece in results])
-        channels = []
+        channels, widths = [], (4, 3) if with_position else (4,)
         for i, (d, (noise, wc, _)) in enumerate(
-            zip((4, 3), self._channels(), strict=True)
+            zip(widths, self._channels(), strict=False)
         ):
-            if i == 1 and not with_position:
-                break
             units = noise * wc ** np.arange(OUTPUT_STATES)
-            past = (
-                np.concatenate(
-                    [np.empty((0, OUTPUT_STATES, d))]
-                    + [piece[1][i][0] for piece in results]
-                )
-                * units[:, None]
-            )
-            std = (
-                np.sqrt(
-                    np.concatenate(
-                        [np.empty((0, OUTPUT_STATES))]
-                        + [piece[1][i][1] for piece in results]
-                    )
-                )
-                * units
-            )
+            none = np.empty((0, OUTPUT_STATES, d)), np.empty((0, OUTPUT_STATES))
+            pieces = zip(none, *(piece[1][i] for piece in results), strict=True)
+            past, variances = (np.concatenate(each) for each in pieces)
+            past, std = past * units[:, None], np.sqrt(variances) * units
             channels.append((past[:, 0], past[:, 1], past[:, 2], std[:, 1], std[:, 2]))
         linear = (*channels[1][:3], channels[1][4]) if with_position else None
         bandwidth = self.rotation_bandwidth

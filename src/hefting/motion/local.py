@@ -24,7 +24,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.motion.bspline import Knots, Normal
 from hefting.motion.inverse_bands import inverse_bands
-from hefting.motion.likelihood import Smoothness
+from hefting.motion.tuning import Smoothness
 
 LOCAL_ORDER = 4
 """Order m of the local penalty. Two rows that are free let the acceleration jump; order
@@ -142,9 +142,8 @@ def fit_locally(
     if not (np.isfinite(c).all() and np.isfinite(factor).all()):
         return None
     h = knots.h
-    bandwidth = np.empty(knots.size)
     scaled = (h / (dt * penalty)) ** (0.5 / m) / h
-    bandwidth[:] = np.interp(np.arange(knots.size), per_row + 0.5 * m, scaled)
+    bandwidth = np.interp(np.arange(knots.size), per_row + 0.5 * m, scaled)
     typical = float(np.median(bandwidth))
     excess = np.maximum(1.0 - (typical / bandwidth) ** 2, 0.0)
     jump_time = JUMP_ERROR * (1.0 / bandwidth + 0.5 * h) * excess

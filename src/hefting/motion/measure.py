@@ -19,6 +19,7 @@ from hefting.core.spatial import (
     Mask,
     check_gravity,
     in_sensor_axes,
+    interpolated,
 )
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.smoothing import Curves, smooth_poses
@@ -130,7 +131,7 @@ def measure(
     warnings, notes = _rejection_messages(counts, kept, of)
     if not kept.all():
         wrench, counts = wrench[kept], counts[kept]
-    if source == "columns" or (source == "auto" and recording.has(*TWIST)):
+    if reads_columns(recording, source):
         return Measured(
             _from_columns(recording, wrench, g_world),
             "columns",
@@ -139,7 +140,7 @@ def measure(
             notes,
             wrench.rows,
         )
-    if not _may_move(recording):
+    if not may_move(recording):
         held = np.repeat(orientation.values[:1], len(wrench), axis=0)
         z = _static_measurements(wrench, held, g_world)
         return Measured(z, "static", None, warnings, notes, wrench.rows)
@@ -170,7 +171,12 @@ def measure(
     )
 
 
-def _may_move(recording: Recording) -> bool:
+def reads_columns(recording: Recording, source: Source) -> bool:
+    """Whether the motion is that of the log's own twist and acceleration columns."""
+    return source == "columns" or (source == "auto" and recording.has(*TWIST))
+
+
+def may_move(recording: Recording) -> bool:
     """Whether the poses change, or an accelerometer without position may have measured
     motion."""
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
@@ -263,13 +269,11 @@ def _counted(counts: Array, of: str) -> str:
     return f"{n} {of}{'' if n == 1 else 's'}"
 
 
-def _interpolated(stream: Stream, at: Array) -> Array:
+def _read_at(at: Array, stream: Stream) -> Array:
     """A stream's values (K, d) at times inside it, linearly between its samples."""
     if np.array_equal(stream.time, at):
         return stream.values
-    return np.column_stack(
-        [np.interp(at, stream.time, column) for column in stream.values.T]
-    )
+    return interpolated(at, stream.time, stream.values)
 
 
 def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measurements:
@@ -292,8 +296,7 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
             wrench.time
         ).as_quat()
     a, w, alpha = (
-        in_sensor_axes(turns, _interpolated(recording[name], wrench.time))
-        for name in TWIST
+        in_sensor_axes(turns, _read_at(wrench.time, recording[name])) for name in TWIST
     )
     g = in_sensor_axes(turns, g_world)
     return Measurements(
@@ -322,7 +325,7 @@ def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
             "the recording ends before the filter has settled", where=recording.source
         )
     motion = motion[kept]
-    return motion, Stream(motion.time, _interpolated(wrench, motion.time))
+    return motion, Stream(motion.time, _read_at(motion.time, wrench))
 
 
 def _accelerometer(
@@ -338,7 +341,7 @@ def _accelerometer(
             "accelerometer and wrench were never measured at the same time"
         )
     wrench, g, motion = wrench[kept], g[kept], motion[kept]
-    a = _interpolated(accelerometer, wrench.time) + g
+    a = _read_at(wrench.time, accelerometer) + g
     steps = np.diff(accelerometer.values, axis=0)
     spread = np.full(
         len(g), float(np.std(steps) / np.sqrt(2.0)) if len(steps) else np.inf

@@ -128,12 +128,8 @@ class Runs:
 class Steps:
     """Steps between successive runs."""
 
-    time: Array
-    """(U,) [s] at which the runs begin"""
-    end: Array
-    """(U,) [s] at which they end"""
-    values: Array
-    """(U, 3) or (U, 4) of the runs"""
+    runs: Runs
+    """U of them"""
     steps: Array
     """(U - 1, 3) [m] or [rad]"""
     interval: Array
@@ -152,9 +148,7 @@ class Steps:
         """Steps between runs."""
         usual = float(np.median(np.diff(runs.time)))
         return cls(
-            runs.time,
-            runs.end,
-            runs.values,
+            runs,
             steps := displacement(runs.values[:-1], runs.values[1:]),
             np.maximum(runs.time[1:] - runs.end[:-1], usual),
             usual,
@@ -175,7 +169,7 @@ class Steps:
             length > 0.5 * limits.acceleration * self.interval**2 + allowed_noise
         )
         explained = np.zeros(len(suspect), dtype=bool)
-        middle = self.end[:-1] + 0.5 * self.interval
+        middle = self.runs.end[:-1] + 0.5 * self.interval
         for place in NEIGHBOURING_STEPS:
             other = suspect + place
             there = (other >= 0) & (other < n)
@@ -204,7 +198,7 @@ class Steps:
         way = np.cumsum(self.steps, axis=0)
         if len(way) < 4 * lag:
             return self.limits.acceleration
-        time = self.time[1:]
+        time = self.runs.time[1:]
         velocity = (way[lag:] - way[:-lag]) / (time[lag:] - time[:-lag])[:, None]
         change = np.linalg.norm(velocity[lag:] - velocity[:-lag], axis=1)
         acceleration = change / (0.5 * (time[2 * lag :] - time[: -2 * lag]))
@@ -229,22 +223,22 @@ class Steps:
         ones, from samples `begin` (B,) to `end` (B,)."""
         # the stream may have stalled at the value that it held: that needs a motion to
         # show, not a single sample
-        since = self.time if last > first else self.end
-        gap = self.time[first] - since[end]
-        way = displacement(self.values[end], self.values[np.full(len(end), first)])
+        time, values = self.runs.time, self.runs.values
+        since = time if last > first else self.runs.end
+        gap = time[first] - since[end]
+        here = np.full(len(end), first)
+        way = displacement(values[end], values[here])
         allowed_noise = NOISE_FACTOR * self.noise
         reached = np.linalg.norm(way, axis=1) <= (
             self.limits.speed * (gap + self.timing_error) + allowed_noise
         )
         back = np.maximum(end - STEPS_OF_VELOCITY, begin)
-        here = np.full(len(end), first)
         forth = np.full(len(end), min(first + STEPS_OF_VELOCITY, last))
         for one, other in ((back, end), (here, forth)):
             known = other > one
-            lasts = np.where(known, self.time[other] - self.time[one], 1.0)
+            lasts = np.where(known, time[other] - time[one], 1.0)
             lasts = np.maximum(lasts, 0.5 * self.usual)
-            velocity = displacement(self.values[one], self.values[other])
-            velocity = velocity / lasts[:, None]
+            velocity = displacement(values[one], values[other]) / lasts[:, None]
             allowed = (
                 0.5 * self.limits.acceleration * gap * (gap + lasts)
                 + self.timing_error * np.linalg.norm(velocity, axis=1)

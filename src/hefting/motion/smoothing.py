@@ -7,10 +7,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.messages import Message
 from hefting.core.recording import Recording
-from hefting.core.spatial import (
-    STANDARD_GRAVITY,
-    frozen,
-)
+from hefting.core.spatial import STANDARD_GRAVITY, frozen
 from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
 from hefting.motion.inertial import fuse
 from hefting.motion.spline import SmoothedPoses, fit_poses

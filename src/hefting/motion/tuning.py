@@ -1,9 +1,12 @@
-"""Tuning: the smoothness of a signal that has the largest likelihood, and the normal
-equations of its spline."""
+"""Tuning: the bandwidth, order and noise of a signal's spline (`hefting.motion.bspline`)
+that have the largest restricted likelihood, and the spline's normal equations."""
+
+from dataclasses import dataclass
 
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.spatial import Array
 from hefting.motion.bspline import (
     FEWEST_SEGMENT_SAMPLES,
     SUPPORT,
@@ -11,8 +14,151 @@ from hefting.motion.bspline import (
     Mask,
     Normal,
     Observation,
+    multiply,
 )
-from hefting.motion.likelihood import Likelihood, Smoothness
+
+COARSE_STEPS = 8
+"""Number of intervals of the coarse scan over ln(h wc). For h wc between 0.15 and 2.5
+each is a factor of 1.4."""
+NEGLIGIBLE_BANDWIDTH_CHANGE = 0.01
+"""Change of ln(h wc) at which the search ends. The likelihood is flat at its
+maximum."""
+MOST_REFINEMENTS = 12
+"""Largest number of evaluations after the coarse scan."""
+HOPELESS = 2.0
+"""Log likelihood missing, over the range of the first three, from which on an order is
+given up: uphill it rises less and less."""
+
+
+@dataclass(frozen=True)
+class Smoothness:
+    """Hyperparameters of a smoothing spline, and how likely they are."""
+
+    order: int
+    """m: white noise drives the m-th derivative"""
+    bandwidth: float
+    """wc, rad/s: above it signal is weaker than noise"""
+    variance: float
+    """r², of one sample of one component"""
+    log_likelihood: float
+    """restricted, comparable between orders"""
+
+    def penalty(self, normal: Normal, dt: float) -> float:
+        """lambda for samples dt apart."""
+        h, w = normal.knots.h, self.bandwidth
+        return h / dt * (h * w) ** (-2 * self.order) * normal.lift(w, dt)
+
+
+class Likelihood:
+    """Restricted likelihood of the bandwidth for one order m, with r² at its maximum.
+
+    d independent components share lambda and r² (a unit quaternion's four have three
+    degrees of freedom). The polynomials of degree below m, which the model leaves free,
+    count as drawn with the variance they turn out
+    to have: without that price a higher order always wins on short recordings.
+    """
+
+    def __init__(self, normal: Normal, m: int, dt: float, d: int, floor: float):
+        self.normal, self.order, self.dt, self.d, self.floor = normal, m, dt, d, floor
+        self.degrees = normal.averages - m * len(normal.knots.first)
+        self.rank = normal.knots.size - m * len(normal.knots.first)
+        self.log_det = normal.knots.log_penalty_determinant(m)
+        self.free_score = 0.0
+        target = normal.gradient + multiply(normal.bands, normal.pilot)
+        for start, stop in zip(
+            normal.knots.offset[:-1], normal.knots.offset[1:], strict=True
+        ):
+            free = _orthonormal_polynomials(stop - start, m)
+            root = np.linalg.cholesky(
+                free.T @ multiply(normal.bands[:, start:stop], free)
+            )
+            self.log_det += 2.0 * float(np.sum(np.log(np.diag(root))))
+            # along orthonormal polynomials
+            effects = np.linalg.solve(root, free.T @ target[start:stop])
+            scale = np.maximum(np.sum(effects**2, axis=1) / d, floor)
+            self.free_score -= 0.5 * d * float(np.sum(np.log(scale) + 1.0))
+
+    def at(self, log_h_bandwidth: float) -> Smoothness:
+        """Likelihood at ln(h wc)."""
+        h = self.normal.knots.h
+        trial = Smoothness(self.order, np.exp(log_h_bandwidth) / h, np.nan, np.nan)
+        penalty = trial.penalty(self.normal, self.dt)
+        square, factor = self.normal.minimum(self.order, penalty)
+        variance = max(square / (self.d * self.degrees), self.floor)
+        log_det = (
+            2.0 * float(np.sum(np.log(factor[0])))
+            - self.rank * np.log(penalty)
+            - self.log_det
+        )
+        score = (
+            -0.5 * self.d * (self.degrees * (np.log(variance) + 1.0) + log_det)
+            + self.free_score
+        )
+        return Smoothness(self.order, trial.bandwidth, variance, score)
+
+    def maximum(
+        self,
+        lowest: float,
+        highest: float,
+        near: float | None = None,
+        needed: float = -np.inf,
+    ) -> Smoothness:
+        """The most likely bandwidth, with h wc between two bounds.
+
+        A coarse scan, or with `near`, an h wc that is about right, only uphill from
+        there; then parabolas through the three best, until the step is below
+        `NEGLIGIBLE_BANDWIDTH_CHANGE`. Where the log likelihood `needed` is far off it is
+        not searched for.
+        """
+        low, high = float(np.log(lowest)), float(np.log(highest))
+        step = (high - low) / COARSE_STEPS
+        tried: dict[float, Smoothness] = {}
+        if near is None:
+            for x in np.linspace(low, high, COARSE_STEPS + 1).tolist():
+                tried[x] = self.at(x)
+        else:
+            middle = float(np.clip(np.log(near), low, high))
+            for x in (middle - 0.5 * step, middle, middle + 0.5 * step):
+                inside = float(np.clip(x, low, high))
+                tried[inside] = self.at(inside)
+        scores = [found.log_likelihood for found in tried.values()]
+        refinements = MOST_REFINEMENTS
+        if needed - max(scores) > HOPELESS * (max(scores) - min(scores)):
+            refinements = 0
+        for _ in range(refinements):
+            x = _next(tried, low, high, step)
+            if min(abs(x - other) for other in tried) < NEGLIGIBLE_BANDWIDTH_CHANGE:
+                break
+            tried[x] = self.at(x)
+        return max(tried.values(), key=lambda found: found.log_likelihood)
+
+
+def _next(
+    tried: dict[float, Smoothness], low: float, high: float, step: float
+) -> float:
+    """Where the maximum should be, going by the best and its neighbours."""
+    at = sorted(tried)
+    scores = [tried[x].log_likelihood for x in at]
+    k = int(np.argmax(scores))
+    if k == 0:
+        return max(at[0] - step, low)
+    if k == len(at) - 1:
+        return min(at[-1] + step, high)
+    (a, b, c), (fa, fb, fc) = at[k - 1 : k + 2], scores[k - 1 : k + 2]
+    left, right = (b - a) * (fb - fc), (b - c) * (fb - fa)
+    vertex = b
+    if left != right:
+        vertex = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
+    return float(np.clip(vertex, 0.5 * (a + b), 0.5 * (b + c)))
+
+
+def _orthonormal_polynomials(n: int, m: int) -> Array:
+    """(n, m) of degrees below m at n even places."""
+    columns = np.polynomial.legendre.legvander(np.linspace(-1, 1, n), m - 1)
+    # they are nearly orthogonal already
+    root = np.linalg.inv(np.linalg.cholesky(columns.T @ columns))
+    return np.array(columns @ root.T, dtype=float)
+
 
 ORDERS = (3, 4, 5)
 """Orders of smoothness that are compared: 5 suits smooth motion, 3 stop-and-go
@@ -34,9 +180,9 @@ def tune(
     orders: tuple[int, ...],
     name: str,
     near: Smoothness | None = None,
-) -> tuple[Smoothness, float, float]:
-    """The most likely smoothness of a signal, its knot spacing [s], and the sampling
-    interval [s].
+) -> tuple[Smoothness, float, float, Normal | None]:
+    """The most likely smoothness of a signal, its knot spacing [s], the sampling
+    interval [s], and the normal equations of all data, if the search has built them.
 
     Parameters
     ----------
@@ -55,30 +201,6 @@ def tune(
     InputError
         If there are too few samples.
     """
-    return tune_with_equations(data, orders, name, near)[:3]
-
-
-def variance_floor(data: tuple[Observation, ...]) -> float:
-    """Smallest variance of a sample of the signal: that of rounding."""
-    return (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
-
-
-def _knot_spacing(data: tuple[Observation, ...], smoothness: Smoothness) -> float:
-    """Knot spacing [s] for a smoothness: 0.6/bandwidth, within the limits that the
-    sampling intervals and the duration set."""
-    duration, dt = float(np.ptp(data[0].time)), data[0].interval
-    finest = min(o.interval for o in data)
-    return float(np.clip(0.6 / smoothness.bandwidth, finest, max(duration / 6.0, dt)))
-
-
-def tune_with_equations(
-    data: tuple[Observation, ...],
-    orders: tuple[int, ...],
-    name: str,
-    near: Smoothness | None,
-) -> tuple[Smoothness, float, float, Normal | None]:
-    """As `tune`; also the normal equations of all data, if the search has built
-    them."""
     time = data[0].time
     if len(time) < FEWEST_SEGMENT_SAMPLES:
         raise InputError(
@@ -91,6 +213,10 @@ def tune_with_equations(
     coarsest = max(duration / 6.0, dt)
     finest = min(o.interval for o in data)
     h = min(max(FIRST_KNOT_SPACING, dt), coarsest)
+
+    def spacing(smoothness: Smoothness) -> float:
+        return float(np.clip(0.6 / smoothness.bandwidth, finest, coarsest))
+
     excess = duration / h / TUNED_COEFFICIENTS
     if excess > 1:
         stretch = duration / excess / 10
@@ -98,37 +224,31 @@ def tune_with_equations(
             o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0]
             for o in data
         )
-    whole = excess <= 1
     floor = variance_floor(data)
     if near is not None:
-        orders, h = (near.order,), _knot_spacing(data, near)
+        orders, h = (near.order,), spacing(near)
     middle = orders[len(orders) // 2]
-    normal = normal_equations(data, h)
-    found = _most_likely_smoothness(
-        normal, middle, sampling_interval(data[0], h), floor, near
-    )
+    normal, dt = normal_equations(data, h), sampling_interval(data[0], h)
+    found = _most_likely_smoothness(normal, middle, dt, floor, near)
     for _ in range(3):
-        wanted = float(np.clip(0.6 / found.bandwidth, finest, coarsest))
+        wanted = spacing(found)
         if 0.3 <= h * found.bandwidth <= 1.0 or np.isclose(wanted, h):
             break
         h = wanted
-        normal = normal_equations(data, h)
-        found = _most_likely_smoothness(
-            normal, middle, sampling_interval(data[0], h), floor, found
-        )
-    dt = sampling_interval(data[0], normal.knots.h)
+        normal, dt = normal_equations(data, h), sampling_interval(data[0], h)
+        found = _most_likely_smoothness(normal, middle, dt, floor, found)
     best = found
     for m in orders:
         if m != middle:
-            best = max(
-                best,
-                _most_likely_smoothness(
-                    normal, m, dt, floor, found, best.log_likelihood
-                ),
-                key=lambda c: c.log_likelihood,
-            )
-    same = whole and np.isclose(normal.knots.h, h)
-    return best, h, sampling_interval(data[0], h), normal if same else None
+            needed = best.log_likelihood
+            other = _most_likely_smoothness(normal, m, dt, floor, found, needed)
+            best = max(best, other, key=lambda c: c.log_likelihood)
+    return best, h, dt, normal if excess <= 1 else None
+
+
+def variance_floor(data: tuple[Observation, ...]) -> float:
+    """Smallest variance of a sample of the signal: that of rounding."""
+    return (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
 
 
 def _most_likely_smoothness(
@@ -141,30 +261,12 @@ def _most_likely_smoothness(
 ) -> Smoothness:
     """The most likely smoothness of order `m`; `near` may have another order. It is not
     refined where the log likelihood `needed` is far off."""
-    h = normal.knots.h
-    guesses = (
-        (LARGEST_SCALED_BANDWIDTH, 0.6)
-        if near is None
-        else (
-            float(
-                np.clip(
-                    h * near.bandwidth,
-                    SMALLEST_SCALED_BANDWIDTH,
-                    LARGEST_SCALED_BANDWIDTH,
-                )
-            ),
-        )
-    )
-    for h_bandwidth in guesses:
-        normal.refine_pilot(
-            m, Smoothness(m, h_bandwidth / h, 0.0, 0.0).penalty(normal, dt)
-        )
-    return Likelihood(normal, m, dt, 3, floor).maximum(
-        SMALLEST_SCALED_BANDWIDTH,
-        LARGEST_SCALED_BANDWIDTH,
-        None if near is None else guesses[0],
-        needed,
-    )
+    h, bounds = normal.knots.h, (SMALLEST_SCALED_BANDWIDTH, LARGEST_SCALED_BANDWIDTH)
+    guess = None if near is None else float(np.clip(h * near.bandwidth, *bounds))
+    for scaled in (LARGEST_SCALED_BANDWIDTH, 0.6) if guess is None else (guess,):
+        trial = Smoothness(m, scaled / h, 0.0, 0.0)
+        normal.refine_pilot(m, trial.penalty(normal, dt))
+    return Likelihood(normal, m, dt, 3, floor).maximum(*bounds, guess, needed)
 
 
 def _is_gap(samples: Observation, h: float) -> Mask:

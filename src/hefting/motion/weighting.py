@@ -11,30 +11,12 @@ independent. So a sample counts as if its covariance were S_w + (fs/wc) E S_k E'
 being that of the wrench itself.
 """
 
-from typing import Protocol
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, skew, vector_to_tensor
-
-
-class UncertainMotion(Protocol):
-    """What of a `hefting.motion.Motion` the weights depend on."""
-
-    @property
-    def time(self) -> Array: ...
-    @property
-    def linear_acceleration_std(self) -> Array | None: ...
-    @property
-    def angular_acceleration_std(self) -> Array: ...
-    @property
-    def linear_jump_std(self) -> Array | None: ...
-    @property
-    def angular_jump_std(self) -> Array | None: ...
-    @property
-    def bandwidth(self) -> float: ...
+from hefting.motion.state import Motion, lasting_variances
 
 
 def effect_of_acceleration_errors(vector: ArrayLike) -> Array:
@@ -50,32 +32,6 @@ def effect_of_acceleration_errors(vector: ArrayLike) -> Array:
     return np.array(((3.0 * float(phi[0]) ** 2, lever), (lever, inertia)))
 
 
-def acceleration_variances(motion: UncertainMotion) -> Array:
-    """Variances (2, K) of linear and angular acceleration, one axis each; zero where
-    the linear one is not modelled."""
-    angular = np.square(motion.angular_acceleration_std)
-    linear = motion.linear_acceleration_std
-    return np.stack(
-        (np.zeros_like(angular) if linear is None else np.square(linear), angular)
-    )
-
-
-def lasting_variances(motion: UncertainMotion) -> Array:
-    """`acceleration_variances` without the part of jumps.
-
-    What a smooth curve takes from the acceleration before a jump it adds after it, so
-    that this part cancels in sums over the samples. Weights by all of the variance
-    would leave out one side or the other: on trapezoids at 500 Hz they double the
-    inertia's error.
-    """
-    variances = acceleration_variances(motion)
-    for row, jump in enumerate((motion.linear_jump_std, motion.angular_jump_std)):
-        if jump is not None:
-            known = np.isfinite(variances[row])
-            variances[row, known] -= np.square(jump[known])
-    return np.maximum(variances, 0.0)
-
-
 def samples_per_error(time: Array, bandwidth: float) -> float:
     """Samples at `time` (K,) over which an error of the motion, of `bandwidth` [rad/s],
     lasts; at least one."""
@@ -85,7 +41,7 @@ def samples_per_error(time: Array, bandwidth: float) -> float:
 
 
 def sample_weights(
-    vector: ArrayLike, motion: UncertainMotion, force_std: float, torque_std: float
+    vector: ArrayLike, motion: Motion, force_std: float, torque_std: float
 ) -> Array:
     """Weights (K,) of the samples' squared residuals, 1 where the motion is exact, 0
     where it is unknown.

@@ -11,12 +11,7 @@ from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
 from hefting.planning.information import features
 from hefting.planning.kinematics import Chain, Trajectory
-from hefting.planning.limits import (
-    CLEARANCE,
-    CLEARANCE_SCALE,
-    Constraints,
-    JointStates,
-)
+from hefting.planning.limits import CLEARANCE, CLEARANCE_SCALE, Constraints, JointStates
 from hefting.planning.space import Space
 
 FINE = 1000.0

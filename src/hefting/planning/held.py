@@ -15,6 +15,7 @@ from hefting.core.messages import Message, note
 from hefting.core.spatial import Array, frozen
 from hefting.estimators import Bayes
 from hefting.shapes import Shape
+from hefting.shapes.solid import corners_between
 
 UNKNOWN_MASS = 1.0
 """[kg] of an object of which nothing is known."""
@@ -76,13 +77,7 @@ def box_corners(shape: Shape) -> Array:
     sensor frame."""
     axes = shape.pose[:3, :3]
     own = np.vstack((shape.hull, shape.positions)) @ axes
-    return _corners(own.min(axis=0), own.max(axis=0)) @ axes.T
-
-
-def _corners(low: Array, high: Array) -> Array:
-    """(8, 3), the lowest first and the highest last"""
-    share = np.array([(i >> 2 & 1, i >> 1 & 1, i & 1) for i in range(8)])
-    return np.where(share == 1, high, low)
+    return corners_between(own.min(axis=0), own.max(axis=0)) @ axes.T
 
 
 def _unknown_corners(estimate: Estimate | None) -> Array:
@@ -91,7 +86,7 @@ def _unknown_corners(estimate: Estimate | None) -> Array:
     if estimate is not None:
         half, c = 0.5 * (high - low), estimate.center_of_mass
         low, high = np.minimum(low, c - half), np.maximum(high, c + half)
-    return _corners(low, high)
+    return corners_between(low, high)
 
 
 def _body(shape: Shape | None) -> InertialParameters:

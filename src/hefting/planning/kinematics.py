@@ -27,7 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
-from hefting.core.spatial import Array, cross, frozen, rotation_matrices, skew
+from hefting.core.spatial import Array, cross, freeze, frozen, rotation_matrices, skew
 from hefting.robots.joint_motion import JointMotion
 from hefting.robots.robot import Robot
 
@@ -54,18 +54,12 @@ class Trajectory:
     """(m, n) control points [rad]; the first three are equal, and the last three"""
 
     def __post_init__(self):
-        object.__setattr__(self, "knots", frozen(self.knots))
-        object.__setattr__(self, "points", frozen(self.points))
+        freeze(self, "knots", "points")
 
     @property
     def duration(self) -> float:
         """[s]"""
         return float(self.knots[-1])
-
-    @property
-    def start(self) -> Array:
-        """(n,) joint positions at the start [rad]"""
-        return self.points[0]
 
     @cached_property
     def _derivatives(self) -> tuple[BSpline, ...]:

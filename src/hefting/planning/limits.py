@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import SPEED_LIMIT, Array, cross, frozen
+from hefting.core.spatial import SPEED_LIMIT, Array, cross, freeze, frozen
 from hefting.planning.information import expected_wrench
 from hefting.planning.kinematics import TipMotion
 from hefting.planning.space import HalfSpace
@@ -49,8 +49,7 @@ class Limits:
     """the same of the torque [N m]"""
 
     def __post_init__(self):
-        for name in ("position", "speed", "acceleration", "jerk"):
-            object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "position", "speed", "acceleration", "jerk")
         n = len(self.position)
         if self.position.shape != (n, 2) or np.isnan(self.position).any():
             raise InputError("position is not a low and a high end (n, 2)", "Limits")

@@ -159,10 +159,7 @@ class Search:
 
 
 def lagrangian(
-    look: Look,
-    multipliers: dict[str, Array],
-    weight: float,
-    aims: dict[str, float],
+    look: Look, multipliers: dict[str, Array], weight: float, aims: dict[str, float]
 ) -> tuple[float, Array]:
     """The augmented Lagrangian and its gradient, flat."""
     value, by_after = look.problem.objective.value(look.after)

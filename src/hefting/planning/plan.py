@@ -14,12 +14,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, note
-from hefting.core.spatial import (
-    SPEED_LIMIT,
-    STANDARD_GRAVITY,
-    Array,
-    check_gravity,
-)
+from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, check_gravity
 from hefting.planning.held import Held
 from hefting.planning.kinematics import Chain
 from hefting.planning.limits import ACCELERATION, JERK, Constraints, Limits

@@ -30,12 +30,7 @@ from hefting.planning.kinematics import (
     Trajectory,
     knots_of,
 )
-from hefting.planning.limits import (
-    CLEARANCE,
-    CLEARANCE_SCALE,
-    Constraints,
-    JointStates,
-)
+from hefting.planning.limits import CLEARANCE, CLEARANCE_SCALE, Constraints, JointStates
 from hefting.planning.space import Space
 
 NORM_QUANTILE = 1.75

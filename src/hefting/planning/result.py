@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -52,14 +52,7 @@ class Forecast:
             "mass": self.mass,
             "center_of_mass": self.center_of_mass,
             "inertia_at_com": self.inertia,
-            "accuracy": [
-                {
-                    "mass": each.mass,
-                    "center_of_mass": each.center_of_mass,
-                    "inertia": each.inertia,
-                }
-                for each in self.accuracy
-            ],
+            "accuracy": [asdict(each) for each in self.accuracy],
         }
 
 

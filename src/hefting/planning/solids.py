@@ -8,12 +8,15 @@ from itertools import product
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
+from hefting.core.errors import InputError
 from hefting.core.spatial import Array, Indices, frozen, rotation_matrices
 from hefting.robots.arm import MOST_LINKS, links_in_order, robot_of
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import Tree
 from hefting.robots.visuals import Geometry, read_geometries
 from hefting.scene.surface import LinkSurfaces
+from hefting.shapes.clouds import convex_hull
+from hefting.shapes.solid import corners_between
 
 MOST_SOLIDS = 12
 """Solids of one link at most: where its URDF has more, one hull holds them all."""
@@ -153,28 +156,13 @@ def _hull(points: Array) -> tuple[Array, np.ndarray]:
     if len(points) == 1:
         return points, np.empty((0, 3), dtype=np.intp)
     try:
-        hull = ConvexHull(points)
-    except (QhullError, ValueError):  # in a plane, or fewer than four
-        points = _box_around(points)
-        hull = ConvexHull(points)
-    number = np.full(len(points), -1)
-    number[hull.vertices] = np.arange(len(hull.vertices))
-    faces = number[hull.simplices]
-    corners = points[hull.simplices]
-    outward = np.einsum(
-        "ij,ij->i",
-        np.cross(corners[:, 1] - corners[:, 0], corners[:, 2] - corners[:, 0]),
-        hull.equations[:, :3],
-    )
-    faces[outward < 0.0] = faces[outward < 0.0][:, ::-1]
-    return points[hull.vertices], faces
-
-
-def _box_around(points: Array) -> Array:
-    """Corners (8, 3) of the box around points, along the axes of the link."""
-    low, high = points.min(axis=0), points.max(axis=0)
-    middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, THIN)
-    return middle + half * np.array(list(product((-1.0, 1.0), repeat=3)))
+        points, faces = convex_hull(points)
+    except InputError:  # in a plane, or fewer than four: the box around them
+        low, high = points.min(axis=0), points.max(axis=0)
+        middle, half = 0.5 * (low + high), 0.5 * np.maximum(high - low, THIN)
+        points, faces = convex_hull(corners_between(middle - half, middle + half))
+    corners, index = np.unique(faces, return_inverse=True)
+    return points[corners], index.reshape(faces.shape)
 
 
 SMALLER = 0.9

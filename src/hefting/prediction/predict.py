@@ -19,13 +19,7 @@ from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import (
-    PARAMETERS,
-    WRENCH,
-    Array,
-    Mask,
-    frozen,
-)
+from hefting.core.spatial import PARAMETERS, WRENCH, Array, Mask, frozen
 from hefting.estimators import METHODS
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.logs.given import as_recording
@@ -186,33 +180,11 @@ def _compared(
 
 
 def _peak(
-    z: Measurements,
-    wrench: Array,
-    spread: Spread | None,
-    reading: Array,
-    part: slice,
+    z: Measurements, wrench: Array, spread: Spread | None, reading: Array, part: slice
 ) -> Peak:
-    """The largest force or torque of a predicted wrench, and its standard deviation.
-
-    Parameters
-    ----------
-    z : Measurements
-        K samples of the motion.
-    wrench : Array
-        (K, 6) predicted [N, N m].
-    spread : Spread, optional
-        Uncertainty of the parameters; None where it is not known.
-    reading : Array
-        (K, 6) standard deviations of a sensor's reading [N, N m].
-    part : slice
-        Columns of the force or of the torque.
-
-    Returns
-    -------
-    Peak
-        Magnitude, time [s] and, to first order, the standard deviation: that of the
-        component along the predicted direction.
-    """
+    """The largest force or torque, columns `part` of a predicted wrench (K, 6), with its
+    standard deviation to first order: that of the component along its direction, by the
+    parameters' and by those (K, 6) of a sensor's reading."""
     magnitude = np.linalg.norm(wrench[:, part], axis=1)
     k = int(np.argmax(magnitude))
     std = None

@@ -13,9 +13,10 @@ from hefting.core.estimate_json import json_ready
 from hefting.core.messages import Message, warning
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
-from hefting.core.spatial import WRENCH, Array, frozen
+from hefting.core.spatial import WRENCH, Array, freeze
 from hefting.core.verdict import Verdict, verdict_of
 from hefting.ingest.conditioned import WrenchSign
+from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingest import Ingested
 from hefting.prediction.spread import Spread, reading_std
 
@@ -59,9 +60,8 @@ class Agreement:
     warnings: tuple[Message, ...] = ()
 
     def __post_init__(self):
-        for name in ("time", "wrench", "difference", "rms", "varying", "own", "within"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
+        arrays = ("time", "wrench", "difference", "rms", "varying", "own", "within")
+        freeze(self, *arrays)
 
 
 def agreement(
@@ -89,8 +89,7 @@ def agreement(
     own = within = wide = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
-        left = z.wrench - predict_wrench(z, fit.vector)
-        own = _rms(left if fit.bias is None else left - fit.bias)
+        own = _rms(residuals(z, fit.vector, fit.bias))
     if own is not None and spread is not None:
         known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
         wide = Z95 * np.hypot(known, np.repeat(own, 3))
@@ -202,9 +201,7 @@ class Prediction:
     notes: tuple[str, ...] = ()
 
     def __post_init__(self):
-        for name in ("time", "wrench", "std", "gravity", "motion_std"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "time", "wrench", "std", "gravity", "motion_std")
 
     def __len__(self) -> int:
         return len(self.time)

@@ -2,21 +2,16 @@
 estimate's covariance C, which makes A C A', by the motion's errors, and by the sensor
 that reads it."""
 
-from dataclasses import dataclass
-from typing import Self
-
 import numpy as np
 
 from hefting.core.covariance import Covariance
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
 from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.spatial import CHUNK, Array, Mask
+from hefting.core.spatial import CHUNK, Array
 from hefting.motion import Motion
-from hefting.motion.weighting import (
-    acceleration_variances,
-    effect_of_acceleration_errors,
-)
+from hefting.motion.state import acceleration_variances
+from hefting.motion.weighting import effect_of_acceleration_errors
 
 
 def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
@@ -36,24 +31,8 @@ TOUCHES = 1e-6
 makes of a sensor that does not turn; a micronewton metre for 1 kg m²."""
 
 
-@dataclass(frozen=True, eq=False)
-class Spread:
-    """Covariance of the ten parameters as a root, and which of them are not determined
-    at all."""
-
-    root: Array
-    """(10, 10): root @ root.T is the covariance of the others"""
-    open: Mask
-    """(10,)"""
-
-    @classmethod
-    def of(cls, covariance: Array) -> Self:
-        """From a covariance (10, 10), infinite on its diagonal where open.
-
-        Raises `InputError` for what is no covariance.
-        """
-        own = Covariance.of(covariance)
-        return cls(own.root, own.open)
+class Spread(Covariance):
+    """What a covariance of the ten parameters makes of what is linear in them."""
 
     def std(self, rows: Array) -> Array:
         """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where

@@ -9,7 +9,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.inertia import InertialParameters
 from hefting.core.sensor_accuracy import Z95
-from hefting.core.spatial import Array, frozen, rotation_matrices
+from hefting.core.spatial import Array, freeze, own, rotation_matrices
 from hefting.robots.visuals import LARGEST_SIZE, Geometry
 from hefting.shapes import Shape
 from hefting.shapes.reading import read_mesh
@@ -36,8 +36,7 @@ class Ellipsoid:
     """(3, 3) [m], a half-axis in each column"""
 
     def __post_init__(self):
-        object.__setattr__(self, "center", frozen(self.center))
-        object.__setattr__(self, "half_axes", frozen(self.half_axes))
+        freeze(self, "center", "half_axes")
 
     @property
     def reach(self) -> Array:
@@ -182,10 +181,8 @@ class Surface:
     """Whether it is the object's own surface; else the object is somewhere inside."""
 
     def __post_init__(self):
-        object.__setattr__(self, "vertices", frozen(self.vertices))
-        faces = np.array(self.faces, dtype=np.intp)
-        faces.setflags(write=False)
-        object.__setattr__(self, "faces", faces)
+        freeze(self, "vertices")
+        object.__setattr__(self, "faces", own(np.array(self.faces, dtype=np.intp)))
 
 
 def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:

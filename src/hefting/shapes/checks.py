@@ -9,7 +9,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.magnitudes import SMALLEST_LENGTH
 from hefting.core.messages import Message, warning
-from hefting.core.spatial import Array, frozen, inverse_pose
+from hefting.core.spatial import Array, frozen, inverse_pose, own
 from hefting.shapes.sampling import MAX_POINTS
 from hefting.shapes.solid import Solid
 
@@ -132,8 +132,7 @@ def checked_labels(labels: Any, count: int) -> np.ndarray | None:
     stays None."""
     if labels is None:
         return None
-    labels = np.array(labels, dtype=np.int64)
-    labels.setflags(write=False)
+    labels = own(np.array(labels, dtype=np.int64))
     if labels.shape != (count,):
         raise InputError(f"labels of {count} point masses have shape {labels.shape}")
     return labels

@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.shapes.polytope import depth_inside, hull_planes
+from hefting.shapes.solid import normals_of
 
 SMALL_HULL = 3000
 """Points up to which a hull is found here, if it has no more than `LARGEST_HULL`
@@ -31,8 +32,7 @@ def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]
         raise InputError(
             "the points are flat, too few or not finite: no convex hull", where
         ) from error
-    corner = points[hull.simplices]
-    normal = np.cross(corner[:, 1] - corner[:, 0], corner[:, 2] - corner[:, 0])
+    normal = normals_of(points[hull.simplices])
     inward = np.einsum("fi,fi->f", normal, hull.equations[:, :3]) < 0
     return points, np.where(inward[:, None], hull.simplices[:, ::-1], hull.simplices)
 

@@ -1,9 +1,10 @@
 """Files of shapes: their bytes, checked before anything is made of them as a small file
 can ask for a lot of memory and time; and the vertices of PLY files."""
 
+import json
+import struct
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
@@ -88,23 +89,21 @@ def check_count(count: int, path: str | Path) -> None:
         )
 
 
-def check_scene(scene: Any, size: int) -> None:
-    """`ValueError` for a glTF scene whose arrays are longer than the file of `size`
-    bytes that holds them (glTF allows ones made of nothing), or that has too many
-    nodes."""
+def check_glb(data: bytes) -> None:
+    """`ValueError` for a binary glTF scene whose header is too large to be read as JSON,
+    whose arrays are longer than the file that holds them (glTF allows ones made of
+    nothing), or that has too many nodes."""
+    header = data[20 : 20 + struct.unpack_from("<I", data, 12)[0]]
+    if len(header) > MAX_JSON or header.count(b"[") + header.count(b"{") > MAX_LISTS:
+        raise ValueError("the header is too large")
+    scene = json.loads(header)
     made_of_nothing = [a["count"] for a in scene["accessors"] if "bufferView" not in a]
-    if sum(accessor["count"] for accessor in scene["accessors"]) > size:
+    if sum(accessor["count"] for accessor in scene["accessors"]) > len(data):
         raise ValueError("arrays longer than the file")
     if sum(made_of_nothing) > MAX_CLOUD:
         raise ValueError("long arrays made of nothing")
     if len(scene.get("nodes", ())) > MAX_NODES:
         raise ValueError("too many nodes")
-
-
-def check_header(header: bytes) -> None:
-    """`ValueError` for a glTF header that is too large to be read as JSON."""
-    if len(header) > MAX_JSON or header.count(b"[") + header.count(b"{") > MAX_LISTS:
-        raise ValueError("the header is too large")
 
 
 @dataclass(frozen=True)

@@ -5,7 +5,6 @@ Files are not trusted.
 """
 
 import io
-import json
 import logging
 import struct
 import warnings
@@ -20,8 +19,7 @@ from hefting.shapes.files import (
     PLY_ORDERS,
     PlyKind,
     check_count,
-    check_header,
-    check_scene,
+    check_glb,
     check_text,
     read_bytes,
     read_ply_header,
@@ -63,7 +61,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         log.addHandler(logging.NullHandler())
     try:
         if suffix == ".glb":
-            _check_glb(data)
+            check_glb(data)
         elif suffix in (".obj", ".off") or data.startswith(b"solid"):
             data = _as_utf8(data)
         with warnings.catch_warnings():
@@ -153,14 +151,6 @@ def _check_faces(count: int, path: str | Path) -> None:
         )
 
 
-def _check_glb(data: bytes) -> None:
-    """ValueError for a scene that would take much more than its file."""
-    length = struct.unpack_from("<I", data, 12)[0]
-    header = data[20 : 20 + length]
-    check_header(header)
-    check_scene(json.loads(header), len(data))
-
-
 def _is_binary_stl(data: bytes) -> bool:
     if len(data) < STL_HEADER:
         return False
@@ -185,7 +175,7 @@ def read_cloud(path: str | Path) -> Array:
     if suffix == ".ply":
         return read_ply_vertices(path).positions
     try:
-        points = _array_of(data, path) if suffix == ".npy" else _text_of(data, path)
+        points = (_array_of if suffix == ".npy" else _text_table)(data, path)
     except InputError:
         raise
     except Exception as error:  # a damaged header makes NumPy fail in any way
@@ -218,16 +208,12 @@ def _array_of(data: bytes, path: str | Path) -> Array:
         return np.array(array[:, :3], dtype=float)
 
 
-def _text_of(data: bytes, path: str | Path) -> Array:
-    """Numbers of a text table in UTF-8 of bearable size."""
+def _text_table(data: bytes, path: str | Path) -> Array:
+    """Numbers of a text table in UTF-8; a header naming x, y and z picks the columns.
+    `InputError` for too many words or rows, `ValueError` for too long a row."""
     check_text(data, path)
-    return _text_table(data.decode("utf-8-sig"), path)
-
-
-def _text_table(text: str, path: str | Path) -> Array:
-    """Numbers of a text table; a header naming x, y and z picks the columns.
-    `InputError` for too many rows, `ValueError` for too long a row."""
-    lines = [line for line in text.splitlines() if line.strip()]
+    lines = data.decode("utf-8-sig").splitlines()
+    lines = [line for line in lines if line.strip()]
     lines = [line for line in lines if not line.lstrip().startswith("#")]
     check_count(len(lines), path)
     if max(map(len, lines), default=0) > MAX_LINE:

@@ -211,9 +211,7 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
         (np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * n, 2 * n)
     )
     _, label = connected_components(graph, directed=False)
-    area = np.linalg.norm(
-        np.cross(v[f[:, 1]] - v[f[:, 0]], v[f[:, 2]] - v[f[:, 0]]), axis=1
-    )
+    area = np.linalg.norm(normals_of(v[f]), axis=1)
     kept = np.bincount(label[:n], weights=area, minlength=label.max() + 1)
     here, there = label[:n], label[n:]
     turn = (kept[here] < kept[there]) | ((kept[here] == kept[there]) & (here > there))
@@ -250,24 +248,14 @@ def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
-    """Decompose directed edges into simple closed loops that use each edge once.
+    """Vertices, in order, of simple closed loops that use each of the directed edges (E,)
+    once; each vertex has as many incoming as outgoing ones.
 
     A walk along unused edges is followed until it reaches one of its own vertices; the
     closed part is then cut off as a loop and the walk goes on from that vertex. The
     decomposition is not unique, but the enclosed volume does not depend on it: along a
     seam whose two sides have separate vertices, the caps of a loop and of its reverse
     cancel.
-
-    Parameters
-    ----------
-    start, end : np.ndarray
-        (E,) vertex indices of the edges. Each vertex has as many incoming as outgoing
-        edges.
-
-    Returns
-    -------
-    list of np.ndarray
-        Vertex indices of each loop, in order.
     """
     unused_ends: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):
@@ -291,10 +279,7 @@ def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
 
 def _area(triangles: Array) -> float:
     """Total area of triangles (F, 3, 3)."""
-    normal = np.cross(
-        triangles[:, 1] - triangles[:, 0], triangles[:, 2] - triangles[:, 0]
-    )
-    return 0.5 * float(np.linalg.norm(normal, axis=1).sum())
+    return 0.5 * float(np.linalg.norm(normals_of(triangles), axis=1).sum())
 
 
 def _moments(triangles: Array) -> tuple[float, Array, Array]:
@@ -341,5 +326,16 @@ def box_solid(lower: ArrayLike, upper: ArrayLike) -> Solid:
             "box",
             "give its sides in metres",
         )
-    corners = np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
-    return solid_from_mesh(corners, BOX_FACES, "box")
+    return solid_from_mesh(corners_between(low, high), BOX_FACES, "box")
+
+
+def corners_between(low: Array, high: Array) -> Array:
+    """(8, 3) corners of the box between two (3,), the lowest first and the highest
+    last."""
+    return np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
+
+
+def normals_of(triangles: Array) -> Array:
+    """(F, 3) normals of triangles (F, 3, 3), twice as long as their area."""
+    a, b, c = triangles.swapaxes(0, 1)
+    return np.cross(b - a, c - a)

@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array, freeze, frozen
 from hefting.robots import Robot
 from hefting.robots.joint_motion import (
     JointMotion,
@@ -40,9 +40,7 @@ class Arm:
     """(n,) highest joint speeds [rad/s]; None where not known"""
 
     def __post_init__(self):
-        object.__setattr__(self, "start", frozen(self.start))
-        if self.joint_speeds is not None:
-            object.__setattr__(self, "joint_speeds", frozen(self.joint_speeds))
+        freeze(self, "start", "joint_speeds")
         if self.start.shape != (self.n,):
             raise InputError(
                 f"{len(self.start)} joint positions to start from, but {self.n} joints",

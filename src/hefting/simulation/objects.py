@@ -13,7 +13,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, frozen
+from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, freeze, frozen
 from hefting.shapes import Shape
 from hefting.shapes.checks import unit_scale
 from hefting.shapes.reading import read_mesh
@@ -47,7 +47,7 @@ class Part:
     on the side of positive y"""
 
     def __post_init__(self):
-        object.__setattr__(self, "axes", frozen(self.axes))
+        freeze(self, "axes")
 
     @property
     def parameters(self) -> InertialParameters:

@@ -208,8 +208,6 @@ def _pose(
     wielding: Wielding, faults: Faults, rng: np.random.Generator
 ) -> tuple[Array, Array]:
     """Position (K, 3) and orientation (K, 4) with noise."""
-    from scipy.spatial.transform import Rotation
-
     motion = wielding.motion
     place, turn = rng.normal(size=(2, len(motion.time), 3))
     turned = Rotation.from_matrix(motion.rotation) * Rotation.from_rotvec(

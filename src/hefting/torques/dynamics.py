@@ -56,10 +56,7 @@ class JointDynamics:
 
     @classmethod
     def from_urdf(
-        cls,
-        path: str | Path,
-        sensor_frame: str,
-        gravity: ArrayLike = STANDARD_GRAVITY,
+        cls, path: str | Path, sensor_frame: str, gravity: ArrayLike = STANDARD_GRAVITY
     ) -> Self:
         """Of a URDF whose link `sensor_frame` holds the payload; `gravity` (3,) is in
         root axes [m/s²].
@@ -143,23 +140,17 @@ class JointDynamics:
     def payload(self) -> Array:
         """(10, 10) map T of a payload's parameters, in sensor axes about the sensor's
         origin, to those of the last link: Y = W[:, :, -10:] T."""
-        position, rotation = self._frame
-        return transfer(position, rotation)
-
-    @cached_property
-    def _frame(self) -> tuple[Array, Array]:
-        """Position (3,) [m] and orientation (3, 3) of the sensor frame in the axes of
-        the last joint; by the project's reader, beside Pinocchio's joint."""
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
+        # the sensor frame by the project's reader, beside Pinocchio's last joint
         zero = np.zeros((1, self.joints))
         position, orientation = self.robot.poses(zero)
         data = self.model.createData()
         pin.forwardKinematics(self.model, data, self._configurations(zero)[0])
         joint = data.oMi[self.joints]
         R = np.asarray(joint.rotation)
-        own = R.T @ (position[0] - np.asarray(joint.translation))
-        return own, R.T @ rotation_matrices(orientation[0])
+        place = R.T @ (position[0] - np.asarray(joint.translation))
+        return transfer(place, R.T @ rotation_matrices(orientation[0]))
 
     def _full(self, values: Array) -> Array:
         found = np.asarray(values, dtype=float)

@@ -6,11 +6,11 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, runs_of
 from hefting.ingest.blocks import medians
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Model, Problem
-from hefting.ingest.outliers import Outliers
+from hefting.ingest.outliers import Outliers, no_outliers
 from hefting.ingest.path import WORLD_AXES_COLUMNS
 from hefting.ingest.samples import Samples
 
@@ -145,12 +145,10 @@ def _blocks(
     if thinned or not outliers.rejected.any():
         return problem.wrench, np.ones(len(problem.time), dtype=bool)
     left_out = outliers.spike | outliers.saturation
-    runs = runs_of(outliers.contact)
-    for begin, end in runs:
+    for begin, end in runs_of(outliers.contact):
         if samples.time[end - 1] - samples.time[begin] < SHORTEST_CONTACT:
             left_out[begin:end] = True
-    none = np.zeros(len(left_out), dtype=bool)
-    blocks = samples.blocks(Outliers(none, left_out, none))
+    blocks = samples.blocks(replace(no_outliers(len(left_out)), spike=left_out))
     return blocks.wrench, blocks.count > 0.0
 
 
@@ -160,9 +158,3 @@ def has_long_contact(samples: Samples, outliers: Outliers) -> bool:
         samples.time[end - 1] - samples.time[begin] >= SHORTEST_CONTACT
         for begin, end in runs_of(outliers.contact)
     )
-
-
-def runs_of(mask: Mask) -> list[tuple[int, int]]:
-    """First sample of each run of a mask (K,), and the sample after its last."""
-    edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
-    return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))

@@ -219,9 +219,7 @@ def _described(
     bodies = [sign * fit.bodies[names.index(label)] for label in labels]
     heaviest = max(float(body[0]) for body in bodies)
     times = [_times(cells, begin, end, start) for begin, end, _ in parts]
-    events: list[EventKind | None] = []
-    for i in range(len(parts)):
-        events.append(_event(i, fit, names, labels, bodies, times, touches, found.tau))
+    events = _events(fit, labels, bodies, times, touches, found.tau)
     stretches = []
     for i, (first, last) in enumerate(times):
         bare = events[i] == "picked-up" or (i > 0 and events[i - 1] == "put-down")
@@ -246,24 +244,24 @@ def _times(cells: Cells, begin: int, end: int, start: float) -> tuple[float, flo
     return float(first) - start, float(last) - start
 
 
-def _event(
-    i: int,
+def _events(
     fit: JointFit,
-    names: list[int],
     labels: list[int],
     bodies: list[Array],
     times: list[tuple[float, float]],
     touches: list[Touch],
     tau: float,
-) -> EventKind | None:
-    """What ends stretch i."""
-    touched = any(
-        touch.start >= times[i][1] - 2.0 * MARGIN
-        and (i + 1 == len(times) or touch.start < times[i + 1][0])
-        for touch in touches
-    )
-    if i + 1 == len(times) or labels[i] == labels[i + 1]:
-        return "touched" if touched or i + 1 < len(times) else None
-    one, other = names.index(labels[i]), names.index(labels[i + 1])
-    variance = fit.difference(one, other)[1][0, 0] * max(float(fit.variance[0]), 1.0)
-    return event_between(bodies[i], bodies[i + 1], float(np.sqrt(variance * tau)))
+) -> list[EventKind | None]:
+    """What ends each stretch."""
+    names, events = sorted(set(labels)), []
+    for i in range(len(labels) - 1):
+        if labels[i] == labels[i + 1]:
+            events.append("touched")
+            continue
+        one, other = names.index(labels[i]), names.index(labels[i + 1])
+        white = fit.difference(one, other)[1][0, 0] * max(float(fit.variance[0]), 1.0)
+        std = float(np.sqrt(white * tau))
+        events.append(event_between(bodies[i], bodies[i + 1], std))
+    last = times[-1][1] - 2.0 * MARGIN
+    touched = any(touch.start >= last for touch in touches)
+    return [*events, "touched" if touched else None]

@@ -60,8 +60,6 @@ def with_noise_scale(cells: Cells) -> Cells:
 def is_suspicious(cells: Cells) -> bool:
     """Whether two bodies, one after the other, explain much more than one, or one
     explains little."""
-    if len(cells) < 2 * FEWEST_CELLS_EACH_SIDE + 2:
-        return False
     at = _best_change(cells)
     model = JointModel(cells, [(0, at), (at, len(cells))])
     one, two = model.fit([0, 0]), model.fit([0, 1])

@@ -144,7 +144,10 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
     part was given."""
     if changes is None:
         return []
-    said = [_change(changes)] if _events(changes) else []
+    said = []
+    if events := _events(changes):
+        what = f"the object changes: {', '.join(events)}"
+        said.append(warning("change-point", what))
     if changes.touches:
         said.append(_touch(changes))
     parts = ", ".join(_part(stretch) for stretch in changes.stretches)
@@ -165,11 +168,6 @@ def _events(changes: Changes) -> list[str]:
     ]
 
 
-def _change(changes: Changes) -> Message:
-    what = f"the object changes: {', '.join(_events(changes))}"
-    return warning("change-point", what)
-
-
 def _touch(changes: Changes) -> Message:
     """That something touches the object, and when."""
     when = ", ".join(f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches)
@@ -187,10 +185,8 @@ def _touch(changes: Changes) -> Message:
 def _part(stretch: Stretch) -> str:
     """Start and duration of a stretch, as one gives them, and the body in it."""
     com = stretch.center_of_mass
-    where = "" if com is None else f", COM {_millimetres(com)} mm"
+    where = ""
+    if com is not None:
+        where = f", COM ({', '.join(f'{1e3 * x:.0f}' for x in com)}) mm"
     numbers = f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f}"
     return f"{numbers} ({stretch.mass:.3g} kg{where})"
-
-
-def _millimetres(com: Array) -> str:
-    return f"({', '.join(f'{1e3 * x:.0f}' for x in com)})"

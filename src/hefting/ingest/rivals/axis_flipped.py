@@ -24,8 +24,8 @@ def explain(case: Case) -> Explanation | None:
     changes = _changes()
     matrices = np.array(list(changes.values()))
     wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
-    offsets = np.unique((0.0, case.offset))
-    rows = newton_euler(case, case.motion_at(case.time - offsets[:, None]))
+    offsets = case.likely_offsets
+    rows = newton_euler(case, case.motion_late(offsets))
     best = of_each_wrench(case, rows, wrenches).best // len(offsets)
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))

@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, angle_between
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import (
@@ -48,7 +48,7 @@ def explain(case: Case) -> Explanation | None:
     size = float(np.linalg.norm(case.gravity))
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
     _, offset = fit_as_given(case)
-    motion = case.motion_at(case.time[None] - offset)
+    motion = case.motion_late(offset)
     along_axes = np.concatenate([motion.features(start) for start in starts[1:]])
     used = np.repeat(motion.known, len(along_axes), axis=0)
     rows = with_bias(case, along_axes, REGRESSOR_BY_FEATURE, used)
@@ -59,11 +59,7 @@ def explain(case: Case) -> Explanation | None:
     # the clock offset was that of the gravity given
     _, offset = over_offsets(case, lambda m: _rows(case, m, gravity))
     gravity, fitted, std = _from(case, gravity, offset, free_offset=case.path.moves)
-    angle = float(
-        np.arctan2(
-            np.linalg.norm(np.cross(case.gravity, gravity)), case.gravity @ gravity
-        )
-    )
+    angle = angle_between(case.gravity, gravity)
     std = float(np.hypot(std, SENSOR_ERROR))
     if angle > REVERSED:
         what = "gravity seems to point the other way"
@@ -110,7 +106,7 @@ def _from(
 ) -> tuple[Array, Fitted, float]:
     """Gravity (3,) that fits best near a start, its fit, and its standard deviation
     [rad]; with the clock offset [s] free or held."""
-    motion = case.motion_at(case.time[None] - offset)
+    motion = case.motion_late(offset)
     fitted, std = fit_rows(case, _rows(case, motion, gravity)), np.inf
     size = float(np.linalg.norm(gravity))
     for _ in range(STEPS):
@@ -127,7 +123,7 @@ def _from(
         gravity = tilt_gravity(gravity, change)
         if free_offset:
             offset += float(np.clip(step.change[2], -0.02, 0.02))
-            motion = case.motion_at(case.time[None] - offset)
+            motion = case.motion_late(offset)
         fitted = fit_rows(case, _rows(case, motion, gravity))
         if np.abs(change).max() < 1e-4 * size:
             break

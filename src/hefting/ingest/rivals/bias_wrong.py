@@ -6,10 +6,7 @@ import numpy as np
 
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import correlation, linear_step
-from hefting.ingest.rivals.explanation import (
-    Explanation,
-    fit_as_given,
-)
+from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "bias-wrong"
 

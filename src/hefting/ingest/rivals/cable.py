@@ -24,8 +24,7 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest spring, at no clock offset and at the one that was found."""
     if not case.path.moves or not case.recording.has("position"):
         return None
-    offsets = np.unique((0.0, case.offset))
-    times = case.time - offsets[:, None]
+    times = case.time - case.likely_offsets[:, None]
     fitted = fit_rows(case, _rows(case, case.motion_at(times), times))
     largest = _largest_pull(fitted)
     what = (

@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices
+from hefting.core.spatial import WRENCH, Array, Indices
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
     Fitted,
@@ -29,7 +29,6 @@ RANGES = np.repeat((1.0, 0.1), 3)
 """Ranges of the channels [N, N m], up to a factor: those of common sensors."""
 PASSES = 3
 """Times the matrix is found beside a better prediction of the wrench."""
-CHANNELS = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 def explain(case: Case) -> Explanation | None:
@@ -53,7 +52,7 @@ def _likeliest(
     """The likeliest errors of the entries that are free, by their indices (q,), each with
     a standard deviation as a share of the channels' ranges."""
     _, offset = fit_as_given(case)
-    rows = newton_euler(case, case.motion_at(case.time[None] - offset))
+    rows = newton_euler(case, case.motion_late(offset))
     fitted, errors, cost = fit_rows(case, rows), np.zeros(36), 0.0
     for _ in range(PASSES):
         wrench = rows.predict(fitted.solution[0, :10])[0]
@@ -99,13 +98,13 @@ def _told(errors: Array, size: Array) -> tuple[str, str]:
     if to == of:
         gain = 100.0 * errors[to, to]
         what = (
-            f"the sensor's channels seem to have different gains, {CHANNELS[to]} "
+            f"the sensor's channels seem to have different gains, {WRENCH[to]} "
             f"{gain:+.1f} % against the others"
         )
         return GAIN, what
     share = 100.0 * errors[to, of] * RANGES[of] / RANGES[to]
     what = (
-        f"the sensor's channels seem to respond to one another, {CHANNELS[to]} to "
-        f"{CHANNELS[of]} by {share:+.1f} % of its range"
+        f"the sensor's channels seem to respond to one another, {WRENCH[to]} to "
+        f"{WRENCH[of]} by {share:+.1f} % of its range"
     )
     return CROSS_TALK, what

@@ -103,10 +103,6 @@ class Case:
         """Of every n-th average alone."""
         return replace(self, time=self.time[::nth], wrench=self.wrench[::nth])
 
-    def with_path(self, recording: Recording, path: Path) -> "Case":
-        """The same wrench beside another motion."""
-        return replace(self, recording=recording, path=path)
-
     @property
     def modelled_gravity(self) -> Array:
         """(3,) in world axes [m/s²]; zero where the specific force was measured."""
@@ -129,15 +125,24 @@ class Case:
         near = self.offset + 0.02 * np.array((-1.0, 0.0, 1.0))
         return np.unique(np.concatenate((COARSE_OFFSETS, near)).round(6))
 
+    @property
+    def likely_offsets(self) -> Array:
+        """(1,) or (2,) [s] none, and the clock offset that conditioning found."""
+        return np.unique((0.0, self.offset))
+
     @cached_property
     def motion(self) -> Motion:
         """At the offsets to try."""
-        return self.motion_at(self.time - self.offsets[:, None])
+        return self.motion_late(self.offsets)
 
     @cached_property
     def motion_as_found(self) -> Motion:
         """At the clock offset that conditioning found."""
-        return self.motion_at(self.time[None] - self.offset)
+        return self.motion_late(self.offset)
+
+    def motion_late(self, offsets: float | Array) -> Motion:
+        """For wrenches that are late by clock offsets (O,), or by one [s]."""
+        return self.motion_at(self.time - np.atleast_1d(offsets)[:, None])
 
     def motion_at(self, times: Array) -> Motion:
         """At times (O, K) [s]."""

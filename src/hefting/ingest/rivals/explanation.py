@@ -1,7 +1,7 @@
 """Explanation: one way to understand a recording, fitted to it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -90,7 +90,7 @@ def over_offsets(case: Case, build: Build) -> tuple[Fitted, float]:
     if not case.path.moves:
         return coarse, 0.0
     near = best + FINE_OFFSETS
-    fine = fit_rows(case, build(case.motion_at(case.time - near[:, None])))
+    fine = fit_rows(case, build(case.motion_late(near)))
     return fine, float(near[fine.best])
 
 
@@ -129,21 +129,18 @@ def of_each_wrench(case: Case, rows: Rows, wrenches: Array) -> Fitted:
     return fit_rows(case, Rows(known, rows.maps, used, repeated))
 
 
-def offset_columns(
-    case: Case, motion_at: Build, offset: float, solution: Array
-) -> Array:
+def offset_columns(case: Case, build: Build, offset: float, solution: Array) -> Array:
     """(K, 6, 1) derivative of the wrench by the clock offset, at the offset given [s]
     and a solution (p,)."""
     around = np.array((-1.0, 1.0)) * OFFSET_STEP
     motion = case.motion_at(case.time - offset - around[:, None])
-    rows = motion_at(motion)
-    wrench = rows.predict(solution)
+    wrench = build(motion).predict(solution)
     return ((wrench[1] - wrench[0]) / (2.0 * OFFSET_STEP))[:, :, None]
 
 
 def at_offset(case: Case, build: Build, offset: float) -> Fitted:
     """The fit at one clock offset [s]."""
-    return fit_rows(case, build(case.motion_at(case.time[None] - offset)))
+    return fit_rows(case, build(case.motion_late(offset)))
 
 
 def explained_by_poses(case: Case, recording: Recording) -> Fitted | None:
@@ -158,7 +155,7 @@ def explained_by_poses(case: Case, recording: Recording) -> Fitted | None:
     )
     if path is None:
         return None
-    other = case.with_path(recording, path)
+    other = replace(case, recording=recording, path=path)
     return over_offsets(other, lambda motion: newton_euler(other, motion))[0]
 
 
@@ -169,8 +166,7 @@ def explained_by_motion(case: Case) -> RobustRows:
     offset = case.offsets[_fit(case, case.motion, FIRST_ITERATIONS).best]
     for step in (FINE_OFFSETS, FINEST_OFFSETS):
         near = offset + step
-        motion = case.motion_at(case.time - near[:, None])
-        fitted = _fit(case, motion, ITERATIONS)
+        fitted = _fit(case, case.motion_late(near), ITERATIONS)
         offset = near[fitted.best]
     return fitted
 

@@ -41,7 +41,12 @@ def explain(case: Case) -> Explanation | None:
     if not case.path.moves or case.path.kind == "orientation":
         return None
     found = {what: torque / force for what, (force, torque) in UNITS.items()}
-    quick = {what: _quick(case, ratio) for what, ratio in found.items()}
+    # at the clock offset of the recording as given, and at none
+    motion = case.motion_late(case.likely_offsets)
+    quick = {
+        what: fit_rows(case, _builder(case, ratio)(motion))
+        for what, ratio in found.items()
+    }
     usual = {
         what: fitted.likelihood.max()
         for what, fitted in quick.items()
@@ -78,9 +83,3 @@ def _builder(case: Case, ratio: float) -> Build:
     return lambda motion: with_bias(
         case, motion.features(case.modelled_gravity), maps, motion.known
     )
-
-
-def _quick(case: Case, ratio: float) -> Fitted:
-    """The fit at the clock offset of the recording as given, and at none."""
-    times = case.time - np.unique((0.0, case.offset))[:, None]
-    return fit_rows(case, _builder(case, ratio)(case.motion_at(times)))

@@ -27,7 +27,7 @@ def explain(case: Case) -> Explanation | None:
     given, late = fit_as_given(case)
     # play looks like a delay, which the recording as given may have taken it for
     offsets = np.unique((0.0, 0.5 * late, late))
-    rows = newton_euler(case, case.motion_at(case.time - offsets[:, None]))
+    rows = newton_euler(case, case.motion_late(offsets))
     fitted = fit_rows(case, rows)
     load = case.wrench - fitted.residual[fitted.best]
     share = 0.0

@@ -16,11 +16,7 @@ import numpy as np
 from hefting.core.progress import each as each_of
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
-from hefting.ingest.rivals import (
-    EXPLANATIONS,
-    LARGE_EXPLANATIONS,
-    LINEAR_EXPLANATIONS,
-)
+from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
@@ -238,16 +234,12 @@ def _score(case: Case, fitted: Fitted) -> float:
     columns, groups = _small_mistakes(case, fitted)
     S, g = LinearPart.of(fitted, 0).beside(columns)
     # as for columns of length one, so that none is divided by zero
-    length = np.sqrt(np.einsum("kcq,kcq,kc->q", columns, columns, _precision(fitted)))
+    precision = fitted.weights[0][:, None] / np.repeat(np.square(fitted.scale[0]), 3)
+    length = np.sqrt(np.einsum("kcq,kcq,kc->q", columns, columns, precision))
     length = np.maximum(length, 1e-300)
     S, g = S / length / length[:, None] + 1e-6 * np.eye(len(g)), g / length
     scores = [g[part] @ np.linalg.solve(S[part, part], g[part]) for part in groups]
     return max(scores) / correlation(fitted, 0)
-
-
-def _precision(fitted: Fitted) -> Array:
-    """(K, 6) weight of each residual over its variance."""
-    return fitted.weights[0][:, None] / np.repeat(np.square(fitted.scale[0]), 3)
 
 
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
@@ -256,12 +248,12 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
     change of the object; and the columns of each."""
     rows = fitted.rows
     known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
-    wrench = known @ (REGRESSOR_BY_FEATURE @ phi)
+    by_feature = REGRESSOR_BY_FEATURE @ phi
+    wrench = known @ by_feature
     motion = case.motion_as_found
     K = len(wrench)
     turn = -np.cross(wrench.reshape(K, 2, 1, 3), np.eye(3)).transpose(0, 1, 3, 2)
     found = [turn.reshape(K, 6, 3), wrench[:, :, None] * np.eye(6)]
-    by_feature = REGRESSOR_BY_FEATURE @ phi
     if not case.path.gravity_measured:
         down = -(motion.axes[0] @ case.gravity)
         along = -(motion.axes[0] @ tangents_of(case.gravity).T)

@@ -71,13 +71,7 @@ class Placement:
 
 
 def find_placement(
-    case: Case,
-    R: Array,
-    offset: float,
-    *,
-    turns: bool,
-    moves: bool,
-    steps: int,
+    case: Case, R: Array, offset: float, *, turns: bool, moves: bool, steps: int
 ) -> Placement:
     """The likeliest placement near a rotation and a clock offset [s].
 
@@ -85,7 +79,7 @@ def find_placement(
     is the logged frame's origin.
     """
     point, build = np.zeros(3), _builder(case, R, np.zeros(3))
-    motion = case.motion_at(case.time[None] - offset)
+    motion = case.motion_late(offset)
     fitted = fit_rows(case, build(motion))
     n = 3 * (turns + moves)
     covariance = np.zeros((n, n))
@@ -112,7 +106,7 @@ def find_placement(
             late = float(step.change[n])
             offset += float(np.clip(late, -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
         build = _builder(case, R, point)
-        motion = case.motion_at(case.time[None] - offset)
+        motion = case.motion_late(offset)
         fitted = fit_rows(case, build(motion))
     return Placement(R, point, offset, fitted, covariance)
 

@@ -9,11 +9,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import fit_rows, is_hopeless
-from hefting.ingest.rivals.explanation import (
-    Explanation,
-    newton_euler,
-    over_offsets,
-)
+from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "position-axes"
 THIRD = 3

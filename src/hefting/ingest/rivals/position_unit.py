@@ -6,12 +6,7 @@ from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 CODE = "position-unit"
-UNITS = {
-    "millimetres": 1e-3,
-    "centimetres": 1e-2,
-    "inches": 0.0254,
-    "feet": 0.3048,
-}
+UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}
 """Units of length in which positions are logged [m]."""
 
 

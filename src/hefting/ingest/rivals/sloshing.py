@@ -117,7 +117,7 @@ def _score(rigid: LinearPart, swinging: Array) -> float:
 
 def _rows(case: Case, swinging: Array) -> Rows:
     """Rows of a body, a bias and a loose mass."""
-    motion = case.motion_at(case.time[None] - case.offset)
+    motion = case.motion_as_found
     features = motion.features(case.modelled_gravity)
     known = np.concatenate((features, swinging[None]), axis=2)
     maps = np.zeros((FEATURES + 6, 6, 14))

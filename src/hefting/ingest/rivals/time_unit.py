@@ -42,8 +42,7 @@ def explain(case: Case) -> Explanation | None:
         *RATIOS,
         *(u for u in faster if interval >= SHORTEST_INTERVALS.get(u, RARE_INTERVAL)),
     ]
-    offsets = np.unique((0.0, case.offset))
-    motion = case.motion_at(case.time - offsets[:, None])
+    motion = case.motion_late(case.likely_offsets)
     found = [fit_rows(case, _builder(case, unit)(motion)).likelihood for unit in units]
     unit = units[int(np.argmax(np.max(found, axis=1)))]
     fitted, _ = over_offsets(case, _builder(case, unit))

@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
@@ -37,13 +37,15 @@ class Vibration:
 
     @classmethod
     def of(cls, case: Case) -> Self | None:
-        """Of the recording as given; None where there are too few samples, or most of
-        what is left is elsewhere."""
+        """Of the recording as given, each channel about the line that fits it; None
+        where there are too few samples, or most of what is left is elsewhere."""
         time, residual = _residual(case)
         if len(time) < FEWEST_BLOCKS:
             return None
+        line = np.column_stack((np.ones_like(time), time - time.mean()))
+        residual = residual - line @ np.linalg.lstsq(line, residual, rcond=None)[0]
         even = np.linspace(time[0], time[-1], len(time))
-        values = np.column_stack([np.interp(even, time, x) for x in residual.T])
+        values = interpolated(even, time, residual)
         frequency = np.fft.rfftfreq(len(even), float(even[1] - even[0]))
         window = np.hanning(len(even))
         power = np.square(np.abs(np.fft.rfft(values * window[:, None], axis=0)))
@@ -64,8 +66,7 @@ class Vibration:
 
 
 def _residual(case: Case) -> tuple[Array, Array]:
-    """Times (B,) [s] and residuals (B, 6) of the blocks' wrench, each channel about the
-    line that fits it."""
+    """Times (B,) [s] and residuals (B, 6) of the blocks' wrench."""
     wrench = case.recording["wrench"]
     blocks = Blocks.of(wrench.time, wrench.values)
     time, values = blocks.time[:MOST_BLOCKS], blocks.wrench[:MOST_BLOCKS]
@@ -74,8 +75,4 @@ def _residual(case: Case) -> tuple[Array, Array]:
     known = motion.known[0]
     body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best][:10]
     left = values - motion.features(case.modelled_gravity)[0] @ body
-    time, left = time[known], left[known]
-    if len(time) < 2:
-        return time[:0], left[:0]
-    line = np.column_stack((np.ones_like(time), time - time.mean()))
-    return time, left - line @ np.linalg.lstsq(line, left, rcond=None)[0]
+    return time[known], left[known]

@@ -73,7 +73,7 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
     rate = (count - 1) / (grid[-1] - grid[0])
     motion = case.motion_at(grid[None])
     features = Signal(motion.features(case.modelled_gravity)[0], rate)
-    offsets = np.unique((0.0, case.offset)) if abs(case.offset) > 1e-4 else np.zeros(1)
+    offsets = case.likely_offsets if abs(case.offset) > 1e-4 else np.zeros(1)
     # the wrench's samples among the instants, and how far each is from the one before
     places = (case.time - offsets[:, None] - grid[0]) * rate
     before = np.clip(places.astype(int), 0, count - 2)

@@ -16,11 +16,7 @@ def message_of(plan: Plan) -> dict[str, Any]:
     """The message as plain data. Its stamp is zero, which means at once."""
     motion = plan.motion
     rows = zip(
-        motion.time,
-        motion.position,
-        motion.velocity,
-        motion.acceleration,
-        strict=True,
+        motion.time, motion.position, motion.velocity, motion.acceleration, strict=True
     )
     return {
         "header": {"stamp": {"sec": 0, "nanosec": 0}, "frame_id": ""},
