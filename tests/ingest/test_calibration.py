@@ -11,8 +11,8 @@ from hefting.core.errors import InputError
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
 from hefting.estimators.sample_state import SampleState
+from hefting.estimators.timescales import autocorrelation_time
 from hefting.identification import identify
-from hefting.ingest.autocorrelation import autocorrelation_time
 from hefting.ingest.bias import load_bias, tare
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import fit_freely, lever, residuals

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hefting.logs.angle_forms import form_of_angles
+from hefting.logs.orientations import form_of_angles
 
 TIME = np.linspace(0.0, 10.0, 1000)
 WIDE, NARROW = 0.4, 0.02

@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from benchmarks.torques_live import LiveTorques
 
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
@@ -19,7 +20,7 @@ from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.physics import inverse_dynamics
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import OWN, LiveTorques, Rows, TorqueScales
+from hefting.torques.equations import OWN, Rows, TorqueScales
 from hefting.torques.noise import fit
 from hefting.torques.runs import drifting
 

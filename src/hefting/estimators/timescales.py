@@ -8,6 +8,8 @@ triangular factor of its details' features. As residuals are linear in the featu
 their energy at every level follows for any parameters after the samples are gone: the
 noise spectrum by octaves. A constant offset has no details. See Percival & Walden,
 *Wavelet Methods for Time Series Analysis*, 2000.
+
+And the autocorrelation time of a series.
 """
 
 from dataclasses import dataclass
@@ -127,3 +129,24 @@ def folded(factor: Array, rows: Array) -> Array:
     for first in range(0, len(rows), BLOCK):
         factor = lapack.dtpqrt(0, REFLECTORS, factor, rows[first : first + BLOCK])[0]
     return factor
+
+
+def autocorrelation_time(series: Array) -> float:
+    """Integrated autocorrelation time of the columns of `series` (K, d), averaged; 1
+    for white noise, never less."""
+    x = series - series.mean(axis=0)
+    n = len(x)
+    if n < 8 or not x.any():
+        return 1.0
+    size = 1 << (2 * n - 1).bit_length()
+    covariance = np.fft.irfft(np.abs(np.fft.rfft(x, size, axis=0)) ** 2, size, axis=0)[
+        : n // 2
+    ]
+    times = []
+    for column in covariance.T[covariance[0] > 0.0]:
+        rho = column / column[0]
+        below = np.flatnonzero(rho < 0.05)
+        times.append(
+            1.0 + 2.0 * float(rho[1 : below[0] if len(below) else len(rho)].sum())
+        )
+    return max(1.0, float(np.mean(times))) if times else 1.0

@@ -12,7 +12,7 @@ from hefting.core.measurements import Noise
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_gravity, squared_lengths
-from hefting.ingest.autocorrelation import autocorrelation_time
+from hefting.estimators.timescales import autocorrelation_time
 from hefting.ingest.blocks import Blocks, medians, within_blocks
 from hefting.ingest.changes.find import find_changes
 from hefting.ingest.conditioned import (

@@ -16,7 +16,7 @@ from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.bias_choice import FreeFits, choose_bias
+from hefting.ingest.bias import FreeFits, choose_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (

@@ -14,10 +14,10 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.logs.angle_forms import form_of_angles
 from hefting.logs.column_words import OTHER, Groups, group_columns, words_of
 from hefting.logs.map_sample import Sample, read_sample
 from hefting.logs.map_text import Guess, map_text, summary_of
+from hefting.logs.orientations import form_of_angles
 from hefting.logs.units import UNITS
 
 TIMES = ("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds")

@@ -26,8 +26,7 @@ from hefting.estimators.bayes.likelihood import (
     Equations,
     motion_effect,
 )
-from hefting.estimators.bayes.motion_errors import MotionErrors
-from hefting.estimators.bayes.noise_found import NoiseFound, inflation_of
+from hefting.estimators.bayes.noise_found import MotionErrors, NoiseFound, inflation_of
 from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.sensor_errors import InStep
 from hefting.estimators.bayes.time_samples import TimeSamples

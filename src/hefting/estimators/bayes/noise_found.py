@@ -1,22 +1,50 @@
 """Noise of all samples, as it was found: what it makes of their likelihood, and whether
-it holds for more of them."""
+it holds for more of them; and the errors of the motion in it."""
 
 from dataclasses import dataclass, replace
 from typing import Self
 
+import numpy as np
+
+from hefting.core.measurements import MotionNoise
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.calibration_errors import CalibrationErrors
 from hefting.estimators.bayes.colour import LARGEST_STRETCH_DISAGREEMENT, Colour
 from hefting.estimators.bayes.groups import Scores
 from hefting.estimators.bayes.likelihood import Equations, Likelihood
-from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.samples import Samples
+from hefting.estimators.joint_state import State
 
 LARGEST_GROWTH = 1.1
 """Factor by which residuals of some samples more may be larger, squared and averaged
 over all samples, before their noise is another one. By chance 2 to 10 % more samples
 change them by 1.4 % (one deviation) where the noise is white, and by 4.5 % where it
 correlates by 0.9 from sample to sample: by more than this in none and 15 of 100 steps."""
+
+
+@dataclass(frozen=True, eq=False)
+class MotionErrors:
+    """Errors of the accelerations."""
+
+    variances: Array | None
+    """(6,) Linear [m²/s⁴] and angular [rad²/s⁴]; None if the motion is exact."""
+    memory: float
+    """Number of samples over which the errors are correlated, at least 1."""
+
+    @classmethod
+    def of(cls, noise: MotionNoise | None, state: State) -> Self:
+        """Errors for the samples of a state, at their mean interval."""
+        if noise is None or not (noise.linear or noise.angular):
+            return cls(None, 1.0)
+        step = state.duration / max(state.samples - 1, 1)
+        memory = max(noise.memory / step, 1.0) if step > 0.0 else 1.0
+        return cls(np.repeat((noise.linear**2, noise.angular**2), 3), memory)
+
+    @property
+    def white(self) -> Array | None:
+        """(6,) Variances of white errors; None if the errors are correlated in time,
+        which are treated as independent of the motion."""
+        return self.variances if self.memory == 1.0 else None
 
 
 @dataclass(frozen=True, eq=False)

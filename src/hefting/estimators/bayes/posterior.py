@@ -13,8 +13,8 @@ from hefting.estimators.bayes.colour import (
 )
 from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.mixture import Mixture
-from hefting.estimators.bayes.motion_errors import MotionErrors
 from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
+from hefting.estimators.bayes.noise_found import MotionErrors
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL

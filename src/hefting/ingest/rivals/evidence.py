@@ -11,7 +11,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.spatial import Array, Indices, Mask
-from hefting.ingest.autocorrelation import autocorrelation_time
+from hefting.estimators.timescales import autocorrelation_time
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.robust_rows import (
     DAMPING,
