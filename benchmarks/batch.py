@@ -32,7 +32,7 @@ def write_all(
     """Write recordings and a manifest that names them; returns the manifest, and the
     options that all share."""
     from benchmarks.batch_recordings import way_of, write_recording, write_shape
-    from hefting.jobs import run_jobs
+    from hefting.jobs import Jobs
 
     data = folder / "data"
     data.mkdir(parents=True, exist_ok=True)
@@ -42,8 +42,9 @@ def write_all(
         for number, name in enumerate(names)
         if not (data / name).exists()
     ]
-    for _ in run_jobs(write_recording, tasks, jobs):
-        pass
+    with Jobs(jobs) as workers:
+        for _ in workers.run(write_recording, tasks):
+            pass
     manifest = data / "manifest.csv"
     manifest.write_text("\n".join(("recording", *names)) + "\n")
     return manifest, write_shape(folder)

@@ -226,6 +226,10 @@ def test_a_long_recording_is_tuned_on_parts_of_it():
         ),
         (lambda t, p, q: (t[:5], p[:5], q[:5]), r"5 poses are too few"),
         (lambda t, p, q: (t[:0], p[:0], q[:0]), r"0 poses are too few"),
+        (
+            lambda t, p, q: (np.append(0.0, 1.7e9 + t[:19]), p[:20], q[:20]),
+            r"20 poses in 1\.7e\+09 s are too far apart",
+        ),
         (lambda t, p, q: (t, p, q, [t[-1] + 0.01]), r"ask only for times inside"),
         (
             lambda t, p, q: (

@@ -224,6 +224,12 @@ def tune(
             o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0]
             for o in data
         )
+        if len(data[0].time) < FEWEST_SEGMENT_SAMPLES:
+            raise InputError(
+                f"{len(time)} poses in {duration:.3g} s are too far apart to differentiate",
+                where=name,
+                fix="check their times",
+            )
     floor = variance_floor(data)
     if near is not None:
         orders, h = (near.order,), spacing(near)
