@@ -84,11 +84,13 @@ def test_a_source_that_dies_is_found_again(name):
     assert min(found.wrenches) > 0
     # DDS has no connection that could be lost
     lost = 0 if name in DDS else 1
-    if name == "zenoh" and not found.said["source-back"]:
-        # a router that is there again before it is asked for was never missed
-        lost = 0
-    assert found.said["source-back"] == lost
-    assert found.said["source-lost"] in (lost, lost + 1)
+    back = found.said["source-back"]
+    if name == "zenoh":
+        assert back <= lost  # a router that is back within a second is never missed
+    else:
+        assert back == lost
+    # the end of the second life may be noticed as well
+    assert back <= found.said["source-lost"] <= back + lost
 
 
 @pytest.mark.parametrize("kind", [WRENCH, POSE, "tf2_msgs/msg/TFMessage"])
