@@ -1,7 +1,7 @@
 """Errors: one root class, one line each: what is wrong, where, and what to do about
 it."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 
 LONGEST_PLACE = 1000
@@ -88,7 +88,7 @@ class MissingDependencyError(HeftingError):
 
 
 @contextmanager
-def needing(module: str, extra: str) -> Iterator[None]:
+def needing(module: str, extra: str) -> Generator[None]:
     """`MissingDependencyError` of a library where an import inside fails."""
     try:
         yield

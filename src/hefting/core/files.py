@@ -117,7 +117,7 @@ def parse_xml(
     data: bytes,
     path: str | Path,
     start: Callable[[str, dict[str, str], int, list[str]], None],
-    end: Callable[[str, int, list[str]], None] = lambda *_: None,
+    end: Callable[[str, int, list[str]], None] | None = None,
 ) -> None:
     """Call ``start(tag, attributes, offset, inside)`` and ``end(tag, offset, inside)``
     at each tag of the XML in `data`, in order; ``inside`` are the tags of the elements
@@ -143,7 +143,8 @@ def parse_xml(
 
     def end_element(tag: str):
         inside.pop()
-        end(tag, parser.CurrentByteIndex, inside)
+        if end is not None:
+            end(tag, parser.CurrentByteIndex, inside)
 
     def refuse_doctype(*_):
         raise InputError(

@@ -127,7 +127,8 @@ def runs_of(mask: Mask) -> list[tuple[int, int]]:
 def interpolated(at: Array, time: Array, values: NDArray[Any]) -> Array:
     """(L, d) values (K, d) at `time` (K,), increasing, read at other times (L,):
     linearly between, and the first and the last of them outside."""
-    return np.column_stack([np.interp(at, time, column) for column in values.T])
+    columns: list[Array] = [np.interp(at, time, column) for column in values.T]
+    return np.column_stack(columns)
 
 
 def angle_between(one: Array, other: Array) -> float:

@@ -149,7 +149,7 @@ def _homogeneous(problem: ConeProblem) -> Array:
     square = float(predicted @ predicted)
     mass = float(predicted @ problem.b) / square if square else 0.0
     least = 1e-3 * _norm(problem.b) / (math.sqrt(square) or 1.0)
-    return np.full(problem.A.shape[1], max(mass, least) or 1.0)
+    return (max(mass, least) or 1.0) * np.ones(problem.A.shape[1])
 
 
 def _norm(x: Array) -> float:

@@ -142,7 +142,7 @@ def autocorrelation_time(series: Array) -> float:
     covariance = np.fft.irfft(np.abs(np.fft.rfft(x, size, axis=0)) ** 2, size, axis=0)[
         : n // 2
     ]
-    times = []
+    times: list[float] = []
     for column in covariance.T[covariance[0] > 0.0]:
         rho = column / column[0]
         below = np.flatnonzero(rho < 0.05)
