@@ -37,12 +37,13 @@ REFLECTORS = 8
 few columns."""
 
 
-def triangular(rows: Array) -> Array:
-    """Upper triangular R (n, n) with R'R = rows' rows, for `rows` (k, n)."""
+def triangular(rows: Array, *, overwrite: bool = False) -> Array:
+    """Upper triangular R (n, n) with R'R = rows' rows, for `rows` (k, n), which may be
+    overwritten if that is said."""
     k, n = rows.shape
     if k < n:
         rows = np.vstack((rows, np.zeros((n - k, n))))
-    factor = lapack.dgeqrf(rows)[0][:n]
+    factor = lapack.dgeqrf(rows, overwrite_a=overwrite)[0][:n]
     return factor * _UPPER[n] if n in _UPPER else np.triu(factor)
 
 
@@ -171,7 +172,7 @@ class Moments:
         """Triangular factor (c, c) of all samples' `equations` (c, 6, 22): columns of
         `FULL_EQUATIONS`, say."""
         rows = equations.reshape(-1, FEATURES).dot(self.factor.T)
-        return triangular(rows.reshape(len(equations), -1).T)
+        return triangular(rows.reshape(len(equations), -1).T, overwrite=True)
 
     @property
     def duration(self) -> float:

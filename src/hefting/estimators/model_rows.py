@@ -103,10 +103,11 @@ class ModelRows:
     def _of(cls, biases: Sequence[BiasRows], reduced: Array, full: Array) -> Self:
         """Of the rows [m, mc | b] (5, 5) and [ten parameters | b] (11, 11) that no bias
         couples."""
-        coupled = [each.eliminated for each in biases]
-        own = (reduced.dot(WITH_INERTIA), full)
-        rows = np.concatenate((*(rows for rows, _ in coupled), *own))
-        K = np.concatenate((*(shares for _, shares in coupled), SHARES), axis=1)
+        rows, K = np.concatenate((reduced.dot(WITH_INERTIA), full)), SHARES
+        for each in reversed(biases):
+            coupled, shares = each.eliminated
+            rows = np.concatenate((coupled, rows))
+            K = np.concatenate((shares, K), axis=1)
         right = (
             rows[-SHARES.shape[1] :, 10],
             *(r.rows[:, :, 10].ravel() for r in biases),
