@@ -28,6 +28,7 @@ from hefting.ingest.changes.stretches import (
     Touch,
     center_of_mass,
     event_between,
+    with_returns,
 )
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.robust_fit import RobustFit
@@ -48,6 +49,9 @@ POORLY_EXPLAINED_VARIANCE = 30.0
 """The same above which no change is told: then something else is wrong, too."""
 SHORTEST_TOUCH = 0.7
 """[s] Shorter contacts are left to the robust fit."""
+LONGEST_PUSH = 3.0
+"""[s] A body between two stretches of another that is there for longer was held. Hands
+that push the object do not stay as steady as a weight."""
 SHORTEST_STRETCH = 1.5
 """[s] Where no stretch is longer nothing is told."""
 OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
@@ -152,9 +156,10 @@ def _changes(found: Assignment, start: float) -> Changes | None:
 
 
 def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
-    """The stretches but for those between two of one body, unless an object was picked
-    up or put down in between: something touched it, whatever body explains that."""
-    parts = found.stretches
+    """The stretches but for short ones between two of one body, unless an object was
+    picked up or put down in between: something touched it, whatever body explains
+    that."""
+    parts, cells = found.stretches, found.cells
     names = sorted({label for label in found.labels if label != NO_BODY})
     mass = {
         name: abs(float(m))
@@ -165,7 +170,8 @@ def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
         before = kept[-1][2]
         lighter, heavier = sorted((mass[before], mass[now[2]]))
         returns = i + 1 < len(parts) and parts[i + 1][2] == before != now[2]
-        if not (returns and lighter > BARE_SHARE * heavier):
+        lasts = cells.last[now[1] - 1] - cells.first[now[0]] > LONGEST_PUSH
+        if lasts or not (returns and lighter > BARE_SHARE * heavier):
             kept.append(now)
     return kept
 
@@ -217,16 +223,16 @@ def _described(
     names = sorted(set(labels))
     sign = 1.0 if fit.bodies[np.argmax(np.abs(fit.bodies[:, 0])), 0] >= 0.0 else -1.0
     bodies = [sign * fit.bodies[names.index(label)] for label in labels]
-    heaviest = max(float(body[0]) for body in bodies)
     times = [_times(cells, begin, end, start) for begin, end, _ in parts]
-    events = _events(fit, labels, bodies, times, touches, found.tau)
+    masses = [float(body[0]) for body in bodies]
+    events = with_returns(
+        _events(fit, labels, bodies, times, touches, found.tau), labels, masses
+    )
     stretches = []
     for i, (first, last) in enumerate(times):
         bare = events[i] == "picked-up" or (i > 0 and events[i - 1] == "put-down")
-        com = center_of_mass(bodies[i], heaviest)
-        stretches.append(
-            Stretch(first, last, float(bodies[i][0]), com, events[i], bare)
-        )
+        com = center_of_mass(bodies[i], max(masses))
+        stretches.append(Stretch(first, last, masses[i], com, events[i], bare))
     return stretches
 
 

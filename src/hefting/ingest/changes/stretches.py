@@ -2,6 +2,7 @@
 them, and what is said of these changes: when they were, what happened, and which part
 to use."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 from typing import Any, Literal
@@ -128,6 +129,28 @@ def event_between(before: Array, after: Array, std_of_difference: float) -> Even
     if apart > max(SIGNIFICANT * std_of_difference, SAME_MASS_SHARE * heavier):
         return "swapped"
     return "slipped"
+
+
+def with_returns(
+    events: Sequence[EventKind | None], labels: Sequence[int], masses: Sequence[float]
+) -> list[EventKind | None]:
+    """Events that end stretches, where a body is replaced by another and returns: the
+    lighter of the two is then the gripper, and the heavier holds an object.
+
+    Parameters
+    ----------
+    events : that end each stretch.
+    labels : which body is in each.
+    masses : [kg] of the bodies.
+    """
+    kinds = list(events)
+    for i in range(1, len(labels) - 1):
+        if labels[i - 1] == labels[i + 1] != labels[i]:
+            for k in (i - 1, i):
+                if kinds[k] == "swapped":
+                    more = masses[k + 1] > masses[k]
+                    kinds[k] = "picked-up" if more else "put-down"
+    return kinds
 
 
 def center_of_mass(body: Array, heaviest: float) -> Array | None:
