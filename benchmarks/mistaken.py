@@ -49,6 +49,7 @@ from benchmarks.mistaken_wrenches import (
     unbiased_options,
     units,
     vibrating,
+    yielding,
 )
 
 
@@ -334,6 +335,11 @@ def mistakes() -> list[Mistake]:
         "creeps in the gripper",
         gradual | events,
         {f"{1e3 * d:.0f} mm": changing_gradually("creeps", d) for d in (0.02, 0.06)},
+    )
+    add(
+        "soft grip",
+        named("grip-elastic"),
+        {f"{1e3 * d:.0f} mm": yielding(d) for d in (0.005, 0.02)},
     )
     add(
         "gripper not mentioned",

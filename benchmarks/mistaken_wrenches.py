@@ -262,6 +262,28 @@ def changing_gradually(kind: str, size: float) -> Change:
     return make
 
 
+def yielding(metres: float) -> Change:
+    """The grip gives way by so many metres under the object's weight across it, and by a
+    tenth of it along it."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        unit = np.zeros(10)
+        unit[0] = 1.0
+        specific = given.wrench_of(unit)[:, :3]
+        places = -specific / 9.81 * metres * np.array((1.0, 1.0, 0.1))
+        torque = np.cross(places, given.truth.mass * specific)
+        truth = given.truth
+        mean = InertialParameters.from_com(
+            truth.mass,
+            truth.center_of_mass + places.mean(axis=0),
+            truth.inertia_at_com,
+        )
+        extra = np.hstack((np.zeros_like(torque), torque))
+        return replace(given.wrench(lambda _, w: w + extra), others=(mean,))
+
+    return make
+
+
 def gripper(mass: float) -> Change:
     """A gripper that nobody mentioned."""
 

@@ -218,6 +218,12 @@ CASES = {
             "is between those of the start and the end.",
         ),
         Case(
+            "A soft grip",
+            "grip-elastic",
+            ("soft grip", "20 mm"),
+            "A suction cup or soft fingers give way, so that the object moves as it is turned.",
+        ),
+        Case(
             "It touched something",
             "change-touched",
             ("in contact", "55%"),

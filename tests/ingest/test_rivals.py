@@ -14,6 +14,7 @@ from benchmarks.mistaken_wrenches import (
     gains,
     turned,
     vibrating,
+    yielding,
 )
 from scipy.spatial.transform import Rotation
 
@@ -28,6 +29,7 @@ from hefting.ingest.ingest import ingest
 from hefting.ingest.path import static_path
 from hefting.ingest.rivals import (
     axes_turned,
+    elastic_grip,
     force_unit,
     lever_arm,
     object_changing,
@@ -75,6 +77,7 @@ CLEAR = {
     ("time", "in milliseconds"): "time-unit",
     ("leaks", "40%"): "object-changing",
     ("creeps in the gripper", "20 mm"): "object-changing",
+    ("soft grip", "20 mm"): "grip-elastic",
 }
 """Mistakes that leave no doubt, and the code that names each."""
 
@@ -179,6 +182,18 @@ def test_an_object_that_changes_gradually_is_known_at_the_end(kind, size):
     assert doubt is not None
     assert doubt.message.code == "object-changing"
     assert not doubt.needs_no_change
+
+
+def test_of_a_soft_grip_the_mean_place_is_known():
+    """COM within 2 mm, as of noise of 0.1 N: a grip that gives way by 20 mm moved what is
+    found without it by 10 mm."""
+    given = yielding(0.02)(correct(0), np.random.default_rng(1))
+    found = elastic_grip.explain(case_of(given))
+    assert found is not None
+    (mean,) = given.others
+    assert found.vector[1:4] / found.vector[0] == pytest.approx(
+        mean.center_of_mass, abs=2e-3
+    )
 
 
 @pytest.mark.parametrize("hertz", [5.0, 12.0])

@@ -13,6 +13,7 @@ from hefting.ingest.rivals import (
     cable,
     calibration_matrix,
     clock_rate,
+    elastic_grip,
     force_unit,
     hysteresis,
     lever_arm,
@@ -36,6 +37,7 @@ EXPLANATIONS = (
     cable.explain,
     sloshing.explain,
     object_changing.explain,
+    elastic_grip.explain,
 )
 """Mistakes that are always looked for."""
 LINEAR_EXPLANATIONS = (

@@ -19,6 +19,7 @@ from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.elastic_grip import yielding_columns
 from hefting.ingest.rivals.evidence import (
     NEGLIGIBLE_UNEXPLAINED,
     Fitted,
@@ -244,8 +245,8 @@ def _score(case: Case, fitted: Fitted) -> float:
 
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
     """(K, 6, q) derivatives of the wrench by small mistakes: a turn of the sensor, a
-    tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate, a steady
-    change of the object; and the columns of each."""
+    tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate, a soft
+    grip, a steady change of the object; and the columns of each."""
     rows = fitted.rows
     known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
     by_feature = REGRESSOR_BY_FEATURE @ phi
@@ -268,7 +269,12 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
         lever[:, 3:] = 0.0
         rate = np.gradient(wrench, case.time, axis=0)
         since = case.time - case.time.mean()
-        found += [lever, (since[:, None] * rate)[:, :, None], rate[:, :, None]]
+        found += [
+            yielding_columns(known),
+            lever,
+            (since[:, None] * rate)[:, :, None],
+            rate[:, :, None],
+        ]
         change = (since[:, None] * known) @ by_feature_of_change
         found.append(change.reshape(K, 6, 4))
     ends = np.cumsum([0] + [part.shape[2] for part in found])
