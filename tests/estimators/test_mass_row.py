@@ -17,8 +17,11 @@ from hefting.core.regressor import full_regressor
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.verdict import verdict_of
 from hefting.estimators import GEO, LMI, OLS, PMD, Bayes
-from hefting.estimators.bayes.likelihood import Likelihood
-from hefting.estimators.bayes.weighed import LARGEST_DEVIATION, with_reading
+from hefting.estimators.bayes.likelihood import (
+    LARGEST_DEVIATION,
+    Likelihood,
+    with_reading,
+)
 from hefting.simulation import hammer
 
 WHITE = Noise(0.1, 0.005)

@@ -20,7 +20,6 @@ from hefting.reproduction import (
     EXPERIMENTS,
     objects,
     observations,
-    observations_notes,
     observations_report,
     prediction,
     robot,
@@ -251,88 +250,6 @@ def test_sharper_poses_make_other_motion_of_the_same_wrench(done):
 def test_what_counts_as_the_published_figure(ratio, theirs, alike):
     """Within a factor of two; "> 500" is any figure above, and those down to half."""
     assert observations_report._is_alike(ratio, theirs) == alike
-
-
-def test_the_papers_order_is_pmd_then_geo_then_both_others():
-    inertia = {
-        "PMD": 1.0,
-        "GEO, weak": 2.0,
-        "GEO, literature": 3.5,
-        "GEO, noise found": 0.5,
-        "OLS": 4.0,
-        "RTLS": 3.0,
-    }
-    scores = {
-        (kind, method, 1.0): np.full((3, 5), value)
-        for kind in observations_report.KINDS
-        for method, value in inertia.items()
-    }
-    note = observations_notes._ordering(scores, [1.0])
-    assert note.count("weak 1, literature 0, noise found 0") == len(
-        observations_report.COMPARED
-    )
-
-
-def made_up(**inertia) -> dict:
-    """Scores of methods with these inertia errors [%] and a thousandth of them in mass
-    and COM, in every window."""
-    return {
-        (kind, method, speed): np.tile(
-            (value / 1e3, value / 1e3, value, value, 1.0), (4, 1)
-        )
-        for kind in observations_report.KINDS
-        for method, value in inertia.items()
-        for speed in (1.0, 2.0)
-    }
-
-
-def test_the_method_that_is_best_is_named():
-    scores = made_up(OLS=30.0, PMD=20.0)
-    scores["cold", "OLS", 2.0] = np.full((4, 5), 1.0)
-    note = observations_notes._least(scores, [1.0, 2.0])
-    assert "warm: PMD (0.02 / 0.02 / 20 %)" in note
-    assert "cold: OLS (0.515 / 0.515 / 15.5 %)" in note
-
-
-def test_what_is_no_body_is_named_and_counted():
-    scores = made_up(OLS=30.0, PMD=20.0)
-    scores["cold", "OLS", 2.0][:2, -1] = 0.0
-    note = observations_notes._consistency(scores, [1.0, 2.0])
-    assert "every kind: PMD. " in note
-    assert "OLS: 0 warm, 25 cold, 0 smoother" in note
-
-
-def test_cells_that_are_worse_than_the_published_are_counted():
-    scores = made_up(PMD=20.0)
-    assert "warm: none; cold: none" in observations_notes._against_the_published(
-        scores, [1.0, 2.0]
-    )
-    scores["cold", "PMD", 2.0][:, 2] = 44.0  # published: 43.6
-    assert "warm: none; cold: 1;" in observations_notes._against_the_published(
-        scores, [1.0, 2.0]
-    )
-
-
-def test_the_motion_most_like_the_published_is_named():
-    scores = made_up(**dict.fromkeys(observations_report.MAIN, 0.001))
-    for method, errors in PUBLISHED.items():
-        for speed in (1.0, 2.0):
-            values = [errors[q][list(SPEEDS).index(speed)] for q in range(3)]
-            for name in observations_report.GEOS if method == "GEO" else (method,):
-                scores[FIRST, name, speed] = np.tile((*values, 0.0, 1.0), (4, 1))
-    note = observations_notes._alike(scores, [1.0, 2.0])
-    assert (
-        f"warm: 0; cold: 0; {FIRST}: 30; {SHARP}: 0. Most are with the motion '{FIRST}'"
-        in note
-    )
-    assert "none of ours are 0 of mass, 0 of COM, 0 of inertia" in note
-
-
-def test_a_mean_that_one_window_rules_is_named():
-    scores = made_up(RTLS=10.0, PMD=10.0)
-    scores["warm", "RTLS", 1.0][0, 2] = 1010.0
-    note = observations_notes._single_windows(scores, [1.0, 2.0])
-    assert "for RTLS, warm: 26 times, with a single window of 1e+03 %" in note
 
 
 def test_faults_do_what_they_say(exact):

@@ -28,8 +28,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.likelihood import Likelihood
-from hefting.estimators.bayes.weighed import scale_doubts
+from hefting.estimators.bayes.likelihood import Likelihood, scale_doubts
 from hefting.estimators.quadratic import ScaledSVD
 from hefting.estimators.state_likelihood import StateSamples
 

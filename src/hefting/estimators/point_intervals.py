@@ -18,10 +18,9 @@ import numpy as np
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import Array, Mask
-from hefting.estimators.bayes.likelihood import Likelihood
+from hefting.estimators.bayes.likelihood import Likelihood, with_reading
 from hefting.estimators.bayes.mixture import Mixture, holding
 from hefting.estimators.bayes.passes import LARGEST_PRIOR_SCALE, SMALLEST_PRIOR_SCALE
-from hefting.estimators.bayes.weighed import with_reading
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.state_likelihood import StateLikelihood, StateSamples
 

@@ -5,15 +5,17 @@ every worker dies costs the others time and nothing else.
 """
 
 import os
-from collections.abc import Callable, Generator, Iterable
+from collections import deque
+from collections.abc import Callable, Generator, Iterable, Iterator
 from contextlib import closing
+from multiprocessing.connection import wait
 from types import TracebackType
-from typing import TypeVar
+from typing import Any, TypeVar
 
-from hefting.core.errors import InputError
+from hefting.core.errors import HeftingError, InputError
 from hefting.jobs.cluster import Cluster
 from hefting.jobs.outcome import Died, Lost, Task, Workers
-from hefting.jobs.processes import Processes
+from hefting.jobs.worker import Worker
 
 T = TypeVar("T")
 R = TypeVar("R")
@@ -102,3 +104,113 @@ class Jobs:
             result = self._workers.run_alone(function, task)
             lost = isinstance(result, Died)
             yield task.number, Lost(result.reason) if lost else result
+
+
+ATTEMPTS = 3
+"""How often a task is begun alone before it is given up, or a process in succession."""
+
+
+class Processes:
+    """Up to `size` local processes, begun as tasks come. One that dies is replaced."""
+
+    def __init__(self, size: int) -> None:
+        self.size = size
+        self.workers: list[Worker] = []
+        self.again: deque[Task] = deque()
+        """Tasks of processes that died before they were at them."""
+        self.stillborn = 0
+        """How many processes died in succession before they were ready."""
+
+    def run(
+        self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
+    ) -> Generator[tuple[Task, Any], None, None]:
+        """Each task, as it comes, and its result or `Died`.
+
+        Raises `HeftingError` when no process can be begun, and what `function` raises.
+        """
+        try:
+            self._fill(function, tasks, window)
+            while busy := [worker for worker in self.workers if worker.held]:
+                ready = wait([worker.connection for worker in busy])
+                for worker in busy:
+                    if worker.connection not in ready:
+                        continue
+                    answer = self._answer(worker)
+                    # the worker goes on while the caller uses the answer
+                    self._fill(function, tasks, window)
+                    if answer is not None:
+                        yield answer
+        finally:
+            self.again.clear()
+            self._end([worker for worker in self.workers if worker.held])
+
+    def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
+        """Result of a task while no other process is there to take its memory; or
+        `Died` when it was so each of `ATTEMPTS` times."""
+        result: Any = None
+        for _ in range(ATTEMPTS):
+            self.close()
+            [(_, result)] = self.run(function, iter([task]), 1)
+            if not isinstance(result, Died):
+                return result
+        return Died(f"{result.reason}, {ATTEMPTS} times; has it memory enough?")
+
+    def close(self) -> None:
+        """End all processes."""
+        self._end(list(self.workers))
+
+    def _fill(
+        self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
+    ) -> None:
+        """Give tasks to whoever holds fewest, until each holds `window` of them."""
+        while (room := self._room(window)) is not None:
+            task = self.again.popleft() if self.again else next(tasks, None)
+            if task is None:
+                return
+            room().give(function, task)
+
+    def _room(self, window: int) -> Callable[[], Worker] | None:
+        """How to get the worker for the next task, begun if need be; else None."""
+        least = min(self.workers, key=lambda worker: len(worker.held), default=None)
+        if len(self.workers) < self.size and (least is None or least.held):
+            return self._begin
+        return None if least is None or len(least.held) >= window else lambda: least
+
+    def _begin(self) -> Worker:
+        try:
+            self.workers.append(Worker())
+        except OSError as error:
+            raise HeftingError(
+                f"no worker process can be begun ({error.strerror})"
+            ) from error
+        return self.workers[-1]
+
+    def _answer(self, worker: Worker) -> tuple[Task, Any] | None:
+        """What it says: a task and its result, or `Died`; None when it is of no task.
+        Tasks of a dead one that it was not at are done again."""
+        try:
+            answer = worker.answer()
+        except EOFError:
+            return self._bury(worker)
+        self.stillborn = 0
+        return answer
+
+    def _bury(self, worker: Worker) -> tuple[Task, Any] | None:
+        how = worker.cause_of_death()
+        self._end([worker])
+        suspect = worker.held.popleft() if worker.ready else None
+        self.again.extendleft(reversed(worker.held))
+        if suspect is not None:
+            return suspect, Died(f"its worker {how}")
+        self.stillborn += 1
+        if self.stillborn == ATTEMPTS:
+            raise HeftingError(
+                f"{ATTEMPTS} worker processes died before they began, the last {how}; "
+                'a script that uses them needs if __name__ == "__main__":'
+            )
+        return None
+
+    def _end(self, workers: list[Worker]) -> None:
+        self.workers = [w for w in self.workers if w not in workers]
+        for worker in workers:
+            worker.end()

@@ -23,6 +23,7 @@ from hefting.estimators.base import (
     Known,
     require_samples,
 )
+from hefting.estimators.bayes.likelihood import scale_doubts
 from hefting.estimators.bayes.mixture import (
     INTERVAL_LEVEL,
     holding,
@@ -40,7 +41,6 @@ from hefting.estimators.bayes.posterior import (
 )
 from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.estimators.bayes.samples import require_information
-from hefting.estimators.bayes.weighed import scale_doubts
 from hefting.estimators.joint_state import State, states_of
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import (

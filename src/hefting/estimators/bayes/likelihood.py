@@ -17,13 +17,15 @@ eliminated beforehand by subtracting the samples' mean. See Fuller, *Measurement
 Models*, 1987.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from hefting.core.lapack import lapack, root_of_inverse
+from hefting.core.mass_reading import MassReading
+from hefting.core.messages import Message, error
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.samples import Samples
@@ -158,3 +160,53 @@ class Equations:
 def motion_effect(phi: Array) -> Array:
     """E (6, 6): derivative of the wrench by linear and angular acceleration."""
     return (REGRESSOR_DERIVATIVE @ phi).T
+
+
+LARGEST_DEVIATION = 4.0
+"""Standard deviations between a scale and the wrench from which on they contradict each
+other: by chance 6 of 100,000 do."""
+
+
+def with_reading(likelihood: Likelihood, reading: MassReading | None) -> Likelihood:
+    """The likelihood of the wrench and of what the scale showed."""
+    if reading is None:
+        return likelihood
+    precision, shift = likelihood.precision.copy(), likelihood.shift.copy()
+    precision[0, 0] += 1.0 / reading.std**2
+    shift[0] += reading.mass / reading.std**2
+    return replace(likelihood, precision=precision, shift=shift)
+
+
+def scale_doubts(
+    likelihood: Likelihood, reading: MassReading | None, carried: Array | None
+) -> tuple[Message, ...]:
+    """An error where the scale and the wrench contradict each other, and the scale is
+    not to be counted; `likelihood` is that of the wrench alone, `carried` (10,) the
+    tool that was subtracted."""
+    if reading is None:
+        return ()
+    mass, variance = likelihood.mass
+    deviation = (variance + reading.std**2) ** 0.5
+    off = (reading.mass - mass) / deviation
+    if not abs(off) > LARGEST_DEVIATION:
+        return ()
+    if off > 0.0:
+        causes = "does the controller subtract a part of it already"
+    elif carried is None or not carried.any():
+        causes = "does the sensor carry a gripper that was not weighed (`tool`)"
+    else:
+        causes = "was it weighed without all that the sensor carries beside the tool"
+    what = (
+        f"the scale shows {reading.mass:.4g} kg, the wrench {mass:.4g} ± "
+        f"{variance**0.5:.2g} kg, {abs(off):.0f} standard deviations apart, so the "
+        f"scale is left out: is its unit right, {causes}, and is the force in newtons?"
+    )
+    return (error("mass-contradicts-wrench", what, "mass"),)
+
+
+def gain_by_scale(equations: Equations, body: Array, limit: float) -> float:
+    """Relative error of the sensor's gain, at most `limit`, if the object is `body`
+    (10,): by how much its wrench is measured too large."""
+    square = float(body @ equations.H @ body)
+    ratio = float(body @ equations.h) / square - 1.0 if square > 0.0 else 0.0
+    return min(max(ratio, -limit), limit)

@@ -10,13 +10,12 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.likelihood import Likelihood
+from hefting.estimators.bayes.likelihood import Likelihood, gain_by_scale, with_reading
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.nearest import Duals
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.noise_found import NoiseFound, inflation_of
 from hefting.estimators.bayes.prior import Placed, Prior
-from hefting.estimators.bayes.weighed import gain_by_scale, with_reading
 
 SMALLEST_PRIOR_SCALE = 0.2
 """Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light
