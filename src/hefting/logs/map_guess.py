@@ -18,10 +18,15 @@ from hefting.logs.column_words import OTHER, Groups, group_columns, words_of
 from hefting.logs.map_sample import Sample, read_sample
 from hefting.logs.map_text import Guess, map_text, summary_of
 from hefting.logs.orientations import form_of_angles
+from hefting.logs.table import SINCE_1970
 from hefting.logs.units import UNITS
 
 TIMES = ("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds")
 """Names of the time, without its unit."""
+
+PANDAS_INDEX = "__index_level_0__"
+"""What pandas calls an index without a name in a Parquet file; of rows that were picked
+it holds whole numbers, as a count does."""
 
 NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
 """Names of what counts on top of the seconds of a stamp."""
@@ -134,16 +139,19 @@ def _time(sample: Sample, groups: Groups) -> Guess | None:
 
 
 def _index(sample: Sample) -> Guess | None:
-    """A first column without a name that grows, and does not just count rows: the index
-    of a data frame."""
-    values = sample.values[:, 0]
+    """The index of a data frame, a first column without a name or pandas' own, where it
+    grows and does not just count rows."""
+    own = sample.names.count(PANDAS_INDEX)
+    column = sample.names.index(PANDAS_INDEX) if own else 0
+    values = sample.values[:, column]
     steps = np.diff(values)
-    if sample.names[0] or not len(steps) or not (steps > 0.0).all():
+    if (sample.names[0] and not own) or not len(steps) or not (steps > 0.0).all():
         return None
-    if (values % 1 == 0.0).all() and (steps == 1.0).all():
+    counts = (values % 1 == 0.0).all() and values[0] < SINCE_1970
+    if counts and (own or (steps == 1.0).all()):
         return None
     unit, remark = _time_unit(values, "")
-    return Guess("time", (0,), (_unit(unit),), remark)
+    return Guess("time", (column,), (_unit(unit),), remark)
 
 
 def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
