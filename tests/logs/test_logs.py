@@ -114,6 +114,20 @@ def test_rows_without_time_are_static_poses(tmp_path):
     assert "static pose, although there is gyroscope" in moving.warnings[0]
 
 
+def test_rows_that_move_smoothly_are_hardly_static_poses(tmp_path):
+    header = HEADER.split(",", 1)[1]
+    angle = np.linspace(0.0, 1.5, 60)
+    orders = (np.arange(60), np.random.default_rng(3).permutation(60))
+    for order, count in zip(orders, (1, 0), strict=True):
+        lines = [f"0,0,{np.sin(a)},{np.cos(a)},1,2,3,4,5,6" for a in angle[order]]
+        got = read_log(log(tmp_path, *lines, header=header))
+        assert got.static
+        assert len(got.warnings) == count
+        for said in got.warnings:
+            assert "although they move smoothly" in said
+            assert "time = { rate = 250 }" in said
+
+
 def test_one_timed_sample_is_enough(tmp_path):
     got = read_log(log(tmp_path, ROWS[0]))
     assert not got.static

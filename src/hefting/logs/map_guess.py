@@ -24,6 +24,11 @@ from hefting.logs.units import UNITS
 TIMES = ("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds")
 """Names of the time, without its unit."""
 
+TIME_EXAMPLE = (
+    'time = { column = "time", unit = "s" }, or { rate = 250 } of rows at 250 Hz'
+)
+"""What a map says of times that no column seems to be."""
+
 PANDAS_INDEX = "__index_level_0__"
 """What pandas calls an index without a name in a Parquet file; of rows that were picked
 it holds whole numbers, as a count does."""
@@ -83,7 +88,7 @@ def guess_map_of(sample: Sample) -> GuessedMap:
             sample.source,
             "write the map by hand, with the numbers of the columns",
         )
-    missing = [] if "time" in keys else ['time = { column = "time", unit = "s" }']
+    missing = [] if "time" in keys else [TIME_EXAMPLE]
     if not keys & {"wrench", "force"}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
     if not keys & {"orientation", "pose", "joint_positions"}:
