@@ -64,6 +64,7 @@ FRANKA = numbered("O_T_EE_", 16)
 MATRICES = np.tile(np.eye(4), (ROWS, 1, 1))
 MATRICES[:, :3, :3], MATRICES[:, :3, 3] = TURNS.as_matrix(), POSITION
 BY_COLUMNS = MATRICES.transpose(0, 2, 1).reshape(ROWS, 16)
+DEGREES = TURNS.as_euler("xyz", degrees=True)
 IN_BASE = np.hstack((TURNS.apply(WRENCH[:, :3]), TURNS.apply(WRENCH[:, 3:])))
 
 
@@ -123,6 +124,40 @@ NAMES = {
         "timestamp_ms pose.x pose.y pose.z pose.alphaRad pose.betaRad pose.gammaRad"
         " force.x force.y force.z torque.x torque.y torque.z",
         (1e3 * TIME, 1e3 * POSITION, TURNS.as_euler("ZYX"), WRENCH),
+    ),
+    "RAPID of ABB": (
+        "robtime trans.x trans.y trans.z rot.q1 rot.q2 rot.q3 rot.q4 Fx Fy Fz Tx Ty Tz",
+        (TIME, POSITION, QUATERNION[:, [3, 0, 1, 2]], WRENCH),
+    ),
+    "EGM of ABB": (
+        "Time[ms] X[mm] Y[mm] Z[mm] EulerX[deg] EulerY[deg] EulerZ[deg]"
+        " Fx Fy Fz Mx My Mz",
+        (1e3 * TIME, 1e3 * POSITION, DEGREES, WRENCH),
+    ),
+    "Fanuc": (
+        "Time(sec) X(mm) Y(mm) Z(mm) W(deg) P(deg) R(deg) Fx(N) Fy(N) Fz(N) Mx My Mz",
+        (TIME, 1e3 * POSITION, DEGREES, WRENCH),
+    ),
+    "Doosan": (
+        "time posx_x posx_y posx_z posx_a posx_b posx_c"
+        " ft_fx ft_fy ft_fz ft_mx ft_my ft_mz",
+        (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
+    ),
+    "Kinova": (
+        "timestamp tool_pose_x tool_pose_y tool_pose_z tool_pose_theta_x"
+        " tool_pose_theta_y tool_pose_theta_z force_x force_y force_z"
+        " torque_x torque_y torque_z",
+        (TIME, POSITION, DEGREES, WRENCH),
+    ),
+    "units with factors": (
+        "Zeit X[um] Y[um] Z[um] alphaRad betaRad gammaRad"
+        " Fx[0.1N] Fy[0.1N] Fz[0.1N] Mx[1e-3Nm] My[1e-3Nm] Mz[1e-3Nm]",
+        (
+            TIME,
+            1e6 * POSITION,
+            TURNS.as_euler("ZYX"),
+            WRENCH * ((10,) * 3 + (1e3,) * 3),
+        ),
     ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
@@ -223,6 +258,17 @@ def test_what_names_tell_is_said_where_they_do_not_tell_all():
     assert "wrench from Fx to tz" in error.what
     assert "column map" in error.fix
     assert "`poses`" in error.fix
+
+
+def test_where_only_the_time_is_unknown_it_is_said_how_to_name_it():
+    """Also that without it rows are static poses, as they may be."""
+    names = NAMES["short"][0].replace("t x", "Takt x", 1)
+    with pytest.raises(InputError) as caught:
+        hefting.as_recording(frame_of(names, PLAIN))
+    error = caught.value
+    assert error.what.startswith("no column seems to be the time: unknown are 'Takt';")
+    for words in ('time = { column = "time"', "{ rate = 250 }", "static poses"):
+        assert words in error.fix
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
