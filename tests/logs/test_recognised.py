@@ -353,6 +353,29 @@ def test_dates_are_times(tmp_path, zone, between):
         read_log(path)
 
 
+WAYS = {"%d.%m.%Y %H:%M:%S.%f": "timestamp", "%H:%M:%S.%f": "Time"}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("block", [2**20, 1500])
+def test_dates_with_the_day_first_and_times_of_day(tmp_path, monkeypatch, way, block):
+    """Which go on past midnight, in whatever block."""
+    monkeypatch.setattr("hefting.logs.csv_file.READ", block)
+    began = datetime(2026, 1, 31, 23, 59, 59, 900000, tzinfo=UTC)
+    times = [(began + timedelta(seconds=t)).strftime(way) for t in TIME]
+    frame = frame_of(" ".join(CANONICAL), PLAIN).assign(time=times)
+    path = tmp_path / "log.csv"
+    frame.rename(columns={"time": WAYS[way]}).to_csv(path, index=False)
+    assert same(read_log(path))
+
+
+def test_of_a_time_that_is_not_read_it_is_said_what_is(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(f"{LINES[0]}\n3/4/2026 1:31:07 PM,{LINES[1].partition(',')[2]}")
+    with pytest.raises(InputError, match=r"in seconds, or as 2026-01-31T12:00:00.000"):
+        read_log(path)
+
+
 @pytest.mark.parametrize("date", ["2026-13-41T12:00:00", "9999-12-31T12:00:00"])
 def test_a_date_that_cannot_be_is_named(tmp_path, date):
     """The first of all is no date at all, so that its column is one of numbers."""

@@ -8,7 +8,7 @@ import os
 import re
 import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -20,7 +20,8 @@ from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
-from hefting.logs.csv_header import NUMBER, read_header, seconds_of
+from hefting.logs.csv_header import NUMBER, read_header
+from hefting.logs.csv_times import WRITTEN, Midnights, all_with_year_first, kind_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
@@ -56,12 +57,23 @@ class CsvTable:
     first: int
     """line of the first row of data, from 1"""
     decimal: str = "."
-    dates: Mapping[int, bool] = field(default_factory=dict)
-    """columns of dates, and whether their time zone is stated; read as seconds since
-    1970"""
+    dates: Mapping[int, str] = field(default_factory=dict)
+    """columns of dates and times of day, read as seconds, and their kind of
+    `hefting.logs.csv_times`"""
+    day_first: bool = False
+    """whether dates are written as 31.01.2026"""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`."""
+        clocks = {j: Midnights() for j in columns if self.dates.get(j) == "time of day"}
+        for block in self._blocks(columns):
+            unfolded = {
+                j: clock.unfold(block.values[j], block.blanks[j])
+                for j, clock in clocks.items()
+            }
+            yield replace(block, values={**block.values, **unfolded})
+
+    def _blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         before, short = 0, Path(self.source).stat().st_size <= SHORT
         for text in texts(self.source):
             if before < self.first - 1:
@@ -110,6 +122,8 @@ class CsvTable:
         """The rows in `text`, which follows `before` lines, and its number of lines."""
         import pyarrow as pa
 
+        if self.day_first:
+            text = all_with_year_first(text)
         if self.separator == " ":
             text = _merge_spaces(text)
         if not text.lstrip(b"\n"):
@@ -162,8 +176,12 @@ class CsvTable:
 
         labels = [str(j) for j in columns]
         kinds = {label: pa.float64() for label in labels}
-        for j, zoned in self.dates.items():
-            kinds[str(j)] = pa.timestamp("ns", tz="UTC" if zoned else None)
+        of_dates = {
+            "date": pa.timestamp("ns"),
+            "date with zone": pa.timestamp("ns", tz="UTC"),
+            "time of day": pa.time64("ns"),
+        }
+        kinds |= {str(j): of_dates[kind] for j, kind in self.dates.items()}
         return pacsv.read_csv(
             pa.BufferReader(text),
             read_options=pacsv.ReadOptions(
@@ -217,16 +235,19 @@ class CsvTable:
         fix = "give a number, or leave the cell blank"
         what = f"{text[:40]!r} is not a number"
         if column in self.dates:
-            if not text.strip() or seconds_of(text) is not None:
+            kind = self.dates[column]
+            if not text.strip() or kind_of(text) == kind:
                 return None
-            what = f"{text[:40]!r} is no date like those before"
-            fix = "write each as 2026-01-31T12:00:00.000"
+            what = f"{text[:40]!r} is no {kind.removesuffix(' with zone')} like those before"
+            fix = f"write each as {WRITTEN}"
         else:
             number = text
             if self.decimal == ",":
                 number = text.replace(".", "?").replace(",", ".")
             if NUMBER.fullmatch(number):
                 return None
+            if re.search(r"\d[:/]\d", text):
+                fix = f"write times in seconds, or as {WRITTEN}"
             if self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", text):
                 fix = (
                     'write decimals with a point, or give decimal = "," in a column map '
@@ -236,11 +257,11 @@ class CsvTable:
 
 
 def _values_of(array: "pa.Array") -> Array:
-    """(R,) of a column of numbers, or of dates as seconds since 1970; where it is
+    """(R,) of a column of numbers, or of dates and times as seconds; where it is
     blank, anything. Its own `to_numpy` would import pandas if it can."""
     import pyarrow as pa
 
-    dates = pa.types.is_timestamp(array.type)
+    dates = pa.types.is_temporal(array.type)
     values = np.frombuffer(
         array.buffers()[1],
         dtype=np.int64 if dates else float,
@@ -272,6 +293,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.first,
         header.decimal,
         header.dates,
+        header.day_first,
     )
 
 

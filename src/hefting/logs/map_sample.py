@@ -18,9 +18,9 @@ from hefting.logs.csv_header import (
     NUMBER,
     is_numbers,
     read_header,
-    seconds_of,
     split_cells,
 )
+from hefting.logs.csv_times import seconds_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import find_format
 from hefting.logs.table import Table
