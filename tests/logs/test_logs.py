@@ -278,6 +278,47 @@ def test_an_optional_group_may_be_all_blank(tmp_path):
     assert got.warnings == ("columns gyro_x..gyro_z are all blank",)
 
 
+@pytest.mark.parametrize("cell", ["nan", "N/A", ""])
+@pytest.mark.parametrize("column", [2, 6])
+def test_a_few_rows_that_lack_a_number_are_left_out_and_counted(tmp_path, cell, column):
+    """Of the stream that lacks it; in many rows it is an error."""
+    lines = [[f"{0.1 * k}", *ROWS[0].split(",")[1:]] for k in range(20)]
+    for row in (7, 8, 15):
+        lines[row][column] = cell
+    got = read_log(log(tmp_path, *map(",".join, lines)))
+    counts = {"orientation": 20, "wrench": 20} | {
+        "orientation" if column < 5 else "wrench": 17
+    }
+    assert {name: len(stream) for name, stream in got.streams.items()} == counts
+    [said] = got.warnings
+    assert said.startswith("left out 3 of 20 rows (the first: row 9) in which ")
+    for row in (9, 10):
+        lines[row][column] = cell
+    fails(
+        log(tmp_path, *map(",".join, lines)),
+        "row 9",
+        "here and in 4 more rows",
+        "blank",
+    )
+
+
+@pytest.mark.parametrize("fill", ["0", "-9999"])
+def test_a_few_poses_that_are_none_are_left_out_and_counted(tmp_path, fill):
+    header = HEADER + ",px,py,pz"
+    lines = [[f"{0.1 * k}", *ROWS[0].split(",")[1:], "1", "2", "3"] for k in range(20)]
+    for row in (7, 8):
+        lines[row][1:5], lines[row][11:] = [fill] * 4, [fill] * 3
+    got = read_log(log(tmp_path, *map(",".join, lines), header=header))
+    assert len(got["orientation"]) == len(got["position"]) == 18
+    assert len(got["wrench"]) == 20
+    assert (got["position"].values == [1, 2, 3]).all()
+    [said] = got.warnings
+    assert said.startswith("left out 2 of 20 poses (the first: row 9)")
+    for row in range(9, 12):
+        lines[row][1:5] = [fill] * 4
+    fails(log(tmp_path, *map(",".join, lines), header=header), "row 9", "norm")
+
+
 def test_epoch_seconds_are_shifted_with_their_precision(tmp_path):
     got = read_log(timed(tmp_path, [1.7e9 + k / 100 for k in range(5)]))
     # doubles near 1.7e9 are 2.4e-7 apart

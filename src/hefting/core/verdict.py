@@ -39,6 +39,8 @@ NO_DOUBT = frozenset(
         "messages-unstamped",
         "no-time-column",
         "pose-constant",
+        "poses-invalid",
+        "rows-incomplete",
         "rows-repeated",
         "stream-left-out",
         "recording-left-out",

@@ -20,7 +20,7 @@ from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
-from hefting.logs.csv_header import NUMBER, read_header
+from hefting.logs.csv_header import NOTHING, NUMBER, read_header
 from hefting.logs.csv_times import WRITTEN, Midnights, all_with_year_first, kind_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
@@ -193,7 +193,7 @@ class CsvTable:
             convert_options=pacsv.ConvertOptions(
                 column_types=kinds,
                 include_columns=labels,
-                null_values=BLANKS,
+                null_values=[*BLANKS, *NOTHING],
                 quoted_strings_can_be_null=True,
                 decimal_point=self.decimal,
             ),
@@ -244,7 +244,7 @@ class CsvTable:
             number = text
             if self.decimal == ",":
                 number = text.replace(".", "?").replace(",", ".")
-            if NUMBER.fullmatch(number):
+            if NUMBER.fullmatch(number) or text in NOTHING:
                 return None
             if re.search(r"\d[:/]\d", text):
                 fix = f"write times in seconds, or as {WRITTEN}"

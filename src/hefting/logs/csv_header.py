@@ -33,6 +33,10 @@ NUMBER = re.compile(
 around it."""
 
 
+NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")
+"""Cells that other programs write where nothing was measured."""
+
+
 @dataclass(frozen=True)
 class Header:
     """What the beginning of separated text says of the rest."""
@@ -205,7 +209,7 @@ def split_cells(line: str, separator: str) -> list[str]:
 
 def is_numbers(cells: Sequence[str], separator: str) -> bool:
     """Whether most cells of a row are numbers or dates, and some are not blank."""
-    known = [cell for cell in cells if cell]
+    known = [cell for cell in cells if cell and cell not in NOTHING]
     if separator != ",":
         known = [cell.replace(",", ".") for cell in known]
     readable = sum(NUMBER.fullmatch(c) is not None or bool(kind_of(c)) for c in known)

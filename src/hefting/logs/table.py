@@ -13,6 +13,7 @@ from hefting.core.magnitudes import LARGEST_CELL, too_large
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream, all_finite
 from hefting.core.spatial import Array, Mask, median, own, rotation_matrices
+from hefting.logs.gaps import Gaps, without_invalid_poses, without_repeats
 from hefting.logs.growing import Growing, Samples
 
 if TYPE_CHECKING:
@@ -93,17 +94,22 @@ def collect(
     """Samples of each group of columns, in the file's units, and warnings.
 
     A group is measured in a row where none of its cells is blank; groups that are blank
-    throughout are left out, with a warning. Without a column of `time` the rows are
+    throughout are left out, with a warning, as are a few samples that lack a number
+    (`hefting.logs.gaps`). Without a column of `time` the rows are
     numbered from 0; a column of `nanoseconds` counts on top of seconds. A sample that
     repeats the one before it, time and all, is dropped. Raises `InputError`, naming row
-    and column, for a cell that is not a finite number, a group of which only a part is
-    blank, a blank time beside something measured, and too many numbers.
+    and column, for a cell that is not a finite number, a group of which often only a part
+    is there, a blank time beside something measured, and too many numbers.
     """
     wanted = sorted(
         {column for columns in groups.values() for column in columns}
         | {column for column in (time, nanoseconds) if column is not None}
     )
     samples = {name: Samples(len(columns)) for name, columns in groups.items()}
+    gaps = {
+        name: Gaps(table.source, [label(table, column) for column in columns])
+        for name, columns in groups.items()
+    }
     times, rows, count = Growing(), Growing(dtype=np.int32), 0
     for block in table.blocks(wanted):
         begin, count = count, count + len(block.rows)
@@ -115,10 +121,10 @@ def collect(
         numbers, untimed = (
             (np.arange(begin, count), None)
             if time is None
-            else _read_column(block, time, nan_is_blank)
+            else _read_column(block, time, nan_is_blank)[:2]
         )
         if nanoseconds is not None:
-            more, blank = _read_column(block, nanoseconds, nan_is_blank)
+            more, blank, _ = _read_column(block, nanoseconds, nan_is_blank)
             numbers = numbers + 1e-9 * (
                 more if blank is None else np.where(blank, 0.0, more)
             )
@@ -126,7 +132,7 @@ def collect(
         rows.append(block.rows)
         for name, columns in groups.items():
             values, blank = _read_group(
-                table, block, columns, nan_is_blank, numbers, untimed, time
+                table, block, columns, nan_is_blank, gaps[name], numbers, untimed, time
             )
             samples[name].append(begin, values, blank)
     if count == 0:
@@ -136,6 +142,7 @@ def collect(
     every = times.finish(), rows.finish()
     streams, warnings = {}, ()
     for name, columns in groups.items():
+        warnings += gaps[name].conclude(len(samples[name]))
         if taken := samples.pop(name):
             streams[name] = taken.stream(*every)
         else:
@@ -146,36 +153,12 @@ def collect(
                 else f"column {first} is blank"
             )
             warnings += (warning("columns-blank", what),)
+    streams, invalid = without_invalid_poses(streams)
+    warnings += invalid
     if time is None:
         return streams, warnings
     streams, repeats = without_repeats(streams)
     return streams, warnings + repeats
-
-
-def without_repeats(
-    streams: Mapping[str, Stream],
-) -> tuple[dict[str, Stream], tuple[Message, ...]]:
-    """The streams without the samples that repeat the one before, time and values
-    alike, and a warning of how many.
-
-    Two different samples at one time are kept: `hefting.core.recording.Recording`
-    refuses them.
-    """
-    kept, dropped = {}, set()
-    for name, stream in streams.items():
-        again = np.flatnonzero(stream.time[1:] == stream.time[:-1])
-        again = (
-            1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
-        )
-        dropped.update(stream.rows[again].tolist())
-        kept[name] = (
-            stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
-        )
-    if not dropped:
-        return kept, ()
-    plural = "s" if len(dropped) > 1 else ""
-    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {min(dropped)})"
-    return kept, (warning("rows-repeated", what),)
 
 
 def in_seconds(
@@ -335,11 +318,15 @@ def summarize_list(items: Sequence[str], between: str = ", ") -> str:
 
 def _read_column(
     block: Block, column: int, nan_is_blank: bool
-) -> tuple[Array, Mask | None]:
+) -> tuple[Array, Mask | None, Mask | None]:
+    """Values (R,) of a column, where they are blank, and where NaN that says nothing of
+    that."""
     values, blank = block.values[column], block.blanks[column]
-    if nan_is_blank and (nan := np.isnan(values)).any():
-        blank = nan if blank is None else blank | nan
-    return values, blank
+    if all_finite(values) or not (nan := np.isnan(values)).any():
+        return values, blank, None
+    if nan_is_blank:
+        return values, nan if blank is None else blank | nan, None
+    return values, blank, nan if blank is None else nan & ~blank
 
 
 def _read_group(
@@ -347,16 +334,17 @@ def _read_group(
     block: Block,
     columns: Sequence[int],
     nan_is_blank: bool,
+    gaps: Gaps,
     times: NDArray,
     untimed: Mask | None,
     time: int | None,
 ) -> tuple[Sequence[Array], Mask | None]:
-    """Columns (R,) of a group in a block, and where they are blank. `InputError` for
-    what cannot be a sample."""
-    values, blanks = zip(
+    """Columns (R,) of a group in a block, and where they hold no sample. `InputError`
+    for what cannot be one."""
+    values, blanks, nans = zip(
         *(_read_column(block, column, nan_is_blank) for column in columns), strict=True
     )
-    blank = _find_blanks(table, block, columns, blanks)
+    blank = gaps.find(block.rows, blanks, nans)
     if (
         untimed is not None
         and (lost := untimed if blank is None else untimed & ~blank).any()
@@ -375,8 +363,6 @@ def _read_group(
             row = (block.rows if blank is None else block.rows[~blank])[k]
             where = f"{table.source}, row {row}, column {label(table, those[j])}"
             fix = "leave the cell blank where nothing was measured"
-            if np.isnan(matrix[k, j]):
-                fix += ', or say nan = "blank" in a column map (hefting map does)'
             raise InputError(f"the value is {matrix[k, j]}", where, fix)
     return values, blank
 
@@ -386,25 +372,3 @@ def _is_wrong(column: Array) -> bool:
     return len(column) > 0 and (
         not all_finite(column) or too_large(column, LARGEST_CELL)
     )
-
-
-def _find_blanks(
-    table: Table, block: Block, columns: Sequence[int], blanks: Sequence[Mask | None]
-) -> Mask | None:
-    """Where (R,) a group was not measured: a row holds all of a group or nothing."""
-    if all(blank is None for blank in blanks):
-        return None
-    first, *others = (
-        np.zeros(len(block.rows), dtype=bool) if blank is None else blank
-        for blank in blanks
-    )
-    for column, blank in zip(columns[1:], others, strict=True):
-        if (blank != first).any():
-            k = np.argmax(blank != first)
-            where = f"{table.source}, row {block.rows[k]}, column {label(table, column if blank[k] else columns[0])}"
-            names = [label(table, each) for each in columns]
-            those = " ".join(names) if len(names) < 8 else f"{names[0]}..{names[-1]}"
-            raise InputError(
-                "the cell is blank", where, f"give all of {those} in a row or none"
-            )
-    return first
