@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from hefting.core.magnitudes import LARGEST, SMALLEST_INTERVAL
+from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
 from log_files import (
@@ -317,6 +318,39 @@ def test_a_few_poses_that_are_none_are_left_out_and_counted(tmp_path, fill):
     for row in range(9, 12):
         lines[row][1:5] = [fill] * 4
     fails(log(tmp_path, *map(",".join, lines), header=header), "row 9", "norm")
+
+
+ENDS = {
+    "a row that was cut": "0.3,0,0,0,1",
+    "a row that was cut by the power": "0.3,0,0,0,1,1,2,3,4,5,0." + "\0" * 5000,
+    "NUL alone": "\0" * 200_000,
+    "a comment": "\n# end of recording, 3 samples\n",
+    "a summary": "Total,3,,,,,,,,,\nmean of fz,3,,,,,,,,,\n",
+}
+
+
+@pytest.mark.parametrize("case", ENDS)
+def test_what_follows_the_last_whole_row_is_left_out_and_said(tmp_path, case):
+    path = log(tmp_path, *ROWS)
+    whole = path.read_bytes()
+    for end in (b"\n", b"\r\n"):
+        path.write_bytes(whole.replace(b"\n", end) + ENDS[case].encode())
+        got = read_log(path)
+        assert same(got, read_log(log(tmp_path, *ROWS)))
+        [said] = got.warnings
+        assert said.startswith("left out what follows the last whole row: ")
+        first = ENDS[case].strip("\n\0").partition("\n")[0]
+        assert (first[:40] or "NUL") in said
+
+
+def test_rows_that_end_with_words_are_rows(tmp_path):
+    """Sparse ones too, in which words are the most."""
+    header = HEADER + ",state,note,by"
+    rows = [f"{row},on,moves,me" for row in ROWS]
+    rows += ["0.3" + "," * 10 + ",on,moves,me", "0.4" + "," * 13]
+    got = read_log(log(tmp_path, *rows, header=header))
+    assert codes(got.warnings) == {"columns-ignored"}
+    fails(log(tmp_path, *ROWS, "0.3,0,0,0,1,1,x,3,4,5,6"), "row 5, column fy")
 
 
 def test_epoch_seconds_are_shifted_with_their_precision(tmp_path):

@@ -75,6 +75,11 @@ def test_bad_cells_are_named_by_row_and_column(tmp_path, cell, words):
     fails(log(tmp_path, ROWS[0], bad, ROWS[2]), "row 3, column fy", *words)
 
 
+def test_column_names_in_the_middle_begin_another_recording(tmp_path):
+    path = log(tmp_path, *ROWS, HEADER, *ROWS)
+    fails(path, "row 5: ", "another recording begins", "cut the log in two")
+
+
 def test_bad_times(tmp_path):
     fails(log(tmp_path, ROWS[0], "noon" + ROWS[1][3:]), "row 3, column time", "'noon'")
     fails(log(tmp_path, ROWS[0], ROWS[1][3:]), "row 3, column time", "time is blank")
@@ -277,7 +282,7 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
 
 def test_lines_too_long_to_hold(tmp_path, monkeypatch):
     monkeypatch.setattr("hefting.logs.csv_file.BLOCK", 1000)
-    fails(log(tmp_path, *ROWS, "9" * 2500), "has a line of more than 1,000 bytes")
+    fails(log(tmp_path, "9" * 2500, *ROWS), "has a line of more than 1,000 bytes")
 
 
 @pytest.mark.parametrize(

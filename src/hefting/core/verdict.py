@@ -47,6 +47,7 @@ NO_DOUBT = frozenset(
         "tf-stamps-uncovered",
         "time-shifted",
         "bag-truncated",
+        "end-left-out",
         "gaps-in-poses",
         "torque-reference-assumed",
         "mass-deviation-assumed",

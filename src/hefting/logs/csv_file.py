@@ -6,6 +6,7 @@ import csv
 import io
 import os
 import re
+import sys
 import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
@@ -16,10 +17,12 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
+from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
+from hefting.logs.csv_end import find_end
 from hefting.logs.csv_header import NOTHING, NUMBER, read_header
 from hefting.logs.csv_times import WRITTEN, Midnights, all_with_year_first, kind_of
 from hefting.logs.layout import Layout
@@ -62,6 +65,10 @@ class CsvTable:
     `hefting.logs.csv_times`"""
     day_first: bool = False
     """whether dates are written as 31.01.2026"""
+    end: int | None = None
+    """where the last row ends [bytes]; None: at the end of the file"""
+    said: tuple[Message, ...] = ()
+    """of what follows it"""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`."""
@@ -75,7 +82,7 @@ class CsvTable:
 
     def _blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         before, short = 0, Path(self.source).stat().st_size <= SHORT
-        for text in texts(self.source):
+        for text in texts(self.source, self.end):
             if before < self.first - 1:
                 count = _count_lines(text)
                 skipped = min(self.first - 1 - before, count)
@@ -216,6 +223,9 @@ class CsvTable:
                 return InputError(
                     f"is no row of cells ({reason})", where, "export the log as CSV"
                 )
+            if tuple(cell.strip() for cell in cells) == self.names:
+                what = "the column names stand there again: another recording begins"
+                return InputError(what, where, "cut the log in two, and give both")
             if len(cells) != len(self.names):
                 what = (
                     f"there are {len(cells)} cells under {len(self.names)} column names"
@@ -285,7 +295,10 @@ def _blanks_of(array: "pa.Array") -> Mask | None:
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     """The CSV file at `path`, its header read. `InputError` when that is no header of
     at least two columns."""
-    header = read_header(next(texts(path), b""), path, layout or Layout())
+    text = next(texts(path), b"")
+    header = read_header(text, path, layout or Layout())
+    rows = text.split(b"\n", header.first)[header.first - 1 : header.first]
+    first_row = rows[0].decode(errors="replace") if rows else ""
     return CsvTable(
         str(path),
         header.names,
@@ -294,24 +307,26 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.decimal,
         header.dates,
         header.day_first,
+        *find_end(path, header, first_row),
     )
 
 
-def texts(path: str | Path) -> Iterator[bytes]:
-    """The text of a file in blocks of whole lines that end in \\n, without byte-order
-    mark.
+def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
+    """The text of a file, up to its byte `end`, in blocks of whole lines that end in
+    \\n, without byte-order mark.
 
     `InputError` when it is not text, or has a line longer than `BLOCK`.
     """
     rest, held = b"", b""
     with open(path, "rb", buffering=0) as stream:
         begun, size = False, os.fstat(stream.fileno()).st_size
-        while data := stream.read(min(READ, BLOCK)):
+        last = sys.maxsize if end is None else end
+        while data := stream.read(min(READ, BLOCK, last - stream.tell())):
             report(READING, stream.tell() / max(size, 1))
             if not begun:
                 if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
                     raise InputError("is UTF-16 text", path, "save it as UTF-8")
-                if b"\0" in data[:65536]:
+                if b"\0" in data[:64] or b"\0" in data[:65536].rstrip(b"\0"):
                     raise InputError(
                         "is binary, not CSV text", path, "export the log as CSV"
                     )

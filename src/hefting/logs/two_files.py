@@ -113,10 +113,11 @@ def _fits(chosen: ColumnMap, path: str | Path) -> bool:
 
 def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
     """What a table holds, by a map or by what its names tell."""
-    table, said = _table(path, chosen), ()
+    table = _table(path, chosen)
+    said = getattr(table, "said", ())
     if chosen is None:
         chosen, guessed = map_by_names(table, is_part=True)
-        said = (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
+        said += (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
     found = mapped(table, chosen)
     if found.unit is None or not found.streams:
         raise InputError("there is no time", path, "name its column time, in seconds")
