@@ -240,7 +240,8 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".bag", ".mcap", ".db3"):
-        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"), "'.xlsx'", suffix)
+        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.npz"), "'.npz'", suffix)
+    fails(tmp_path / "log.npz", "`hefting.as_recording` takes arrays or columns")
     fails(tmp_path / "log", "does not exist")
     with open(tmp_path / "huge.csv", "wb") as huge:
         huge.truncate(3 * 1024**3)  # sparse: takes no room on the disk
