@@ -39,7 +39,7 @@ class Gaps:
             np.array([nowhere if mask is None else mask for mask in masks])
             for masks in (blanks, nans)
         )
-        lacking = (blank | nan).any(axis=0)
+        lacking: Mask = np.logical_or.reduce(blank | nan)
         if (gaps := lacking & ~blank.all(axis=0)).any():
             if not self._count:
                 first = int(np.argmax(gaps))

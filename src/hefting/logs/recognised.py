@@ -138,7 +138,7 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
         "hefting map writes one of what is known)"
     )
     if "time" in absent:
-        fix += f", {TIME_EXAMPLE}; rows of a map without it are static poses"
+        fix += f", as {TIME_EXAMPLE}; rows of a map without it are static poses"
     if "orientation" in absent:
         fix += ", or give another table with the poses (`poses`)"
     return InputError(what + told, table.source, fix)
