@@ -273,7 +273,10 @@ def _write_texts(folder: Path, lines: list[str]) -> None:
         "words.csv": ["name,colour", "mug,blue"],
         "misspelt.csv": [header.replace("time", "tiem").replace("fx", "Fx"), *rows],
         "partly.csv": [header.replace(",fy", ",f2").replace(",qw", ",qq"), *rows],
-        "nan.csv": [*lines[:9], lines[9].replace(lines[9].split(",")[9], "NaN")],
+        "nan.csv": [
+            *lines[:7],
+            *(line.replace(line.split(",")[9], "NaN") for line in lines[7:10]),
+        ],
         "early.csv": [*lines[:9], lines[3], *lines[9:]],
         "log.xlsx": ["spreadsheet"],
         "log.pdf": ["page"],

@@ -25,6 +25,15 @@ def test_rounded_times_are_told_by_how_many_repeat():
         assert error.fix.startswith(f"{repeats} of 499 do")
 
 
+def test_times_of_arrival_take_no_more_digits():
+    """Of packets that arrive when a buffer is emptied, at uneven times."""
+    late = np.random.default_rng(4).exponential(0.02, len(TIME))
+    error = error_of(np.maximum.accumulate(TIME + late))
+    assert "more digits" not in error.fix
+    assert "the sender's" in error.fix
+    assert "time = { rate = 250 }" in error.fix
+
+
 def test_a_message_that_was_logged_twice_is_one_of_two_rows():
     error = error_of(np.sort(np.append(TIME, TIME[[30, 70]])))
     assert error.fix == "keep one of the two rows"

@@ -7,6 +7,7 @@ from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
 
 from hefting.core.magnitudes import LARGEST, SMALLEST_INTERVAL
+from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
 from log_files import (
@@ -112,6 +113,20 @@ def test_rows_without_time_are_static_poses(tmp_path):
         )
     )
     assert "static pose, although there is gyroscope" in moving.warnings[0]
+
+
+def test_rows_that_move_smoothly_are_hardly_static_poses(tmp_path):
+    header = HEADER.split(",", 1)[1]
+    angle = np.linspace(0.0, 1.5, 60)
+    orders = (np.arange(60), np.random.default_rng(3).permutation(60))
+    for order, count in zip(orders, (1, 0), strict=True):
+        lines = [f"0,0,{np.sin(a)},{np.cos(a)},1,2,3,4,5,6" for a in angle[order]]
+        got = read_log(log(tmp_path, *lines, header=header))
+        assert got.static
+        assert len(got.warnings) == count
+        for said in got.warnings:
+            assert "although they move smoothly" in said
+            assert "time = { rate = 250 }" in said
 
 
 def test_one_timed_sample_is_enough(tmp_path):
@@ -262,6 +277,80 @@ def test_an_optional_group_may_be_all_blank(tmp_path):
     )
     assert not got.has("gyroscope")
     assert got.warnings == ("columns gyro_x..gyro_z are all blank",)
+
+
+@pytest.mark.parametrize("cell", ["nan", "N/A", ""])
+@pytest.mark.parametrize("column", [2, 6])
+def test_a_few_rows_that_lack_a_number_are_left_out_and_counted(tmp_path, cell, column):
+    """Of the stream that lacks it; in many rows it is an error."""
+    lines = [[f"{0.1 * k}", *ROWS[0].split(",")[1:]] for k in range(20)]
+    for row in (7, 8, 15):
+        lines[row][column] = cell
+    got = read_log(log(tmp_path, *map(",".join, lines)))
+    counts = {"orientation": 20, "wrench": 20} | {
+        "orientation" if column < 5 else "wrench": 17
+    }
+    assert {name: len(stream) for name, stream in got.streams.items()} == counts
+    [said] = got.warnings
+    assert said.startswith("left out 3 of 20 rows (the first: row 9) in which ")
+    for row in (9, 10):
+        lines[row][column] = cell
+    fails(
+        log(tmp_path, *map(",".join, lines)),
+        "row 9",
+        "here and in 4 more rows",
+        "blank",
+    )
+
+
+@pytest.mark.parametrize("fill", ["0", "-9999"])
+def test_a_few_poses_that_are_none_are_left_out_and_counted(tmp_path, fill):
+    header = HEADER + ",px,py,pz"
+    lines = [[f"{0.1 * k}", *ROWS[0].split(",")[1:], "1", "2", "3"] for k in range(20)]
+    for row in (7, 8):
+        lines[row][1:5], lines[row][11:] = [fill] * 4, [fill] * 3
+    got = read_log(log(tmp_path, *map(",".join, lines), header=header))
+    assert len(got["orientation"]) == len(got["position"]) == 18
+    assert len(got["wrench"]) == 20
+    assert (got["position"].values == [1, 2, 3]).all()
+    [said] = got.warnings
+    assert said.startswith("left out 2 of 20 poses (the first: row 9)")
+    for row in range(9, 12):
+        lines[row][1:5] = [fill] * 4
+    fails(log(tmp_path, *map(",".join, lines), header=header), "row 9", "norm")
+
+
+ENDS = {
+    "a row that was cut": "0.3,0,0,0,1",
+    "a row that was cut by the power": "0.3,0,0,0,1,1,2,3,4,5,0." + "\0" * 5000,
+    "NUL alone": "\0" * 200_000,
+    "a comment": "\n# end of recording, 3 samples\n",
+    "a summary": "Total,3,,,,,,,,,\nmean of fz,3,,,,,,,,,\n",
+}
+
+
+@pytest.mark.parametrize("case", ENDS)
+def test_what_follows_the_last_whole_row_is_left_out_and_said(tmp_path, case):
+    path = log(tmp_path, *ROWS)
+    whole = path.read_bytes()
+    for end in (b"\n", b"\r\n"):
+        path.write_bytes(whole.replace(b"\n", end) + ENDS[case].encode())
+        got = read_log(path)
+        assert same(got, read_log(log(tmp_path, *ROWS)))
+        [said] = got.warnings
+        assert said.startswith("left out what follows the last whole row: ")
+        first = ENDS[case].strip("\n\0").partition("\n")[0]
+        assert (first[:40] or "NUL") in said
+
+
+def test_rows_that_end_with_words_are_rows(tmp_path):
+    """Sparse ones too, in which words are the most."""
+    header = HEADER + ",state,note,by"
+    rows = [f"{row},on,moves,me" for row in ROWS]
+    rows += ["0.3" + "," * 10 + ",on,moves,me", "0.4" + "," * 13]
+    got = read_log(log(tmp_path, *rows, header=header))
+    assert codes(got.warnings) == {"columns-ignored"}
+    fails(log(tmp_path, *ROWS, "0.3,0,0,0,1,1,x,3,4,5,6"), "row 5, column fy")
 
 
 def test_epoch_seconds_are_shifted_with_their_precision(tmp_path):

@@ -44,7 +44,7 @@ def test_row_numbers_hold_far_into_a_large_file(tmp_path):
     # several of the parser's blocks
     lines = [f"{k / 1000},0,0,0,1,1,2,3,4,5,6" for k in range(60_000)]
     lines[777:777] = [""]
-    for bad in ("nan", "x"):
+    for bad in ("inf", "x"):
         lines[54_321] = f"{54.32},0,0,0,1,1,{bad},3,4,5,6"
         fails(log(tmp_path, *lines), "row 54323, column fy")
     lines[54_321] = "54.32,0,0,0,1,1,2"
@@ -58,7 +58,7 @@ def test_row_numbers_hold_far_into_a_large_file(tmp_path):
     ("cell", "words"),
     [
         ("abc", ("'abc' is not a number", "leave the cell blank")),
-        ("NA", ("'NA' is not a number",)),
+        ("NA", ("the cell is blank", "fx fy fz tx ty tz")),
         ("1.5.2", ("'1.5.2' is not a number",)),
         ("1_0", ("'1_0' is not a number",)),
         ("\x1b[31m", ("'\\x1b[31m' is not a number",)),
@@ -73,6 +73,11 @@ def test_row_numbers_hold_far_into_a_large_file(tmp_path):
 def test_bad_cells_are_named_by_row_and_column(tmp_path, cell, words):
     bad = f"0.1,0,0,0,1,1,{cell},3,4,5,6"
     fails(log(tmp_path, ROWS[0], bad, ROWS[2]), "row 3, column fy", *words)
+
+
+def test_column_names_in_the_middle_begin_another_recording(tmp_path):
+    path = log(tmp_path, *ROWS, HEADER, *ROWS)
+    fails(path, "row 5: ", "another recording begins", "cut the log in two")
 
 
 def test_bad_times(tmp_path):
@@ -235,7 +240,8 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".bag", ".mcap", ".db3"):
-        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"), "'.xlsx'", suffix)
+        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.npz"), "'.npz'", suffix)
+    fails(tmp_path / "log.npz", "`hefting.as_recording` takes arrays or columns")
     fails(tmp_path / "log", "does not exist")
     with open(tmp_path / "huge.csv", "wb") as huge:
         huge.truncate(3 * 1024**3)  # sparse: takes no room on the disk
@@ -277,7 +283,7 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
 
 def test_lines_too_long_to_hold(tmp_path, monkeypatch):
     monkeypatch.setattr("hefting.logs.csv_file.BLOCK", 1000)
-    fails(log(tmp_path, *ROWS, "9" * 2500), "has a line of more than 1,000 bytes")
+    fails(log(tmp_path, "9" * 2500, *ROWS), "has a line of more than 1,000 bytes")
 
 
 @pytest.mark.parametrize(

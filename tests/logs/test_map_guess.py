@@ -109,6 +109,34 @@ def test_units_below_the_header_and_decimal_commas(tmp_path):
     assert got["position"].values[0].tolist() == [0.8125, 0.0015, 0.3]
 
 
+GUESSED = {
+    "rx[rad] ry[rad] rz[rad]": ("rotation-vector", 'or "rpy", or "euler"'),
+    "rotvec_x rotvec_y rotvec_z": ("rotation-vector", ""),
+    "A B C": ("euler", "as of KUKA"),
+    "theta_x theta_y theta_z": ("rpy", 'or "euler"'),
+    "rx[ticks] ry[ticks] rz[ticks]": ("rotation-vector", "unit 'ticks' is not known"),
+}
+
+
+@pytest.mark.parametrize("names", GUESSED)
+def test_what_is_guessed_of_angles_is_marked(tmp_path, names):
+    form, remark = GUESSED[names]
+    header = f"time x y z {names} fx fy fz tx ty tz".split()
+    log = written(
+        tmp_path / "log.csv", header, (TIME, POSITION, TURNS.as_rotvec(), WRENCH)
+    )
+    [line] = [s for s in guess_map(log).text.splitlines() if s.startswith("orient")]
+    before, _, after = line.partition("#")
+    assert f'form = "{form}"' in before
+    assert remark in after
+
+
+def test_an_orientation_that_is_missing_may_be_angles(tmp_path):
+    names = split("time x y z fx fy fz tx ty tz")
+    found = guess_map(written(tmp_path / "log.csv", names, (TIME, POSITION, WRENCH)))
+    assert 'form = "euler", order = "ZYX", unit = "deg"' in found.text
+
+
 def test_joints_and_what_is_missing(tmp_path):
     names = ["time", *(f"joint_{k}" for k in range(1, 8))]
     degrees = np.degrees(RNG.uniform(-2.0, 2.0, (ROWS, 7)))

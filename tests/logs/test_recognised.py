@@ -64,6 +64,7 @@ FRANKA = numbered("O_T_EE_", 16)
 MATRICES = np.tile(np.eye(4), (ROWS, 1, 1))
 MATRICES[:, :3, :3], MATRICES[:, :3, 3] = TURNS.as_matrix(), POSITION
 BY_COLUMNS = MATRICES.transpose(0, 2, 1).reshape(ROWS, 16)
+DEGREES = TURNS.as_euler("xyz", degrees=True)
 IN_BASE = np.hstack((TURNS.apply(WRENCH[:, :3]), TURNS.apply(WRENCH[:, 3:])))
 
 
@@ -123,6 +124,40 @@ NAMES = {
         "timestamp_ms pose.x pose.y pose.z pose.alphaRad pose.betaRad pose.gammaRad"
         " force.x force.y force.z torque.x torque.y torque.z",
         (1e3 * TIME, 1e3 * POSITION, TURNS.as_euler("ZYX"), WRENCH),
+    ),
+    "RAPID of ABB": (
+        "robtime trans.x trans.y trans.z rot.q1 rot.q2 rot.q3 rot.q4 Fx Fy Fz Tx Ty Tz",
+        (TIME, POSITION, QUATERNION[:, [3, 0, 1, 2]], WRENCH),
+    ),
+    "EGM of ABB": (
+        "Time[ms] X[mm] Y[mm] Z[mm] EulerX[deg] EulerY[deg] EulerZ[deg]"
+        " Fx Fy Fz Mx My Mz",
+        (1e3 * TIME, 1e3 * POSITION, DEGREES, WRENCH),
+    ),
+    "Fanuc": (
+        "Time(sec) X(mm) Y(mm) Z(mm) W(deg) P(deg) R(deg) Fx(N) Fy(N) Fz(N) Mx My Mz",
+        (TIME, 1e3 * POSITION, DEGREES, WRENCH),
+    ),
+    "Doosan": (
+        "time posx_x posx_y posx_z posx_a posx_b posx_c"
+        " ft_fx ft_fy ft_fz ft_mx ft_my ft_mz",
+        (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
+    ),
+    "Kinova": (
+        "timestamp tool_pose_x tool_pose_y tool_pose_z tool_pose_theta_x"
+        " tool_pose_theta_y tool_pose_theta_z force_x force_y force_z"
+        " torque_x torque_y torque_z",
+        (TIME, POSITION, DEGREES, WRENCH),
+    ),
+    "units with factors": (
+        "Zeit X[um] Y[um] Z[um] alphaRad betaRad gammaRad"
+        " Fx[0.1N] Fy[0.1N] Fz[0.1N] Mx[1e-3Nm] My[1e-3Nm] Mz[1e-3Nm]",
+        (
+            TIME,
+            1e6 * POSITION,
+            TURNS.as_euler("ZYX"),
+            WRENCH * ((10,) * 3 + (1e3,) * 3),
+        ),
     ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
@@ -225,6 +260,17 @@ def test_what_names_tell_is_said_where_they_do_not_tell_all():
     assert "`poses`" in error.fix
 
 
+def test_where_only_the_time_is_unknown_it_is_said_how_to_name_it():
+    """Also that without it rows are static poses, as they may be."""
+    names = NAMES["short"][0].replace("t x", "Takt x", 1)
+    with pytest.raises(InputError) as caught:
+        hefting.as_recording(frame_of(names, PLAIN))
+    error = caught.value
+    assert error.what.startswith("no column seems to be the time: unknown are 'Takt';")
+    for words in ('time = { column = "time"', "{ rate = 250 }", "static poses"):
+        assert words in error.fix
+
+
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
 def test_joints_keep_their_names(order):
     """The URDF's order is found by them: tables of ROS have that of the alphabet."""
@@ -307,6 +353,29 @@ def test_dates_are_times(tmp_path, zone, between):
         read_log(path)
 
 
+WAYS = {"%d.%m.%Y %H:%M:%S.%f": "timestamp", "%H:%M:%S.%f": "Time"}
+
+
+@pytest.mark.parametrize("way", WAYS)
+@pytest.mark.parametrize("block", [2**20, 1500])
+def test_dates_with_the_day_first_and_times_of_day(tmp_path, monkeypatch, way, block):
+    """Which go on past midnight, in whatever block."""
+    monkeypatch.setattr("hefting.logs.csv_file.READ", block)
+    began = datetime(2026, 1, 31, 23, 59, 59, 900000, tzinfo=UTC)
+    times = [(began + timedelta(seconds=t)).strftime(way) for t in TIME]
+    frame = frame_of(" ".join(CANONICAL), PLAIN).assign(time=times)
+    path = tmp_path / "log.csv"
+    frame.rename(columns={"time": WAYS[way]}).to_csv(path, index=False)
+    assert same(read_log(path))
+
+
+def test_of_a_time_that_is_not_read_it_is_said_what_is(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text(f"{LINES[0]}\n3/4/2026 1:31:07 PM,{LINES[1].partition(',')[2]}")
+    with pytest.raises(InputError, match=r"in seconds, or as 2026-01-31T12:00:00.000"):
+        read_log(path)
+
+
 @pytest.mark.parametrize("date", ["2026-13-41T12:00:00", "9999-12-31T12:00:00"])
 def test_a_date_that_cannot_be_is_named(tmp_path, date):
     """The first of all is no date at all, so that its column is one of numbers."""
@@ -347,6 +416,30 @@ def test_the_index_of_a_frame_is_its_time(tmp_path):
     got = read_log(tmp_path / "log.csv")
     assert same(got)
     assert codes(got.warnings) == {"columns-ignored"}
+
+
+INDICES = {
+    "dates": pd.Timestamp("2026-01-31T23:59:59.9") + pd.to_timedelta(TIME, unit="s"),
+    "numbers": pd.Index(2.0 + TIME),
+    "a name": pd.Index(TIME, name="stamp"),
+}
+
+
+@pytest.mark.parametrize("case", INDICES)
+def test_the_index_of_a_frame_is_its_time_in_memory_and_in_parquet(tmp_path, case):
+    frame = frame_of(" ".join(CANONICAL), PLAIN).drop(columns="time")
+    frame = frame.set_index(INDICES[case])
+    frame.to_parquet(tmp_path / "log.parquet")
+    for got in (hefting.as_recording(frame), read_log(tmp_path / "log.parquet")):
+        assert same(got)
+
+
+def test_an_index_of_picked_rows_is_no_time(tmp_path):
+    frame = frame_of(" ".join(CANONICAL), PLAIN).drop(columns="time")
+    frame = frame[frame["fx"] > 0.0]
+    frame.to_parquet(tmp_path / "log.parquet")
+    for got in (hefting.as_recording(frame), read_log(tmp_path / "log.parquet")):
+        assert got.static
 
 
 def test_windows_say_once_what_was_taken(tmp_path):

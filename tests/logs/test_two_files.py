@@ -85,6 +85,36 @@ def test_a_column_map_is_of_the_wrench(tmp_path, poses):
     np.testing.assert_allclose(got["wrench"].time, TIME, atol=1e-15)
 
 
+@pytest.mark.parametrize("of", ["wrench", "poses"])
+def test_a_column_map_is_of_the_file_that_has_its_columns(tmp_path, wrench, of):
+    """Whichever of the two has names that say nothing."""
+    columns = [f"channel {k}" for k in range(6)]
+    degrees = Rotation.from_quat(QUATERNION).as_euler("XYZ", degrees=True)
+    (tmp_path / "map.toml").write_text(
+        'time = { column = "n", unit = "ms" }\nposition = ["channel 0", "channel 1", '
+        '"channel 2"]\norientation = { columns = "channel {3..5}", form = "euler", '
+        'order = "XYZ", unit = "deg" }\nsensor_turned = "z:90"\nheader = 1\n'
+        if of == "poses"
+        else 'time = { column = "n", unit = "ms" }\nwrench = "channel {0..5}"\n'
+    )
+    if of == "poses":
+        values = np.hstack((POSITION, degrees))
+        poses = table(tmp_path / "p.csv", "n", 1e3 * POSE_TIME, columns, values)
+    else:
+        values = np.hstack((POSITION, QUATERNION))
+        poses = table(tmp_path / "p.csv", "time", POSE_TIME, POSE_NAMES, values)
+        wrench = table(tmp_path / "f.csv", "n", 1e3 * TIME, columns, WRENCH)
+    got = read_log(wrench, tmp_path / "map.toml", poses=poses)
+    assert got["wrench"].values.tolist() == WRENCH.tolist()
+    turned = Rotation.from_euler("z", 90.0 if of == "poses" else 0.0, degrees=True)
+    expected = Rotation.from_quat(QUATERNION) * turned
+    apart = Rotation.from_quat(got["orientation"].values) * expected.inv()
+    # Euler angles near their singularity lose half of the digits
+    assert apart.magnitude().max() < 1e-7
+    with pytest.raises(InputError, match="the file with the wrench first"):
+        read_log(poses, tmp_path / "map.toml", poses=wrench)
+
+
 def test_joint_angles_serve(tmp_path, wrench):
     joints = [f"q{k}" for k in range(1, 7)]
     values = RNG.normal(size=(20, 6))

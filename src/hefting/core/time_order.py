@@ -14,6 +14,16 @@ FEW_STEPS_BACK = 0.01
 """Share of steps back in time up to which the parts between them are in order."""
 
 
+UNEVEN = 0.5
+"""Smallest step of a clock over its median: those of rounded times are alike."""
+
+
+def _are_rounded(steps: Array) -> bool:
+    """Whether times, of which many repeat, go by even steps where they do not."""
+    forward = steps[steps > 0.0]
+    return not len(forward) or forward.min() > UNEVEN * np.median(forward)
+
+
 def explain_times(time: Array, at: int, row: int) -> tuple[str, str]:
     """What is said of the sample after `at`, whose time is not beyond that of `at`, and
     what to do.
@@ -34,9 +44,15 @@ def explain_times(time: Array, at: int, row: int) -> tuple[str, str]:
     if before == now:
         what, repeats = f"repeats that of row {row}", int((steps == 0.0).sum())
         if repeats > ROUNDED_SHARE * len(steps) and repeats > 1:
+            many = f"{repeats} of {len(steps)} do: "
+            if _are_rounded(steps):
+                return (
+                    what,
+                    f"{many}write times with more digits, those since 1970 above all",
+                )
             return what, (
-                f"{repeats} of {len(steps)} do: write times with more digits, those "
-                "since 1970 above all"
+                f"{many}they seem to be times of arrival, several at once: write the "
+                "sender's, or give the rate in a column map, time = { rate = 250 } [Hz]"
             )
         return what, "keep one of the two rows"
     what, back = f"is before {before:.9g} s of row {row}", steps < 0.0

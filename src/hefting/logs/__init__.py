@@ -153,7 +153,8 @@ def _unknown_format(path: str | Path) -> InputError:
         f", or a {each.name}'s folder" for each in formats() if each.folder
     )
     what = f"'{suffix}' is not a log format" if suffix else "is no log"
-    return InputError(what, path, f"use {known}{folders}")
+    python = "; in Python `hefting.as_recording` takes arrays or columns"
+    return InputError(what, path, f"use {known}{folders}{python}")
 
 
 def _check_options(

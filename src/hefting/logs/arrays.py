@@ -9,8 +9,9 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.recording import COLUMNS, Recording, Stream, column_names
 from hefting.core.spatial import Array
+from hefting.logs.gaps import without_repeats
 from hefting.logs.orientations import no_rotations, quaternions
-from hefting.logs.table import in_seconds, warn_about_static, without_repeats
+from hefting.logs.table import in_seconds, warn_about_static
 
 ARRAYS = ("time", "wrench_time", "pose", *COLUMNS)
 """Names under which arrays are given."""

@@ -13,14 +13,16 @@ WORDS = {
     "torque-or-translation": ("t",),
     "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk"),
     "position": (
-        *("", "p", "pos", "position", "translation", "trans", "xyz", "pose"),
+        *("", "p", "pos", "position", "translation", "trans", "xyz", "pose", "posx"),
         *("tcp", "tcppose", "ee", "eef", "endeffector", "tool", "flange"),
     ),
     "orientation": (
         *("q", "o", "quat", "quaternion"),
         *("orientation", "ori", "rot", "rotation"),
     ),
-    "rotation-vector": ("r", "rotvec", "rv", "axisangle"),
+    "angles": ("r",),
+    "rotation-vector": ("rotvec", "rv", "axisangle"),
+    "roll-pitch-yaw": ("theta", "euler", "rpy"),
     "pose": ("pose", "tcppose"),
     "pose-matrix": ("ee", "pose", "matrix", "transform", "tf"),
     "joint_positions": ("q", "j", "joint", "joints", "jointposition", "jpos"),

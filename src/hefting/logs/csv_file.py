@@ -6,9 +6,10 @@ import csv
 import io
 import os
 import re
+import sys
 import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,11 +17,14 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
+from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
-from hefting.logs.csv_header import NUMBER, read_header, seconds_of
+from hefting.logs.csv_end import find_end
+from hefting.logs.csv_header import NOTHING, NUMBER, read_header
+from hefting.logs.csv_times import WRITTEN, Midnights, all_with_year_first, kind_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
@@ -56,14 +60,29 @@ class CsvTable:
     first: int
     """line of the first row of data, from 1"""
     decimal: str = "."
-    dates: Mapping[int, bool] = field(default_factory=dict)
-    """columns of dates, and whether their time zone is stated; read as seconds since
-    1970"""
+    dates: Mapping[int, str] = field(default_factory=dict)
+    """columns of dates and times of day, read as seconds, and their kind of
+    `hefting.logs.csv_times`"""
+    day_first: bool = False
+    """whether dates are written as 31.01.2026"""
+    end: int | None = None
+    """where the last row ends [bytes]; None: at the end of the file"""
+    said: tuple[Message, ...] = ()
+    """of what follows it"""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`."""
+        clocks = {j: Midnights() for j in columns if self.dates.get(j) == "time of day"}
+        for block in self._blocks(columns):
+            unfolded = {
+                j: clock.unfold(block.values[j], block.blanks[j])
+                for j, clock in clocks.items()
+            }
+            yield replace(block, values={**block.values, **unfolded})
+
+    def _blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         before, short = 0, Path(self.source).stat().st_size <= SHORT
-        for text in texts(self.source):
+        for text in texts(self.source, self.end):
             if before < self.first - 1:
                 count = _count_lines(text)
                 skipped = min(self.first - 1 - before, count)
@@ -110,6 +129,8 @@ class CsvTable:
         """The rows in `text`, which follows `before` lines, and its number of lines."""
         import pyarrow as pa
 
+        if self.day_first:
+            text = all_with_year_first(text)
         if self.separator == " ":
             text = _merge_spaces(text)
         if not text.lstrip(b"\n"):
@@ -162,8 +183,12 @@ class CsvTable:
 
         labels = [str(j) for j in columns]
         kinds = {label: pa.float64() for label in labels}
-        for j, zoned in self.dates.items():
-            kinds[str(j)] = pa.timestamp("ns", tz="UTC" if zoned else None)
+        of_dates = {
+            "date": pa.timestamp("ns"),
+            "date with zone": pa.timestamp("ns", tz="UTC"),
+            "time of day": pa.time64("ns"),
+        }
+        kinds |= {str(j): of_dates[kind] for j, kind in self.dates.items()}
         return pacsv.read_csv(
             pa.BufferReader(text),
             read_options=pacsv.ReadOptions(
@@ -175,7 +200,7 @@ class CsvTable:
             convert_options=pacsv.ConvertOptions(
                 column_types=kinds,
                 include_columns=labels,
-                null_values=BLANKS,
+                null_values=[*BLANKS, *NOTHING],
                 quoted_strings_can_be_null=True,
                 decimal_point=self.decimal,
             ),
@@ -198,6 +223,9 @@ class CsvTable:
                 return InputError(
                     f"is no row of cells ({reason})", where, "export the log as CSV"
                 )
+            if tuple(cell.strip() for cell in cells) == self.names:
+                what = "the column names stand there again: another recording begins"
+                return InputError(what, where, "cut the log in two, and give both")
             if len(cells) != len(self.names):
                 what = (
                     f"there are {len(cells)} cells under {len(self.names)} column names"
@@ -217,16 +245,19 @@ class CsvTable:
         fix = "give a number, or leave the cell blank"
         what = f"{text[:40]!r} is not a number"
         if column in self.dates:
-            if not text.strip() or seconds_of(text) is not None:
+            kind = self.dates[column]
+            if not text.strip() or kind_of(text) == kind:
                 return None
-            what = f"{text[:40]!r} is no date like those before"
-            fix = "write each as 2026-01-31T12:00:00.000"
+            what = f"{text[:40]!r} is no {kind.removesuffix(' with zone')} like those before"
+            fix = f"write each as {WRITTEN}"
         else:
             number = text
             if self.decimal == ",":
                 number = text.replace(".", "?").replace(",", ".")
-            if NUMBER.fullmatch(number):
+            if NUMBER.fullmatch(number) or text in NOTHING:
                 return None
+            if re.search(r"\d[:/]\d", text):
+                fix = f"write times in seconds, or as {WRITTEN}"
             if self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", text):
                 fix = (
                     'write decimals with a point, or give decimal = "," in a column map '
@@ -236,11 +267,11 @@ class CsvTable:
 
 
 def _values_of(array: "pa.Array") -> Array:
-    """(R,) of a column of numbers, or of dates as seconds since 1970; where it is
+    """(R,) of a column of numbers, or of dates and times as seconds; where it is
     blank, anything. Its own `to_numpy` would import pandas if it can."""
     import pyarrow as pa
 
-    dates = pa.types.is_timestamp(array.type)
+    dates = pa.types.is_temporal(array.type)
     values = np.frombuffer(
         array.buffers()[1],
         dtype=np.int64 if dates else float,
@@ -264,7 +295,10 @@ def _blanks_of(array: "pa.Array") -> Mask | None:
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     """The CSV file at `path`, its header read. `InputError` when that is no header of
     at least two columns."""
-    header = read_header(next(texts(path), b""), path, layout or Layout())
+    text = next(texts(path), b"")
+    header = read_header(text, path, layout or Layout())
+    rows = text.split(b"\n", header.first)[header.first - 1 : header.first]
+    first_row = rows[0].decode(errors="replace") if rows else ""
     return CsvTable(
         str(path),
         header.names,
@@ -272,24 +306,27 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.first,
         header.decimal,
         header.dates,
+        header.day_first,
+        *find_end(path, header, first_row),
     )
 
 
-def texts(path: str | Path) -> Iterator[bytes]:
-    """The text of a file in blocks of whole lines that end in \\n, without byte-order
-    mark.
+def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
+    """The text of a file, up to its byte `end`, in blocks of whole lines that end in
+    \\n, without byte-order mark.
 
     `InputError` when it is not text, or has a line longer than `BLOCK`.
     """
     rest, held = b"", b""
     with open(path, "rb", buffering=0) as stream:
         begun, size = False, os.fstat(stream.fileno()).st_size
-        while data := stream.read(min(READ, BLOCK)):
+        last = sys.maxsize if end is None else end
+        while data := stream.read(min(READ, BLOCK, last - stream.tell())):
             report(READING, stream.tell() / max(size, 1))
             if not begun:
                 if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
                     raise InputError("is UTF-16 text", path, "save it as UTF-8")
-                if b"\0" in data[:65536]:
+                if b"\0" in data[:64] or b"\0" in data[:65536].rstrip(b"\0"):
                     raise InputError(
                         "is binary, not CSV text", path, "export the log as CSV"
                     )

@@ -4,10 +4,10 @@ import csv
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
-from datetime import UTC, datetime
 from pathlib import Path
 
 from hefting.core.errors import InputError
+from hefting.logs.csv_times import is_day_first, kind_of
 from hefting.logs.layout import Layout
 
 MAX_HEADER = 1_000_000
@@ -32,13 +32,9 @@ NUMBER = re.compile(
 """A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
 around it."""
 
-DATE = re.compile(
-    r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?\d\d)?\s*"
-)
-"""A date with a time of day, by ISO 8601."""
 
-YEARS = range(1678, 2262)
-"""Of dates whose nanoseconds since 1970 are a number of 64 bits."""
+NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")
+"""Cells that other programs write where nothing was measured."""
 
 
 @dataclass(frozen=True)
@@ -54,8 +50,10 @@ class Header:
     between: tuple[str, ...] = ()
     """cells of the line under the names, where that is none of numbers: units, as a
     rule"""
-    dates: Mapping[int, bool] = field(default_factory=dict)
-    """columns of dates, and whether their time zone is stated"""
+    dates: Mapping[int, str] = field(default_factory=dict)
+    """columns of dates and times of day, and their kind of `hefting.logs.csv_times`"""
+    day_first: bool = False
+    """whether dates are written as 31.01.2026"""
 
 
 def read_header(text: bytes, path: str | Path, layout: Layout) -> Header:
@@ -84,7 +82,8 @@ def read_header(text: bytes, path: str | Path, layout: Layout) -> Header:
         first,
         layout.decimal or ("," if _has_decimal_commas(sample, separator) else "."),
         tuple(between),
-        _date_columns(sample[0]),
+        {j: kind for j, cell in enumerate(sample[0]) if (kind := kind_of(cell))},
+        any(is_day_first(cell) for cell in sample[0]),
     )
 
 
@@ -208,26 +207,12 @@ def split_cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
 
 
-def seconds_of(cell: str) -> float | None:
-    """A date as seconds since 1970; None for what is none."""
-    if not DATE.fullmatch(cell):
-        return None
-    try:
-        date = datetime.fromisoformat(cell.strip())
-    except ValueError:  # of a month 13
-        return None
-    date = date if date.tzinfo else date.replace(tzinfo=UTC)
-    return date.timestamp() if date.year in YEARS else None
-
-
 def is_numbers(cells: Sequence[str], separator: str) -> bool:
     """Whether most cells of a row are numbers or dates, and some are not blank."""
-    known = [cell for cell in cells if cell]
+    known = [cell for cell in cells if cell and cell not in NOTHING]
     if separator != ",":
         known = [cell.replace(",", ".") for cell in known]
-    readable = sum(
-        NUMBER.fullmatch(c) is not None or seconds_of(c) is not None for c in known
-    )
+    readable = sum(NUMBER.fullmatch(c) is not None or bool(kind_of(c)) for c in known)
     return bool(known) and readable > len(known) / 2
 
 
@@ -240,12 +225,6 @@ def _has_decimal_commas(rows: Sequence[Sequence[str]], separator: str) -> bool:
         bool(re.fullmatch(r"[+-]?\d*,\d+(e[+-]?\d+)?", c.lower())) for c in cells
     )
     return commas > sum("." in cell for cell in cells)
-
-
-def _date_columns(cells: Sequence[str]) -> dict[int, bool]:
-    """Columns of a row that hold a date, and whether with its time zone."""
-    dates = {j: cell for j, cell in enumerate(cells) if seconds_of(cell) is not None}
-    return {j: DATE.fullmatch(cell)["zone"] is not None for j, cell in dates.items()}  # type: ignore[index]
 
 
 def _without_mark(line: str) -> str:

@@ -15,29 +15,36 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.logs.column_words import OTHER, Groups, group_columns, words_of
+from hefting.logs.map_angles import UNTOLD, angles_of, turned
 from hefting.logs.map_sample import Sample, read_sample
-from hefting.logs.map_text import Guess, map_text, summary_of
-from hefting.logs.orientations import form_of_angles
+from hefting.logs.map_text import Guess, map_text, summary_of, unit_entry
+from hefting.logs.table import SINCE_1970
 from hefting.logs.units import UNITS
 
-TIMES = ("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds")
+TIMES = (
+    *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
+    *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
+)
 """Names of the time, without its unit."""
+
+TIME_EXAMPLE = (
+    'time = { column = "time", unit = "s" }, or { rate = 250 } of rows at 250 Hz'
+)
+ORIENTATION_EXAMPLE = (
+    'orientation = { columns = ["qx", "qy", "qz", "qw"] }, or { columns = '
+    '["rx", "ry", "rz"], form = "euler", order = "ZYX", unit = "deg" }'
+)
+"""What a map says of times and orientations that no column seems to be."""
+
+PANDAS_INDEX = "__index_level_0__"
+"""What pandas calls an index without a name in a Parquet file; of rows that were picked
+it holds whole numbers, as a count does."""
 
 NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
 """Names of what counts on top of the seconds of a stamp."""
 
-ANGLES = {
-    ("roll", "pitch", "yaw"): 'form = "rpy"',
-    ("rx", "ry", "rz"): 'form = "rotation-vector"',
-    ("a", "b", "c"): 'form = "euler", order = "ZYX"',
-    ("alpharad", "betarad", "gammarad"): 'form = "euler", order = "ZYX"',
-}
-"""Names of three angles, and what a map says of them; the last are those of KUKA's
-Sunrise."""
-
-LARGEST_METRES, LARGEST_RADIANS, LARGEST_LEVER = 10.0, 6.5, 5.0
-"""Sizes of positions [m], angles [rad] and torque over force [m] above which they are
-taken for millimetres, degrees and newton-millimetres."""
+LARGEST_LEVER = 5.0
+"""Torque over force [m] above which it is taken for newton-millimetres."""
 UNIT_NORM = 0.02
 """Deviation of a quaternion's norm from one."""
 
@@ -78,11 +85,11 @@ def guess_map_of(sample: Sample) -> GuessedMap:
             sample.source,
             "write the map by hand, with the numbers of the columns",
         )
-    missing = [] if "time" in keys else ['time = { column = "time", unit = "s" }']
+    missing = [] if "time" in keys else [TIME_EXAMPLE]
     if not keys & {"wrench", "force"}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
     if not keys & {"orientation", "pose", "joint_positions"}:
-        missing.append('orientation = { columns = ["qx", "qy", "qz", "qw"] }')
+        missing.append(ORIENTATION_EXAMPLE)
     summary = "; ".join(summary_of(sample, guess) for guess in guesses)
     columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
     text = map_text(sample, guesses, missing)
@@ -96,7 +103,7 @@ def _guesses(sample: Sample) -> list[Guess]:
         _time,
         _wrench,
         _poses,
-        _angles,
+        angles_of,
         _quaternion,
         _position,
         _joints,
@@ -125,25 +132,28 @@ def _time(sample: Sample, groups: Groups) -> Guess | None:
         if (more := _nanoseconds(sample, words[:-1])) is not None:
             how = f"nanoseconds = {sample.toml_name(more)}"
             return Guess("time", (column, more), (how,))
-        said = sample.units[column] or next(
+        said = sample.said_unit((column,), "time") or next(
             (word for word in words if word in UNITS["time"]), ""
         )
         unit, remark = _time_unit(sample.values[:, column], said)
-        return Guess("time", (column,), (_unit(unit),), remark)
+        return Guess("time", (column,), (unit_entry(unit),), remark)
     return _index(sample)
 
 
 def _index(sample: Sample) -> Guess | None:
-    """A first column without a name that grows, and does not just count rows: the index
-    of a data frame."""
-    values = sample.values[:, 0]
+    """The index of a data frame, a first column without a name or pandas' own, where it
+    grows and does not just count rows."""
+    own = sample.names.count(PANDAS_INDEX)
+    column = sample.names.index(PANDAS_INDEX) if own else 0
+    values = sample.values[:, column]
     steps = np.diff(values)
-    if sample.names[0] or not len(steps) or not (steps > 0.0).all():
+    if (sample.names[0] and not own) or not len(steps) or not (steps > 0.0).all():
         return None
-    if (values % 1 == 0.0).all() and (steps == 1.0).all():
+    counts = (values % 1 == 0.0).all() and values[0] < SINCE_1970
+    if counts and (own or (steps == 1.0).all()):
         return None
     unit, remark = _time_unit(values, "")
-    return Guess("time", (0,), (_unit(unit),), remark)
+    return Guess("time", (column,), (unit_entry(unit),), remark)
 
 
 def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
@@ -158,7 +168,7 @@ def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
 
 def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
     """Unit of the time, by its name or its steps, and why."""
-    if said in UNITS["time"]:
+    if said:
         return said, ""
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
@@ -194,12 +204,15 @@ def _wrench_units(
 ) -> tuple[str, str]:
     one = sample.said_unit(force, "force")
     two = sample.said_unit(torque, "torque")
-    remark = ""
+    remarks = [] if one else [sample.unknown_unit(force)]
     if two is None:
         f, t = (sample.size(columns) for columns in (force, torque))
         two = "N m"
+        remarks.append(sample.unknown_unit(torque))
         if f > 0.0 and t / f > LARGEST_LEVER:
-            two, remark = "N mm", f"by its size: {t / f:.3g} times the force"
+            two = "N mm"
+            remarks.append(f"by its size: {t / f:.3g} times the force")
+    remark = "; ".join(filter(None, dict.fromkeys(remarks)))
     return f"unit = {json.dumps([one or 'N', two])}", remark
 
 
@@ -212,28 +225,11 @@ def _poses(sample: Sample, groups: Groups) -> list[Guess] | None:
     if (seven := groups.numbered("pose", 7)) is not None:
         return [_length("position", sample, seven[:3]), _four(sample, seven[3:])]
     if (six := groups.numbered("pose", 6)) is not None:
-        return [_length("position", sample, six[:3]), _three(sample, six[3:])]
+        return [
+            _length("position", sample, six[:3]),
+            turned(sample, six[3:], UNTOLD),
+        ]
     return None
-
-
-def _angles(sample: Sample, groups: Groups) -> Guess | None:
-    """Three angles by their names, or a rotation vector."""
-    names: dict[str, int] = {}
-    last: dict[str, int] = {}
-    for column in reversed(range(len(sample.names))):
-        words = words_of(sample.words(column))
-        if words and not OTHER & set(words):
-            names["".join(words)] = last[words[-1]] = column
-            if sample.words(column).endswith("Rad"):
-                last[f"{words[-1]}rad"] = column
-    for angles, form in ANGLES.items():
-        for where in (names, last):
-            if set(angles) <= set(where) and (len(angles[0]) > 1 or where is names):
-                return _turned(sample, tuple(where[a] for a in angles), form)
-    vector = groups.find("rotation-vector", "xyz")
-    if vector is None:
-        return None
-    return _turned(sample, vector, 'form = "rotation-vector"')
 
 
 def _quaternion(sample: Sample, groups: Groups) -> Guess | None:
@@ -247,9 +243,9 @@ def _quaternion(sample: Sample, groups: Groups) -> Guess | None:
 
 
 def _four(sample: Sample, columns: tuple[int, ...]) -> Guess:
-    """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` to
-    ``q4``, the first is w."""
-    bare = re.fullmatch(r"q\d", sample.words(columns[0]).lower()) is not None
+    """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` or
+    ``rot.q1`` to ``q4``, the first is w."""
+    bare = re.fullmatch(r"(rot\.)?q\d", sample.words(columns[0]).lower()) is not None
     form, other = ("wxyz", "xyzw") if bare else ("xyzw", "wxyz")
     remark = f"or {other}: their numbers do not tell which is w"
     return Guess("orientation", columns, (f'form = "{form}"',), remark)
@@ -272,15 +268,15 @@ def _position(sample: Sample, groups: Groups) -> Guess | None:
 
 def _joints(sample: Sample, groups: Groups) -> Guess | None:
     if len(named := _named_joints(sample)) >= FEWEST_JOINTS:
-        unit, remark = _angle_unit(sample, named)
+        unit, remark = sample.stated_or_by_size(named, "angle")
         names = json.dumps([sample.words(column) for column in named])
-        rest = (_unit(unit), f"names = {names}")
+        rest = (unit_entry(unit), f"names = {names}")
         return Guess("joint_positions", named, rest, remark)
     for count in range(9, FEWEST_JOINTS - 1, -1):
         columns = groups.numbered("joint_positions", count)
         if columns is not None and not (count == 4 and _has_unit_norm(sample, columns)):
-            unit, remark = _angle_unit(sample, columns)
-            return Guess("joint_positions", columns, (_unit(unit),), remark)
+            unit, remark = sample.stated_or_by_size(columns, "angle")
+            return Guess("joint_positions", columns, (unit_entry(unit),), remark)
     return None
 
 
@@ -304,38 +300,10 @@ def _inertial(sample: Sample, groups: Groups) -> list[Guess] | None:
         columns = groups.find(key, "xyz")
         if columns is not None:
             said = sample.said_unit(columns, kind)
-            found.append(Guess(key, columns, (_unit(said),) if said else ()))
+            found.append(Guess(key, columns, (unit_entry(said),) if said else ()))
     return found
 
 
 def _length(key: str, sample: Sample, columns: tuple[int, ...]) -> Guess:
-    said, size = sample.said_unit(columns, "length"), sample.size(columns)
-    if said is None and size > LARGEST_METRES:
-        return Guess(key, columns, (_unit("mm"),), f"by its size, up to {size:.4g}")
-    return Guess(key, columns, (_unit(said or "m"),))
-
-
-def _turned(sample: Sample, columns: tuple[int, ...], form: str) -> Guess:
-    unit, remark = _angle_unit(sample, columns)
-    return Guess("orientation", columns, (form, _unit(unit)), remark)
-
-
-def _three(sample: Sample, columns: tuple[int, ...]) -> Guess:
-    """Three angles whose columns are numbers: of UR a rotation vector, of xArm roll,
-    pitch and yaw."""
-    unit, remark = _angle_unit(sample, columns)
-    size = np.pi / 180.0 if unit == "deg" else 1.0
-    form, why = form_of_angles(size * sample.values[:, list(columns)])
-    remark = "; ".join(filter(None, (remark, why)))
-    return Guess("orientation", columns, (f'form = "{form}"', _unit(unit)), remark)
-
-
-def _angle_unit(sample: Sample, columns: tuple[int, ...]) -> tuple[str, str]:
-    said, size = sample.said_unit(columns, "angle"), sample.size(columns)
-    if said is None and size > LARGEST_RADIANS:
-        return "deg", f"by its size, up to {size:.4g}"
-    return said or "rad", ""
-
-
-def _unit(name: str) -> str:
-    return f"unit = {json.dumps(name)}"
+    unit, remark = sample.stated_or_by_size(columns, "length")
+    return Guess(key, columns, (unit_entry(unit),), remark)

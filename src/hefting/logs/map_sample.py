@@ -18,9 +18,9 @@ from hefting.logs.csv_header import (
     NUMBER,
     is_numbers,
     read_header,
-    seconds_of,
     split_cells,
 )
+from hefting.logs.csv_times import seconds_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import find_format
 from hefting.logs.table import Table
@@ -30,6 +30,10 @@ MOST_ROWS = 2000
 """Rows that are looked at."""
 BRACKETS = re.compile(r"^(.*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$")
 """A name with its unit behind it, as in ``Fx [N]``; a number in brackets is none."""
+
+BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
+"""Units of lengths and angles that nobody states: the usual one, and another above a
+size in it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,11 +66,29 @@ class Sample:
         known = {squeezed(name): name for name in UNITS[kind] if name != "m"}
         return next((known[word] for word in words if word in known), None)
 
+    def unknown_unit(self, columns: Sequence[int]) -> str:
+        """What is said where the header states a unit of the columns that is not
+        known."""
+        stated = self.units[columns[0]]
+        known = not re.search("[A-Za-z]", stated)
+        return "" if known else f"its unit {stated[:20]!r} is not known"
+
     def size(self, columns: Sequence[int]) -> float:
         """Largest absolute value, spikes aside; 0 where there is none."""
         values = np.abs(self.values[:, list(columns)])
         values = values[np.isfinite(values)]
         return float(np.quantile(values, 0.99)) if len(values) else 0.0
+
+    def stated_or_by_size(self, columns: Sequence[int], kind: str) -> tuple[str, str]:
+        """Unit of lengths or angles as the header states it, else by their size, and
+        why."""
+        if (stated := self.said_unit(columns, kind)) is not None:
+            return stated, ""
+        usual, other, limit = BY_SIZE[kind]
+        size = self.size(columns)
+        why = f"by its size, up to {size:.4g}" if size > limit else ""
+        remarks = filter(None, (self.unknown_unit(columns), why))
+        return (other if why else usual), "; ".join(remarks)
 
     def toml_name(self, column: int) -> str:
         """A column as TOML names it: by its number where its name is not its own."""

@@ -1,5 +1,6 @@
 """A guessed column map as TOML, and what it says in one line."""
 
+import json
 import re
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -21,6 +22,11 @@ class Guess:
     """more of its table: unit, form"""
     remark: str = ""
     """why, where numbers say it"""
+
+
+def unit_entry(name: str) -> str:
+    """What a line says of its unit."""
+    return f"unit = {json.dumps(name)}"
 
 
 def map_text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -> str:

@@ -50,13 +50,14 @@ class MemoryTable:
 
     @classmethod
     def _of_frame(cls, frame: Any, names: list[Any]) -> "MemoryTable":
-        """The columns of a data frame, and its index where that is called time."""
-        source = type(frame).__name__
+        """The columns of a data frame, before them its index where that has a name or
+        holds times."""
         columns = _by_text(frame, dict.fromkeys(names))
         index = getattr(frame, "index", None)
-        if getattr(index, "name", None) == "time" and "time" not in columns:
-            return cls(source, ("time", *map(str, names)), {"time": index} | columns)
-        return cls(source, tuple(map(str, names)), columns)
+        name = _index_name(index)
+        if name and name not in columns:
+            columns, names = {name: index} | columns, [name, *names]
+        return cls(type(frame).__name__, tuple(map(str, names)), columns)
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """All rows at once, of the columns at these positions. `InputError` for what is
@@ -91,6 +92,17 @@ class MemoryTable:
             what = f"column '{name[:40]}' has shape {column.shape}, not (K,)"
             raise InputError(what, self.source, "give one number a row")
         return column
+
+
+def _index_name(index: Any) -> str:
+    """What the index of a data frame is called as a column: by its name, or time where
+    it holds dates, durations or numbers with decimals that grow; empty for others,
+    which count or pick rows."""
+    if (name := getattr(index, "name", None)) is not None:
+        return str(name)
+    kind = getattr(getattr(index, "dtype", None), "kind", "")
+    grows = getattr(index, "is_monotonic_increasing", False)
+    return "time" if kind in "mM" or (kind == "f" and grows) else ""
 
 
 def _by_text(table: Any, names: Any) -> dict[str, Any]:

@@ -5,7 +5,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.logs.canonical import (
@@ -83,8 +83,9 @@ def _recognise(table: Table) -> "tuple[ColumnMap, str] | InputError | None":
     if not there < guessed.columns:
         return None
     if column_map is None:
-        timed = not any(line.startswith("time") for line in guessed.missing)
-        return _lacking(table, guessed) if timed and not streams else None
+        first = guessed.missing[0].startswith("time")
+        told = not streams and (not first or len(guessed.missing) == 1)
+        return _lacking(table, guessed) if told else None
     summary = guessed.summary
     if left := columns_of_streams(table.names, RATES):
         summary += f"; {summarize_list(sorted(left))} not read"
@@ -122,16 +123,22 @@ def _map_of(
 
 def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
     """The error for a table whose names tell some of what a recording needs."""
+    from hefting.logs.map_guess import TIME_EXAMPLE
+
     absent = [line.split(" = ")[0] for line in guessed.missing]
     others = [n for n in table.names if n and n not in guessed.columns]
     what = f"no column seems to be the {' or the '.join(absent)}"
     if others:
-        what += f": unknown are {summarize_list([quote_name(n) for n in others])}"
+        wanted = {"time"} & {*absent}
+        names = [quote_name(n) + nearest(n, wanted) for n in others]
+        what += f": unknown are {summarize_list(names)}"
     told = f"; taken by their names would be {guessed.summary}"
     fix = (
         "name the others' columns in a column map (`column_map`=FILE; "
         "hefting map writes one of what is known)"
     )
+    if "time" in absent:
+        fix += f", as {TIME_EXAMPLE}; rows of a map without it are static poses"
     if "orientation" in absent:
         fix += ", or give another table with the poses (`poses`)"
     return InputError(what + told, table.source, fix)

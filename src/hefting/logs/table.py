@@ -12,7 +12,8 @@ from hefting.core.errors import InputError
 from hefting.core.magnitudes import LARGEST_CELL, too_large
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream, all_finite
-from hefting.core.spatial import Array, Mask, median, own
+from hefting.core.spatial import Array, Mask, median, own, rotation_matrices
+from hefting.logs.gaps import Gaps, without_invalid_poses, without_repeats
 from hefting.logs.growing import Growing, Samples
 
 if TYPE_CHECKING:
@@ -31,6 +32,10 @@ EPOCHS = (
 
 SINCE_1970 = 1e8
 """[s] Times from which on count from 1970: a robot's controller runs no three years."""
+
+FEWEST_SMOOTH, LARGEST_STEP = 50, 0.1
+"""Poses, and the largest step among them over their extent, from which on they are
+those of a motion: an arm that turns by 3 rad/s, logged at 20 Hz, goes 0.15 rad a row."""
 
 STATIC_STREAMS = (
     "position",
@@ -89,17 +94,22 @@ def collect(
     """Samples of each group of columns, in the file's units, and warnings.
 
     A group is measured in a row where none of its cells is blank; groups that are blank
-    throughout are left out, with a warning. Without a column of `time` the rows are
+    throughout are left out, with a warning, as are a few samples that lack a number
+    (`hefting.logs.gaps`). Without a column of `time` the rows are
     numbered from 0; a column of `nanoseconds` counts on top of seconds. A sample that
     repeats the one before it, time and all, is dropped. Raises `InputError`, naming row
-    and column, for a cell that is not a finite number, a group of which only a part is
-    blank, a blank time beside something measured, and too many numbers.
+    and column, for a cell that is not a finite number, a group of which often only a part
+    is there, a blank time beside something measured, and too many numbers.
     """
     wanted = sorted(
         {column for columns in groups.values() for column in columns}
         | {column for column in (time, nanoseconds) if column is not None}
     )
     samples = {name: Samples(len(columns)) for name, columns in groups.items()}
+    gaps = {
+        name: Gaps(table.source, [label(table, column) for column in columns])
+        for name, columns in groups.items()
+    }
     times, rows, count = Growing(), Growing(dtype=np.int32), 0
     for block in table.blocks(wanted):
         begin, count = count, count + len(block.rows)
@@ -111,10 +121,10 @@ def collect(
         numbers, untimed = (
             (np.arange(begin, count), None)
             if time is None
-            else _read_column(block, time, nan_is_blank)
+            else _read_column(block, time, nan_is_blank)[:2]
         )
         if nanoseconds is not None:
-            more, blank = _read_column(block, nanoseconds, nan_is_blank)
+            more, blank, _ = _read_column(block, nanoseconds, nan_is_blank)
             numbers = numbers + 1e-9 * (
                 more if blank is None else np.where(blank, 0.0, more)
             )
@@ -122,7 +132,7 @@ def collect(
         rows.append(block.rows)
         for name, columns in groups.items():
             values, blank = _read_group(
-                table, block, columns, nan_is_blank, numbers, untimed, time
+                table, block, columns, nan_is_blank, gaps[name], numbers, untimed, time
             )
             samples[name].append(begin, values, blank)
     if count == 0:
@@ -132,6 +142,7 @@ def collect(
     every = times.finish(), rows.finish()
     streams, warnings = {}, ()
     for name, columns in groups.items():
+        warnings += gaps[name].conclude(len(samples[name]))
         if taken := samples.pop(name):
             streams[name] = taken.stream(*every)
         else:
@@ -142,36 +153,12 @@ def collect(
                 else f"column {first} is blank"
             )
             warnings += (warning("columns-blank", what),)
+    streams, invalid = without_invalid_poses(streams)
+    warnings += invalid
     if time is None:
         return streams, warnings
     streams, repeats = without_repeats(streams)
     return streams, warnings + repeats
-
-
-def without_repeats(
-    streams: Mapping[str, Stream],
-) -> tuple[dict[str, Stream], tuple[Message, ...]]:
-    """The streams without the samples that repeat the one before, time and values
-    alike, and a warning of how many.
-
-    Two different samples at one time are kept: `hefting.core.recording.Recording`
-    refuses them.
-    """
-    kept, dropped = {}, set()
-    for name, stream in streams.items():
-        again = np.flatnonzero(stream.time[1:] == stream.time[:-1])
-        again = (
-            1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
-        )
-        dropped.update(stream.rows[again].tolist())
-        kept[name] = (
-            stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
-        )
-    if not dropped:
-        return kept, ()
-    plural = "s" if len(dropped) > 1 else ""
-    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {min(dropped)})"
-    return kept, (warning("rows-repeated", what),)
 
 
 def in_seconds(
@@ -282,17 +269,31 @@ def with_times(
 
 def warn_about_static(recording: Recording) -> Recording:
     """The recording, with a warning when its rows hardly are static poses."""
-    moving = [name for name in recording.streams if name not in STATIC_STREAMS]
+    signs = [f"there is {n}" for n in recording.streams if n not in STATIC_STREAMS]
     count = max(len(stream) for stream in recording.streams.values())
-    if not moving and count <= 1000:
+    signs += ["they move smoothly"] if _moves_smoothly(recording) else []
+    if not signs and count <= 1000:
         return recording
-    also = f", although there is {', '.join(moving)}" if moving else ""
+    also = f", although {' and '.join(signs)}" if signs else ""
     what = (
-        f"there is no column time: each of {count} rows is taken as a static pose{also}"
+        f"there is no column time: each of {count} rows is taken as a static pose{also}; "
+        "of rows in motion give the rate in a column map, time = { rate = 250 } [Hz]"
     )
     return replace(
         recording, warnings=(*recording.warnings, warning("no-time-column", what))
     )
+
+
+def _moves_smoothly(recording: Recording) -> bool:
+    """Whether no step from one pose to the next is a large part of the way that all of
+    them go, as between static poses it is."""
+    turned = "orientation" in recording.streams
+    stream = recording["orientation" if turned else "joint_positions"]
+    poses = rotation_matrices(stream.values) if turned else stream.values
+    if len(poses) < FEWEST_SMOOTH:
+        return False
+    steps = np.abs(np.diff(poses, axis=0)).max()
+    return bool(steps < LARGEST_STEP * np.ptp(poses, axis=0).max())
 
 
 def require_streams(
@@ -317,11 +318,15 @@ def summarize_list(items: Sequence[str], between: str = ", ") -> str:
 
 def _read_column(
     block: Block, column: int, nan_is_blank: bool
-) -> tuple[Array, Mask | None]:
+) -> tuple[Array, Mask | None, Mask | None]:
+    """Values (R,) of a column, where they are blank, and where NaN that says nothing of
+    that."""
     values, blank = block.values[column], block.blanks[column]
-    if nan_is_blank and (nan := np.isnan(values)).any():
-        blank = nan if blank is None else blank | nan
-    return values, blank
+    if all_finite(values) or not (nan := np.isnan(values)).any():
+        return values, blank, None
+    if nan_is_blank:
+        return values, nan if blank is None else blank | nan, None
+    return values, blank, nan if blank is None else nan & ~blank
 
 
 def _read_group(
@@ -329,16 +334,17 @@ def _read_group(
     block: Block,
     columns: Sequence[int],
     nan_is_blank: bool,
+    gaps: Gaps,
     times: NDArray,
     untimed: Mask | None,
     time: int | None,
 ) -> tuple[Sequence[Array], Mask | None]:
-    """Columns (R,) of a group in a block, and where they are blank. `InputError` for
-    what cannot be a sample."""
-    values, blanks = zip(
+    """Columns (R,) of a group in a block, and where they hold no sample. `InputError`
+    for what cannot be one."""
+    values, blanks, nans = zip(
         *(_read_column(block, column, nan_is_blank) for column in columns), strict=True
     )
-    blank = _find_blanks(table, block, columns, blanks)
+    blank = gaps.find(block.rows, blanks, nans)
     if (
         untimed is not None
         and (lost := untimed if blank is None else untimed & ~blank).any()
@@ -357,8 +363,6 @@ def _read_group(
             row = (block.rows if blank is None else block.rows[~blank])[k]
             where = f"{table.source}, row {row}, column {label(table, those[j])}"
             fix = "leave the cell blank where nothing was measured"
-            if np.isnan(matrix[k, j]):
-                fix += ', or say nan = "blank" in a column map (hefting map does)'
             raise InputError(f"the value is {matrix[k, j]}", where, fix)
     return values, blank
 
@@ -368,25 +372,3 @@ def _is_wrong(column: Array) -> bool:
     return len(column) > 0 and (
         not all_finite(column) or too_large(column, LARGEST_CELL)
     )
-
-
-def _find_blanks(
-    table: Table, block: Block, columns: Sequence[int], blanks: Sequence[Mask | None]
-) -> Mask | None:
-    """Where (R,) a group was not measured: a row holds all of a group or nothing."""
-    if all(blank is None for blank in blanks):
-        return None
-    first, *others = (
-        np.zeros(len(block.rows), dtype=bool) if blank is None else blank
-        for blank in blanks
-    )
-    for column, blank in zip(columns[1:], others, strict=True):
-        if (blank != first).any():
-            k = np.argmax(blank != first)
-            where = f"{table.source}, row {block.rows[k]}, column {label(table, column if blank[k] else columns[0])}"
-            names = [label(table, each) for each in columns]
-            those = " ".join(names) if len(names) < 8 else f"{names[0]}..{names[-1]}"
-            raise InputError(
-                "the cell is blank", where, f"give all of {those} in a row or none"
-            )
-    return first

@@ -2,6 +2,7 @@
 knows, by canonical names, or by what other names tell."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 
 from hefting.core.files import check_size
@@ -32,6 +33,24 @@ def opened(
 ) -> tuple[Table, Callable[[Table], Recording]]:
     """The table at `path`, and what makes a recording of it or of a part of it; errors
     as for `read_table_file`."""
+    table, read = _opened(file_format, path, column_map, wrench_needed)
+    if not (said := getattr(table, "said", ())):
+        return table, read
+
+    def read_and_say(part: Table) -> Recording:
+        recording = read(part)
+        return replace(recording, warnings=(*said, *recording.warnings))
+
+    return table, read_and_say
+
+
+def _opened(
+    file_format: Format,
+    path: str | Path,
+    column_map: str | Path | None,
+    wrench_needed: bool,
+) -> tuple[Table, Callable[[Table], Recording]]:
+    """The same without what is said of the file."""
     assert file_format.open_table is not None
     if column_map is not None:
         from hefting.logs.column_map import load_map

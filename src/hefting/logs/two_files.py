@@ -8,11 +8,11 @@ from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size, load_toml
 from hefting.core.messages import Message
 from hefting.core.recording import Recording
-from hefting.logs.column_map import column_map_of
-from hefting.logs.mapped import Mapped, mapped
+from hefting.logs.column_map import ColumnMap, column_map_of
+from hefting.logs.mapped import Mapped, has_columns, mapped
 from hefting.logs.recognised import map_by_names, taken_by_names
 from hefting.logs.registry import find_format, join_words, table_formats
-from hefting.logs.table import SINCE_1970, with_times
+from hefting.logs.table import SINCE_1970, Table, with_times
 from hefting.logs.units import SECOND
 
 POSES = ("position", "orientation", "joint_positions")
@@ -48,16 +48,24 @@ def read_with_poses(
     poses : path
         CSV or Parquet with time and poses or joint angles, read by what its names tell.
     column_map : path, optional
-        TOML file that says which columns of the first hold what.
+        TOML file that says which columns of one of them hold what: of the first where
+        it names a wrench, else of the poses; of the other where only that has all the
+        columns that it names.
 
     Both count their time on one clock: an offset of less than a second or so is found
     when an object is identified. Raises `InputError` where one of them does not hold
     what it should, and where the two do not overlap in time.
     """
-    first = _part(path, column_map)
-    second = _part(poses)
+    chosen, mapped_one = None, None
+    if column_map is not None:
+        chosen = column_map_of(load_toml(column_map), column_map, is_part=True)
+        mapped_one = _file_of(chosen, path, poses)
+    first, second = (
+        _part(each, chosen if each is mapped_one else None) for each in (path, poses)
+    )
     if "wrench" not in first.found.streams:
-        raise InputError("there is no wrench", path, "give the file with the wrench")
+        fix = "give the file with the wrench first, that with the poses as `poses`"
+        raise InputError("there is no wrench", path, fix)
     there = [name for name in POSES if name in first.found.streams]
     if there:
         raise InputError(
@@ -67,7 +75,8 @@ def read_with_poses(
         raise InputError(
             "there are neither poses nor joint angles",
             poses,
-            "name their columns, as x y z qx qy qz qw; see hefting map",
+            "name their columns in a column map of this file (`column_map`=FILE; "
+            "hefting map writes one of what is known)",
         )
     _check_clocks(first, second)
     own = first.found.streams
@@ -81,12 +90,43 @@ def read_with_poses(
         ),
         notes=(*first.found.notes, *second.found.notes),
         joint_names=second.found.joint_names,
+        sensor_pose=(first if mapped_one is path else second).found.sensor_pose,
     )
     return both.recording(str(path))
 
 
-def _part(path: str | Path, column_map: str | Path | None = None) -> _Part:
+def _file_of(chosen: ColumnMap, path: str | Path, poses: str | Path) -> str | Path:
+    """The file that a column map is of."""
+    one, other = poses, path
+    if {"wrench", "force"} & set(chosen.quantities):
+        one, other = path, poses
+    return other if not _fits(chosen, one) and _fits(chosen, other) else one
+
+
+def _fits(chosen: ColumnMap, path: str | Path) -> bool:
+    """Whether a file is laid out as a map says and has all its columns."""
+    try:
+        return has_columns(_table(path, chosen), chosen)
+    except InputError:
+        return False
+
+
+def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
     """What a table holds, by a map or by what its names tell."""
+    table = _table(path, chosen)
+    said = getattr(table, "said", ())
+    if chosen is None:
+        chosen, guessed = map_by_names(table, is_part=True)
+        said += (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
+    found = mapped(table, chosen)
+    if found.unit is None or not found.streams:
+        raise InputError("there is no time", path, "name its column time, in seconds")
+    streams = with_times(found.streams, found.unit.to_si)
+    return _Part(str(path), replace(found, streams=streams, unit=SECOND), said)
+
+
+def _table(path: str | Path, chosen: ColumnMap | None) -> Table:
+    """The table at a path, laid out as a map says."""
     check_readable(path)
     check_size(path)
     form = find_format(path)
@@ -95,18 +135,7 @@ def _part(path: str | Path, column_map: str | Path | None = None) -> _Part:
         raise InputError(
             f"only {known} are read in two files", path, "give such a file"
         )
-    if column_map is not None:
-        chosen = column_map_of(load_toml(column_map), column_map, is_part=True)
-        table, said = form.open_table(path, chosen.layout), ()
-    else:
-        table = form.open_table(path, None)
-        chosen, guessed = map_by_names(table, is_part=True)
-        said = (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
-    found = mapped(table, chosen)
-    if found.unit is None or not found.streams:
-        raise InputError("there is no time", path, "name its column time, in seconds")
-    streams = with_times(found.streams, found.unit.to_si)
-    return _Part(str(path), replace(found, streams=streams, unit=SECOND), said)
+    return form.open_table(path, None if chosen is None else chosen.layout)
 
 
 def _check_clocks(first: _Part, second: _Part) -> None:

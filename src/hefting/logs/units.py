@@ -87,18 +87,25 @@ SECOND = UNITS["time"]["s"]
 """The SI unit of time."""
 
 
+SCALED = re.compile(r"\s*(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)\s*([^\d\s].*)")
+"""A unit with a factor before it."""
+
+
 def find_unit(name: object, kind: str, where: object) -> Unit:
     """The unit `name` of a kind of quantity (a key of `UNITS`).
 
     Spaces and multiplication dots are free: ``"N m"``, ``"Nm"`` and ``"N·m"`` are one;
-    so are ``"m/s2"`` and ``"m/s^2"``. `InputError`, naming `where`, lists the units
-    there are.
+    so are ``"m/s2"`` and ``"m/s^2"``. A factor may stand before it, ``"0.0001 deg"``.
+    `InputError`, naming `where`, lists the units there are.
     """
     known = UNITS[kind]
     if not isinstance(name, str):
         raise InputError(
             f"the unit of {kind} is not text", where, f"use {', '.join(known)}"
         )
+    if (scaled := SCALED.fullmatch(name)) and 0.0 < (factor := float(scaled[1])) < 1e9:
+        unit = find_unit(scaled[2], kind, where)
+        return Unit(name.strip(), factor * unit.multiplier, unit.divisor)
     found = {_plain(each): unit for each, unit in known.items()}.get(_plain(name))
     if found is None:
         what = f"unknown unit of {kind} '{name[:40]}'{nearest(name, known)}"

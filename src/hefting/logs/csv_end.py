@@ -1,0 +1,102 @@
+"""The end of separated text: what follows its last whole row, as where a program or the
+power was cut, or wrote a summary."""
+
+import csv
+from pathlib import Path
+from typing import BinaryIO
+
+from hefting.core.messages import Message, warning
+from hefting.logs.csv_header import NOTHING, NUMBER, Header, is_numbers, split_cells
+from hefting.logs.csv_times import kind_of
+
+MOST_BYTES = 65_536
+"""Text at the end that is looked at [bytes]."""
+
+MOST_LINES = 20
+"""Most lines that may follow the last whole row."""
+
+MOST_NUL = 2**26
+"""Longest tail of NUL, as a file system leaves where the power was cut [bytes]."""
+
+
+def find_end(
+    path: str | Path, header: Header, first_row: str
+) -> tuple[int | None, tuple[Message, ...]]:
+    """Where what follows the last whole row begins [bytes], and a warning; None where
+    it is blank lines at most, where there are no two such rows or too much follows.
+
+    `first_row` is the first line of data: a whole row has as many cells, and numbers
+    where it has.
+    """
+    with open(path, "rb") as stream:
+        size = stream.seek(0, 2)
+        end = _before_nul(stream, size)
+        begin = max(end - MOST_BYTES, 0)
+        stream.seek(begin)
+        lines = stream.read(end - begin).splitlines(keepends=True)
+    rest: list[str] = []
+    is_cut = end < size
+    if lines and is_cut and not lines[-1].endswith((b"\n", b"\r")):
+        end -= len(lines[-1])  # the row that was being written
+        rest = [lines.pop().decode(errors="replace")]
+    first = split_cells(first_row, header.separator)
+    found = None
+    for line in reversed(lines[begin > 0 :]):
+        text = line.decode(errors="replace")
+        if text.strip(f" \r\n{header.separator}"):
+            whole = _is_whole(text, first, header)
+            if found is not None:
+                return found if whole else (None, ())
+            if whole:
+                found = _said(end, rest, is_cut)
+            elif len(rest) > MOST_LINES or '"' in text:
+                break
+            else:
+                rest.append(text)
+        end -= len(line)
+    return None, ()
+
+
+def _before_nul(stream: BinaryIO, size: int) -> int:
+    """Where the NUL begin that end a file [bytes]; its end where there are none."""
+    end = size
+    while end > max(size - MOST_NUL, 0):
+        begin = max(end - MOST_BYTES, 0)
+        stream.seek(begin)
+        if kept := len(stream.read(end - begin).rstrip(b"\0")):
+            return begin + kept
+        end = begin
+    return size
+
+
+def _said(
+    end: int, rest: list[str], is_cut: bool
+) -> tuple[int | None, tuple[Message, ...]]:
+    """The end of what is read, and a warning of the `rest`, its last line first."""
+    if not rest and not is_cut:
+        return None, ()
+    left = repr(rest[-1].strip()[:40]) if rest else "NUL"
+    what = f"left out what follows the last whole row: {left}"
+    return end, (warning("end-left-out", what),)
+
+
+def _is_whole(line: str, first: list[str], header: Header) -> bool:
+    """Whether a line is a row as the `first` one; one that is longer, or has a cell
+    wrong among numbers, is a row with a mistake."""
+    try:
+        cells = split_cells(line.rstrip("\r\n"), header.separator)
+    except csv.Error:
+        return False
+    if len(cells) != len(header.names):
+        return len(cells) > len(header.names)
+    as_before = all(
+        _is_number(cell, header) or not _is_number(before, header)
+        for cell, before in zip(cells, first, strict=False)
+    )
+    return as_before or is_numbers(cells, header.separator)
+
+
+def _is_number(cell: str, header: Header) -> bool:
+    """Whether a cell can be read as a number or a date, or is blank."""
+    number = cell.replace(header.decimal, ".")
+    return cell in NOTHING or bool(NUMBER.fullmatch(number) or kind_of(cell))

@@ -1,0 +1,89 @@
+"""Dates and times of day in cells of text, as seconds."""
+
+import re
+from datetime import UTC, datetime
+
+import numpy as np
+
+from hefting.core.spatial import Array, Mask
+
+DATE = re.compile(
+    r"\s*\d{4}-\d\d-\d\d[T ]\d\d:\d\d(:\d\d(\.\d+)?)?(?P<zone>Z|[+-]\d\d:?\d\d)?\s*"
+)
+"""A date with a time of day, by ISO 8601."""
+
+DAY_FIRST = r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d:)"
+"""A date as 31.01.2026 before a time of day."""
+
+TIME_OF_DAY = re.compile(r"\s*([01]\d|2[0-3]):([0-5]\d):([0-5]\d(\.\d{1,9})?)\s*")
+"""A time of day without a date."""
+
+YEARS = range(1678, 2262)
+"""Of dates whose nanoseconds since 1970 are a number of 64 bits."""
+
+DAY = 86_400.0
+"""[s]"""
+
+WRITTEN = "2026-01-31T12:00:00.000, or 12:00:00.000"
+"""Times that are read, for messages."""
+
+
+def kind_of(cell: str) -> str:
+    """What a cell holds: a "date", a "date with zone" or a "time of day"; empty for none of
+    them."""
+    if TIME_OF_DAY.fullmatch(cell):
+        return "time of day"
+    if seconds_of(cell) is None:
+        return ""
+    zone = DATE.fullmatch(with_year_first(cell))["zone"]  # type: ignore[index]
+    return "date with zone" if zone else "date"
+
+
+def seconds_of(cell: str) -> float | None:
+    """A date as seconds since 1970, a time of day as seconds since midnight; None for what
+    is neither."""
+    if time := TIME_OF_DAY.fullmatch(cell):
+        return 3600.0 * int(time[1]) + 60.0 * int(time[2]) + float(time[3])
+    cell = with_year_first(cell)
+    if not DATE.fullmatch(cell):
+        return None
+    try:
+        date = datetime.fromisoformat(cell.strip())
+    except ValueError:  # of a month 13
+        return None
+    date = date if date.tzinfo else date.replace(tzinfo=UTC)
+    return date.timestamp() if date.year in YEARS else None
+
+
+def is_day_first(cell: str) -> bool:
+    """Whether a cell holds a date as 31.01.2026."""
+    return re.match(DAY_FIRST, cell) is not None
+
+
+def with_year_first(cell: str) -> str:
+    """A cell with its date by ISO 8601."""
+    return re.sub(DAY_FIRST, r"\3-\2-\1", cell)
+
+
+def all_with_year_first(text: bytes) -> bytes:
+    """The same for all of a text."""
+    return re.sub(DAY_FIRST.encode(), rb"\3-\2-\1", text)
+
+
+class Midnights:
+    """Times of day that go on where one day ends, block by block."""
+
+    def __init__(self):
+        self._last, self._days = -np.inf, 0
+
+    def unfold(self, values: Array, blank: Mask | None) -> Array:
+        """Times (R,) [s] since the first midnight; where they are blank, anything."""
+        known = np.ones(len(values), dtype=bool) if blank is None else ~blank
+        if not known.any():
+            return values
+        begins = np.diff(values[known], prepend=self._last) < -0.5 * DAY
+        days = self._days + np.cumsum(begins)
+        self._last, self._days = values[known][-1], days[-1]
+        unfolded = values.copy()
+        unfolded[known] += DAY * days
+        return unfolded

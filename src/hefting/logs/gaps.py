@@ -1,0 +1,127 @@
+"""Samples of a table that are left out and counted: a few that lack something, which in
+many rows is an error, and those that repeat the one before."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+from numpy.typing import NDArray
+
+from hefting.core.errors import InputError
+from hefting.core.messages import Message, warning
+from hefting.core.recording import Stream
+from hefting.core.spatial import Mask
+
+FEW = 0.2
+"""Share of the samples of a group up to which those that lack something are gaps of a
+recording, and no mistake in how it was written."""
+
+
+class Gaps:
+    """Those of one group of columns, block by block."""
+
+    def __init__(self, source: str, names: Sequence[str]):
+        self._source, self._names = source, names
+        self._count, self._row, self._column, self._is_nan = 0, 0, 0, False
+
+    def find(
+        self,
+        rows: NDArray[np.int64],
+        blanks: Sequence[Mask | None],
+        nans: Sequence[Mask | None],
+    ) -> Mask | None:
+        """Where (R,) the group has no sample, of rows by number and each column's (R,)
+        blank cells and NaN; None for nowhere. A row that is blank as a whole is no
+        gap."""
+        if all(mask is None for mask in (*blanks, *nans)):
+            return None
+        nowhere = np.zeros(len(rows), dtype=bool)
+        blank, nan = (
+            np.array([nowhere if mask is None else mask for mask in masks])
+            for masks in (blanks, nans)
+        )
+        lacking: Mask = np.logical_or.reduce(blank | nan)
+        if (gaps := lacking & ~blank.all(axis=0)).any():
+            if not self._count:
+                first = int(np.argmax(gaps))
+                self._row = int(rows[first])
+                self._column = int(np.argmax((blank | nan)[:, first]))
+                self._is_nan = bool(nan[self._column, first])
+            self._count += int(gaps.sum())
+        return lacking
+
+    def conclude(self, samples: int) -> tuple[Message, ...]:
+        """What is said of them beside a number of samples; `InputError` where they are
+        many."""
+        if not self._count:
+            return ()
+        names = self._names
+        those = " ".join(names) if len(names) < 8 else f"{names[0]}..{names[-1]}"
+        if self._count <= FEW * (self._count + samples):
+            what = (
+                f"left out {self._count} of {self._count + samples} rows (the first: row "
+                f"{self._row}) in which {those} do not all hold a number"
+            )
+            return (warning("rows-incomplete", what),)
+        where = f"{self._source}, row {self._row}, column {names[self._column]}"
+        more = f", here and in {self._count - 1} more rows" if self._count > 1 else ""
+        if self._is_nan:
+            fix = (
+                "leave the cell blank where nothing was measured, or say "
+                'nan = "blank" in a column map (hefting map does)'
+            )
+            raise InputError(f"the value is nan{more}", where, fix)
+        fix = f"give all of {those} in a row or none"
+        raise InputError(f"the cell is blank{more}", where, fix)
+
+
+def without_invalid_poses(
+    streams: Mapping[str, Stream],
+) -> tuple[dict[str, Stream], tuple[Message, ...]]:
+    """The streams without poses whose quaternion (N, 4) is none, as a driver writes
+    zeros or -9999 where it has no pose, if these are few; and a warning."""
+    orientation = streams.get("orientation")
+    if orientation is None or orientation.values.shape[1] != 4:
+        return dict(streams), ()
+    norms = np.linalg.norm(orientation.values, axis=1)
+    wrong = ~((norms > 0.5) & (norms < 2.0))
+    count = int(wrong.sum())
+    if not 0 < count <= FEW * len(wrong):
+        return dict(streams), ()
+    rows = orientation.rows[wrong]
+    kept = {
+        name: stream[np.flatnonzero(~np.isin(stream.rows, rows))]
+        if name in ("orientation", "position")
+        else stream
+        for name, stream in streams.items()
+    }
+    what = (
+        f"left out {count} of {len(wrong)} poses (the first: row {rows[0]}) whose "
+        "quaternion is none: its norm is not 1"
+    )
+    return kept, (warning("poses-invalid", what),)
+
+
+def without_repeats(
+    streams: Mapping[str, Stream],
+) -> tuple[dict[str, Stream], tuple[Message, ...]]:
+    """The streams without the samples that repeat the one before, time and values
+    alike, and a warning of how many.
+
+    Two different samples at one time are kept: `hefting.core.recording.Recording`
+    refuses them.
+    """
+    kept, dropped = {}, set()
+    for name, stream in streams.items():
+        again = np.flatnonzero(stream.time[1:] == stream.time[:-1])
+        again = (
+            1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
+        )
+        dropped.update(stream.rows[again].tolist())
+        kept[name] = (
+            stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
+        )
+    if not dropped:
+        return kept, ()
+    plural = "s" if len(dropped) > 1 else ""
+    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {min(dropped)})"
+    return kept, (warning("rows-repeated", what),)
