@@ -347,22 +347,18 @@ def cell(lines, row, column, text):
     ("change", "words"),
     [
         (lambda n: [n[0].replace("fy", "fyy"), *n[1:]], ["fy", "fyy"]),
-        (lambda n: cell(n, 7, "fx", "NaN"), ["row 7", "fx"]),
         (lambda n: cell(n, 7, "tz", "inf"), ["row 7", "tz"]),
         (lambda n: cell(n, 9, "time", "0"), ["row 9", "time"]),
         (lambda n: [*n[:9], *cell(n, 9, "fx", "99")[8:9], *n[9:]], ["row 10", "time"]),
-        (lambda n: cell(n, 5, "qw", "3"), ["row 5", "norm"]),
         (lambda n: n[:1], ["no samples"]),
         (lambda n: n[:4], ["poses are too few"]),
         (lambda n: cell(n, 4, "px", "abc"), ["row 4", "px"]),
     ],
     ids=[
         "misspelt",
-        "nan",
         "infinity",
         "unsorted",
         "repeated",
-        "quaternion",
         "empty",
         "three samples",
         "text",
@@ -377,6 +373,22 @@ def test_bad_logs(run, folder, tmp_path, change, words):
         *words,
     )
     assert not out.exists()
+
+
+@pytest.mark.parametrize(
+    ("row", "column", "text", "words"),
+    [
+        (7, "fx", "NaN", "left out 1 of 500 rows (the first: row 7)"),
+        (5, "qw", "3", "left out 1 of 500 poses (the first: row 5)"),
+    ],
+)
+def test_a_sample_that_is_none_is_left_out_and_told(
+    run, folder, tmp_path, row, column, text, words
+):
+    path = edited(folder, tmp_path, lambda n: cell(n, row, column, text))
+    status, said, _ = run("inspect", path)
+    assert status == 0
+    assert words in " ".join(said.split())
 
 
 def scaled_wrench(folder, tmp_path, force, torque):
