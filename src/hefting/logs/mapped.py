@@ -11,6 +11,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.logs.column_map import ColumnMap, Quantity
 from hefting.logs.orientations import (
+    POSE_FORMS,
     check_matrices,
     in_sensor_axes,
     quaternions,
@@ -89,7 +90,10 @@ def read_mapped(
 
 def mapped(table: Table, column_map: ColumnMap) -> Mapped:
     """What `column_map` takes from `table`; `InputError` as `read_mapped`."""
-    quantities = dict(column_map.quantities)
+    quantities = {
+        key: _with_signs(quantity, table)
+        for key, quantity in column_map.quantities.items()
+    }
     wanted = {key: quantity.columns for key, quantity in quantities.items()}
     clock = column_map.time
     times = {} if clock is None else {"time": clock.columns}
@@ -128,6 +132,20 @@ def mapped(table: Table, column_map: ColumnMap) -> Mapped:
         "wrench" in quantities and quantities["wrench"].in_world,
         column_map.sensor_pose,
     )
+
+
+def _with_signs(quantity: Quantity, table: Table) -> Quantity:
+    """The quantity without the minuses before names of columns that are none of the
+    table's: their units are the negative ones. The entries of a pose have no sign."""
+    if quantity.form in POSE_FORMS:
+        return quantity
+    columns, units = list(quantity.columns), list(quantity.units)
+    for i, unit in enumerate(units):
+        name = str(columns[i])
+        if name[0] == "-" and name not in table.names:
+            columns[i] = name[1:]
+            units[i] = Unit(f"-{unit.name}", -unit.multiplier, unit.divisor)
+    return replace(quantity, columns=tuple(columns), units=tuple(units))
 
 
 def _find_columns(
