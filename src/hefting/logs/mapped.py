@@ -11,6 +11,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.logs.column_map import ColumnMap, Quantity
 from hefting.logs.orientations import (
+    ANGULAR,
     POSE_FORMS,
     check_matrices,
     in_sensor_axes,
@@ -54,9 +55,12 @@ class Mapped:
         """
         require_streams(self.streams, source, wrench_needed)
         streams, warnings = dict(self.streams), self.warnings
+        if self.sensor_pose is not None or self.in_world:
+            streams.pop("angles", None)
         if self.unit is not None:
             streams, about_time = in_seconds(streams, source, self.unit)
             warnings += about_time
+        angles = streams.pop("angles", None)
         recording = Recording(
             streams,
             self.unit is None,
@@ -64,6 +68,7 @@ class Mapped:
             warnings,
             joint_names=self.joint_names,
             notes=self.notes,
+            angles=angles,
         )
         if self.sensor_pose is not None:
             recording = with_sensor_pose(recording, self.sensor_pose)
@@ -245,7 +250,11 @@ def _convert_to_si(
         check_matrices(stream, source, labels)
     values = _scale_columns(stream.values, quantity.units)
     if quantity.form:
-        values = quaternions(values, quantity.form, quantity.order)
+        turned = quaternions(values, quantity.form, quantity.order)
+        found = {key: replace(stream, values=turned)}
+        if quantity.form in ANGULAR:
+            found["angles"] = replace(stream, values=values)
+        return found
     return {key: replace(stream, values=values)}
 
 

@@ -29,7 +29,10 @@ def explain(case: Case) -> Explanation | None:
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
     what, matrix = list(changes)[best], matrices[best]
-    names = [("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()] for row in matrix]
+    names = [
+        ("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()]
+        for row in matrix
+    ]
     columns = ", ".join(f'"{name}"' for name in names)
     return Explanation(
         CODE,
