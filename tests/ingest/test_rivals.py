@@ -385,7 +385,7 @@ def test_no_wrong_sign_is_half_a_turn_with_the_other_sign():
 @pytest.mark.parametrize(
     ("names", "form", "order"),
     [
-        ("RX,RY,RZ", "rpy", "xyz"),
+        ("a,b,c", "rpy", "xyz"),
         ("RX,RY,RZ", "euler", "XYZ"),
         ("a,b,c", "euler", "ZYZ"),
     ],
@@ -393,7 +393,7 @@ def test_no_wrong_sign_is_half_a_turn_with_the_other_sign():
 def test_the_form_of_angles_is_told_and_put_right_as_advised(
     tmp_path, names, form, order
 ):
-    """Read as a rotation vector, and as KUKA's angles. They wrap, so that poses were left
+    """Read as KUKA's angles, and as a rotation vector. They wrap, so that poses were left
     out as glitches."""
     given, columns = correct(1), names.split(",")
     streams = given.recording.streams
