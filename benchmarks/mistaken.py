@@ -6,6 +6,7 @@ import numpy as np
 
 from benchmarks.given import Change, Mistake
 from benchmarks.mistaken_poses import (
+    angles,
     another_shape,
     frozen,
     gravity,
@@ -92,6 +93,14 @@ def mistakes() -> list[Mistake]:
         named("quaternion-order"),
         {
             "w first": quaternions(lambda q: np.roll(q, 1, axis=1)),
+        },
+    )
+    add(
+        "form of angles",
+        named("orientation-form"),
+        {
+            "roll, pitch, yaw": angles("xyz", "rotation-vector"),
+            "ZYZ": angles("ZYZ", "euler", "ZYX"),
         },
     )
     add(

@@ -14,7 +14,9 @@ from benchmarks.given import (
     Given,
     orientation,
 )
+from hefting.core.recording import Stream
 from hefting.core.spatial import Array
+from hefting.logs import orientations
 from hefting.shapes import Shape
 
 
@@ -27,6 +29,19 @@ def inverse_pose(given: Given, rng: np.random.Generator) -> Given:
     p = -R.inv().apply(np.array(given.recording["position"].values))
     turned = given.stream("orientation", lambda _, q: R.inv().as_quat())
     return turned.stream("position", lambda _, __: p)
+
+
+def angles(logged: str, *read: str) -> Change:
+    """Angles of one order of axes, read in another form, with an order."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        three = orientation(given).as_euler(logged)
+        turned = orientations.quaternions(three, *read)
+        given = given.stream("orientation", lambda _, __: turned)
+        stream = Stream(given.recording["orientation"].time, three)
+        return replace(given, recording=replace(given.recording, angles=stream))
+
+    return make
 
 
 def positions(scale: float) -> Change:

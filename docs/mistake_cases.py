@@ -62,6 +62,13 @@ CASES = {
             seed=2,
         ),
         Case(
+            "Angles of another form",
+            "orientation-form",
+            ("form of angles", "roll, pitch, yaw"),
+            "Columns RX, RY, RZ are a rotation vector of UR, and angles about axes of "
+            "most others; Doosan's a, b, c turn about z, y, z, KUKA's about z, y, x.",
+        ),
+        Case(
             "The inverse pose",
             "pose-inverse",
             ("inverse pose", "orientation"),

@@ -120,6 +120,16 @@ def test_the_canonical_map_is_the_canonical_reader(path, tmp_path):
     assert same(mapped(tmp_path / "log.parquet", TIME + POSE + WRENCH), got)
 
 
+def test_a_minus_is_the_negative_of_a_column_unless_it_is_part_of_a_name(tmp_path):
+    """Here a column is called -tx."""
+    header = HEADER.replace("tx", "-tx")
+    path = log(tmp_path, *ROWS, header=header)
+    said = 'wrench = ["fx", "fy", "-fz", "-tx", "-ty", "tz"]\n'
+    got, right = mapped(path, TIME + POSE + said), read_log(log(tmp_path, *ROWS))
+    signs = np.array((1, 1, -1, 1, -1, 1))
+    np.testing.assert_array_equal(got["wrench"].values, signs * right["wrench"].values)
+
+
 def test_units():
     exact = {
         "mm": 0.001,

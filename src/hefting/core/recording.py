@@ -208,6 +208,8 @@ class Recording:
     sensor_pose: Array | None = None
     """(4, 4) pose of the sensor in the logged frame [m], where it was given as an argument
     and the poses are the sensor's by it."""
+    angles: Stream | None = None
+    """(N, 3) the orientation as it was logged, where by three angles of some form [rad]."""
 
     def __post_init__(self):
         for name in self.streams:

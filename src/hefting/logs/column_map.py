@@ -14,7 +14,7 @@ or ``joint_positions``. Further keys are the streams of
 `hefting.core.recording.Recording`. Columns alone, without braces, are in SI units.
 
 - A column is given by its name, or by its number counted from 1; ``"q[{0..6}]"`` stands
-  for seven names.
+  for seven names, and ``"-fz"`` for the negative of a column that has a unit.
 - ``form`` of an orientation: a key of `hefting.logs.orientations.FORMS` (xyzw when
   there is none). ``pose`` is a homogeneous matrix in 16 columns with the length unit of
   its last column, ``form = "matrix4"`` or ``"matrix4-columns"``.

@@ -11,6 +11,8 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.logs.column_map import ColumnMap, Quantity
 from hefting.logs.orientations import (
+    ANGULAR,
+    POSE_FORMS,
     check_matrices,
     in_sensor_axes,
     quaternions,
@@ -53,9 +55,12 @@ class Mapped:
         """
         require_streams(self.streams, source, wrench_needed)
         streams, warnings = dict(self.streams), self.warnings
+        if self.sensor_pose is not None or self.in_world:
+            streams.pop("angles", None)
         if self.unit is not None:
             streams, about_time = in_seconds(streams, source, self.unit)
             warnings += about_time
+        angles = streams.pop("angles", None)
         recording = Recording(
             streams,
             self.unit is None,
@@ -63,6 +68,7 @@ class Mapped:
             warnings,
             joint_names=self.joint_names,
             notes=self.notes,
+            angles=angles,
         )
         if self.sensor_pose is not None:
             recording = with_sensor_pose(recording, self.sensor_pose)
@@ -89,7 +95,10 @@ def read_mapped(
 
 def mapped(table: Table, column_map: ColumnMap) -> Mapped:
     """What `column_map` takes from `table`; `InputError` as `read_mapped`."""
-    quantities = dict(column_map.quantities)
+    quantities = {
+        key: _with_signs(quantity, table)
+        for key, quantity in column_map.quantities.items()
+    }
     wanted = {key: quantity.columns for key, quantity in quantities.items()}
     clock = column_map.time
     times = {} if clock is None else {"time": clock.columns}
@@ -128,6 +137,20 @@ def mapped(table: Table, column_map: ColumnMap) -> Mapped:
         "wrench" in quantities and quantities["wrench"].in_world,
         column_map.sensor_pose,
     )
+
+
+def _with_signs(quantity: Quantity, table: Table) -> Quantity:
+    """The quantity without the minuses before names of columns that are none of the
+    table's: their units are the negative ones. The entries of a pose have no sign."""
+    if quantity.form in POSE_FORMS:
+        return quantity
+    columns, units = list(quantity.columns), list(quantity.units)
+    for i, unit in enumerate(units):
+        name = str(columns[i])
+        if name[0] == "-" and name not in table.names:
+            columns[i] = name[1:]
+            units[i] = Unit(f"-{unit.name}", -unit.multiplier, unit.divisor)
+    return replace(quantity, columns=tuple(columns), units=tuple(units))
 
 
 def _find_columns(
@@ -234,7 +257,11 @@ def _convert_to_si(
         check_matrices(stream, source, labels)
     values = _scale_columns(stream.values, quantity.units)
     if quantity.form:
-        values = quaternions(values, quantity.form, quantity.order)
+        turned = quaternions(values, quantity.form, quantity.order)
+        found = {key: replace(stream, values=turned)}
+        if quantity.form in ANGULAR:
+            found["angles"] = replace(stream, values=values)
+        return found
     return {key: replace(stream, values=values)}
 
 

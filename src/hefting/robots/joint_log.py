@@ -89,7 +89,13 @@ def with_poses(
     }
     warnings = (*recording.warnings, *_doubts(q, robot))
     notes = (*recording.notes, note("poses-from-joints", done))
-    return replace(recording, streams=kept | poses, warnings=warnings, notes=notes)
+    return replace(
+        recording,
+        streams=kept | poses,
+        warnings=warnings,
+        notes=notes,
+        angles=None,
+    )
 
 
 def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:

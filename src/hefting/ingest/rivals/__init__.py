@@ -18,6 +18,7 @@ from hefting.ingest.rivals import (
     hysteresis,
     lever_arm,
     object_changing,
+    orientation_form,
     pose_inverse,
     position_axes,
     position_unit,
@@ -56,6 +57,7 @@ LARGE_EXPLANATIONS = (
     base_axes.explain,
     position_unit.explain,
     quaternion_order.explain,
+    orientation_form.explain,
     pose_inverse.explain,
 )
 """Mistakes that leave much unexplained: they are looked for only then."""

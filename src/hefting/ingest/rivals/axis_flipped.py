@@ -3,7 +3,7 @@ torque in the place of force."""
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import WRENCH, Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import (
     Explanation,
@@ -13,10 +13,9 @@ from hefting.ingest.rivals.explanation import (
 )
 
 CODE = "axis-flipped"
-RARITY_OF_BOTH = 15.0
-"""Rarity of an axis of both force and torque that is mirrored, or of two that are
-swapped: with the other sign convention it is half a turn of the sensor, which is far
-more common."""
+RARITY_OF_SWAP = 15.0
+"""Rarity of two axes that are swapped: with the other sign convention it is half a turn
+of the sensor about the line between them."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -29,22 +28,28 @@ def explain(case: Case) -> Explanation | None:
     best = of_each_wrench(case, rows, wrenches).best // len(offsets)
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
-    what = list(changes)[best]
-    of_both = np.linalg.det(matrices[best, :3, :3]) < 0.0 and np.array_equal(
-        matrices[best, :3, :3], matrices[best, 3:, 3:]
-    )
+    what, matrix = list(changes)[best], matrices[best]
+    names = [
+        ("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()]
+        for row in matrix
+    ]
+    columns = ", ".join(f'"{name}"' for name in names)
     return Explanation(
         CODE,
         f"{what} in the wrench",
-        "correct it where the log is written, or in a column map",
+        "correct it where the log is written, or give the wrench's columns as "
+        f"[{columns}] in a column map",
         fitted,
         0,
-        rarity=RARITY_OF_BOTH if of_both else 0.0,
+        rarity=RARITY_OF_SWAP if "axes" in what else 0.0,
+        argument="column_map",
     )
 
 
 def _changes() -> dict[str, Array]:
-    """Matrices (6, 6) that undo a mistake, by what it is."""
+    """Matrices (6, 6) that undo a mistake, by what it is. An axis of both force and
+    torque that is mirrored is none: with the other sign convention, which is free, it is
+    half a turn of the sensor about that axis."""
     found: dict[str, Array] = {}
     names = ("x", "y", "z")
     for part, quantity in ((0, "force"), (3, "torque")):
@@ -62,8 +67,6 @@ def _changes() -> dict[str, Array]:
     for i, axis in enumerate(names):
         mirror = np.ones(3)
         mirror[i] = -1.0
-        both = np.diag(np.concatenate((mirror, mirror)))
-        found[f"force {axis} and torque {axis} seem to have the wrong sign"] = both
         # a torque is a pseudovector: mirrored, the two other components change sign
         left = np.diag(np.concatenate((mirror, -mirror)))
         found[f"axes of a left-handed system, {axis} mirrored, seem to be"] = left

@@ -26,9 +26,10 @@ def explain(case: Case) -> Explanation | None:
         return None
     times = case.time - case.likely_offsets[:, None]
     fitted = fit_rows(case, _rows(case, case.motion_at(times), times))
-    largest = _largest_pull(fitted)
+    force, torque = _largest_pull(fitted)
+    pull = f"{force:.2g} N" if force > case.floor[0] else f"{torque:.2g} N m"
     what = (
-        f"something pulls at the sensor by up to {largest:.2g} N, depending on where it "
+        f"something pulls at the sensor by up to {pull}, depending on where it "
         "is, as a cable or a hose does"
     )
     fix = "fix it to the arm with slack, or off the arm, and record again"
@@ -64,10 +65,10 @@ def _maps(pulls: int) -> Array:
     return maps
 
 
-def _largest_pull(fitted: Fitted) -> float:
-    """[N]"""
+def _largest_pull(fitted: Fitted) -> Array:
+    """(2,) force [N], and torque [N m]."""
     best, rows = fitted.best, fitted.rows
     solution = fitted.solution[best, :BODY_AND_PULLS].copy()
     solution[:10] = 0.0
-    force = rows.predict(solution)[best, :, :3]
-    return float(np.linalg.norm(force, axis=1).max())
+    pull = rows.predict(solution)[best].reshape(-1, 2, 3)
+    return np.linalg.norm(pull, axis=2).max(axis=0)

@@ -31,6 +31,13 @@ STATIC_FACTOR = 2.0
 per second nothing tells it."""
 FEW_UNKNOWNS = 6
 """Unknowns up to which a mistake does not imitate a change of the object."""
+NEGLIGIBLE_UNEXPLAINED = 0.01
+"""Residual over the wrench's changes below which a mistake of many unknowns is not named
+unless it changes the answer: it imitates what is none of those that are looked for."""
+NEGLIGIBLE_MASS_CHANGE = 1e-3
+"""Change of the mass, as a share of it, that is no change of the answer."""
+NEGLIGIBLE_COM_CHANGE = 0.5e-3
+"""[m] The same of the COM."""
 SUPERSEDED = frozenset(
     {
         "bias-undetermined",
@@ -80,7 +87,7 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
     """The mistake in a recording, or that much of it is unexplained; None where neither
     is. What is held includes a tool where one is known."""
     judged = judge(case)
-    if judged.named is not None:
+    if judged.named is not None and not _is_negligible(judged, judged.named):
         message = _named(judged, judged.named, "object and tool" if with_tool else "it")
         fatal = message.severity == "error"
         simple = judged.named.unknowns <= FEW_UNKNOWNS
@@ -111,6 +118,18 @@ def _vibrates(vibration: Vibration) -> Message:
         "or wait between moves, for narrower intervals"
     )
     return warning("vibration", what)
+
+
+def _is_negligible(judged: Judged, named: Explanation) -> bool:
+    """Whether a mistake of many unknowns explains next to nothing and changes nothing."""
+    assert judged.given is not None
+    mass, com = _changes(judged.given.vector, named.vector)
+    return (
+        named.unknowns > FEW_UNKNOWNS
+        and judged.unexplained < NEGLIGIBLE_UNEXPLAINED
+        and mass < NEGLIGIBLE_MASS_CHANGE
+        and com < NEGLIGIBLE_COM_CHANGE
+    )
 
 
 def _named(judged: Judged, named: Explanation, held: str) -> Message:

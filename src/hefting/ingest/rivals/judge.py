@@ -122,13 +122,18 @@ def judge(case: Case) -> Judged:
     if not tried:
         return Judged(share, None, given)
     best = max(tried, key=lambda each: evidence(case, given, each))
-    if not _is_told(case, given, best):
-        return Judged(share, None, given)
-    best = _simplest(case, given, best, tried)
+    if _is_told(case, given, best):
+        best = _simplest(case, given, best, tried)
+    # a turn beside a lever arm may explain too little alone
     other = None if best.alternative is None else best.alternative()
-    if other is not None and not _too_heavy(other):
-        both = [each for each in (best, other) if _is_told(case, given, each)]
-        best = max(both, key=lambda each: evidence(case, given, each))
+    both = [
+        each
+        for each in (best, other)
+        if each is not None and not _too_heavy(each) and _is_told(case, given, each)
+    ]
+    if not both:
+        return Judged(share, None, given)
+    best = max(both, key=lambda each: evidence(case, given, each))
     told = evidence(case, given, best)
     little = missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
     if little and evidence(case, given, errors_on_data_sheet(case)) > told:

@@ -1,5 +1,6 @@
 """Vibration: what is left of the wrench is at one frequency above those of the motion, as
-of a compliant arm, gripper or sensor. It is no mistake, and averages out."""
+of a compliant arm, gripper or sensor, or in one band, as of a base that is shaken. It is
+no mistake, and averages out."""
 
 from dataclasses import dataclass
 from typing import Self
@@ -18,6 +19,9 @@ BAND = 0.1
 """Half of the width of a vibration's band, as a share of its frequency."""
 LEAST_SHARE = 0.5
 """Of the variance that is left, in that band: of white noise it is a fifth at most."""
+WIDEST = 4.0
+"""Largest over smallest frequency of a band that holds nine tenths of what is above the
+motion's: of 5 to 15 Hz it is 3, of white noise above 10."""
 MOST_BLOCKS = 6_000
 """Blocks of the wrench, the first ones, that are looked at: a minute."""
 FEWEST_BLOCKS = 64
@@ -29,7 +33,7 @@ class Vibration:
     """The vibration in what a body leaves of the wrench."""
 
     frequency: float
-    """[Hz]"""
+    """[Hz]; the median of a band's"""
     force: float
     """[N] amplitude, over all axes"""
     share: float
@@ -61,8 +65,13 @@ class Vibration:
         near = np.abs(frequency - peak) < BAND * peak
         share = float(weighted[near].sum() / weighted.sum())
         if share < LEAST_SHARE:
-            return None
-        return cls(peak, float(np.sqrt(2.0 * power[near, :3].sum())), share)
+            below = np.cumsum(weighted[fast])
+            parts = np.array((0.05, 0.5, 0.95)) * below[-1]
+            low, peak, high = np.interp(parts, below, frequency[fast])
+            if high > WIDEST * low:
+                return None
+            near, share = fast, float(below[-1] / weighted.sum())
+        return cls(float(peak), float(np.sqrt(2.0 * power[near, :3].sum())), share)
 
 
 def _residual(case: Case) -> tuple[Array, Array]:

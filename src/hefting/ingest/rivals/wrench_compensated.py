@@ -15,6 +15,8 @@ from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step, with_bias
 from hefting.ingest.rivals.explanation import Explanation, over_offsets
 
 CODE = "wrench-compensated"
+SMALLEST_SHARE = 0.005
+"""Smallest share of the object's weight that is told: less is none."""
 LARGEST_SHARE = 3.0
 """Largest share of the object's weight that a controller takes away. Of 2 it is gravity
 the wrong way round, which has no unknowns and is told instead."""
@@ -30,7 +32,7 @@ def explain(case: Case) -> Explanation | None:
     if not mass:
         return None
     share = 1.0 - weighed / mass
-    if not 0.0 <= share <= LARGEST_SHARE:
+    if not SMALLEST_SHARE <= share <= LARGEST_SHARE:
         return None
     what = (
         f"some {100.0 * share:.0f} % of the object's weight seem to be missing in the "
@@ -57,16 +59,17 @@ def _maps() -> Array:
 
 
 def _effect(fitted: Fitted) -> float:
-    """Size of what is missing, mass and first moment, over its standard deviations."""
+    """The mass that is missing, over its standard deviation: no payload is without one,
+    but an object that sags has another moment by gravity than by acceleration."""
     found = fitted.of_best()
     rows = found.rows
-    missing = found.solution[0, 10:14] - found.solution[0, :4]
-    # the wrench by it, where gravity acts on the same mass and moment as acceleration
+    missing = found.solution[0, 10] - found.solution[0, 0]
+    # the wrench by it and its moment, where gravity acts on the same mass and moment as acceleration
     columns = np.einsum("kz,zcp->kcp", rows.known[0], rows.maps[:, :, 10:14])
     maps = rows.maps.copy()
     maps[:, :, :4] += maps[:, :, 10:14]
     tied = replace(
         found, rows=replace(rows, maps=np.delete(maps, range(10, 14), axis=2))
     )
-    covariance = linear_step(tied, 0, columns).covariance
-    return float(np.sqrt(max(missing @ np.linalg.pinv(covariance) @ missing, 0.0)))
+    variance = linear_step(tied, 0, columns).covariance[0, 0]
+    return float(abs(missing) / np.sqrt(max(variance, 1e-300)))
