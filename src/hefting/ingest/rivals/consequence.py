@@ -146,9 +146,9 @@ def _named(judged: Judged, named: Explanation, held: str) -> Message:
     if mass > LARGE_MASS_CHANGE:
         effects.append(f"{abs(after[0]):.3g} kg in place of {abs(before[0]):.3g} kg")
     if LARGE_COM_CHANGE < com < np.inf:
-        effects.append(f"the centre of mass {1e3 * com:.0f} mm elsewhere")
+        effects.append(f"its centre of mass {1e3 * com:.0f} mm elsewhere")
     if effects:
-        said += f" ({held} would be {' and '.join(effects)})"
+        said += f" ({held} would have {' and '.join(effects)})"
     return error(named.code, said, named.argument)
 
 
