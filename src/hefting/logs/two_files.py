@@ -7,7 +7,7 @@ from pathlib import Path
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size, load_toml
 from hefting.core.messages import Message
-from hefting.core.recording import Recording
+from hefting.core.recording import Recording, column_names
 from hefting.logs.column_map import column_map_of
 from hefting.logs.mapped import Mapped, mapped
 from hefting.logs.recognised import map_by_names, taken_by_names
@@ -36,7 +36,11 @@ class _Part:
 
 
 def read_with_poses(
-    path: str | Path, poses: str | Path, column_map: str | Path | None = None
+    path: str | Path,
+    poses: str | Path,
+    column_map: str | Path | None = None,
+    *,
+    wrench_needed: bool = True,
 ) -> Recording:
     """Recording of the wrench at `path` and of the `poses`, or joint angles, in another
     table.
@@ -44,11 +48,14 @@ def read_with_poses(
     Parameters
     ----------
     path : path
-        CSV or Parquet with time and wrench; it may hold an IMU, and no poses.
+        CSV or Parquet with time and wrench, or with time and joint torques tau1..taun;
+        it may hold an IMU, and no poses.
     poses : path
         CSV or Parquet with time and poses or joint angles, read by what its names tell.
     column_map : path, optional
         TOML file that says which columns of the first hold what.
+    wrench_needed : bool
+        Whether the first is refused without a wrench.
 
     Both count their time on one clock: an offset of less than a second or so is found
     when an object is identified. Raises `InputError` where one of them does not hold
@@ -56,7 +63,7 @@ def read_with_poses(
     """
     first = _part(path, column_map)
     second = _part(poses)
-    if "wrench" not in first.found.streams:
+    if wrench_needed and "wrench" not in first.found.streams:
         raise InputError("there is no wrench", path, "give the file with the wrench")
     there = [name for name in POSES if name in first.found.streams]
     if there:
@@ -82,7 +89,7 @@ def read_with_poses(
         notes=(*first.found.notes, *second.found.notes),
         joint_names=second.found.joint_names,
     )
-    return both.recording(str(path))
+    return both.recording(str(path), wrench_needed)
 
 
 def _part(path: str | Path, column_map: str | Path | None = None) -> _Part:
@@ -98,8 +105,13 @@ def _part(path: str | Path, column_map: str | Path | None = None) -> _Part:
     if column_map is not None:
         chosen = column_map_of(load_toml(column_map), column_map, is_part=True)
         table, said = form.open_table(path, chosen.layout), ()
+    elif set((table := form.open_table(path, None)).names) == {
+        "time",
+        *(torques := column_names("joint_torques", len(table.names) - 1)),
+    }:
+        only = {"time": {"column": "time"}, "joint_torques": [*torques]}
+        chosen, said = column_map_of(only, path, is_part=True), ()
     else:
-        table = form.open_table(path, None)
         chosen, guessed = map_by_names(table, is_part=True)
         said = (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
     found = mapped(table, chosen)

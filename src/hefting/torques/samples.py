@@ -156,7 +156,7 @@ def _torques(recording: Recording, gains: Array | None) -> str:
         "there are no joint torques",
         source,
         "record them in columns tau1..taun, as effort of JointState or as "
-        "actual_current",
+        "actual_current, or name their columns in a column map (`column_map`)",
     )
 
 
