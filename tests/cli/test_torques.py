@@ -106,8 +106,8 @@ def test_a_calibration_serves_as_the_empty_run(folder, run, tmp_path):
     other.write_text(longer)
     loaded = command(folder, str(folder / "loaded.csv"), "--arm", arm)
     moved = [str(other) if word.endswith("arm.urdf") else word for word in loaded]
-    assert refused(run(*moved), "had other joints")
-    assert refused(run(*loaded, "--gravity", "0,0,-9.7"), "gravity was another")
+    assert refused(run(*moved), "other joints")
+    assert refused(run(*loaded, "--gravity", "0,0,-9.7"), "another gravity")
     assert refused(run(*loaded, "--empty", str(folder / "empty.csv")), "given twice")
 
 

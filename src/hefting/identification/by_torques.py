@@ -100,9 +100,8 @@ class ByTorques:
         loaded = [samples_of(log, dynamics, torque_gains) for log in recordings]
         bare = [samples_of(log, dynamics, torque_gains) for log in empty]
         calibration = None if arm is None else load_arm(arm, dynamics)
-        _check_distinct((*recordings, *empty), (*loaded, *bare), calibration)
-        for log, samples in zip((*recordings, *empty), (*loaded, *bare), strict=True):
-            require_arms_torques(samples, dynamics, log.source)
+        known = () if calibration is None else calibration.digests
+        _check_runs(dynamics, (*recordings, *empty), (*loaded, *bare), known)
         runs = LoadedRuns(dynamics, tuple(loaded), tuple(bare), calibration)
         found = runs.fit()
         messages = [
@@ -228,26 +227,27 @@ def calibrate_arm(
     """The arm without a payload; arguments and errors as of `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
-    _check_distinct(recordings, samples, None)
-    for log, own in zip(recordings, samples, strict=True):
-        require_arms_torques(own, dynamics, log.source)
+    _check_runs(dynamics, recordings, samples)
     for doubt in of_rivals(dynamics, samples):
         raise InputError(str(doubt), recordings[0].source)
     return dynamics, EmptyRuns.of(dynamics, samples)
 
 
-def _check_distinct(
+def _check_runs(
+    dynamics: JointDynamics,
     recordings: Sequence[Recording],
     samples: Sequence[TorqueSamples],
-    calibration: EmptyRuns | None,
+    known: Sequence[str] = (),
 ) -> None:
-    """`InputError` for a run that counts twice, of whatever names."""
-    known = set(() if calibration is None else calibration.digests)
+    """`InputError` for a run that counts twice, of whatever names or among those
+    `known` by their digests, and as `require_arms_torques`."""
+    digests = set(known)
     for log, own in zip(recordings, samples, strict=True):
-        if own.digest in known:
+        require_arms_torques(own, dynamics, log.source)
+        if own.digest in digests:
             raise InputError(
                 "is given twice, with the payload, without it or as the `arm`",
                 log.source,
                 "give each recording once: it counts once",
             )
-        known.add(own.digest)
+        digests.add(own.digest)

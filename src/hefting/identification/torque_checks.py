@@ -107,6 +107,7 @@ def of_rivals(
 
 
 def of_arm(runs: LoadedRuns, found: TorqueFit) -> list[Message]:
+    """What was taken for the arm, where it may be another."""
     if runs.arm_known:
         what = (
             "the URDF's inertias stand for the arm's: a published arm was found to put "
@@ -153,9 +154,8 @@ def of_torques(message: str, fit: TorqueFit) -> str:
     if message.code == "mass-contradicts-wrench":
         text = (
             f"the scale contradicts the torques, which show {fit.common[-PAYLOAD]:.4g} "
-            "kg, and is left out: is its unit right, was a gripper weighed that the "
-            "empty run carried, or one not weighed that it did not carry, and are the "
-            "torques' constants (`torque_gains`) right?"
+            "kg, and is left out: is its unit right, was the same weighed that the empty "
+            "run lacks, and are the torques' constants (`torque_gains`) right?"
         )
     return Message(message.code, text, message.severity, message.argument)
 

@@ -178,9 +178,7 @@ def _payload_rows(arm: int) -> Array:
 
 SCHEMA = "hefting-arm-1"
 SAME_ARM = 1e-6
-"""Relative difference of published parameters that is rounding."""
-SAME_MECHANICS = 1e-4
-"""[N m] by 1 kg, that is rounding: 0.01 mm."""
+"""Relative difference of an arm's numbers that is rounding."""
 
 
 def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None:
@@ -240,31 +238,21 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
     frame, own = data.get("sensor_frame"), dynamics.robot.sensor_frame
     if frame != own:
         raise InputError(f"is for the frame '{str(frame)[:80]}', not '{own}'", path)
-    try:
-        published = np.array(data.get("published"), dtype=float)
-    except (TypeError, ValueError):
-        published = np.zeros(0)
-    scale = SAME_ARM * np.abs(dynamics.arm).max(initial=1e-9)
-    same = published.shape == dynamics.arm.shape
-    if not (same and np.abs(published - dynamics.arm).max() <= scale):
-        raise InputError(
-            "is of another robot: its URDF had other inertias",
-            path,
-            "calibrate this one",
-        )
-
-    own = _mechanics(dynamics)
-    try:  # files of before have none
-        theirs = np.array(data.get("mechanics", own), dtype=float)
-    except (TypeError, ValueError):
-        theirs = np.zeros(0)
-    same = theirs.shape == own.shape
-    if not (same and np.allclose(theirs, own, rtol=0.0, atol=SAME_MECHANICS)):
-        raise InputError(
-            "is of another robot: its URDF had other joints, or gravity was another",
-            path,
-            "calibrate this one",
-        )
+    for key, what, expected in (
+        ("published", "its URDF had other inertias", dynamics.arm),
+        ("mechanics", "it had other joints or another gravity", _mechanics(dynamics)),
+    ):
+        # files of before have no mechanics
+        given = data.get(key, expected if key == "mechanics" else None)
+        try:
+            found = np.array(given, dtype=float)
+        except (TypeError, ValueError):
+            found = np.zeros(0)
+        scale = SAME_ARM * np.abs(expected).max(initial=1e-9)
+        same = found.shape == expected.shape
+        if not (same and np.abs(found - expected).max() <= scale):
+            fix = "calibrate this one"
+            raise InputError(f"is of another robot: {what}", path, fix)
 
 
 def _mechanics(dynamics: JointDynamics) -> Array:
