@@ -101,7 +101,7 @@ def test_calibrate_then_subtract(run, tmp_path):
     np.testing.assert_allclose(known["provenance"]["bias_subtracted"], BIAS, atol=0.05)
     assert known["mass"] == pytest.approx(OBJECT.mass, **NEAR)
     bare = run("identify", tmp_path / "bare.csv", "--tool", tool, status=2)
-    assert "beside the tool; check --tool: was it in the hand?" in bare
+    assert "beside the tool; nothing is held" in bare
 
 
 def test_calibrate_never_overwrites_and_refuses_what_is_open(run, tmp_path):

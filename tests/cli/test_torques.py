@@ -2,6 +2,7 @@
 each refused in one line with exit status 2. About 15 s."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -11,7 +12,7 @@ from commands import refused
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.identification.by_torques import ByTorques
-from hefting.logs import write_log
+from hefting.logs import read_log, write_log
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.torque_scenario import TorqueRobot
@@ -97,6 +98,17 @@ def test_a_calibration_serves_as_the_empty_run(folder, run, tmp_path):
     )
     assert status == 0
     check(found)
+    # of no other robot, gravity or mount, and the same run counts once
+    text = (folder / "arm.urdf").read_text()
+    longer = text.replace("-0.425 ", "-0.415 ")
+    assert longer != text
+    other = tmp_path / "arm.urdf"
+    other.write_text(longer)
+    loaded = command(folder, str(folder / "loaded.csv"), "--arm", arm)
+    moved = [str(other) if word.endswith("arm.urdf") else word for word in loaded]
+    assert refused(run(*moved), "other joints")
+    assert refused(run(*loaded, "--gravity", "0,0,-9.7"), "another gravity")
+    assert refused(run(*loaded, "--empty", str(folder / "empty.csv")), "given twice")
 
 
 def test_currents_with_gains(folder, run):
@@ -165,6 +177,110 @@ def test_an_empty_run_of_another_robot_is_told(folder, run, tmp_path):
     assert "empty-run-contradicts" in codes(found)
 
 
+def changed(folder: Path, tmp_path: Path, name: str, change) -> str:
+    """A log of the folder, its times, positions and torques changed."""
+    streams = read_log(folder / f"{name}.csv", wrench_needed=False).streams
+    q, tau = streams["joint_positions"], streams["joint_torques"]
+    time, positions, torques = change(q.time, q.values.copy(), tau.values.copy())
+    made = {
+        "joint_positions": Stream(time, positions),
+        "joint_torques": Stream(time, torques),
+    }
+    write_log(Recording(made), tmp_path / f"{name}.csv")
+    return str(tmp_path / f"{name}.csv")
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda t, q, tau: (t, q, 1e3 * tau), "in N m"),
+        (lambda t, q, tau: (t, q, -tau), "the other sign"),
+        (lambda t, q, tau: (t, np.degrees(q), tau), "in degrees"),
+        (lambda t, q, tau: (1e3 * t, q, tau), "in milliseconds"),
+    ],
+)
+def test_torques_of_no_such_arm_are_refused(folder, run, tmp_path, change, said):
+    words = [changed(folder, tmp_path, name, change) for name in ("loaded", "empty")]
+    assert refused(run(*command(folder, words[0], "--empty", words[1])), said)
+
+
+ORDER = [0, 2, 1, 3, 4, 5]
+TURNED = np.array((1.0, 1.0, 1.0, 1.0, 1.0, -1.0))
+
+
+@pytest.mark.parametrize(
+    ("change", "said"),
+    [
+        (lambda t, q, tau: (t, q[:, ORDER], tau[:, ORDER]), "joint2 and joint3"),
+        (lambda t, q, tau: (t, TURNED * q, TURNED * tau), "joint6 of the other sign"),
+        (lambda t, q, tau: (t, q, tau[:, ORDER]), "torques of joint2 and joint3"),
+    ],
+)
+def test_joints_of_another_order_or_sign_are_named(folder, run, tmp_path, change, said):
+    """In both runs, so that they do not contradict each other."""
+    words = [changed(folder, tmp_path, name, change) for name in ("loaded", "empty")]
+    status, found = answer(run, command(folder, words[0], "--empty", words[1]))
+    assert status == 3
+    assert said in str(found["reasons"])
+
+
+def test_another_gravity_is_named(folder, run):
+    """An arm on a wall, of which the URDF does not know."""
+    words = [str(folder / "loaded.csv"), "--empty", str(folder / "empty.csv")]
+    status, found = answer(run, command(folder, *words, "--gravity", "9.81,0,0"))
+    assert status == 3
+    assert "gravity along the z axis" in str(found["reasons"])
+
+
+def test_exchanged_runs_are_told(folder, run):
+    words = [str(folder / "empty.csv"), "--empty", str(folder / "loaded.csv")]
+    status, out, err = run(*command(folder, *words))
+    assert status in (2, 3)
+    assert "loaded runs exchanged" in " ".join((out + err).split())
+
+
+def test_gains_on_torques_are_told(folder, run):
+    words = [str(folder / "loaded.csv"), "--empty", str(folder / "empty.csv")]
+    _, found = answer(run, command(folder, *words, "--torque-gains", "2"))
+    assert "gains-on-torques" in codes(found)
+    assert found["verdict"] == "usable with care"
+    assert found["provenance"]["torque_gains"] == [2.0]
+
+
+def test_the_same_motion_may_be_recorded_twice(folder, run, tmp_path):
+    """As where commanded positions are logged; only the torques differ."""
+    rng = np.random.default_rng(1)
+
+    def louder(t, q, tau):
+        return t, q, tau + rng.normal(scale=0.01, size=tau.shape)
+
+    again = changed(folder, tmp_path, "empty", louder)
+    words = [str(folder / "loaded.csv"), "--empty", str(folder / "empty.csv")]
+    _, found = answer(run, command(folder, *words, "--empty", again))
+    check(found)
+
+
+def test_wrong_gains_are_in_the_intervals(folder, run, tmp_path):
+    """Each joint's of 1 %, as the standard deviation that is allowed for."""
+    gains = 1.0 + 0.01 * np.random.default_rng(3).choice((-1.0, 1.0), 6)
+    words = [
+        changed(folder, tmp_path, name, lambda t, q, tau: (t, q, gains * tau))
+        for name in ("loaded", "empty")
+    ]
+    rest = ("--empty", words[1])
+    _, found = answer(run, command(folder, words[0], *rest))
+    low, high = found["intervals"]["mass"]
+    assert low <= BODY.mass <= high
+    # several joints share the load, so that it is less than 1 %, but not by much
+    assert 0.005 < 0.25 * (high - low) / BODY.mass < 0.011
+    # and so a scale that is right does not contradict them
+    mass = f"{BODY.mass:g}kg±1g"
+    _, found = answer(run, command(folder, words[0], *rest, "--mass", mass))
+    assert found["verdict"] == "good"
+    _, found = answer(run, command(folder, words[0], *rest, "--mass", "1.5kg±1g"))
+    assert "torques' constants (--torque-gains)" in str(found["reasons"])
+
+
 def test_bad_input_is_one_line(folder, run, tmp_path):
     loaded, empty = str(folder / "loaded.csv"), str(folder / "empty.csv")
     lines = Path(loaded).read_text().splitlines()
@@ -209,10 +325,6 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
 
 
 def test_efforts_of_a_ur_driver_need_gains(folder, run, tmp_path):
-    from dataclasses import replace
-
-    from hefting.logs import read_log
-
     log = read_log(folder / "loaded.mcap", wrench_needed=False)
     names = ("shoulder_pan_joint", *log.joint_names[1:])
     write_log(replace(log, joint_names=names), tmp_path / "ur.mcap")
@@ -223,8 +335,6 @@ def test_efforts_of_a_ur_driver_need_gains(folder, run, tmp_path):
 
 
 def test_a_joint_that_never_moves_is_told(folder, run, tmp_path):
-    from hefting.logs import read_log
-
     streams = dict(read_log(folder / "loaded.csv", wrench_needed=False).streams)
     q = streams["joint_positions"].values.copy()
     q[:, 0] = q[0, 0]

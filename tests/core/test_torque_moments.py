@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
-from hefting.core.torque_moments import TorqueMoments, merged, own_columns
+from hefting.core.torque_moments import TorqueMoments, merged
 
 OWN, JOINTS = 4, 7
 STD = np.array((0.1, 0.12, 0.08, 0.1, 0.05, 0.05, 0.04))
@@ -128,8 +128,3 @@ def test_solving_costs_the_same_however_many_samples():
     print(times)
     # the same work on the same sizes, on a machine that others use
     assert times[1] < 3.0 * times[0]
-
-
-def test_columns_are_named():
-    own, arm, payload = own_columns(2, 3)
-    assert [*own, *arm, *payload] == list(range(15))

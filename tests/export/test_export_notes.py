@@ -144,10 +144,15 @@ def test_a_subtracted_tool_is_told(target):
     assert ("tool-left-out" in said) == (target != "urdf")
     assert "tool-left-out" not in [e.code for e in export(alone, target, pose).warnings]
     if target != "franka":  # whose JSON has no comments
-        assert "a tool of 0.64 kg was subtracted" in exported.text
+        assert "the tool of 0.64 kg that was subtracted" in exported.text
         assert "subtracted" not in export(alone, target, pose).text
     hostile = replace(found, provenance={"tool": ["x"] * 10})
     assert export(hostile, target, pose).text == export(alone, target, pose).text
+    # of joint torques with an empty run
+    empty = export(replace(found, provenance={"arm": "empty runs"}), target, pose)
+    codes = [each.code for each in empty.warnings]
+    assert ("tool-left-out" in codes) == (target != "urdf")
+    assert "in the empty run" in f"{empty.text} {empty.warnings}"
 
 
 def test_a_pose_in_millimetres_is_told():

@@ -164,6 +164,8 @@ def test_warnings_and_refusals(tmp_path):
         NotIdentifiableError, match="beside the tool; check `tool`: was it in the hand"
     ):
         identify(log(OBJECT, 10.0, 2), method="OLS", tool=tool)
+    with pytest.raises(NotIdentifiableError, match="beside the tool; nothing is held"):
+        identify(log(GRIPPER, 10.0, 2), method="OLS", tool=tool)
     data = tool.to_dict()
     (tmp_path / "empty.json").write_text(json.dumps(data | {"vector": [0.0] * 10}))
     with pytest.raises(InputError, match="the tool has a mass of 0 kg; leave it out"):

@@ -151,3 +151,16 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
             read_log(first, poses=second)
     with pytest.raises(InputError, match=r"another file with them \(`poses`\)"):
         read_log(wrench)
+
+
+def test_joint_torques_alone_in_a_table(tmp_path):
+    """As they are read where no wrench is needed."""
+    names, angles = ([f"{name}{j}" for j in range(1, 7)] for name in ("tau", "q"))
+    torques = table(tmp_path / "tau.csv", "time", TIME, names, WRENCH)
+    values = RNG.uniform(-1.0, 1.0, (20, 6))
+    joints = table(tmp_path / "q.csv", "time", POSE_TIME, angles, values)
+    got = read_log(torques, poses=joints, wrench_needed=False)
+    assert got["joint_torques"].values.tolist() == WRENCH.tolist()
+    assert got["joint_positions"].values.tolist() == values.tolist()
+    with pytest.raises(InputError, match="there is no wrench"):
+        read_log(torques, poses=joints)

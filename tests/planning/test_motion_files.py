@@ -134,7 +134,7 @@ def test_names_cannot_leave_their_comment(tmp_path):
 
 
 def test_urscript_is_for_six_joints(tmp_path):
-    with pytest.raises(InputError, match="6 joints, and the plan moves 7; write"):
+    with pytest.raises(InputError, match="arms of 6 joints, not 7; write"):
         write_plan(random_plan(7), tmp_path / "m.script")
     assert not list(tmp_path.iterdir())
 

@@ -143,7 +143,9 @@ def test_what_no_motion_tells_is_said(bench):
 def test_a_start_out_of_range_is_named(bench):
     start = np.array(ARM.start)
     start[2] = 7.0
-    assert "joint 'joint3' starts at 7 rad, outside" in refused(bench, start=start)
+    text = refused(bench, start=start)
+    assert "joint 'joint3' starts at 7 rad, outside" in text
+    assert "in radians, not degrees" in text
 
 
 def test_a_start_that_touches_is_refused(bench):

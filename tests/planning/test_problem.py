@@ -1,5 +1,7 @@
 """The objective and the limits of planning, and their gradients."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from problems import BODY, MOTION_NOISE, NOISE, problem
@@ -51,3 +53,15 @@ def test_the_information_is_the_sum_over_the_samples_of_what_mujocos_log_would_h
     np.testing.assert_allclose(
         look.after - own.known, expected, atol=1e-9 * np.abs(expected).max()
     )
+
+
+def test_a_joint_that_turns_without_end_is_bounded_by_nothing():
+    own = problem().constraints
+    ends = own.limits.position.copy()
+    ends[0] = -np.inf, np.inf
+    with np.errstate(invalid="raise"):
+        (middle, half), *_ = replace(
+            own, limits=replace(own.limits, position=ends)
+        ).joint_scales
+    assert (middle[0], half[0]) == (0.0, np.inf)
+    np.testing.assert_allclose(middle[1:] + half[1:], ends[1:, 1])

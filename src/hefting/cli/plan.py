@@ -158,6 +158,7 @@ def run(arguments: argparse.Namespace) -> None:
     """Plan, save what was asked for, and print what is expected of it."""
     a = arguments
     _check_outputs(a)
+    _require_joints(a)
     with progress("planning", a.json):
         found = _plan(a)
         contents = [_content(found, path) for path in a.output]
@@ -189,6 +190,18 @@ def _check_outputs(a: argparse.Namespace) -> None:
         if is_picture(path):
             picture_suffix(path)
         check_output(path, *inputs)
+
+
+def _require_joints(a: argparse.Namespace) -> None:
+    """`InputError` for a file that holds another number of joints than the plan."""
+    from hefting.planning.files import FORMATS
+    from hefting.robots import Robot
+
+    forms = [FORMATS[s] for path in a.output if (s := Path(path).suffix) in FORMATS]
+    if any(form.joints for form in forms):
+        joints = len(Robot.from_urdf(a.urdf, a.tip).joints)
+        for form in forms:
+            form.require(joints)
 
 
 def _plan(a: argparse.Namespace) -> "Plan":

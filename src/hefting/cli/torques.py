@@ -80,7 +80,7 @@ def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
         raise InputError(
             "methods are compared by the wrench", "--method", f"choose one of {METHODS}"
         )
-    recordings = [part_of(a, _read(a, log)) for log in a.log]
+    recordings = [part_of(a, _read(a, log, a.poses)) for log in a.log]
     found = ByTorques.of(
         recordings,
         a.urdf,
@@ -100,7 +100,7 @@ def calibrate(a: argparse.Namespace) -> list[str]:
 
     _refuse_wrench_options(a)
     dynamics, runs = calibrate_arm(
-        [_read(a, a.log)],
+        [_read(a, a.log, a.poses)],
         a.urdf,
         a.sensor_frame,
         torque_gains=_gains(a.torque_gains),
@@ -131,11 +131,13 @@ def _refuse_wrench_options(a: argparse.Namespace) -> None:
             raise InputError(what, option_of(name), "leave it out")
 
 
-def _read(a: argparse.Namespace, log: str) -> "Recording":
+def _read(a: argparse.Namespace, log: str, poses: str | None = None) -> "Recording":
+    """A log, and its joint positions in another file if they are."""
     from hefting.request.settings import logged
 
     with input_file(log) as path:
-        return logged(a, path, wrench_needed=False)
+        own = argparse.Namespace(**(vars(a) | {"poses": poses}))
+        return logged(own, path, wrench_needed=False)
 
 
 def _gains(text: str | None) -> "Array | None":

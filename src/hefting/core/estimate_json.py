@@ -253,6 +253,10 @@ def numbers_in(
     return values if fits else None
 
 
+EMPTY_RUNS = "empty runs"
+"""What tells the arm, where joint torques are of the object alone."""
+
+
 def subtracted_tool(provenance: Mapping[str, Any]) -> Array | None:
     """Parameters (10,) of the tool that was subtracted for an estimate, in sensor axes
     about the sensor origin; None where there was none."""

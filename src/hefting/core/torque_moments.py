@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.lapack import lapack
 from hefting.core.moments import REFLECTORS, triangular
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Mask
 
 PAYLOAD = 10
 """Columns of the payload's parameters, the last but the torque's."""
@@ -239,12 +239,6 @@ def scaled(N: Array) -> tuple[Array, Array]:
     vanish = lengths <= 1e-13 * lengths.max(initial=0.0)
     lengths = np.where(vanish, 1.0, lengths)
     return np.where(vanish, 0.0, N / lengths), lengths
-
-
-def own_columns(own: int, arm: int) -> tuple[Indices, Indices, Indices]:
-    """Indices of the nuisances', the arm's and the payload's columns."""
-    last = own + arm + PAYLOAD
-    return np.arange(own), np.arange(own, own + arm), np.arange(own + arm, last)
 
 
 def _positive(std: ArrayLike, joints: int) -> Array:

@@ -227,16 +227,14 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
             "pose in metres?"
         )
         warnings.append(warning("com-far", what, "sensor_pose_in_flange"))
-    if target.wants_flange and body.tool_mass:
-        what = (
-            f"the tool of {body.tool_mass:.4g} kg that was subtracted is not in it: a controller that does not "
-            "know the tool takes both, as identified without `tool`"
-        )
+    if target.wants_flange and body.without:
+        what = f"{body.without} is not in it: a controller that does not know it takes both together"
         warnings.append(warning("tool-left-out", what, "tool"))
     if target.wants_flange and body.frame != "flange":
         what = (
             "written in sensor axes, but the controller takes flange axes: "
-            "give the sensor's pose in the flange (`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw)"
+            "give the sensor's pose in the flange, 0,0,0,0,0,0,1 where they are the same "
+            "(`sensor_pose_in_flange`=x,y,z,qx,qy,qz,qw)"
         )
         warnings.append(warning("sensor-axes", what, "sensor_pose_in_flange"))
     return [*warnings, *target.warnings(body)]

@@ -75,8 +75,8 @@ class Body:
     """How well the numbers are known."""
     notes: tuple[str, ...] = ("estimate: good",)
     """What a comment says of the estimate: its verdict, and what gives doubt."""
-    tool_mass: float = 0.0
-    """Mass [kg] of a tool that was subtracted, and is not in the body."""
+    without: str = ""
+    """What the sensor carries besides, and is not in the body."""
     thickened: bool = False
     """Whether second moments were raised to `hefting.export.principal.THINNEST`, which
     changes the inertia by about as much."""

@@ -47,7 +47,7 @@ def named(values: list[str], names: str) -> str:
 def comment(mark: str, body: Body, *lines: str) -> str:
     """Lines that start with a controller's comment mark: the frame, what is meant, what
     is said of the estimate, and `lines`."""
-    doubt = " - NOT flange axes: the pose of the sensor in the flange was not given"
+    doubt = " - NOT flange axes, unless both are the same: the pose of the sensor in the flange was not given"
     return remarks(mark, body, *lines, doubt="" if body.frame == "flange" else doubt)
 
 
@@ -55,9 +55,11 @@ def remarks(mark: str, body: Body, *lines: str, doubt: str = "") -> str:
     """The same for a target that does not want flange axes; `doubt` stands behind the
     frame."""
     where = f"{body.frame} axes, from the {body.frame} origin{doubt}"
-    what = "what the sensor carries"
-    if body.tool_mass:
-        what = f"the object, without the tool of {body.tool_mass:.4g} kg that was subtracted"
+    what = (
+        f"the object, without {body.without}"
+        if body.without
+        else "what the sensor carries"
+    )
     what += "; the mass of the sensor itself and of an adapter is not in it"
     said = (where, what, *wrapped(body.notes), *lines)
     return "".join(f"{mark} {line}\n" for line in said)

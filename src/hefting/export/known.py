@@ -12,7 +12,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.estimate_json import subtracted_tool
+from hefting.core.estimate_json import EMPTY_RUNS, subtracted_tool
 from hefting.core.messages import Message, warning
 from hefting.core.spatial import Array
 from hefting.export.body import Body, HalfWidths
@@ -56,10 +56,14 @@ def known_body(
         float(half["mass"]), half["center_of_mass"], half["inertia_at_com"]
     )
     body = replace(body, half_widths=widths, notes=notes_of(estimate, say))
-    tool = subtracted_tool(estimate.provenance)
+    tool, without = subtracted_tool(estimate.provenance), ""
     if tool is not None:
-        said = f"the object alone: a tool of {tool[0]:.4g} kg was subtracted"
-        body = replace(body, tool_mass=float(tool[0]), notes=(*body.notes, said))
+        without = f"the tool of {tool[0]:.4g} kg that was subtracted"
+    elif estimate.provenance.get("arm") == EMPTY_RUNS:
+        without = "the gripper that the arm carried in the empty run"
+    if without:
+        said = f"the object alone, without {without}"
+        body = replace(body, without=without, notes=(*body.notes, said))
     if open_.position:
         origin = f"{open_.position}: open, filled in from {open_.filled_from}"
         body = replace(body, notes=(*body.notes, plain(origin)))

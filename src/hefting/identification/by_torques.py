@@ -12,54 +12,40 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.estimate_json import EMPTY_RUNS
 from hefting.core.measurements import Noise
-from hefting.core.messages import Message, error, warning
+from hefting.core.messages import Message
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array
+from hefting.core.torque_moments import pseudo_inverse_half
 from hefting.estimators import OLS, default_method, method_named
 from hefting.estimators.base import Known
 from hefting.estimators.state_likelihood import StateSamples
 from hefting.estimators.whitened_state import WhitenedState
 from hefting.identification.estimator import estimator_for, estimator_knowing, known_of
 from hefting.identification.run import understand
+from hefting.identification.torque_checks import (
+    cause_of_no_load,
+    of_arm,
+    of_gains,
+    of_load,
+    of_rivals,
+    of_torques,
+    require_arms_torques,
+)
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
-from hefting.torques.samples import samples_of, still_joints
+from hefting.torques.samples import TorqueSamples, samples_of, still_joints
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
 """(10,) standard deviations of what a published arm is taken for in the payload [kg,
 kg m, kg m²]: of a Franka Panda's, on real torques, 57 to 100 g and 5 to 15 mm of
 1 kg."""
-LARGEST_MISFIT = 2.0
-"""Slow residual of any joint by empty and loaded runs together over that of each alone,
-from which on they are not of the same arm: of the same simulated robot it was at most
-1.03, of others of its kind at least 4.7."""
-LEAST_LOAD = 2.0
-"""Mass over its standard deviation below which no load is seen."""
-
-
-def _check_distinct(recordings: Sequence[Recording]) -> None:
-    """`InputError` for the same recording twice, of whatever names."""
-    for i, one in enumerate(recordings):
-        for other in recordings[:i]:
-            if _is_same(one, other):
-                raise InputError(
-                    "is given twice, with the payload or without it",
-                    one.source,
-                    "give each recording once: it counts once",
-                )
-
-
-def _is_same(one: Recording, other: Recording) -> bool:
-    """Whether two recordings hold the same joint positions."""
-    if not (one.has("joint_positions") and other.has("joint_positions")):
-        return False
-    first, second = one["joint_positions"], other["joint_positions"]
-    return np.array_equal(first.time, second.time) and np.array_equal(
-        first.values, second.values
-    )
+GAIN_STD = 0.01
+"""Standard deviation of the gain of each joint's torque, constants of currents
+included, as data sheets say of torque sensors."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,6 +60,8 @@ class ByTorques:
     """of the runs with the payload"""
     duration: float
     """[s] of those runs, one after the other"""
+    gains: tuple[float, ...] | None = None
+    """[N m/A] by which what was recorded was multiplied"""
 
     @property
     def state(self) -> WhitenedState:
@@ -104,23 +92,29 @@ class ByTorques:
         torque_gains : (n,) or one number [N m/A], where currents were recorded.
         gravity : (3,) in the axes of the URDF's root [m/s²].
 
-        Raises `InputError` for a recording that is given twice, and as
-        `JointDynamics.from_urdf`, `samples_of` and `load_arm`.
+        Raises `InputError` for a recording that is given twice, for torques that cannot
+        be those of the arm (`require_arms_torques`), and as `JointDynamics.from_urdf`,
+        `samples_of` and `load_arm`.
         """
-        _check_distinct((*recordings, *empty))
         dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
         loaded = [samples_of(log, dynamics, torque_gains) for log in recordings]
         bare = [samples_of(log, dynamics, torque_gains) for log in empty]
         calibration = None if arm is None else load_arm(arm, dynamics)
+        known = () if calibration is None else calibration.digests
+        _check_runs(dynamics, (*recordings, *empty), (*loaded, *bare), known)
         runs = LoadedRuns(dynamics, tuple(loaded), tuple(bare), calibration)
         found = runs.fit()
         messages = [
             message
             for log, samples in zip(recordings, loaded, strict=True)
-            for message in (*log.warnings, *still_joints(samples, dynamics, log.source))
+            for message in (
+                *log.warnings,
+                *still_joints(samples, dynamics, log.source),
+                *of_gains(log, torque_gains),
+            )
             if isinstance(message, Message)
         ]
-        messages += _of_arm(runs, found)
+        messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found))
         return cls(
             dynamics,
             found,
@@ -128,6 +122,7 @@ class ByTorques:
             runs.arm_known,
             sum(len(samples.time) for samples in loaded),
             sum(float(np.ptp(samples.time)) for samples in loaded),
+            None if torque_gains is None else tuple(np.ravel(torque_gains).tolist()),
         )
 
     def estimate(
@@ -147,27 +142,38 @@ class ByTorques:
             noise=Noise(1.0, 1.0),
             motion_noise=None,
             smoothed=False,
-            systematic=np.diag(PUBLISHED_ARM_STD**2) if self.arm_known else None,
+            systematic=self._systematic(wrench),
             carried=None,
             shape=shape,
         )
         estimator = estimator_knowing(kind, known, own | settings)
         state = self.state if wrench is None else self.state.stacked(wrench)
         estimate = estimator.estimate(state)
-        messages = (*self.messages, *_of_load(estimate))
         if not estimate.mass > 0.0:
             raise NotIdentifiableError(
-                "no positive mass explains the torques",
-                fix="does the controller subtract a payload, is the sign that of the "
-                "motors' torques?",
+                "no positive mass explains the torques", fix=cause_of_no_load(self.fit)
             )
+        said = (of_torques(message, self.fit) for message in estimate.warnings)
+        messages = (*self.messages, *of_load(estimate, self.fit), *said)
         return replace(
             estimate,
             samples=self.samples + (0 if wrench is None else wrench.samples),
             duration=max(self.duration, 0.0 if wrench is None else wrench.duration),
-            warnings=(*messages, *estimate.warnings),
+            warnings=messages,
             provenance=estimator.provenance | estimate.provenance | self.provenance,
         )
+
+    def _systematic(self, wrench: WhitenedState | None) -> Array:
+        """(10, 10) covariance of the parameters by the joints' gains, and by a
+        published arm; with a `wrench` by the share that the torques then have."""
+        errors = GAIN_STD * self.fit.by_gain
+        if self.arm_known:
+            errors = np.vstack((errors, np.diag(PUBLISHED_ARM_STD)))
+        if wrench is not None:
+            own = self.state.factor[:, :10]
+            half = pseudo_inverse_half(np.vstack((own, wrench.factor[:, :10])))
+            errors = errors @ own.T @ own @ half @ half.T
+        return errors.T @ errors
 
     @property
     def provenance(self) -> dict[str, Any]:
@@ -175,7 +181,10 @@ class ByTorques:
         return {
             "source": "joint torques",
             "sensor_frame": self.dynamics.robot.sensor_frame,
-            "arm": "published" if self.arm_known else "empty runs",
+            "arm": "published" if self.arm_known else EMPTY_RUNS,
+            "gravity": tuple(self.dynamics.gravity.tolist()),
+            "torque_gains": self.gains,
+            "torque_gain_std": GAIN_STD,
             "torque_noise": tuple(float(value) for value in self.fit.std),
         }
 
@@ -218,42 +227,27 @@ def calibrate_arm(
     """The arm without a payload; arguments and errors as of `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
+    _check_runs(dynamics, recordings, samples)
+    for doubt in of_rivals(dynamics, samples):
+        raise InputError(str(doubt), recordings[0].source)
     return dynamics, EmptyRuns.of(dynamics, samples)
 
 
-def _of_arm(runs: LoadedRuns, found: TorqueFit) -> list[Message]:
-    if runs.arm_known:
-        what = (
-            "the URDF's inertias stand for the arm's: a published arm was found to put "
-            "the mass of 1 kg wrong by 57 to 100 g and its COM by 5 to 15 mm, and the "
-            "intervals allow for that: record an empty run (`empty`)"
-        )
-        return [warning("arm-published", what, "empty")]
-    each = [EmptyRuns.of(runs.dynamics, runs.loaded)]  # with the payload as a link
-    if runs.empty:
-        each.append(EmptyRuns.of(runs.dynamics, runs.empty))
-    if runs.calibration is not None:
-        each.append(runs.calibration)
-    alone = np.max([one.fit.slow_std for one in each], axis=0)
-    ratio = float((found.slow_std / alone).max())
-    if not ratio > LARGEST_MISFIT:
-        return []
-    what = (
-        "empty and loaded runs contradict each other: together their slow residuals "
-        f"are {ratio:.1f} times those of each alone: are they of the same robot, with "
-        "the same tool, and in the same order of joints?"
-    )
-    return [error("empty-run-contradicts", what, "empty")]
-
-
-def _of_load(estimate: Estimate) -> list[Message]:
-    if estimate.covariance is None:
-        return []
-    std = float(estimate.covariance[0, 0]) ** 0.5
-    if estimate.mass > LEAST_LOAD * std:
-        return []
-    what = (
-        f"the torques show no load ({estimate.mass:.3g} ± {std:.2g} kg): does the "
-        "controller compensate the payload already?"
-    )
-    return [error("no-load-seen", what)]
+def _check_runs(
+    dynamics: JointDynamics,
+    recordings: Sequence[Recording],
+    samples: Sequence[TorqueSamples],
+    known: Sequence[str] = (),
+) -> None:
+    """`InputError` for a run that counts twice, of whatever names or among those
+    `known` by their digests, and as `require_arms_torques`."""
+    digests = set(known)
+    for log, own in zip(recordings, samples, strict=True):
+        require_arms_torques(own, dynamics, log.source)
+        if own.digest in digests:
+            raise InputError(
+                "is given twice, with the payload, without it or as the `arm`",
+                log.source,
+                "give each recording once: it counts once",
+            )
+        digests.add(own.digest)

@@ -88,9 +88,9 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
     return [warning("open-without-shape", what)]
 
 
-def _mass_undetermined(checked: Checked) -> Iterable[Message]:
+def mass_undetermined(estimate: Estimate) -> Iterable[Message]:
     """A mass whose interval is about as wide as itself."""
-    intervals, mass = checked.estimate.intervals, checked.estimate.parameters.mass
+    intervals, mass = estimate.intervals, estimate.parameters.mass
     if intervals is None:
         return []
     low, high = (float(end) for end in intervals["mass"])
@@ -158,7 +158,7 @@ CHECKS: list[Check] = [
     lambda checked: checked.estimate.warnings,
     lambda c: misfit_warnings(c.estimate, c.residual, c.found),
     _undetermined,
-    _mass_undetermined,
+    lambda checked: mass_undetermined(checked.estimate),
     _against_least_squares,
     _scale_assumed,
     _not_converged,

@@ -74,6 +74,12 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         raise named_instead(obstacle, found) from None
 
 
+NOTHING = 3.0
+"""Standard deviations of a mass beside a tool up to which it may be none."""
+NOTHING_OF_TOOL = 0.1
+"""Standard deviation over the tool's mass below which that is told well."""
+
+
 def named_instead(obstacle: InputError, found: Ingested) -> InputError:
     """An error that names the mistake in the recording, where one makes the answer
     wrong, in the place of one that tells what came of it."""
@@ -96,12 +102,14 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
     )
     also = " and `bias`" if bias == "given" else ""
     if found.tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):
-        what = (
-            f"{fit.vector[0]:.3g} kg"
-            if np.isfinite(fit.covariance[0, 0])
-            else "nothing certain"
-        )
+        mass, std = float(fit.vector[0]), float(fit.covariance[0, 0]) ** 0.5
+        what = f"{mass:.3g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
         fix = f"check `tool`{also}: was it in the hand?"
+        if (
+            abs(mass) < NOTHING * std
+            and std < NOTHING_OF_TOOL * found.tool.parameters.mass
+        ):
+            fix = "nothing is held"
         raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)
     if fit.mass_is_open:
         beside = " beside a bias" if bias == "free" else ""

@@ -2,6 +2,7 @@
 
 import logging
 import pickle
+import re
 import time
 from collections.abc import Callable, Generator, Iterator
 from concurrent.futures import CancelledError
@@ -43,6 +44,8 @@ class Cluster:
         with needing("distributed", "batch"):
             from dask import config
             from distributed import Client
+        if not re.search(r":\d+/?$|^inproc:", address):
+            raise InputError("has no port", address, "give it, as in tcp://host:8786")
         self.address = address
         self.counted: tuple[float, int] | None = None
         """When the threads of all workers were counted [s], and how many they were."""

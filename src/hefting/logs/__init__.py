@@ -89,7 +89,7 @@ def read_log(
         if poses is not None:
             from hefting.logs.two_files import read_with_poses
 
-            return read_with_poses(path, poses, column_map)
+            return read_with_poses(path, poses, column_map, wrench_needed=wrench_needed)
         if found.read is not None:
             return found.read(path, **given, wrench_needed=wrench_needed)
         from hefting.logs.table_file import read_table_file

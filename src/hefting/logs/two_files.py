@@ -7,7 +7,7 @@ from pathlib import Path
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size, load_toml
 from hefting.core.messages import Message
-from hefting.core.recording import Recording
+from hefting.core.recording import Recording, column_names
 from hefting.logs.column_map import ColumnMap, column_map_of
 from hefting.logs.mapped import Mapped, has_columns, mapped
 from hefting.logs.recognised import map_by_names, taken_by_names
@@ -36,7 +36,11 @@ class _Part:
 
 
 def read_with_poses(
-    path: str | Path, poses: str | Path, column_map: str | Path | None = None
+    path: str | Path,
+    poses: str | Path,
+    column_map: str | Path | None = None,
+    *,
+    wrench_needed: bool = True,
 ) -> Recording:
     """Recording of the wrench at `path` and of the `poses`, or joint angles, in another
     table.
@@ -44,13 +48,16 @@ def read_with_poses(
     Parameters
     ----------
     path : path
-        CSV or Parquet with time and wrench; it may hold an IMU, and no poses.
+        CSV or Parquet with time and wrench, or with time and joint torques tau1..taun;
+        it may hold an IMU, and no poses.
     poses : path
         CSV or Parquet with time and poses or joint angles, read by what its names tell.
     column_map : path, optional
         TOML file that says which columns of one of them hold what: of the first where
         it names a wrench, else of the poses; of the other where only that has all the
         columns that it names.
+    wrench_needed : bool
+        Whether the first is refused without a wrench.
 
     Both count their time on one clock: an offset of less than a second or so is found
     when an object is identified. Raises `InputError` where one of them does not hold
@@ -63,7 +70,7 @@ def read_with_poses(
     first, second = (
         _part(each, chosen if each is mapped_one else None) for each in (path, poses)
     )
-    if "wrench" not in first.found.streams:
+    if wrench_needed and "wrench" not in first.found.streams:
         fix = "give the file with the wrench first, that with the poses as `poses`"
         raise InputError("there is no wrench", path, fix)
     there = [name for name in POSES if name in first.found.streams]
@@ -92,7 +99,7 @@ def read_with_poses(
         joint_names=second.found.joint_names,
         sensor_pose=(first if mapped_one is path else second).found.sensor_pose,
     )
-    return both.recording(str(path))
+    return both.recording(str(path), wrench_needed)
 
 
 def _file_of(chosen: ColumnMap, path: str | Path, poses: str | Path) -> str | Path:
@@ -115,7 +122,11 @@ def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
     """What a table holds, by a map or by what its names tell."""
     table = _table(path, chosen)
     said = getattr(table, "said", ())
-    if chosen is None:
+    torques = column_names("joint_torques", len(table.names) - 1)
+    if chosen is None and set(table.names) == {"time", *torques}:
+        only = {"time": {"column": "time"}, "joint_torques": [*torques]}
+        chosen = column_map_of(only, path, is_part=True)
+    elif chosen is None:
         chosen, guessed = map_by_names(table, is_part=True)
         said += (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
     found = mapped(table, chosen)

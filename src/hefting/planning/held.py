@@ -59,10 +59,11 @@ class Held:
         if shape is None:
             corners = _unknown_corners(estimate)
             low, high = (1e3 * corners[i] for i in (0, -1))
+            x, y, z = 0.5 * (low + high)
             box = " x ".join(f"{side:.0f}" for side in high - low)
             what = (
-                f"no shape given: the speed limit holds for a box of {box} mm from "
-                f"{low[2]:.0f} mm along the tip's z axis"
+                f"no shape given: the speed limit holds for a box of {box} mm about "
+                f"({x:.0f}, {y:.0f}, {z:.0f}) mm in the tip's axes"
             )
             notes.append(note("plan-box-assumed", what, "shape"))
         else:

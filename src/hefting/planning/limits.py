@@ -179,13 +179,13 @@ class Constraints:
         """Middle and half-width of what each of position, speed, acceleration and jerk
         may be, (n,) each; infinite where nothing binds."""
         own = self.limits
-        ends = own.position
-        bounded = np.isfinite(ends).all(axis=1)
-        middle = np.where(bounded, ends.sum(axis=1) / 2.0, 0.0)
-        half = np.where(bounded, (ends[:, 1] - ends[:, 0]) / 2.0, np.inf)
-        zero = np.zeros(len(ends))
+        bounded = np.isfinite(own.position).all(axis=1)
+        low, high = np.where(bounded, own.position.T, 0.0)
+        middle = (low + high) / 2.0
+        half = np.where(bounded, (high - low) / 2.0, np.inf)
+        zero = np.zeros(len(half))
         others = ((zero, each) for each in (own.speed, own.acceleration, own.jerk))
-        return (np.nan_to_num(middle), half), *others
+        return (middle, half), *others
 
     @property
     def _ways(self) -> Array:

@@ -248,6 +248,9 @@ def _accuracy(C: Array | None, body: InertialParameters) -> Accuracy:
 LONGER = 4.0
 """Times the duration of the motion that tells how deviations fall with it."""
 
+SLACK = 1.3
+"""Times that duration by which it may be missed, as motions differ."""
+
 
 def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
     """[s] after which what is asked is expected to be reached, linear between the
@@ -285,7 +288,10 @@ def out_of_reach(asked: Accuracy, forecast: Forecast, longer: Forecast) -> Input
     if not np.isfinite(needed):
         fix = "ask for less: what stays is the sensor's own accuracy"
         return InputError(f"{what}, nor by any longer motion", fix=fix)
-    return InputError(what, fix=f"plan for about {needed:.2g} s, or ask for less")
+    longest = SLACK * needed
+    return InputError(
+        what, fix=f"plan for about {needed:.2g} to {longest:.2g} s, or ask for less"
+    )
 
 
 def _share(asked: Accuracy, got: Accuracy) -> float:

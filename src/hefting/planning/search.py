@@ -47,6 +47,10 @@ class Found(NamedTuple):
     """(10, 10) information after it"""
 
 
+ANOTHER = "give another `start`"
+"""What helps against a place to start from that cannot be."""
+
+
 @dataclass(frozen=True)
 class Effort:
     """How long is searched: numbers of steps, so that the same seed gives the same
@@ -203,12 +207,14 @@ class Searcher:
         ):
             if not low <= q <= high:
                 what = f"joint '{name}' starts at {q:.4g} rad, outside {low:.4g} to {high:.4g} rad"
-                raise InputError(what, fix="give another `start`")
+                degrees = np.abs(start).max() > 2.0 * np.pi
+                fix = "give `start` in radians, not degrees" if degrees else ANOTHER
+                raise InputError(what, fix=fix)
         if self.solid is not None:
             clear, names = self.solid.nearest(start[None])
             if clear < 0.0:
                 what = f"the start is in collision by {-1e3 * clear:.0f} mm: {names}"
-                raise InputError(what, fix="give another `start`")
+                raise InputError(what, fix=ANOTHER)
         own = self.found(replace(problem, start=start), np.zeros(problem.size))
         if own.usage.largest > 1.0:
             what = f"{own.usage.worst} is beyond its limit at the start already"
@@ -225,7 +231,7 @@ class Searcher:
         own = replace(problem, start=starts[0])
         still = self.found(own, np.zeros(own.size))
         what = f"no motion keeps all limits; the tightest is {still.usage.worst}"
-        return InputError(what, fix="relax it, or give another `start`")
+        return InputError(what, fix="relax it, or start elsewhere (`start`)")
 
 
 def effort_named(name: str) -> Effort:

@@ -200,7 +200,7 @@ class JointTorques:
     notes: tuple[Message, ...] = ()
     """what was assumed"""
     gain = 0.0
-    """each joint has one of its own, which is not modelled"""
+    """each joint has one of its own, which the forecast counts"""
 
     @classmethod
     def of(

@@ -87,7 +87,7 @@ def with_poses(
         for name, stream in recording.streams.items()
         if name not in REPLACED
     }
-    warnings = (*recording.warnings, *_doubts(q, robot))
+    warnings = (*recording.warnings, *angle_doubts(q, robot))
     notes = (*recording.notes, note("poses-from-joints", done))
     return replace(
         recording,
@@ -147,7 +147,7 @@ def _joints_by_number(count: int, robot: Robot, source: str) -> tuple[str, ...]:
     raise InputError(what, where=source, fix="name the joints, or record those")
 
 
-def _doubts(q: Array, robot: Robot) -> tuple[Message, ...]:
+def angle_doubts(q: Array, robot: Robot) -> tuple[Message, ...]:
     """A warning when angles `q` (K, n) are so large that they may be degrees."""
     for angles, limits, name in zip(q.T, robot.limits, robot.joints, strict=True):
         if limits is None:

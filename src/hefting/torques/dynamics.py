@@ -81,9 +81,25 @@ class JointDynamics:
                     f"{path}, joint '{joint.name}'",
                     "choose a frame that revolute or prismatic joints alone move",
                 )
-        model = _reduced(Path(path), robot.joints)
+        return cls(robot, _reduced(Path(path), robot.joints)).under(gravity)
+
+    def under(self, gravity: ArrayLike) -> Self:
+        """The same arm under another `gravity` (3,), in root axes [m/s²]."""
+        model = self.model.copy()
         model.gravity.linear = np.array(gravity, dtype=float)
-        return cls(robot, model)
+        return type(self)(self.robot, model)
+
+    @property
+    def gravity(self) -> Array:
+        """(3,) in root axes [m/s²]."""
+        return np.array(self.model.gravity.linear)
+
+    @property
+    def efforts(self) -> Array:
+        """(n,) largest torque of each joint by the URDF [N m], infinite where it has
+        none."""
+        limits = np.array(self.model.effortLimit, dtype=float)
+        return np.where(limits > 0.0, limits, np.inf)
 
     @property
     def joints(self) -> int:

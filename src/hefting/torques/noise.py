@@ -88,6 +88,14 @@ class TorqueFit:
         return self.half @ (self.half.T @ (R[:, :-1].T @ R[:, -1]))
 
     @cached_property
+    def by_gain(self) -> Array:
+        """(n, 10) what is added to the payload's parameters where the torque of each
+        joint is shown twice as large."""
+        rows = self.moments.without_nuisances
+        right = (rows[:, :, :-1] * rows[:, :, -1:]).sum(axis=1)
+        return right @ self.half @ self.half[-PAYLOAD:].T
+
+    @cached_property
     def nuisances(self) -> Array:
         """(n, own, m + 1): the nuisances of each joint at their best are this
         times (-arm, -payload, 1)."""

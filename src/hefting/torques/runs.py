@@ -55,13 +55,16 @@ class EmptyRuns:
     scales: TorqueScales
     load: Load
     """by which the friction's columns were made"""
+    digests: tuple[str, ...] = ()
+    """of the runs, as of `TorqueSamples.digest`"""
 
     @classmethod
     def of(cls, dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> EmptyRuns:
         """Of one or more runs."""
         found = fit(_folded(dynamics, (), runs, None, False), drifting)
         load = Load(_arm_of(dynamics, found), np.zeros(PAYLOAD))
-        return cls(_folded(dynamics, (), runs, load, False), load)
+        digests = tuple(run.digest for run in runs)
+        return cls(_folded(dynamics, (), runs, load, False), load, digests)
 
     @property
     def fit(self) -> TorqueFit:
@@ -175,7 +178,7 @@ def _payload_rows(arm: int) -> Array:
 
 SCHEMA = "hefting-arm-1"
 SAME_ARM = 1e-6
-"""Relative difference of published parameters that is rounding."""
+"""Relative difference of an arm's numbers that is rounding."""
 
 
 def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None:
@@ -187,6 +190,8 @@ def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None
         "joints": list(dynamics.names),
         "sensor_frame": dynamics.robot.sensor_frame,
         "published": dynamics.arm.tolist(),
+        "mechanics": _mechanics(dynamics).tolist(),
+        "runs": list(runs.digests),
         "load": runs.load.arm.tolist(),
         "samples": last.samples,
         "start": last.start,
@@ -203,7 +208,7 @@ def load_arm(path: str | Path, dynamics: JointDynamics) -> EmptyRuns:
     """The calibration in a file, of the same arm.
 
     Raises `InputError` for a file that is not one, and for that of another robot, of
-    other joints or another order of them, or of another frame.
+    other joints or another order of them, of another frame or gravity.
     """
     data = read_json(path)
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
@@ -233,18 +238,28 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
     frame, own = data.get("sensor_frame"), dynamics.robot.sensor_frame
     if frame != own:
         raise InputError(f"is for the frame '{str(frame)[:80]}', not '{own}'", path)
-    try:
-        published = np.array(data.get("published"), dtype=float)
-    except (TypeError, ValueError):
-        published = np.zeros(0)
-    scale = SAME_ARM * np.abs(dynamics.arm).max(initial=1e-9)
-    same = published.shape == dynamics.arm.shape
-    if not (same and np.abs(published - dynamics.arm).max() <= scale):
-        raise InputError(
-            "is of another robot: its URDF had other inertias",
-            path,
-            "calibrate this one",
-        )
+    for key, what, expected in (
+        ("published", "its URDF had other inertias", dynamics.arm),
+        ("mechanics", "it had other joints or another gravity", _mechanics(dynamics)),
+    ):
+        # files of before have no mechanics
+        given = data.get(key, expected if key == "mechanics" else None)
+        try:
+            found = np.array(given, dtype=float)
+        except (TypeError, ValueError):
+            found = np.zeros(0)
+        scale = SAME_ARM * np.abs(expected).max(initial=1e-9)
+        same = found.shape == expected.shape
+        if not (same and np.abs(found - expected).max() <= scale):
+            fix = "calibrate this one"
+            raise InputError(f"is of another robot: {what}", path, fix)
+
+
+def _mechanics(dynamics: JointDynamics) -> Array:
+    """(10 n,) torques by each of a payload's parameters in one motion, which the places
+    and axes of all joints, the frame and gravity decide."""
+    state = np.random.default_rng(1).uniform(-1.5, 1.5, (3, 1, dynamics.joints))
+    return (dynamics.regressor(*state)[0, :, -PAYLOAD:] @ dynamics.payload).ravel()
 
 
 def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
@@ -268,7 +283,9 @@ def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
         start=float(data["start"]),
         end=float(data["end"]),
     )
-    return EmptyRuns(TorqueScales(tuple(levels)), Load(load, np.zeros(PAYLOAD)))
+    known = Load(load, np.zeros(PAYLOAD))
+    digests = tuple(str(digest) for digest in data.get("runs", ()))
+    return EmptyRuns(TorqueScales(tuple(levels)), known, digests)
 
 
 def _packed(factors: Array) -> list[list[float]]:

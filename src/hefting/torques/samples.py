@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 from dataclasses import dataclass, fields
 from typing import Self
 
@@ -68,6 +69,11 @@ class TorqueSamples:
 
     def __getitem__(self, part: slice) -> TorqueSamples:
         return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
+
+    @property
+    def digest(self) -> str:
+        """Tells one run from another, whatever the motion."""
+        return hashlib.sha256(self.torque.tobytes()).hexdigest()[:16]
 
     def bins(self, rate: float) -> Indices:
         """Index of the first sample of each 1 / `rate` seconds that has any; each
@@ -150,7 +156,7 @@ def _torques(recording: Recording, gains: Array | None) -> str:
         "there are no joint torques",
         source,
         "record them in columns tau1..taun, as effort of JointState or as "
-        "actual_current",
+        "actual_current, or name their columns in a column map (`column_map`)",
     )
 
 

@@ -68,7 +68,10 @@ def estimate_report(
     ]
     warnings = other_warnings(estimate.warnings, verdict)
     lines += [Line(f"warning: {line}", "yellow") for line in warnings]
-    lines.append(Line(f"{estimate.method}: what the sensor holds, in sensor axes"))
+    holder, axes = "the sensor", "sensor axes"
+    if "torque_gain_std" in estimate.provenance:
+        holder, axes = "the arm", "axes of --sensor-frame"
+    lines.append(Line(f"{estimate.method}: what {holder} holds, in {axes}"))
     lines += _table(*_numbers(estimate, truth), (0, 3))
     if errors is not None:
         lines.append(Line(_describe_errors(errors, verbose)))
@@ -199,6 +202,8 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     yield from _describe_recordings(estimate)
     if "wrench" in made:
         yield _describe_wrench(made)
+    if "torque_gain_std" in made:
+        yield _describe_torques(made)
     if made.get("tool"):
         yield f"a tool of {made['tool'][0]:.4f} kg was subtracted: what is shown is the object alone"
     for note in made.get("notes", ()):
@@ -242,6 +247,18 @@ def _describe_wrench(made: Mapping[str, Any]) -> str:
     return f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}{known}"
 
 
+def _describe_torques(made: Mapping[str, Any]) -> str:
+    """What joint torques, the arm and gravity were taken to be."""
+    gains = made.get("torque_gains")
+    unit = "in N m" if gains is None else f"times {', '.join(f'{x:g}' for x in gains)}"
+    g = ", ".join(f"{x:g}" for x in made["gravity"])
+    return (
+        f"assumed: torques as recorded {unit}, each joint's right to "
+        f"{100.0 * made['torque_gain_std']:g} %; the arm of {made['arm']}; gravity "
+        f"({g}) m/s² in the axes of the base"
+    )
+
+
 def _describe_bias(bias: Array, on_sensor: bool) -> str:
     """The wrench bias found, with the sign of the recorded wrench."""
     recorded = -bias if on_sensor else bias
@@ -283,7 +300,8 @@ def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
     gain = round(100.0 * made["sensor_gain"], 2)
     off = f"{abs(gain):g} % too {'much' if gain > 0.0 else 'little'}"
     by_it = f"the sensor shows {off}" if gain else "the sensor's gain is right"
-    yield f"the scale's {made['mass']} counted; by it {by_it}"
+    by_it = "" if "torque_gain_std" in made else f"; by it {by_it}"
+    yield f"the scale's {made['mass']} counted{by_it}"
 
 
 def _describe_until(estimate: Estimate) -> str:

@@ -23,6 +23,14 @@ class MotionFile:
     """What it is, in a few words."""
     content: Callable[[Plan], bytes]
     """The file of a plan; `InputError` where it cannot hold it."""
+    joints: int | None = None
+    """How many joints it is for; None for any number."""
+
+    def require(self, joints: int) -> None:
+        """`InputError` where it cannot hold a plan of so many joints."""
+        if self.joints not in (None, joints):
+            what = f"{self.suffix} is for arms of {self.joints} joints, not {joints}"
+            raise InputError(what, fix="write .csv, .json or .mcap")
 
 
 FILES = ("csv_file", "joint_trajectory", "ros_bag", "urscript")

@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 
-from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.planning.files import MotionFile
 from hefting.planning.result import Plan, reduced_speed_told, speed_told
@@ -28,9 +27,7 @@ END = 1.0
 
 
 def _content(plan: Plan) -> bytes:
-    if len(plan.joints) != JOINTS:
-        what = f"URScript is for arms of {JOINTS} joints, and the plan moves {len(plan.joints)}"
-        raise InputError(what, fix="write .csv, .json or .mcap")
+    FORMAT.require(len(plan.joints))
     count = int(np.ceil(plan.duration / STEP - 1e-9))
     positions = plan.at(STEP * np.arange(1, count + 1)).position
     start = plan.at([0.0]).position[0]
@@ -71,5 +68,5 @@ def _printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text)[:80]
 
 
-FORMAT = MotionFile(".script", "URScript that streams it by servoj", _content)
+FORMAT = MotionFile(".script", "URScript that streams it by servoj", _content, JOINTS)
 """Joint positions at 125 Hz, after a movej to the start."""
