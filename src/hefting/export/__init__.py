@@ -249,10 +249,10 @@ def _put_into(
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)
-    text, replaced = put_inertial(into, link, element, target.place)
+    text, before = put_inertial(into, link, element, target.place)
     what = f"the frame of '{link}' is taken to be the {body.frame} frame"
     warnings = [warning("link-frame-assumed", what), *target.file_warnings(text)]
-    if replaced:
-        what = f"'{link}' had an inertial: it was replaced, not added to"
+    if before:
+        what = f"'{link}' had {before}: it was replaced, not added to"
         warnings.append(warning("inertial-replaced", what))
     return text, warnings
