@@ -51,7 +51,8 @@ def test_what_was_found_can_be_pickled(kind):
     found = identify(log, shape(), method="OLS")
     again = pickle.loads(pickle.dumps(found))
     path, same = found.ingested.conditioned.path, again.ingested.conditioned.path
-    assert path.kind == kind and again.mass == found.mass
+    assert path.kind == kind
+    assert again.mass == found.mass
     time = log["wrench"].time[5:50]
     assert np.array_equal(path.at(time).value, same.at(time).value)
     assert again.estimate.to_dict() == found.estimate.to_dict()
