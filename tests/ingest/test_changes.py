@@ -469,7 +469,9 @@ def test_what_a_gripper_held_for_a_while_is_found():
         replace(one, measurements=z), Faults(wrench_noise=WRENCH_NOISE["low"]), seed=5
     )
     found = identify(log)
-    assert "picked-up at 5.1 s, put-down at 13.1 s" in " ".join(map(str, found.warnings))
+    assert "picked-up at 5.1 s, put-down at 13.1 s" in " ".join(
+        map(str, found.warnings)
+    )
     # half a percent of the sensor's gain, which is assumed, is in the interval
     low, high = found.estimate.intervals["mass"]
     assert low < 1.65 < high < 1.7
