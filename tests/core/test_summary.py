@@ -78,6 +78,17 @@ def test_what_is_undetermined_is_open_whatever_its_interval():
     assert "mass           open kg" in text
 
 
+@pytest.mark.parametrize(("half", "level"), [(0.49, "good"), (0.51, "do not use")])
+def test_a_mass_that_is_as_wide_as_half_of_it_is_not_to_be_used(half, level):
+    """Also of an estimator by itself, whose estimate has no warnings."""
+    ends = estimate().intervals | {"mass": around(BODY.mass, half * BODY.mass)}
+    found = estimate(intervals=ends)
+    assert found.verdict.level == level
+    assert ("does not determine the mass" in repr(found)) == (level != "good")
+    # what identify has said is not said again
+    assert replace(found, warnings=found.verdict.reasons).verdict == found.verdict
+
+
 def test_it_stays_short_whatever_is_to_be_said():
     warnings = tuple(error("some-code", "x" * 5000) for _ in range(40))
     text = repr(estimate(warnings=warnings, half_inertia=1e-300))

@@ -20,7 +20,7 @@ from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 from hefting.core.summary import body_lines, warning_lines
-from hefting.core.undetermined import NOTHING_OPEN, Undetermined
+from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
 from hefting.core.verdict import Verdict, verdict_of
 
 NORMAL_95 = 1.96
@@ -126,7 +126,7 @@ class Estimate(Shown):
                 f"{title} by {self.method}, verdict: {self.verdict}",
                 *body_lines(self.parameters, self.intervals, self.undetermined),
                 f"  from           {self.samples} samples{extent}",
-                *warning_lines(self.warnings),
+                *warning_lines(self._warnings_and_mass),
             )
         )
 
@@ -180,7 +180,16 @@ class Estimate(Shown):
     @property
     def verdict(self) -> Verdict:
         """Whether to trust it, and why not: see `hefting.core.verdict`."""
-        return verdict_of(self.warnings)
+        return verdict_of(self._warnings_and_mass)
+
+    @property
+    def _warnings_and_mass(self) -> tuple[str, ...]:
+        """The warnings, and that the mass is undetermined, as an estimator by itself
+        does not say."""
+        said = undetermined_mass(self.mass, self.intervals)
+        if said is None or not verdict_of(self.warnings).usable:
+            return self.warnings
+        return (said, *self.warnings)
 
     @property
     def sensed_vector(self) -> Array:
