@@ -370,11 +370,14 @@ def test_sign_bias_and_delay_are_put_right():
     assert any("a bias other than the estimate's" in line for line in wrong.warnings)
 
 
-def test_a_wrong_estimate_shows():
-    heavy = InertialParameters(BODY.vector * 1.05)
-    a = predict(
-        estimate_of(heavy, covariance=1e-6 * covariance()), recorded()
-    ).agreement
+@pytest.mark.parametrize(
+    ("ratio", "level"), [(1.05, "usable with care"), (1.2, "do not use")]
+)
+def test_a_wrong_estimate_shows(ratio, level):
+    heavy = InertialParameters(BODY.vector * ratio)
+    found = predict(estimate_of(heavy, covariance=1e-6 * covariance()), recorded())
+    assert found.verdict.level == level
+    a = found.agreement
     assert a is not None
     assert a.own is not None
     assert a.rms[0] > 3.0 * a.own[0]  # 5 % of 17 N

@@ -10,7 +10,7 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze
@@ -25,6 +25,9 @@ FEWEST = 12
 SEVERAL = 3.0
 """What varies of a difference over what noise, and what is known of the estimate, make
 of it, from which on it is not the object of the estimate."""
+LARGELY = 0.1
+"""Share of the wrench's changes that such a difference leaves unpredicted from which on the
+prediction is not to be used: 8 % more mass, or a COM that is 1 cm elsewhere."""
 MOSTLY = 0.5
 """Share of the squared difference that varies below which its constant part is worth a
 word."""
@@ -100,14 +103,18 @@ def agreement(
         inside = np.abs(difference - mean) <= wide
         within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
         expected = _rms(wide) / Z95
-        if (varying > SEVERAL * expected).any():
+        beyond = varying > SEVERAL * expected
+        if beyond.any():
             (force, torque), (usual, turning) = varying, expected
             what = (
                 f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
                 f"expected to by {usual:.2g} N and {turning:.2g} N m: is it another "
                 "object, or another grasp?"
             )
-            warnings.append(warning("another-object", what))
+            changes = _rms(z.wrench - z.wrench.mean(axis=0))
+            most = (beyond & (varying > LARGELY * changes)).any()
+            say = error if most else warning
+            warnings.append(say("another-object", what))
     if own is not None and ((rms > 2.0 * own) & constant).any():
         mean = [f"{x:.3g}" for x in difference.mean(axis=0)]
         what = (
