@@ -237,8 +237,8 @@ def _run_torques(a: argparse.Namespace) -> int:
 def _errors(
     known: "Truth | None", estimates: "dict[str, Estimate]", shape: "Shape | None"
 ) -> "dict[str, Errors]":
-    """Errors of the estimates, where the truth is known."""
-    if known is None:
+    """Errors of the estimates, where the truth and the object's size are known."""
+    if known is None or (known.extents is None and shape is None):
         return {}
     return {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
 

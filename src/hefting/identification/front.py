@@ -29,6 +29,7 @@ from hefting.shapes.loading import as_pose
 
 Sign = Literal["auto", "on-object", "on-sensor"]
 INSTEAD = {
+    "truth": "compare with it by hefting.errors_between(found.estimate.parameters, ...)",
     "latitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
     "altitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
     "box": 'give `shape`="box:X0,X1,Y0,Y1,Z0,Z1" [m]',

@@ -72,9 +72,21 @@ def estimate_report(
     lines += _table(*_numbers(estimate, truth), (0, 3))
     if errors is not None:
         lines.append(Line(_describe_errors(errors, verbose)))
+    elif truth is not None:
+        mass, com = plain_errors(estimate.parameters, truth)
+        lines.append(Line(f"errors: mass {mass:.2g} %, COM {1e3 * com:.2g} mm"))
     if verbose:
         return lines + [Line(line) for line in facts(estimate)]
     return [*lines, *map(Line, summary(estimate)), Line(MORE)]
+
+
+def plain_errors(
+    found: InertialParameters, truth: InertialParameters
+) -> tuple[float, float]:
+    """Error of the mass [%] and distance of the COM [m], where the object's size, in
+    which others are told, is not known."""
+    apart = np.linalg.norm(found.center_of_mass - truth.center_of_mass)
+    return 100.0 * abs(found.mass / truth.mass - 1.0), float(apart)
 
 
 def _numbers(
