@@ -2,6 +2,7 @@
 measured wrench says of them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -504,6 +505,10 @@ def test_the_result_is_frozen_and_public(tmp_path):
     estimate_of(covariance=covariance()).save(tmp_path / "e.json")
     again = predict(tmp_path / "e.json", columns(OTHER))
     np.testing.assert_array_equal(again.wrench, found.wrench)  # JSON keeps every digit
+    held = SimpleNamespace(estimate=estimate_of(covariance=covariance()))  # an answer
+    np.testing.assert_array_equal(predict(held, columns(OTHER)).wrench, found.wrench)
+    assert repr(found).startswith("Prediction by OLS, verdict: good\n  largest force")
+    assert len(repr(found)) < 1000
     for name, (lowest, highest) in found.extremes.items():
         column = found.wrench[:, ("fx", "fy", "fz", "tx", "ty", "tz").index(name)]
         assert (lowest.value, highest.value) == (column.min(), column.max())

@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, Protocol, Self, cast
 
 import numpy as np
 
@@ -319,6 +319,33 @@ class Estimate(Shown):
                 f"is not a whole estimate ({type(error).__name__}: {str(error)[:120]})",
                 where=path,
             ) from error
+
+
+class Answered(Protocol):
+    """What holds an estimate, as what `hefting.identify` returns."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """The estimate."""
+        ...
+
+
+def estimate_of(given: Estimate | Answered) -> Estimate:
+    """The estimate that is given, or held by what is; `InputError` for neither."""
+    estimate = getattr(given, "estimate", given)
+    if not isinstance(estimate, Estimate):
+        raise InputError(
+            f"{type(given).__name__} is no estimate",
+            fix="give what hefting.identify returns, or hefting.Estimate.load(path)",
+        )
+    return estimate
+
+
+def estimate_given(given: Estimate | Answered | str | Path) -> Estimate:
+    """The same, or that in the file at a path."""
+    if isinstance(given, str | Path):
+        return Estimate.load(given)
+    return estimate_of(given)
 
 
 def com_jacobian(parameters: InertialParameters) -> Array:

@@ -12,7 +12,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import Noise
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
@@ -162,7 +162,11 @@ def ingest(
     if unmodelled is not None and doubt is None:
         warnings.append(unmodelled)
     still = still_pose_message(whole)
-    if still is not None:
+    if still is not None and doubt is not None and doubt.message.code == "unexplained":
+        # beside no motion all noise counts as a change that is unexplained
+        say = error if doubt.is_fatal else warning
+        doubt = Doubt(say("pose-constant", str(still)), names_mistake=False)
+    elif still is not None:
         warnings.insert(0, still)
     dead = dead_channel_message(recording)
     if dead is not None:  # it accounts for what other mistakes explain
@@ -303,10 +307,7 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
     """A warning when a sign convention that was found is uncertain."""
     if sign.certain:
         return []
-    what = (
-        f"the wrench's sign is uncertain ({abs(sign.t):.1f} standard deviations); "
-        f"assumed {sign.name}"
-    )
+    what = f"the wrench's sign is uncertain ({sign.doubt}); assumed {sign.name}"
     return [
         warning("sign-uncertain", f"{what}: give `sign` on-object or on-sensor", "sign")
     ]

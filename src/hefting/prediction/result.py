@@ -14,6 +14,7 @@ from hefting.core.messages import Message, error, warning
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze
+from hefting.core.summary import warning_lines
 from hefting.core.verdict import Verdict, verdict_of
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import residuals
@@ -79,8 +80,8 @@ def agreement(
     warnings: list[Message] = []
     if not sign.certain:
         what = (
-            "the sign of the measured wrench is uncertain "
-            f"({abs(sign.t):.1f} standard deviations); assumed {sign.name}"
+            f"the sign of the measured wrench is uncertain ({sign.doubt}); assumed "
+            f"{sign.name}"
         )
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
@@ -163,7 +164,7 @@ class Peak:
         return {"value": self.value, "time": self.time, "low": ends[0], "high": ends[1]}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Prediction:
     """Wrench along a motion, exerted by the sensor on the object, in sensor axes about
     the sensor's origin.
@@ -209,6 +210,22 @@ class Prediction:
 
     def __post_init__(self):
         freeze(self, "time", "wrench", "std", "gravity", "motion_std")
+
+    def __repr__(self) -> str:
+        """The verdict, its reasons, the largest force and torque, and the arrays."""
+        largest = (
+            f"  largest {name}  {peak.value:.4g}"
+            f"{'' if not peak.reach else f' ± {peak.reach:.2g}'} {unit}"
+            for (name, peak), unit in zip(self.peaks.items(), ("N", "N m"), strict=True)
+        )
+        return "\n".join(
+            (
+                f"Prediction by {self.method}, verdict: {self.verdict}",
+                *largest,
+                f"  at hand         {len(self)} instants in .time, .wrench, .low, .high",
+                *warning_lines(self.warnings),
+            )
+        )
 
     def __len__(self) -> int:
         return len(self.time)
