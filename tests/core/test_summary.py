@@ -41,6 +41,7 @@ def test_the_text_has_the_numbers_and_what_they_are_worth():
     assert "xx 3.00 ± 0.20, xy 0.00 ± 0.20, xz 0.00 ± 0.20" in text
     assert "-0.00" not in text
     assert "100 samples, 2 s" in text
+    assert "from           1 sample, 2 s" in repr(estimate(samples=1))
 
 
 @pytest.mark.parametrize(

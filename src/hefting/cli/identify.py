@@ -32,6 +32,7 @@ from hefting.cli.outputs import (
     draw_pictures,
     identified,
     is_picture,
+    no_output_format,
     wanted,
     write,
     write_report,
@@ -334,9 +335,5 @@ def _check_outputs(a: argparse.Namespace) -> None:
         if is_picture(path):
             picture_suffix(path)
         elif Path(path).suffix not in SUFFIXES:
-            raise InputError(
-                f"'{Path(path).suffix}' is not an output format",
-                path,
-                f"use {', '.join((*SUFFIXES, *FORMATS))}",
-            )
+            raise no_output_format(path, (*SUFFIXES, *FORMATS))
         check_output(path, *inputs)

@@ -19,7 +19,7 @@ from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
-from hefting.core.summary import body_lines, warning_lines
+from hefting.core.summary import body_lines, samples_told, warning_lines
 from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
 from hefting.core.verdict import Verdict, verdict_of
 
@@ -125,7 +125,7 @@ class Estimate(Shown):
             (
                 f"{title} by {self.method}, verdict: {self.verdict}",
                 *body_lines(self.parameters, self.intervals, self.undetermined),
-                f"  from           {self.samples} samples{extent}",
+                f"  from           {samples_told(self.samples)}{extent}",
                 *warning_lines(self._warnings_and_mass),
             )
         )

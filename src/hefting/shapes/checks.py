@@ -159,7 +159,9 @@ def suspicions(
         size = f"{longest * 1e3:.3g} mm"
         what = f"the shape is only {size} long: is that its size?"
         if unit not in (None, "m"):
-            what = f"the shape is only {size} long: is its file in metres? pass `unit`='m'"
+            what = (
+                f"the shape is only {size} long: is its file in metres? pass `unit`='m'"
+            )
         found.append(warning("shape-small", what, "unit"))
     origin = inverse_pose(pose)[:3, 3]
     distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))

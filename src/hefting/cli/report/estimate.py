@@ -18,6 +18,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.core.summary import samples_told
 from hefting.estimators import options
 
 if TYPE_CHECKING:
@@ -204,7 +205,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     """What was read, found and assumed, one sentence each."""
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
-    what = f"{estimate.samples} samples{when}"
+    what = f"{samples_told(estimate.samples)}{when}"
     if "motion" in made:
         what += f"; motion from {made['motion']}"
     yield what
@@ -267,7 +268,7 @@ def summary(estimate: Estimate) -> Iterable[str]:
     """Where the answer comes from, in a line or two."""
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
-    text = f"from {estimate.samples} samples{when}"
+    text = f"from {samples_told(estimate.samples)}{when}"
     if recordings := made.get("recordings"):
         text += (
             f" in {len(recordings)} recordings, taken to be of one object, grasp and "
