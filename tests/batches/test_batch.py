@@ -90,7 +90,7 @@ def test_pandas_polars_and_duckdb_read_it(done):
 
 def test_a_batch_again_goes_on_only_where_that_is_said(done):
     data, found = done
-    with pytest.raises(InputError, match="has results already; say --resume"):
+    with pytest.raises(InputError, match="has results already; give `resume`"):
         batch(data.whole, found.folder, **data.shared)
 
 

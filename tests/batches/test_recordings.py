@@ -151,9 +151,15 @@ def test_a_folder_holds_the_logs_below_it(tmp_path):
     names = ("b.csv", "day1/a.parquet", "day1/c.mcap", "notes.txt", "mug.stl")
     for name in (*names, ".hidden/a.csv", ".a.csv", "bag/metadata.yaml", "bag/b.db3"):
         (tmp_path / name).write_text("x")
-    found = [entry.recording for entry in recordings_of(tmp_path)]
+    recordings = recordings_of(tmp_path)
+    found = [entry.recording for entry in recordings]
     expected = ("b.csv", "bag", "day1/a.parquet", "day1/c.mcap")
     assert found == [str(tmp_path / name) for name in expected]
+    assert recordings.texts == 1
+    (tmp_path / "texts").mkdir()
+    (tmp_path / "texts" / "log.txt").write_text("x")
+    with pytest.raises(InputError, match="1 files that end in"):
+        recordings_of(tmp_path / "texts")
 
 
 def test_results_of_a_batch_in_the_folder_are_no_recordings(tmp_path):

@@ -149,6 +149,24 @@ def test_output_by_suffix_and_export_read_each_other(run, folder, tmp_path):
     assert "warning" not in err
 
 
+def test_truth_has_the_names_of_results_and_needs_no_size(run, folder, tmp_path):
+    known = json.loads((folder / "truth.json").read_text())
+    keys = {"mass": "mass", "center_of_mass": "center_of_mass_sensor"}
+    keys["inertia_at_com"] = "inertia_at_com_sensor_axes"
+    plain, less = tmp_path / "plain.json", tmp_path / "less.json"
+    plain.write_text(json.dumps({own: known[other] for own, other in keys.items()}))
+    less.write_text(json.dumps({"mass": 0.5}))
+    identify = "identify", folder / "log.csv", "--truth"
+    for more, said in (((), "errors: mass"), (("--method", "OLS,LMI"), "COM, mm")):
+        status, out, err = run(*identify, plain, *more)
+        assert (status, err) == (0, "")
+        assert said in out
+    status, _, err = run(*identify, less)
+    assert status == 2
+    for text in ("no 'center_of_mass', 'inertia_at_com'", '{"mass": 0.5, "center_of'):
+        assert text in err
+
+
 def test_truth_may_be_another_estimate(run, folder, tmp_path):
     run(
         "identify",

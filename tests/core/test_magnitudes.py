@@ -124,6 +124,7 @@ def test_numbers_of_json_files(recording, tmp_path):
     with pytest.raises(InputError, match="a bias"):
         load_bias(path)
     known = {"mass": 1.0, "center_of_mass_sensor": [0.0, 1e300, 0.0]}
+    known["inertia_at_sensor"] = np.eye(3).tolist()
     path.write_text(json.dumps(known))
     with pytest.raises(InputError, match="center_of_mass_sensor"):
         load_truth(path)

@@ -112,6 +112,8 @@ def test_what_is_no_rigid_motion_is_refused(rng):
     for pose in bad:
         with pytest.raises(InputError, match="pose"):
             check_pose(pose)
+    with pytest.raises(InputError, match="transpose it"):
+        check_pose(good.T)
 
 
 def test_inverse_pose(rng):

@@ -41,6 +41,7 @@ def test_the_text_has_the_numbers_and_what_they_are_worth():
     assert "xx 3.00 ± 0.20, xy 0.00 ± 0.20, xz 0.00 ± 0.20" in text
     assert "-0.00" not in text
     assert "100 samples, 2 s" in text
+    assert "from           1 sample, 2 s" in repr(estimate(samples=1))
 
 
 @pytest.mark.parametrize(
@@ -76,6 +77,17 @@ def test_what_is_undetermined_is_open_whatever_its_interval():
     assert "mass           0.5123 ± 0.0021 kg" in text
     text = repr(estimate(undetermined=Undetermined(mass=True), intervals=None))
     assert "mass           open kg" in text
+
+
+@pytest.mark.parametrize(("half", "level"), [(0.49, "good"), (0.51, "do not use")])
+def test_a_mass_that_is_as_wide_as_half_of_it_is_not_to_be_used(half, level):
+    """Also of an estimator by itself, whose estimate has no warnings."""
+    ends = estimate().intervals | {"mass": around(BODY.mass, half * BODY.mass)}
+    found = estimate(intervals=ends)
+    assert found.verdict.level == level
+    assert ("does not determine the mass" in repr(found)) == (level != "good")
+    # what identify has said is not said again
+    assert replace(found, warnings=found.verdict.reasons).verdict == found.verdict
 
 
 def test_it_stays_short_whatever_is_to_be_said():

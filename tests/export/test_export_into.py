@@ -132,7 +132,16 @@ def test_mjcf_body(tmp_path):
         others = {1: mujoco.MjModel.from_xml_string(MJCF).body_mass[1], 2: 3.0, 3: 5.0}
         assert model.body_mass[1:].tolist() == list((others | {index: 0.932}).values())
         np.testing.assert_allclose(model.body_ipos[index], COM, atol=1e-15)
-        assert any("replaced" in w for w in exported.warnings) == replaced
+        had = "an inertial" if replaced else "the mass of its 1 geom"
+        assert any(f"had {had}: it was replaced" in w for w in exported.warnings)
+    # what has no mass is not replaced; a frame only moves what is in it
+    for geoms, count in (
+        ('<geom mass="0.0"/>', 0),
+        ("<frame><geom/></frame><geom/>", 2),
+    ):
+        text = MJCF.replace('<geom size="0.1"/>', geoms)
+        said = " ".join(put(tmp_path, text, "mjcf", "outer").warnings)
+        assert f"its {count} geoms" in said if count else "replaced" not in said
     with pytest.raises(InputError, match="did you mean 'inner'"):
         put(tmp_path, MJCF, "mjcf", "iner")
     ignoring = MJCF.replace(
@@ -142,6 +151,10 @@ def test_mjcf_body(tmp_path):
         "inertiafromgeom" in w
         for w in put(tmp_path, ignoring, "mjcf", "outer").warnings
     )
+    for mass, scales in (("5", True), ("-1", False)):
+        scaled = ignoring.replace('inertiafromgeom="true"', f'settotalmass="{mass}"')
+        codes = {w.code for w in put(tmp_path, scaled, "mjcf", "outer").warnings}
+        assert ("masses-scaled" in codes) == scales
 
 
 def test_sdf_link_in_flange_axes(tmp_path):

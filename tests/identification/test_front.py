@@ -222,6 +222,7 @@ def test_a_tool_from_its_file(recording, tmp_path):
         ({"gravty": (0, 0, -9.8)}, r"no argument 'gravty' \(did you mean 'gravity'"),
         ({"nothing_like_it": 1}, "Bayes has no 'nothing_like_it'"),
         ({"latitude": 59.9}, r"hefting.Gravity.at\(latitude"),
+        ({"truth": "truth.json"}, "hefting.errors_between"),
         ({"gravity": "down"}, "unknown gravity 'down'; use X,Y,Z"),
         ({"start": "2"}, "start is '2', not a number of seconds"),
         ({"duration": [1.0]}, "not a number of seconds"),

@@ -1,5 +1,11 @@
 """Identify: what it settles for a method where nothing is said."""
 
+import pickle
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
 from hammers import shape
 from hefting.core.measurements import Noise
 from hefting.core.metrics import errors_between
@@ -33,3 +39,20 @@ def test_the_blended_model_of_smoothed_poses_is_hardly_blended():
     )
     assert own.center_of_mass < 0.5 * theirs.center_of_mass
     assert own.inertia_at_origin < 0.5 * theirs.inertia_at_origin
+
+
+@pytest.mark.parametrize("kind", ["smooth", "orientation", "columns", "static"])
+def test_what_was_found_can_be_pickled(kind):
+    """As a pool of processes hands it back, from each source of motion."""
+    log = recorded(exact=kind == "columns")
+    left = {k: v for k, v in log.streams.items() if k in ("wrench", "orientation")}
+    if kind in ("orientation", "static"):
+        log = replace(log, streams=left, static=kind == "static")
+    found = identify(log, shape(), method="OLS")
+    again = pickle.loads(pickle.dumps(found))
+    path, same = found.ingested.conditioned.path, again.ingested.conditioned.path
+    assert path.kind == kind
+    assert again.mass == found.mass
+    time = log["wrench"].time[5:50]
+    assert np.array_equal(path.at(time).value, same.at(time).value)
+    assert again.estimate.to_dict() == found.estimate.to_dict()

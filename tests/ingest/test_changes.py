@@ -417,7 +417,7 @@ def test_messages_name_times_kinds_and_what_to_give():
     [
         ([0, 1, 0], (1.0, 1.1), 0.08, [0, 2]),  # somebody pushed: not another object
         ([0, 1, 0], (1.1, 1.0), 0.08, [0, 2]),
-        ([0, 1, 0], (1.0, 1.1), 0.15, [0, 1, 2]),  # too steady for a hand
+        ([0, 1, 0], (1.0, 1.1), 0.12, [0, 1, 2]),  # too steady for a hand
         ([0, 1, 0], (1.0, 0.1), 0.08, [0, 1, 2]),  # put down, and picked up again
         ([0, 1, 0], (0.1, 1.0), 0.08, [0, 1, 2]),
         ([0, 1, 2], (1.0, 1.1, 1.2), 0.08, [0, 1, 2]),  # swapped twice

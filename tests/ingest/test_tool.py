@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from hefting import identify as front
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
@@ -168,6 +169,8 @@ def test_warnings_and_refusals(tmp_path):
         identify(log(GRIPPER, 10.0, 2), method="OLS", tool=tool)
     data = tool.to_dict()
     (tmp_path / "empty.json").write_text(json.dumps(data | {"vector": [0.0] * 10}))
+    with pytest.raises(InputError, match="float is no estimate; give what"):
+        front(log(BOTH, 10.0, 2), tool=0.5)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="the tool has a mass of 0 kg; leave it out"):
         load_tool(tmp_path / "empty.json")
     (tmp_path / "other.json").write_text("{}")

@@ -48,6 +48,25 @@ def test_every_form_of_a_pose_is_the_same(poses):
     assert angle(recording["orientation"].values) < 1e-7  # of arccos near 1
 
 
+@pytest.mark.parametrize("static", [False, True])
+def test_samples_of_a_dictionary_that_hold_nan_were_not_measured(static):
+    """As in a table; a static pose that lacks one of its streams is none."""
+    wrench, pose = WRENCH.copy(), MATRICES.copy()
+    wrench[3, 5] = pose[7] = np.nan
+    masked = np.ma.masked_invalid(wrench)
+    for given in (wrench, masked):
+        arrays = {"pose": pose, "wrench": given} | ({} if static else {"time": TIME})
+        recording = as_recording(arrays)
+        left = {"wrench": {3}, "position": {7}, "orientation": {7}}
+        for name, rows in left.items():
+            rows = {3, 7} if static else rows
+            assert {*range(COUNT)} - {*recording[name].rows} == rows
+        kept = recording["wrench"]
+        np.testing.assert_array_equal(kept.values, WRENCH[kept.rows])
+    with pytest.raises(InputError, match="is nan"):
+        as_recording(orientation=TURNS, wrench=masked)
+
+
 def test_a_wrench_may_have_times_of_its_own():
     recording = as_recording(
         time=TIME, pose=MATRICES, wrench=WRENCH[:7], wrench_time=TIME[:7] + 0.03

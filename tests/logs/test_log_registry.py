@@ -167,6 +167,8 @@ def test_errors_name_a_new_format(tmp_path):
         InputError, match=r"use \.csv, \.parquet, \.bag, \.mcap, \.toy, or no suffix"
     ):
         write_log(recording, tmp_path / "log.xlsx")
+    with pytest.raises(InputError, match="type dict is no recording"):
+        write_log({}, tmp_path / "log.csv")
     fails(
         log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"),
         ".db3, .toy, .plaything, or a bag's folder",

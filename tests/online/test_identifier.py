@@ -177,6 +177,21 @@ def test_what_cannot_be_right_is_refused_in_one_line(options, words):
     assert "\n" not in str(refused.value)
 
 
+@pytest.mark.parametrize(
+    ("name", "values", "words"),
+    [
+        ("force", np.zeros(3), "no stream 'force'.*use position, orientation"),
+        ("wrench", np.zeros(3), r"wrench has shape \(1, 3\), not \(1, 6\)"),
+        ("orientation", np.zeros((2, 4)), r"not \(1, 4\) for 1 times"),
+        ("joint_positions", np.zeros((2, 7)), r"not \(1, n\)"),
+    ],
+)
+def test_samples_of_no_stream_are_refused(name, values, words):
+    live = hefting.LiveIdentifier(in_process=False)
+    with pytest.raises(hefting.InputError, match=words):
+        live.add(name, 0.0, values)
+
+
 def test_a_failure_of_the_thread_is_raised_to_the_user(recording, monkeypatch):
     def fail(self):
         raise hefting.HeftingError("the pipeline failed")

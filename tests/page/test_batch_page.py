@@ -95,6 +95,14 @@ def test_outliers_have_a_link_and_a_command_that_can_be_typed(mixed):
         assert (typed.shape, typed.gravity) == ("a mug.stl", "-1,0,-9.7")
 
 
+def test_a_recording_is_worth_a_look_once(tmp_path):
+    """Also where its verdict and its residual are."""
+    never = doubted("never.csv", "wrong", "it is wrong", "do not use")
+    rows = [*spread(30), never | {"residual": [9.0, 0.005]}]
+    [outlier] = batch_of(tmp_path / "results", rows).summary.outliers
+    assert outlier.why.startswith("do not use: it is wrong; force residual of 9 N")
+
+
 @pytest.mark.parametrize("name", [HOSTILE, "-x.csv", "a b'c.csv", "ü:y?.csv"])
 def test_hostile_names_are_only_text(tmp_path, name):
     """In links, texts and commands, which say nothing else to a shell."""

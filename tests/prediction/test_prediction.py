@@ -2,6 +2,7 @@
 measured wrench says of them."""
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -370,11 +371,14 @@ def test_sign_bias_and_delay_are_put_right():
     assert any("a bias other than the estimate's" in line for line in wrong.warnings)
 
 
-def test_a_wrong_estimate_shows():
-    heavy = InertialParameters(BODY.vector * 1.05)
-    a = predict(
-        estimate_of(heavy, covariance=1e-6 * covariance()), recorded()
-    ).agreement
+@pytest.mark.parametrize(
+    ("ratio", "level"), [(1.05, "usable with care"), (1.2, "do not use")]
+)
+def test_a_wrong_estimate_shows(ratio, level):
+    heavy = InertialParameters(BODY.vector * ratio)
+    found = predict(estimate_of(heavy, covariance=1e-6 * covariance()), recorded())
+    assert found.verdict.level == level
+    a = found.agreement
     assert a is not None
     assert a.own is not None
     assert a.rms[0] > 3.0 * a.own[0]  # 5 % of 17 N
@@ -501,6 +505,10 @@ def test_the_result_is_frozen_and_public(tmp_path):
     estimate_of(covariance=covariance()).save(tmp_path / "e.json")
     again = predict(tmp_path / "e.json", columns(OTHER))
     np.testing.assert_array_equal(again.wrench, found.wrench)  # JSON keeps every digit
+    held = SimpleNamespace(estimate=estimate_of(covariance=covariance()))  # an answer
+    np.testing.assert_array_equal(predict(held, columns(OTHER)).wrench, found.wrench)
+    assert repr(found).startswith("Prediction by OLS, verdict: good\n  largest force")
+    assert len(repr(found)) < 1000
     for name, (lowest, highest) in found.extremes.items():
         column = found.wrench[:, ("fx", "fy", "fz", "tx", "ty", "tz").index(name)]
         assert (lowest.value, highest.value) == (column.min(), column.max())

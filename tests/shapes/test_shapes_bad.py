@@ -22,7 +22,8 @@ def test_millimetres_read_as_metres_are_noticed():
     assert "`unit`='mm'" in Shape.from_mesh(mesh).warnings[0]
     assert "`unit`='mm'" in Shape.from_mesh(mesh, unit=None).warnings[0]
     assert not Shape.from_mesh(mesh, unit="mm").warnings
-    assert "too small" in Shape.from_mesh(SOLIDS["plate"], unit="mm").warnings[0]
+    small = SOLIDS["plate"]
+    assert "metres? pass `unit`='m'" in Shape.from_mesh(small, unit="mm").warnings[0]
 
 
 def test_distant_shapes_are_noticed():

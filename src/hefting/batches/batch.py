@@ -47,6 +47,8 @@ class Batch:
     seconds: float
     unused: tuple[str, ...] = field(default=())
     """Columns of the manifest that say nothing that is understood."""
+    texts: int = 0
+    """Files in folders that end in .txt and were left out, as notes end so, too."""
 
     def table(self, *names: str) -> "pa.Table":
         """The rows as an Arrow table, of the columns named or of all."""
@@ -76,6 +78,7 @@ class Batch:
             "kept": self.progress.kept,
             "elapsed": self.seconds,
             "unused_columns": list(self.unused),
+            "texts_left_out": self.texts,
         }
 
 
@@ -160,8 +163,8 @@ def batch(
                 results.add(row)
             progress(count)
         results.gather(entries.identities())
-    unused = tuple(entries.unused)
-    return Batch(Path(output), count, time.monotonic() - began, unused)
+    unused, seconds = tuple(entries.unused), time.monotonic() - began
+    return Batch(Path(output), count, seconds, unused, entries.texts)
 
 
 def _rows(

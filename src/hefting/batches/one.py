@@ -106,7 +106,7 @@ def read_unchanged(entry: Entry, do: Callable[[str], T]) -> T:
     before = signature(entry.recording)
     made = do(content_of(entry))
     if signature(entry.recording) != before:
-        what = "was written while it was read; --resume takes it again"
+        what = "was written while it was read; `resume` takes it again"
         raise ChangedError(f"{entry.recording}: {what}")
     return made
 

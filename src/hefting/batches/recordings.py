@@ -32,6 +32,11 @@ FOLDER = "folder"
 """What recordings may also be grouped by: the folder each is in."""
 NO_LOGS = frozenset({".txt"})
 """Endings of logs that are not looked for in folders: notes have them, too."""
+LEFT_OUT_TEXTS = (
+    "{} files that end in .txt were left out, as notes do: "
+    "name them, as 'FOLDER/*.txt', if they are logs"
+)
+"""How many of these were in folders."""
 METADATA = "metadata.yaml"
 """File by which the folder of a ROS 2 bag is told from one that holds bags."""
 PATTERN = frozenset("*?[")
@@ -78,6 +83,8 @@ class Recordings:
         What is said of all, where a row says nothing.
     group_by : str, optional
         Column that tells the object, or `FOLDER`.
+    texts : int
+        Files in folders that may be logs and were left out for their ending (`NO_LOGS`).
 
     Raises
     ------
@@ -92,8 +99,10 @@ class Recordings:
         folder: Path | None = None,
         options: Mapping[str, Any] | None = None,
         group_by: str | None = None,
+        texts: int = 0,
     ):
         self._table, self._folder = table, folder
+        self.texts = texts
         self._options = said(options or {})
         self._group_by = group_by or "object"
         self._is_grouped = group_by is not None
@@ -232,14 +241,17 @@ def recordings_of(
         raise InputError(
             "does not exist", paths[0], "name a manifest, logs or a folder"
         )
+    below = (file for path in paths if path.is_dir() for file in path.rglob("*"))
+    texts = sum(file.suffix.lower() in NO_LOGS for file in below)
     if not logs:
         where = ", ".join(map(str, paths[:3])) or None
-        raise InputError("there are no recordings", where, "name logs or a folder")
+        fix = LEFT_OUT_TEXTS.format(texts) if texts else "name logs or a folder"
+        raise InputError("there are no recordings", where, fix)
     for log in logs:
         if log != encodable(log):
             what = "the name is not UTF-8, so no table can hold it"
             raise InputError(what, log, "rename the file")
-    return Recordings(pa.table({RECORDING: logs}), None, options, group_by)
+    return Recordings(pa.table({RECORDING: logs}), None, options, group_by, texts)
 
 
 def logs_at(path: Path) -> list[str]:

@@ -130,7 +130,7 @@ class Results:
                 half.unlink()
             results = cls(folder)
             if results._files() and not resume:
-                fix = "say --resume to go on with them, or choose another folder"
+                fix = "give `resume` to go on with them, or choose another folder"
                 raise InputError("has results already", folder, fix)
             found = results.tables(["recording", "name", "object", "hash"])
             results.kept = Kept((_identities(table), table["hash"]) for table in found)
@@ -170,7 +170,7 @@ def _opened(path: Path) -> "Generator[parquet.ParquetFile, None, None]":
             yield file
     except (pa.ArrowException, OSError) as error:
         reason = str(error).splitlines()[0][:200]
-        fix = "remove it; --resume makes its rows again"
+        fix = "remove it; `resume` makes its rows again"
         raise InputError(f"cannot be read ({reason})", path, fix) from error
 
 
@@ -202,7 +202,7 @@ def _write_whole(path: Path, tables: "Iterator[pa.Table]") -> None:
             for table in tables:
                 writer.write_table(table)
     except InputError as error:
-        fix = "what was written before is kept: make room, then say --resume"
+        fix = "what was written before is kept: make room, then give `resume`"
         raise InputError(error.what, error.where, fix) from error
 
 

@@ -130,7 +130,7 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
             )
             force, torque = row["residual"] or (np.nan, np.nan)
             found.add(name, row, (row["mass"], half, force, torque))
-    outliers = *not_to_use, *_far_residuals(found), *_far_masses(found)
+    outliers = _together((*not_to_use, *_far_residuals(found), *_far_masses(found)))
     values = found.values
     return Summary(
         {level: verdicts[level] for level in VERDICTS},
@@ -143,6 +143,14 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
         seconds,
         outliers,
     )
+
+
+def _together(outliers: Iterable[Outlier]) -> tuple[Outlier, ...]:
+    """Each recording once, with all that it is worth a look for."""
+    whys: dict[tuple[str, str | None], list[str]] = {}
+    for each in outliers:
+        whys.setdefault((each.name, each.recording), []).append(each.why)
+    return tuple(Outlier(*of, "; ".join(why)) for of, why in whys.items())
 
 
 def _why_not(row: dict[str, Any]) -> str:

@@ -32,6 +32,7 @@ from hefting.cli.outputs import (
     draw_pictures,
     identified,
     is_picture,
+    no_output_format,
     wanted,
     write,
     write_report,
@@ -237,8 +238,8 @@ def _run_torques(a: argparse.Namespace) -> int:
 def _errors(
     known: "Truth | None", estimates: "dict[str, Estimate]", shape: "Shape | None"
 ) -> "dict[str, Errors]":
-    """Errors of the estimates, where the truth is known."""
-    if known is None:
+    """Errors of the estimates, where the truth and the object's size are known."""
+    if known is None or (known.extents is None and shape is None):
         return {}
     return {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
 
@@ -334,9 +335,5 @@ def _check_outputs(a: argparse.Namespace) -> None:
         if is_picture(path):
             picture_suffix(path)
         elif Path(path).suffix not in SUFFIXES:
-            raise InputError(
-                f"'{Path(path).suffix}' is not an output format",
-                path,
-                f"use {', '.join((*SUFFIXES, *FORMATS))}",
-            )
+            raise no_output_format(path, (*SUFFIXES, *FORMATS))
         check_output(path, *inputs)

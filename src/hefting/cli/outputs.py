@@ -175,6 +175,16 @@ def page_context(**known: Any) -> "Context":
     return Context(command=typed(["hefting", *sys.argv[1:]]), say=render, **known)
 
 
+def no_output_format(path: str, known: "Iterable[str]") -> InputError:
+    """That a file to write has none of the `known` endings; a page has an option of its
+    own."""
+    suffix = Path(path).suffix
+    fix = f"use {', '.join(known)}"
+    if suffix.lower() == SUFFIX:
+        fix = f"--report {path} writes a page"
+    return InputError(f"'{suffix}' is not an output format", path, fix)
+
+
 def write_report(path: str | None, page: str | None) -> tuple[str, ...]:
     """Write the page, whole or not at all, if there is one; its path."""
     if path is None or page is None:

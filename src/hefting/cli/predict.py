@@ -23,6 +23,7 @@ from hefting.cli.options import (
 from hefting.cli.outputs import (
     add_report,
     check_report,
+    no_output_format,
     page_context,
     print_object,
     write_report,
@@ -68,18 +69,13 @@ def run(arguments: argparse.Namespace) -> int:
     """Predict, save what was asked for, and print peaks and extremes; returns the exit
     status."""
     from hefting.cli.report.verdict import exit_status
-    from hefting.logs.registry import join_words
     from hefting.plots.style import FORMATS
     from hefting.prediction import predict
 
     a, formats = arguments, (".csv", *FORMATS)
     for path in a.output:
         if Path(path).suffix.lower() not in formats:
-            raise InputError(
-                f"'{Path(path).suffix}' is not an output format",
-                path,
-                f"use {join_words(formats, 'or')}",
-            )
+            raise no_output_format(path, formats)
         check_output(path, a.estimate, a.log, a.map, a.urdf)
     check_report(a.report, a.estimate, a.log, a.map, a.urdf)
     if a.gravity == "estimate":

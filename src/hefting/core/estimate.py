@@ -5,7 +5,7 @@ from __future__ import annotations
 import json
 from dataclasses import asdict, dataclass, field
 from pathlib import Path
-from typing import Any, Self, cast
+from typing import Any, Protocol, Self, cast
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
-from hefting.core.summary import body_lines, warning_lines
-from hefting.core.undetermined import NOTHING_OPEN, Undetermined
+from hefting.core.summary import body_lines, samples_told, warning_lines
+from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
 from hefting.core.verdict import Verdict, verdict_of
 
 NORMAL_95 = 1.96
@@ -125,8 +125,8 @@ class Estimate(Shown):
             (
                 f"{title} by {self.method}, verdict: {self.verdict}",
                 *body_lines(self.parameters, self.intervals, self.undetermined),
-                f"  from           {self.samples} samples{extent}",
-                *warning_lines(self.warnings),
+                f"  from           {samples_told(self.samples)}{extent}",
+                *warning_lines(self._warnings_and_mass),
             )
         )
 
@@ -180,7 +180,16 @@ class Estimate(Shown):
     @property
     def verdict(self) -> Verdict:
         """Whether to trust it, and why not: see `hefting.core.verdict`."""
-        return verdict_of(self.warnings)
+        return verdict_of(self._warnings_and_mass)
+
+    @property
+    def _warnings_and_mass(self) -> tuple[str, ...]:
+        """The warnings, and that the mass is undetermined, as an estimator by itself
+        does not say."""
+        said = undetermined_mass(self.mass, self.intervals)
+        if said is None or not verdict_of(self.warnings).usable:
+            return self.warnings
+        return (said, *self.warnings)
 
     @property
     def sensed_vector(self) -> Array:
@@ -310,6 +319,33 @@ class Estimate(Shown):
                 f"is not a whole estimate ({type(error).__name__}: {str(error)[:120]})",
                 where=path,
             ) from error
+
+
+class Answered(Protocol):
+    """What holds an estimate, as what `hefting.identify` returns."""
+
+    @property
+    def estimate(self) -> Estimate:
+        """The estimate."""
+        ...
+
+
+def estimate_of(given: Estimate | Answered) -> Estimate:
+    """The estimate that is given, or held by what is; `InputError` for neither."""
+    estimate = getattr(given, "estimate", given)
+    if not isinstance(estimate, Estimate):
+        raise InputError(
+            f"{type(given).__name__} is no estimate",
+            fix="give what hefting.identify returns, or hefting.Estimate.load(path)",
+        )
+    return estimate
+
+
+def estimate_given(given: Estimate | Answered | str | Path) -> Estimate:
+    """The same, or that in the file at a path."""
+    if isinstance(given, str | Path):
+        return Estimate.load(given)
+    return estimate_of(given)
 
 
 def com_jacobian(parameters: InertialParameters) -> Array:

@@ -308,7 +308,11 @@ def check_pose(pose: ArrayLike) -> Array:
         np.allclose(rotation @ rotation.T, np.eye(3), atol=1e-6)
         and np.linalg.det(rotation) > 0
     )
-    if not proper or not np.allclose(matrix[3], (0, 0, 0, 1)):
+    end = (0, 0, 0, 1)
+    if proper and np.allclose(matrix[:, 3], end) and not np.allclose(matrix[3], end):
+        what = "the pose matrix has its translation in the last row"
+        raise InputError(what, fix="transpose it: its last row is 0, 0, 0, 1")
+    if not proper or not np.allclose(matrix[3], end):
         raise InputError("the pose matrix is not a proper rotation with a translation")
     return matrix
 

@@ -54,6 +54,11 @@ def body_lines(
     ]
 
 
+def samples_told(count: int) -> str:
+    """``1 sample``, ``2 samples``."""
+    return f"{count} sample{'' if count == 1 else 's'}"
+
+
 def warning_lines(warnings: Sequence[str]) -> list[str]:
     """The first warnings, cut to a line each, and how many more there are."""
     lines = [f"  warning: {_cut(str(text))}" for text in warnings[:MOST_WARNINGS]]

@@ -11,6 +11,7 @@ from typing import Any, Self
 import numpy as np
 import numpy.typing as npt
 
+from hefting.core.messages import Message, error
 from hefting.core.spatial import (
     PARAMETERS,
     TENSOR_COLUMNS,
@@ -19,6 +20,9 @@ from hefting.core.spatial import (
     vector_to_tensor,
 )
 
+LARGEST_RELATIVE_HALF_WIDTH = 0.5
+"""Half-width of the mass's interval over the mass, above which the recording does not
+determine the mass."""
 LONGEST_ORIGIN = 200
 """Characters of `Undetermined.filled_from` that are read."""
 
@@ -129,3 +133,20 @@ class Undetermined:
 
 NOTHING_OPEN = Undetermined()
 """Of an estimate all of whose numbers are determined."""
+
+
+def undetermined_mass(
+    mass: float, intervals: Mapping[str, np.ndarray] | None
+) -> Message | None:
+    """That a mass [kg] has an interval about as wide as itself; None where it has none,
+    or a narrow one."""
+    if intervals is None:
+        return None
+    low, high = (float(end) for end in intervals["mass"])
+    if 0.5 * (high - low) <= LARGEST_RELATIVE_HALF_WIDTH * mass:
+        return None
+    what = (
+        f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): "
+        "this answer is not to be used"
+    )
+    return error("mass-undetermined", what)

@@ -12,13 +12,12 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from importlib import import_module
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.estimate import Estimate
+from hefting.core.estimate import Answered, Estimate, estimate_of
 from hefting.core.messages import Message, warning
 from hefting.export.body import Body
 from hefting.export.known import Fill, inertia_messages, known_body
@@ -91,15 +90,6 @@ class Exported:
     """One sentence each."""
 
 
-class Answered(Protocol):
-    """What holds an estimate, as what `hefting.identify` returns."""
-
-    @property
-    def estimate(self) -> Estimate:
-        """The estimate."""
-        ...
-
-
 def export(
     estimate: Estimate | Answered,
     target: str,
@@ -143,7 +133,7 @@ def export(
     not fit it, a file or link that does not, and, for everything but JSON and CSV, parameters no body can
     have, a mass or a COM that is open, and an open inertia where one is needed.
     """
-    estimate = _estimate_of(estimate)
+    estimate = estimate_of(estimate)
     if target not in REGISTRY:
         raise InputError(
             f"unknown target '{target}'{nearest(target, REGISTRY)}",
@@ -175,17 +165,6 @@ def export(
         return Exported(chosen.write(body), body.frame, tuple(warnings))
     text, more = _put_into(chosen, body, into, link)
     return Exported(text, body.frame, (*warnings, *more))
-
-
-def _estimate_of(given: Estimate | Answered) -> Estimate:
-    """The estimate that is given, or held by what is."""
-    estimate = getattr(given, "estimate", given)
-    if not isinstance(estimate, Estimate):
-        raise InputError(
-            f"{type(given).__name__} is no estimate",
-            fix="give what hefting.identify returns, or hefting.Estimate.load(path)",
-        )
-    return estimate
 
 
 def _check_arguments(
@@ -247,10 +226,10 @@ def _put_into(
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)
-    text, replaced = put_inertial(into, link, element, target.place)
+    text, before = put_inertial(into, link, element, target.place)
     what = f"the frame of '{link}' is taken to be the {body.frame} frame"
     warnings = [warning("link-frame-assumed", what), *target.file_warnings(text)]
-    if replaced:
-        what = f"'{link}' had an inertial: it was replaced, not added to"
+    if before:
+        what = f"'{link}' had {before}: it was replaced, not added to"
         warnings.append(warning("inertial-replaced", what))
     return text, warnings

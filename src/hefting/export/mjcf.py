@@ -13,7 +13,13 @@ from hefting.export.notes import xml_comment
 from hefting.export.splice import Place
 from hefting.export.target import Target
 
-PLACE = Place("MJCF", roots=("mujoco", "mujocoinclude"), element="body", parents=None)
+PLACE = Place(
+    "MJCF",
+    roots=("mujoco", "mujocoinclude"),
+    element="body",
+    parents=None,
+    massive="geom",
+)
 
 
 def inertial(body: Body) -> str:
@@ -39,14 +45,18 @@ def write(body: Body) -> str:
 
 
 def file_warnings(model: str) -> list[Message]:
-    """A warning where the model's text makes MuJoCo compute inertia from geoms
-    alone."""
-    if re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model) is None:
-        return []
-    what = (
-        "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
-    )
-    return [warning("inertials-ignored", what)]
+    """A warning for each setting of the model by which MuJoCo does not take an inertial
+    as it is written."""
+    warnings = []
+    if re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model):
+        what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
+        warnings.append(warning("inertials-ignored", what))
+    if re.search(r"""\bsettotalmass\s*=\s*["']\s*[^-\s]""", model):
+        what = (
+            "the model says settotalmass, by which MuJoCo scales every mass and inertia"
+        )
+        warnings.append(warning("masses-scaled", what))
+    return warnings
 
 
 TARGET = Target(

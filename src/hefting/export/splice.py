@@ -25,6 +25,8 @@ class Place:
     """Element that holds the inertial."""
     parents: tuple[str, ...] | None
     """Elements which that one is a child of; None for any."""
+    massive: str = ""
+    """Element that gives mass where there is no inertial, if the format has one."""
 
 
 @dataclass
@@ -35,13 +37,15 @@ class _Holder:
     start: int
     depth: int
     inertial: tuple[int, int] | None = None
+    massive: int = 0
+    """Elements in it that gave it its mass without an inertial."""
 
 
 def put_inertial(
     path: str | Path, name: str | None, inertial: str, place: Place
-) -> tuple[str, bool]:
-    """Text of the file with `inertial` in the element called `name`, and whether it
-    replaced another.
+) -> tuple[str, str]:
+    """Text of the file with `inertial` in the element called `name`, and what gave that
+    its mass before, in words; empty for nothing.
 
     Raises `InputError` when the file cannot be read, is not well-formed XML of that
     format in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`,
@@ -56,15 +60,15 @@ def put_inertial(
     block = inertial.encode().replace(b"\n", newline + deeper)
     if holder.inertial is not None:
         start, end = holder.inertial
-        return (data[:start] + block + data[end:]).decode(), True
+        return (data[:start] + block + data[end:]).decode(), "an inertial"
+    of = f"{holder.massive} {place.massive}{'s' * (holder.massive > 1)}"
+    before = f"the mass of its {of}" if holder.massive else ""
     end = tag_end(data, holder.start)
     if data[end - 2 : end] == b"/>":
         closing = newline + margin + b"</" + place.element.encode() + b">"
         opening = data[: end - 2].rstrip() + b">"
-        return (
-            opening + newline + deeper + block + closing + data[end:]
-        ).decode(), False
-    return (data[:end] + newline + deeper + block + data[end:]).decode(), False
+        return (opening + newline + deeper + block + closing + data[end:]).decode(), ""
+    return (data[:end] + newline + deeper + block + data[end:]).decode(), before
 
 
 def _only(
@@ -120,6 +124,14 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
                     where=path,
                 )
             open_holders[-1].inertial = (offset, -1)
+        elif (
+            tag == place.massive
+            and open_holders
+            and set(inside[open_holders[-1].depth + 1 :]) <= {"frame"}
+            and _has_mass(attributes)
+        ):
+            # directly inside: a <frame> only moves what is in it
+            open_holders[-1].massive += 1
 
     def end_element(tag: str, offset: int, inside: list[str]):
         if not open_holders:
@@ -139,3 +151,9 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
 
     parse_xml(data, path, start_element, end_element)
     return holders
+
+
+def _has_mass(attributes: dict[str, str]) -> bool:
+    """Whether an element says of itself nothing that makes its mass zero."""
+    given = (attributes.get(name, "1").strip() for name in ("mass", "density"))
+    return not any(text and not text.strip("0.") for text in given)

@@ -16,9 +16,9 @@ import numpy as np
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.mass_reading import EXAMPLE, MassReading
-from hefting.core.messages import Message, error, warning
+from hefting.core.messages import Message, warning
 from hefting.core.spatial import Array
-from hefting.core.undetermined import Undetermined
+from hefting.core.undetermined import Undetermined, undetermined_mass
 from hefting.estimators import Estimator
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
@@ -32,9 +32,6 @@ from hefting.ingest.plausibility import (
 from hefting.ingest.rivals.consequence import SUPERSEDED
 from hefting.shapes import Shape
 
-LARGEST_RELATIVE_HALF_WIDTH = 0.5
-"""Half-width of the mass's interval over the mass, above which the recording does not
-determine the mass."""
 LARGEST_CHANGE_BY_SHAPE = 2.0
 """Difference between the mass with a shape and by least squares without one, in
 standard deviations, that is attributed to chance."""
@@ -90,17 +87,8 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
 
 def mass_undetermined(estimate: Estimate) -> Iterable[Message]:
     """A mass whose interval is about as wide as itself."""
-    intervals, mass = estimate.intervals, estimate.parameters.mass
-    if intervals is None:
-        return []
-    low, high = (float(end) for end in intervals["mass"])
-    if 0.5 * (high - low) <= LARGEST_RELATIVE_HALF_WIDTH * mass:
-        return []
-    what = (
-        f"the recording does not determine the mass ({low:.3g} to {high:.3g} kg): "
-        "this answer is not to be used"
-    )
-    return [error("mass-undetermined", what)]
+    said = undetermined_mass(estimate.parameters.mass, estimate.intervals)
+    return [] if said is None else [said]
 
 
 def _against_least_squares(checked: Checked) -> Iterable[Message]:

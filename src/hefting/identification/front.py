@@ -11,7 +11,7 @@ from typing import Any, Literal, cast, overload
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.estimate import Estimate
+from hefting.core.estimate import Answered, Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS, Estimator
@@ -29,6 +29,7 @@ from hefting.shapes.loading import as_pose
 
 Sign = Literal["auto", "on-object", "on-sensor"]
 INSTEAD = {
+    "truth": "compare with it by hefting.errors_between(found.estimate.parameters, ...)",
     "latitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
     "altitude": "give `gravity`=hefting.Gravity.at(latitude, altitude)",
     "box": 'give `shape`="box:X0,X1,Y0,Y1,Z0,Z1" [m]',
@@ -82,7 +83,7 @@ def identify(
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
-    tool: Estimate | str | Path | None = None,
+    tool: Estimate | Answered | str | Path | None = None,
     sensor_pose_in_log: ArrayLike | str | Path | None = None,
     sensor_turned: str | None = None,
     **hyperparameters: Any,
@@ -129,7 +130,7 @@ def identify(
         Where velocities and accelerations come from, see `hefting.measure`.
     start, duration : float, optional
         Part of the recording to use [s], or of each.
-    tool : Estimate or path, optional
+    tool : Estimate, what `calibrate` or `identify` returns, or path, optional
         What the sensor holds besides the object, to subtract; see `hefting.calibrate`.
     sensor_pose_in_log : (4, 4), seven numbers or text, optional
         Pose of the sensor in the frame whose poses are logged, where that is another:
@@ -187,7 +188,7 @@ def identify(
         "motion": motion,
         "start": start,
         "duration": duration,
-        "tool": load_tool(tool) if isinstance(tool, str | Path) else tool,
+        "tool": None if tool is None else load_tool(tool),
     }
     known = as_shape(shape, unit, object_pose)
     names = _names(method)

@@ -43,6 +43,14 @@ class WrenchSign:
         return abs(self.t) >= SIGN_CONFIDENCE
 
     @property
+    def doubt(self) -> str:
+        """Why it is uncertain."""
+        return (
+            f"the mass is {abs(self.t):.1f} standard deviations from zero, and "
+            f"{SIGN_CONFIDENCE:g} would tell"
+        )
+
+    @property
     def name(self) -> str:
         """``"on-object"`` or ``"on-sensor"``."""
         return "on-object" if self.on_object else "on-sensor"

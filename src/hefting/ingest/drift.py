@@ -7,9 +7,9 @@ import numpy as np
 
 from hefting.core.spatial import Array, Indices, freeze, interpolated
 
-SHORTEST_DRIFTING_RECORDING = 8.0
+SHORTEST_DRIFTING_RECORDING = 7.9
 """[s] In shorter recordings the bias counts as constant: a drift cannot be
-distinguished from model errors."""
+distinguished from model errors. Samples of 8 s, and their averages, last a little less."""
 CLOSEST_KNOTS = 12.0
 """[s] Smallest distance between knots of a drifting bias. With closer knots the bias
 would fit the object's wrench."""

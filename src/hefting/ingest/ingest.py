@@ -12,7 +12,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import Noise
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
@@ -33,6 +33,7 @@ from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
+from hefting.ingest.short_drift import or_drift
 from hefting.ingest.stalled_wrench import without_stalled_wrench
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
@@ -161,7 +162,11 @@ def ingest(
     if unmodelled is not None and doubt is None:
         warnings.append(unmodelled)
     still = still_pose_message(whole)
-    if still is not None:
+    if still is not None and doubt is not None and doubt.message.code == "unexplained":
+        # beside no motion all noise counts as a change that is unexplained
+        say = error if doubt.is_fatal else warning
+        doubt = Doubt(say("pose-constant", str(still)), names_mistake=False)
+    elif still is not None:
         warnings.insert(0, still)
     dead = dead_channel_message(recording)
     if dead is not None:  # it accounts for what other mistakes explain
@@ -282,7 +287,8 @@ def _doubt(
     case = Case.of(
         recording, found.path, found.gravity, found.offset, biased=may_be_biased
     )
-    return doubt_of(case, with_tool=tool is not None)
+    doubt = doubt_of(case, with_tool=tool is not None)
+    return doubt if doubt is None else or_drift(case, doubt)
 
 
 def _choose_sign(
@@ -301,10 +307,7 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
     """A warning when a sign convention that was found is uncertain."""
     if sign.certain:
         return []
-    what = (
-        f"the wrench's sign is uncertain ({abs(sign.t):.1f} standard deviations); "
-        f"assumed {sign.name}"
-    )
+    what = f"the wrench's sign is uncertain ({sign.doubt}); assumed {sign.name}"
     return [
         warning("sign-uncertain", f"{what}: give `sign` on-object or on-sensor", "sign")
     ]

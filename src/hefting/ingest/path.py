@@ -1,8 +1,9 @@
 """Path: the motion of a recording as a function of time. It can be evaluated at the
 times of the wrench, shifted by a clock offset."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -17,7 +18,7 @@ from hefting.core.spatial import (
     interpolated,
     rotation_matrices,
 )
-from hefting.motion import Curves, smooth_poses
+from hefting.motion import Curves, SmoothedPoses, smooth_poses
 from hefting.motion.measure import TWIST, Source, may_move, reads_columns
 from hefting.motion.state import lasting_variances
 
@@ -69,7 +70,8 @@ class Path:
     """[s] End of the motion."""
     read: Callable[[Array, bool], tuple[Array, Array, Mask]]
     """Function of times (K,) from `first` to `last`, and of whether variances are
-    needed: rows (K, 21), variances (2, K) or zeros, and a mask (K,) of known rows."""
+    needed: rows (K, 21), variances (2, K) or zeros, and a mask (K,) of known rows. It
+    can be pickled."""
     bandwidth: float
     """[rad/s] Bandwidth of the motion's errors; infinite if it is exact."""
     gravity_measured: bool = False
@@ -173,17 +175,17 @@ def static_path(recording: Recording) -> Path:
     held."""
     orientation = recording["orientation"]
     world = _world_to_sensor_rows(orientation.values)
-
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        row = np.clip(np.searchsorted(orientation.time, time), 0, len(world) - 1)
-        K = len(time)
-        return (
-            np.hstack((np.zeros((K, 12)), world[row])),
-            np.zeros((2, K)),
-            np.ones(K, dtype=bool),
-        )
-
+    read = partial(_read_static, orientation.time, world)
     return Path("static", -np.inf, np.inf, read, np.inf)
+
+
+def _read_static(
+    at: Array, world: Array, time: Array, spread: bool
+) -> tuple[Array, Array, Mask]:
+    row = np.clip(np.searchsorted(at, time), 0, len(world) - 1)
+    K = len(time)
+    rows = np.hstack((np.zeros((K, 12)), world[row]))
+    return rows, np.zeros((2, K)), np.ones(K, dtype=bool)
 
 
 def _world_to_sensor_rows(quaternions: Array) -> Array:
@@ -215,40 +217,40 @@ def _reading_rows(
 
 def _pose_path(curves: Curves) -> Path:
     poses = curves.alone
-
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        m = poses.at(time, spread)
-        rows, known = _reading_rows(
-            m.linear_acceleration,
-            m.angular_velocity,
-            m.angular_acceleration,
-            m.orientation,
-        )
-        variances = lasting_variances(m) if spread else np.zeros((2, len(time)))
-        return rows, np.where(known, variances, 0.0), known
-
+    read = partial(_read_poses, poses)
     return Path("smooth", poses.first, poses.last, read, poses.bandwidth, curves=curves)
+
+
+def _read_poses(
+    poses: SmoothedPoses, time: Array, spread: bool
+) -> tuple[Array, Array, Mask]:
+    m = poses.at(time, spread)
+    rows, known = _reading_rows(
+        m.linear_acceleration,
+        m.angular_velocity,
+        m.angular_acceleration,
+        m.orientation,
+    )
+    variances = lasting_variances(m) if spread else np.zeros((2, len(time)))
+    return rows, np.where(known, variances, 0.0), known
 
 
 def _orientation_path(curves: Curves) -> Path:
     """Path of an orientation alone: only gravity is modelled."""
     poses = curves.alone
+    bandwidth = poses.orientation.smoothness.bandwidth
+    read = partial(_read_orientation, poses)
+    return Path("orientation", poses.first, poses.last, read, bandwidth, curves=curves)
 
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        m = poses.at(time, spread=False)
-        rows, known = _reading_rows(
-            None, m.angular_velocity, m.angular_acceleration, m.orientation
-        )
-        return rows, np.zeros((2, len(time))), known
 
-    return Path(
-        "orientation",
-        poses.first,
-        poses.last,
-        read,
-        poses.orientation.smoothness.bandwidth,
-        curves=curves,
+def _read_orientation(
+    poses: SmoothedPoses, time: Array, spread: bool
+) -> tuple[Array, Array, Mask]:
+    m = poses.at(time, spread=False)
+    rows, known = _reading_rows(
+        None, m.angular_velocity, m.angular_acceleration, m.orientation
     )
+    return rows, np.zeros((2, len(time))), known
 
 
 def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
@@ -259,28 +261,34 @@ def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
         if len(accelerometer) > 1
         else 0.0
     )
-
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        m = poses.at(time, spread)
-        f = interpolated(time, accelerometer.time, accelerometer.values)
-        rows, known = _reading_rows(
-            f, m.angular_velocity, m.angular_acceleration, m.orientation
-        )
-        variances = lasting_variances(m)
-        variances[0] = accelerometer_std**2
-        return rows, np.where(known, variances, 0.0), known
-
     first = max(poses.first, accelerometer.time[0])
     last = min(poses.last, accelerometer.time[-1])
     return Path(
         "accelerometer",
         first,
         last,
-        read,
+        partial(_read_specific_force, poses, accelerometer, accelerometer_std),
         poses.orientation.smoothness.bandwidth,
         True,
         curves,
     )
+
+
+def _read_specific_force(
+    poses: SmoothedPoses,
+    accelerometer: Stream,
+    accelerometer_std: float,
+    time: Array,
+    spread: bool,
+) -> tuple[Array, Array, Mask]:
+    m = poses.at(time, spread)
+    f = interpolated(time, accelerometer.time, accelerometer.values)
+    rows, known = _reading_rows(
+        f, m.angular_velocity, m.angular_acceleration, m.orientation
+    )
+    variances = lasting_variances(m)
+    variances[0] = accelerometer_std**2
+    return rows, np.where(known, variances, 0.0), known
 
 
 def _columns_path(recording: Recording) -> Path | None:
@@ -296,15 +304,20 @@ def _columns_path(recording: Recording) -> Path | None:
         return None
     turn = CubicSpline(orientation.time, aligned(orientation.values))
     curves = [CubicSpline(s.time, s.values) for s in streams]
-
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        q = turn(time)
-        q = q / np.linalg.norm(q, axis=1, keepdims=True)
-        world = _world_to_sensor_rows(q).reshape(-1, 3, 3)
-        a, w, alpha = (np.einsum("kij,kj->ki", world, curve(time)) for curve in curves)
-        rows, known = _reading_rows(a, w, alpha, q)
-        return rows, np.zeros((2, len(time))), known
-
     first = max(float(s.time[0]) for s in (orientation, *streams))
     last = min(float(s.time[-1]) for s in (orientation, *streams))
-    return Path("columns", first, last, read, np.inf)
+    return Path("columns", first, last, partial(_read_columns, turn, curves), np.inf)
+
+
+def _read_columns(
+    turn: Callable[[Array], Array],
+    curves: Sequence[Callable[[Array], Array]],
+    time: Array,
+    spread: bool,
+) -> tuple[Array, Array, Mask]:
+    q = turn(time)
+    q = q / np.linalg.norm(q, axis=1, keepdims=True)
+    world = _world_to_sensor_rows(q).reshape(-1, 3, 3)
+    a, w, alpha = (np.einsum("kij,kj->ki", world, curve(time)) for curve in curves)
+    rows, known = _reading_rows(a, w, alpha, q)
+    return rows, np.zeros((2, len(time))), known

@@ -13,7 +13,7 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.estimate import Estimate
+from hefting.core.estimate import Answered, Estimate, estimate_given
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
 from hefting.core.regressor import predict_wrench
@@ -63,17 +63,17 @@ def tool_warnings(tool: Estimate) -> list[Message]:
     return [warning("tool-without-spread", what, "tool")]
 
 
-def load_tool(path: str | Path) -> Estimate:
-    """Load the estimate of a tool, as `hefting calibrate` or `hefting identify` writes
-    it.
+def load_tool(given: Estimate | Answered | str | Path) -> Estimate:
+    """The estimate of a tool, as `hefting calibrate` or `hefting identify` returns or
+    writes it.
 
-    Raises `InputError` if the file holds no estimate, or one without mass.
+    Raises `InputError` for what is or holds no estimate, or one without mass.
     """
-    tool = Estimate.load(path)
+    tool = estimate_given(given)
     if not tool.parameters.mass > 0.0:
         raise InputError(
             f"the tool has a mass of {tool.parameters.mass:.3g} kg",
-            path,
+            given if isinstance(given, str | Path) else None,
             "leave it out",
         )
     return tool

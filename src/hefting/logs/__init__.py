@@ -108,7 +108,7 @@ def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
     `read_log` gives the same numbers; of a bag, times rounded to nanoseconds that start
     at 0. In a table, samples of different streams share a row when their times are
     equal. Returned are the streams that the format cannot hold. Raises `InputError` for
-    another suffix and where the file cannot be written.
+    another suffix, for what is no `Recording`, and where the file cannot be written.
 
     Examples
     --------
@@ -117,6 +117,9 @@ def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
     ()
     """
     check_output(path)
+    if not isinstance(recording, Recording):
+        what = f"a value of type {type(recording).__name__} is no recording"
+        raise InputError(what, path, "make one of it by hefting.as_recording")
     found = find_writer(path)
     assert found is not None
     assert found.write is not None

@@ -2,13 +2,13 @@
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
-from typing import Any
+from typing import Any, Literal
 
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.recording import COLUMNS, Recording, Stream, column_names
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask
 from hefting.logs.gaps import without_repeats
 from hefting.logs.orientations import no_rotations, quaternions
 from hefting.logs.table import in_seconds, warn_about_static
@@ -23,8 +23,11 @@ LARGEST_NORM_ERROR = 1e-2
 OWN_TIMES = "leave those samples out; `wrench_time` gives the wrench times of its own"
 
 
-def recording_from_arrays(given: Mapping[str, Any]) -> Recording:
-    """Recording in arrays by name, each a name of `ARRAYS`; see `as_recording`.
+def recording_from_arrays(
+    given: Mapping[str, Any], *, blanks: Literal["refused", "left out"] = "refused"
+) -> Recording:
+    """Recording in arrays by name, each a name of `ARRAYS`; see `as_recording`. Samples
+    that hold NaN or are masked, as in a table, are `blanks`.
 
     Raises `InputError`, naming array and sample, for shapes that do not fit, values
     that are not finite, and what `Recording` refuses. Samples are counted from 0.
@@ -37,6 +40,7 @@ def recording_from_arrays(given: Mapping[str, Any]) -> Recording:
                 f"no array is called '{name}'{nearest(name, ARRAYS)}", fix=fix
             )
     times = _times(arrays)
+    arrays, blank = _filled(arrays) if blanks == "left out" else (arrays, {})
     values = _streams(arrays)
     if not {"orientation", "joint_positions"} & set(values):
         fix = "give `orientation`, or `pose`"
@@ -46,6 +50,12 @@ def recording_from_arrays(given: Mapping[str, Any]) -> Recording:
         own = name == "wrench" and "wrench_time" in times
         time = times.get("wrench_time" if own else "time")
         streams[name] = _stream(name, rows, time, "wrench_time" if own else "time")
+    if "time" not in times:  # a pose that lacks one of them is none
+        _check_lengths(streams)
+        blank = dict.fromkeys(streams, np.any([*blank.values()], axis=0))
+    for name, samples in streams.items():
+        if name in blank and blank[name].any():
+            streams[name] = samples[~blank[name]]
     if "time" not in times:
         _check_lengths(streams)
         return warn_about_static(Recording(streams, static=True, source=SOURCE))
@@ -102,6 +112,8 @@ def position_and_orientation(pose: Any) -> tuple[Array, Array]:
 def numbers(values: Any, name: str) -> Array:
     """`values` as an array of floats; `InputError`, naming it, for what holds none."""
     try:
+        if isinstance(values, np.ma.MaskedArray):
+            values = np.ma.asarray(values, dtype=float).filled(np.nan)
         array = np.asarray(values)
         if array.dtype.kind not in "iufbO":
             raise TypeError(f"they are {array.dtype}")
@@ -109,6 +121,24 @@ def numbers(values: Any, name: str) -> Array:
     except (TypeError, ValueError, RuntimeError) as error:  # the last of torch
         reason = str(error)[:100]
         raise InputError(f"{name} is not an array of numbers ({reason})") from error
+
+
+def _filled(arrays: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Mask]]:
+    """Arrays with other samples in place of those that hold NaN, and which those are
+    (K,), by the streams they belong to."""
+    filled, blank = dict(arrays), {}
+    for name in arrays.keys() & {"pose", *COLUMNS}:
+        if hasattr(arrays[name], "as_quat"):
+            continue
+        values = numbers(arrays[name], name)
+        nan = np.isnan(values).any(axis=tuple(range(1, values.ndim)))
+        if values.ndim < 2 or not nan.any() or nan.all():
+            continue
+        filled[name] = np.array(values)
+        filled[name][nan] = values[np.argmin(nan)]
+        for stream in ("position", "orientation") if name == "pose" else (name,):
+            blank[stream] = nan
+    return filled, blank
 
 
 def _streams(arrays: Mapping[str, Any]) -> dict[str, Array]:

@@ -140,7 +140,7 @@ def _from_source(
 def _from_named_arrays(table: MemoryTable) -> Recording:
     """Recording of a table whose columns are whole arrays, such as a position (K, 3)."""
     known: Mapping[str, Any] = {k: v for k, v in table.columns.items() if k in ARRAYS}
-    recording = recording_from_arrays(known)
+    recording = recording_from_arrays(known, blanks="left out")
     ignored = [repr(name[:40]) for name in table.names if name not in ARRAYS]
     if not ignored:
         return recording

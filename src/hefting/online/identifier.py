@@ -26,7 +26,7 @@ from hefting.ingest.tool import load_tool
 from hefting.online.live_estimate import LiveEstimate, final_estimate
 from hefting.online.pipeline import Pipeline
 from hefting.online.process import Inline, Remote
-from hefting.online.samples import Samples, joined, poses_of
+from hefting.online.samples import Samples, checked, joined, poses_of
 from hefting.online.understanding import Settings
 from hefting.robots import Robot
 from hefting.shapes import as_shape
@@ -148,11 +148,17 @@ class LiveIdentifier:
             [s] Stamps, where the name is given.
         values : (d,) or (n, d), optional
             As `hefting.Recording` has them. Arrays must not be changed afterwards.
+
+        Raises
+        ------
+        InputError
+            For a name that is no stream's, and values of another shape than it has.
         """
         if isinstance(samples, str):
             times = np.atleast_1d(np.asarray(time, dtype=float))
             rows = np.asarray(values, dtype=float)
-            samples = Samples(samples, times, rows[None] if rows.ndim == 1 else rows)
+            rows = rows[None] if rows.ndim == 1 else rows
+            samples = checked(Samples(samples, times, rows))
         if len(self._queue) >= QUEUE:
             with suppress(IndexError):  # it was taken meanwhile
                 self._dropped += len(self._queue.popleft().time)
@@ -353,7 +359,7 @@ def _settings(
             "gravity": gravity,
             "wrench": sign,
             "bias": bias,
-            "tool": load_tool(tool) if isinstance(tool, str | Path) else tool,
+            "tool": None if tool is None else load_tool(tool),
         },
         asked,
     )

@@ -12,7 +12,7 @@ from typing import NamedTuple, Protocol, runtime_checkable
 
 import numpy as np
 
-from hefting.core.errors import HeftingError
+from hefting.core.errors import HeftingError, InputError, nearest
 from hefting.core.magnitudes import LARGEST, LARGEST_TIME
 from hefting.core.messages import Message
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, Stream
@@ -41,6 +41,22 @@ class Samples(NamedTuple):
     """(n,) [s] Stamps of the source's clock."""
     values: Array
     """(n, d)"""
+
+
+def checked(samples: Samples) -> Samples:
+    """`samples`; `InputError` for a stream that there is not, naming those there are,
+    and for values of another shape."""
+    name, time, values = samples
+    if name not in COLUMNS:
+        streams = ", ".join(COLUMNS)
+        what = f"there is no stream '{name[:40]}'{nearest(name, COLUMNS)}"
+        raise InputError(what, "live", f"use {streams}")
+    width = values.shape[-1] if name in JOINT_STREAMS else len(COLUMNS[name])
+    if values.shape != (len(time), width):
+        shape = f"({len(time)}, {'n' if name in JOINT_STREAMS else width})"
+        what = f"{name} has shape {values.shape}, not {shape} for {len(time)} times"
+        raise InputError(what, "live")
+    return samples
 
 
 class SourceLostError(HeftingError):

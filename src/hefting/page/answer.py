@@ -33,7 +33,7 @@ WORDS = {
 }
 """Style of each verdict, its words, and what to do."""
 MEANING = (
-    "Each bar is a 95 % interval, the dark line in it the value; ± reaches to its farther end. "
+    "Each bar is a 95 % interval, the line across it the value; ± reaches to its farther end. "
     "In sensor axes."
 )
 Say = Callable[[str], str]

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.estimate import Estimate
+from hefting.core.estimate import Answered, Estimate, estimate_given
 from hefting.core.estimate_json import numbers_in, subtracted_tool
 from hefting.core.gravity import ON_EARTH, Gravity
 from hefting.core.magnitudes import LARGEST_GRAVITY
@@ -37,7 +37,7 @@ degree."""
 
 
 def predict(
-    estimate: Estimate | str | Path,
+    estimate: Estimate | Answered | str | Path,
     trajectory: Recording | str | Path,
     *,
     gravity: Gravity | ArrayLike = ON_EARTH,
@@ -51,8 +51,8 @@ def predict(
 
     Parameters
     ----------
-    estimate : or the file of one, with the parameters in the axes of the sensor that is
-        to move.
+    estimate : or what `hefting.identify` returns, or the file of one, with the
+        parameters in the axes of the sensor that is to move.
     trajectory : poses of the sensor, planned or recorded, or the path of a log, or a
         table in memory (`hefting.as_recording`). Without
         time: static poses. A wrench is not needed; where there is one,
@@ -79,8 +79,7 @@ def predict(
     >>> prediction.agreement is not None
     True
     """
-    if not isinstance(estimate, Estimate):
-        estimate = Estimate.load(estimate)
+    estimate = estimate_given(estimate)
     trajectory = as_recording(trajectory, wrench_needed=False)
     if start or duration is not None:
         trajectory = trajectory.slice(start, duration)

@@ -10,10 +10,11 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze
+from hefting.core.summary import warning_lines
 from hefting.core.verdict import Verdict, verdict_of
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import residuals
@@ -25,6 +26,9 @@ FEWEST = 12
 SEVERAL = 3.0
 """What varies of a difference over what noise, and what is known of the estimate, make
 of it, from which on it is not the object of the estimate."""
+LARGELY = 0.1
+"""Share of the wrench's changes that such a difference leaves unpredicted from which on the
+prediction is not to be used: 8 % more mass, or a COM that is 1 cm elsewhere."""
 MOSTLY = 0.5
 """Share of the squared difference that varies below which its constant part is worth a
 word."""
@@ -76,8 +80,8 @@ def agreement(
     warnings: list[Message] = []
     if not sign.certain:
         what = (
-            "the sign of the measured wrench is uncertain "
-            f"({abs(sign.t):.1f} standard deviations); assumed {sign.name}"
+            f"the sign of the measured wrench is uncertain ({sign.doubt}); assumed "
+            f"{sign.name}"
         )
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
@@ -100,14 +104,18 @@ def agreement(
         inside = np.abs(difference - mean) <= wide
         within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
         expected = _rms(wide) / Z95
-        if (varying > SEVERAL * expected).any():
+        beyond = varying > SEVERAL * expected
+        if beyond.any():
             (force, torque), (usual, turning) = varying, expected
             what = (
                 f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
                 f"expected to by {usual:.2g} N and {turning:.2g} N m: is it another "
                 "object, or another grasp?"
             )
-            warnings.append(warning("another-object", what))
+            changes = _rms(z.wrench - z.wrench.mean(axis=0))
+            most = (beyond & (varying > LARGELY * changes)).any()
+            say = error if most else warning
+            warnings.append(say("another-object", what))
     if own is not None and ((rms > 2.0 * own) & constant).any():
         mean = [f"{x:.3g}" for x in difference.mean(axis=0)]
         what = (
@@ -156,7 +164,7 @@ class Peak:
         return {"value": self.value, "time": self.time, "low": ends[0], "high": ends[1]}
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Prediction:
     """Wrench along a motion, exerted by the sensor on the object, in sensor axes about
     the sensor's origin.
@@ -202,6 +210,22 @@ class Prediction:
 
     def __post_init__(self):
         freeze(self, "time", "wrench", "std", "gravity", "motion_std")
+
+    def __repr__(self) -> str:
+        """The verdict, its reasons, the largest force and torque, and the arrays."""
+        largest = (
+            f"  largest {name}  {peak.value:.4g}"
+            f"{'' if not peak.reach else f' ± {peak.reach:.2g}'} {unit}"
+            for (name, peak), unit in zip(self.peaks.items(), ("N", "N m"), strict=True)
+        )
+        return "\n".join(
+            (
+                f"Prediction by {self.method}, verdict: {self.verdict}",
+                *largest,
+                f"  at hand         {len(self)} instants in .time, .wrench, .low, .high",
+                *warning_lines(self.warnings),
+            )
+        )
 
     def __len__(self) -> int:
         return len(self.time)

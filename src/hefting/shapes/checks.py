@@ -156,7 +156,12 @@ def suspicions(
         what = f"the shape is {longest:.3g} m long: is its file in millimetres? pass `unit`='mm'"
         found.append(warning("shape-long", what, "unit"))
     if longest < 1e-3:
-        what = f"the shape is only {longest * 1e3:.3g} mm long: is `unit`='{unit or 'm'}' too small?"
+        size = f"{longest * 1e3:.3g} mm"
+        what = f"the shape is only {size} long: is that its size?"
+        if unit not in (None, "m"):
+            what = (
+                f"the shape is only {size} long: is its file in metres? pass `unit`='m'"
+            )
         found.append(warning("shape-small", what, "unit"))
     origin = inverse_pose(pose)[:3, 3]
     distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))

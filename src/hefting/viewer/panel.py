@@ -9,6 +9,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
+from hefting.core.summary import samples_told
 from hefting.viewer.drawing import (
     ARROWS,
     AXES,
@@ -69,12 +70,9 @@ def answer_html(
     more = len(verdict.reasons) - MOST_REASONS
     lines += [small(f"and {more} more")] if more > 0 else []
     lines += [line(number) for number in headline.numbers]
-    kind = "poses" if static else "samples"
-    lines.append(
-        small(
-            f"± 95 %. {answer.estimate.method}, {used}, {answer.estimate.samples} {kind}"
-        )
-    )
+    count = answer.estimate.samples
+    kind = f"{count} poses" if static else samples_told(count)
+    lines.append(small(f"± 95 %. {answer.estimate.method}, {used}, {kind}"))
     missing = {body.missing for body in answer.scene.bodies if body.missing}
     lines += [small(f"no ellipsoid: {why}") for why in sorted(missing)]
     return block("".join(lines))

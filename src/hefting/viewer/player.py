@@ -31,7 +31,10 @@ background:rgba(255,255,255,0.88);color:#222;box-shadow:0 1px 4px rgba(0,0,0,0.2
 #hefting summary{padding:0.4em 0.8em;cursor:pointer;font-weight:700}
 @media (prefers-color-scheme:dark){#hefting{background:rgba(30,32,36,0.9);color:#ddd}}
 @media (max-width:600px){#hefting{font-size:11px;max-height:34vh}}
+.mantine-Select-wrapper{width:4.5em!important}
 </style>"""
+FOLDED = "<script>if(innerWidth<=600)hefting.open=false</script>"
+"""On a phone the box would hide the object: a touch opens it."""
 SCHEME = (
     "window.__VISER_EMBED_CONFIG__="
     "{darkMode:matchMedia('(prefers-color-scheme: dark)').matches};"
@@ -84,7 +87,7 @@ def dressed(page: str, title: str, inside: str) -> str:
     page = page.replace("window.__VISER_EMBED_CONFIG__={darkMode:false};", SCHEME, 1)
     head, body = page.rsplit("</head>", 1)
     before, after = body.rsplit("</body>", 1)
-    return f"{head}{STYLE}</head>{before}{box}</body>{after}"
+    return f"{head}{STYLE}</head>{before}{box}{FOLDED}</body>{after}"
 
 
 def plan_player(plan: Plan) -> str:

@@ -23,6 +23,7 @@ def batch_report(
 ) -> Iterable[Line]:
     """Counts, what failed and why, what is worth a look, and where the table is."""
     from hefting.batches.batch import headline
+    from hefting.batches.recordings import LEFT_OUT_TEXTS
 
     summary = found.summary
     yield Line(headline(found), "bold")
@@ -41,6 +42,8 @@ def batch_report(
     if found.unused:
         columns = ", ".join(found.unused)
         yield Line(f"columns of the manifest that are no options: {columns}")
+    if found.texts:
+        yield Line(LEFT_OUT_TEXTS.format(found.texts), "yellow")
     yield Line(f"wrote {found.folder}")
     if page is not None:
         yield Line(f"wrote {page}")

@@ -18,6 +18,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.core.summary import samples_told
 from hefting.estimators import options
 
 if TYPE_CHECKING:
@@ -75,9 +76,21 @@ def estimate_report(
     lines += _table(*_numbers(estimate, truth), (0, 3))
     if errors is not None:
         lines.append(Line(_describe_errors(errors, verbose)))
+    elif truth is not None:
+        mass, com = plain_errors(estimate.parameters, truth)
+        lines.append(Line(f"errors: mass {mass:.2g} %, COM {1e3 * com:.2g} mm"))
     if verbose:
         return lines + [Line(line) for line in facts(estimate)]
     return [*lines, *map(Line, summary(estimate)), Line(MORE)]
+
+
+def plain_errors(
+    found: InertialParameters, truth: InertialParameters
+) -> tuple[float, float]:
+    """Error of the mass [%] and distance of the COM [m], where the object's size, in
+    which others are told, is not known."""
+    apart = np.linalg.norm(found.center_of_mass - truth.center_of_mass)
+    return 100.0 * abs(found.mass / truth.mass - 1.0), float(apart)
 
 
 def _numbers(
@@ -195,7 +208,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     """What was read, found and assumed, one sentence each."""
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
-    what = f"{estimate.samples} samples{when}"
+    what = f"{samples_told(estimate.samples)}{when}"
     if "motion" in made:
         what += f"; motion from {made['motion']}"
     yield what
@@ -272,7 +285,7 @@ def summary(estimate: Estimate) -> Iterable[str]:
     """Where the answer comes from, in a line or two."""
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
-    text = f"from {estimate.samples} samples{when}"
+    text = f"from {samples_told(estimate.samples)}{when}"
     if recordings := made.get("recordings"):
         text += (
             f" in {len(recordings)} recordings, taken to be of one object, grasp and "

@@ -14,6 +14,7 @@ from hefting.cli.report.estimate import MORE
 from hefting.cli.report.printing import doubt_lines, plain_table
 from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.ingest.conditioned import SIGNIFICANT
+from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING
 
 if TYPE_CHECKING:
     from hefting.ingest import Conditioned, Drift
@@ -140,7 +141,12 @@ def _wrench(found: "Inspection", verbose: bool) -> Iterable["str | Table"]:
     if f is not None:
         yield _bias(f, verbose)
     if c is not None:
-        yield _drift(c.bias, verbose)
+        short = not found.static and found.duration < SHORTEST_DRIFTING_RECORDING
+        yield (
+            "drift: not looked for in recordings shorter than 8 s"
+            if short
+            else _drift(c.bias, verbose)
+        )
         yield _outliers(c)
     else:
         why = found.missing["conditioning"]

@@ -10,7 +10,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.digits import with_reach
-from hefting.cli.report.estimate import MORE, assumptions
+from hefting.cli.report.estimate import MORE, assumptions, plain_errors
 from hefting.cli.report.printing import doubt_lines, plain_table
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
@@ -20,6 +20,7 @@ from hefting.ingest.plausibility import UNEXPLAINED_RESIDUAL_RATIO
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
+    from hefting.core.inertia import InertialParameters
     from hefting.core.metrics import Errors
     from hefting.identification.compare import Comparison
 
@@ -61,6 +62,7 @@ def comparison_report(
     comparison: "Comparison",
     errors: "dict[str, Errors] | None" = None,
     verbose: bool = False,
+    truth: "InertialParameters | None" = None,
 ) -> Group:
     """Methods as rows: mass, COM and inertia, each with how far it may be off; and
     which one to trust. With `verbose` also residual, consistency, time, variants of
@@ -79,6 +81,12 @@ def comparison_report(
         lines.append(Text("! no body has these numbers"))
     if errors:
         lines.append(_errors_table({name: errors[name] for name in names}))
+    elif truth is not None:
+        table = plain_table("error", "mass, %", "COM, mm")
+        for name in names:
+            mass, com = plain_errors(comparison.results[name].parameters, truth)
+            table.add_row(name, _percent(mass), _percent(1e3 * com))
+        lines.append(table)
     if not verbose:
         return Group(*lines, Text(MORE))
     lines.append(_checks(comparison, names))

@@ -78,7 +78,10 @@ def print_results(
         from hefting.cli.report.methods import comparison_report
         from hefting.cli.report.printing import print_report
 
-        print_report(comparison_report(comparison, results.errors, verbose), render)
+        print_report(
+            comparison_report(comparison, results.errors, verbose, results.truth),
+            render,
+        )
     else:
         from hefting.cli.report.estimate import estimate_report, print_lines
 

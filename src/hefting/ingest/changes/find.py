@@ -49,7 +49,7 @@ POORLY_EXPLAINED_VARIANCE = 30.0
 """The same above which no change is told: then something else is wrong, too."""
 SHORTEST_TOUCH = 0.7
 """[s] Shorter contacts are left to the robust fit."""
-LONGEST_PUSH = 4.0
+LONGEST_PUSH = 3.0
 """[s] A body between two stretches of another that is there for longer was held. Hands
 that push the object do not stay as steady as a weight."""
 SHORTEST_STRETCH = 1.5
