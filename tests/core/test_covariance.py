@@ -65,3 +65,15 @@ def test_what_is_none_is_refused(places, value, what):
         C[place] = value
     with pytest.raises(InputError, match=what):
         Covariance.of(C)
+
+
+def test_what_goes_with_an_open_parameter_is_left_out():
+    """Not only its own variance, which is infinite."""
+    C = covariance()
+    closed = np.delete(np.delete(C, 3, axis=0), 3, axis=1)
+    C[3, 3] = np.inf
+    root = Covariance.of(C).root
+    np.testing.assert_allclose(root[3], 0.0, atol=1e-14)
+    kept = np.delete(root, 3, axis=0)
+    scale = np.outer(np.delete(SIZES, 3), np.delete(SIZES, 3))
+    np.testing.assert_allclose(kept @ kept.T / scale, closed / scale, atol=1e-13)

@@ -69,3 +69,14 @@ def test_xml_is_read_to_its_depth_and_no_deeper():
         InputError, match="deep: has elements nested deeper than 10,000"
     ):
         parse(10_001)
+
+
+def test_what_is_written_has_the_permissions_of_new_files(tmp_path):
+    """And not those of a temporary one, which nobody else may read."""
+    before = os.umask(0o027)
+    try:
+        files.write_atomically(tmp_path / "a.json", "{}")
+    finally:
+        os.umask(before)
+    if os.name == "posix":
+        assert (tmp_path / "a.json").stat().st_mode & 0o777 == 0o640

@@ -367,3 +367,11 @@ def test_wrong_shapes_are_refused():
             InertialParameters(vector)
     with pytest.raises(InputError, match="proper rotation"):
         InertialParameters(np.arange(10.0)).moved(np.diag((1.0, 1.0, -1.0, 1.0)))
+
+
+def test_a_body_with_an_unknown_number_has_no_margins():
+    vector = random_body(np.random.default_rng(3)).vector.copy()
+    vector[7] = np.nan
+    margins = InertialParameters(vector).consistency().margins
+    assert margins
+    assert all(np.isnan(value) for value in margins.values())

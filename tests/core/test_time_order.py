@@ -53,3 +53,10 @@ def test_rows_out_of_order_are_sorted():
     shuffled = np.random.default_rng(0).permutation(TIME)
     for time in (swapped, TIME[::-1], shuffled):
         assert error_of(time).fix == "sort the rows by time"
+
+
+@pytest.mark.parametrize(("behind", "fix"), [(10, "cut the log"), (9, "sort the rows")])
+def test_a_clock_that_was_set_back_by_a_few_samples_is_rows_out_of_order(behind, fix):
+    time = TIME.copy()
+    time[300:] -= time[300] - time[299 - behind] - 0.005
+    assert fix in error_of(time).fix

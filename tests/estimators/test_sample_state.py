@@ -20,7 +20,7 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import full_model_weight
-from hefting.estimators import GEO, HPS, OLS, PMD, Estimator
+from hefting.estimators import GEO, HPS, OLS, PMD, Bayes, Estimator
 from hefting.estimators.quadratic import stacked_factor
 from hefting.estimators.sample_state import (
     MODELS,
@@ -299,3 +299,10 @@ def test_a_state_is_empty_until_it_has_seen_a_sample(z):
         assert start.merge(seen).samples == seen.merge(start).samples == chosen
         with pytest.raises(InputError, match="a wrench bias of its own"):
             seen.merge(seen)
+
+
+def test_a_systematic_errors_covariance_is_positive(shape):
+    C = np.eye(10)
+    C[0, 1] = C[1, 0] = 1.1  # a correlation above one
+    with pytest.raises(InputError, match="positive semidefinite"):
+        Bayes(shape, systematic=C)

@@ -497,3 +497,12 @@ def test_a_body_reaches_as_far_as_it_explains_the_wrench():
     assert made._grown(1, 28) == (28, 60)
     explains[0] = range(0, 60)
     assert made._grown(0, 0) == (0, 30)
+
+
+def test_stretches_in_json_have_a_centre_of_mass_or_none():
+    com = np.array((0.0, 0.01, 0.02))
+    held = Stretch(0.0, 4.0, 1.0, com, "put-down", bare=False)
+    bare = Stretch(4.2, 9.0, 0.0, None, None, bare=True)
+    first, second = Changes((held, bare), (), 9.0).to_dicts()
+    assert first["center_of_mass"] == [0.0, 0.01, 0.02]
+    assert second["center_of_mass"] is None

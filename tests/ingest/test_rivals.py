@@ -14,6 +14,7 @@ from benchmarks.mistaken_wrenches import (
     compensated,
     gains,
     turned,
+    units,
     vibrating,
     yielding,
 )
@@ -199,6 +200,24 @@ def test_of_a_soft_grip_the_mean_place_is_known():
     )
 
 
+@pytest.mark.parametrize("torque", [0.0980665, 1.3558179])
+def test_units_of_torque_are_told_apart(torque):
+    """kgf cm and lbf ft."""
+    given = units(1.0, 1.0 / torque)(correct(2), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == "force-unit"
+    assert {0.0980665: "kgf cm", 1.3558179: "lbf ft"}[torque] in doubt.message
+
+
+@pytest.mark.parametrize("ratio", [2.5, 4.0])
+def test_rates_that_are_mistaken_are_told(ratio):
+    given = time_scaled(1.0 / ratio)(correct(1), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == "time-unit"
+
+
 @pytest.mark.parametrize("hertz", [5.0, 12.0])
 def test_a_vibration_is_told_with_its_frequency(hertz):
     """And not that nothing explains the wrench, which made the answer unusable; its force
@@ -210,6 +229,7 @@ def test_a_vibration_is_told_with_its_frequency(hertz):
     assert doubt is not None
     assert doubt.message.code == "vibration"
     assert not doubt.is_fatal
+    assert not doubt.names_mistake
     found = Vibration.of(case)
     assert found is not None
     assert found.frequency == pytest.approx(hertz, abs=0.1)
