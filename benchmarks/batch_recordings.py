@@ -89,12 +89,11 @@ BREAKS: tuple[Callable[[Path, list[str]], None], ...] = (
 
 
 def _with_cell(path: Path, lines: list[str], column: str, text: str) -> None:
-    """The file with another text in the middle of a column."""
+    """The file with another text in place of a number in the middle of a column."""
     at = lines[0].strip().split(",").index(column)
-    row = lines[len(lines) // 2].strip().split(",")
-    row[at] = text
-    changed = [*lines[: len(lines) // 2], ",".join(row) + "\n"]
-    path.write_text("".join([*changed, *lines[len(lines) // 2 + 1 :]]))
+    rows = [line.rstrip("\n").split(",") for line in lines]
+    next(row for row in rows[len(rows) // 2 :] if row[at])[at] = text
+    path.write_text("".join(",".join(row) + "\n" for row in rows))
 
 
 def write_recording(task: tuple[str, int, int | None]) -> str:
