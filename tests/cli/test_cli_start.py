@@ -137,7 +137,7 @@ def test_arguments_become_options(text, rendered):
 
 
 def test_the_options_exist():
-    known = set().union(*map(options_of, ("identify", "export", "plan")))
+    known = set().union(*map(options_of, ("identify", "export", "plan", "batch")))
     assert set(OPTIONS.values()) <= known
 
 

@@ -95,12 +95,13 @@ def test_a_shape_holds_no_more_than_osmium(denser):
         ).estimate.parameters.mass == pytest.approx(mass, rel=1e-3)
 
 
-@pytest.mark.parametrize("tool", [None, "gripper"])
+@pytest.mark.parametrize("tool", [None, 0.8])
 def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
     tool, monkeypatch
 ):
     """In its standard deviations: half of one may be an object of a few grams."""
     monkeypatch.setattr(plausibility, "check_wrench", lambda *_: None)
+    gripper = tool and SimpleNamespace(parameters=SimpleNamespace(mass=tool))
 
     def refused(mass_t: float) -> bool:
         fit = SimpleNamespace(
@@ -110,7 +111,7 @@ def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
             covariance=np.eye(10),
         )
         found = SimpleNamespace(
-            fit=fit, given_bias=None, bias="none", tool=tool, log="a.csv"
+            fit=fit, given_bias=None, bias="none", tool=gripper, log="a.csv"
         )
         try:
             plausibility._require_mass(cast(Any, found), None)

@@ -1,6 +1,7 @@
 """Logs that cannot be read: one clear line for each way a file can be wrong."""
 
 import os
+import time
 
 import pyarrow as pa
 import pytest
@@ -8,6 +9,7 @@ from pyarrow import parquet
 
 from hefting.core.errors import InputError
 from hefting.logs import read_log, write_log
+from hefting.logs.csv_header import NUMBER
 from log_files import (
     HEADER,
     ROWS,
@@ -334,3 +336,21 @@ def test_bad_parquet(tmp_path):
     twice = pa.Table.from_arrays([pa.array([0.0])] * len(columns), names=columns)
     parquet.write_table(twice, tmp_path / "log.parquet")
     fails(tmp_path / "log.parquet", "column 'time' is there 2 times")
+
+
+def test_a_cell_of_many_digits_takes_a_time_that_grows_with_its_length():
+    """Ten times the digits took a hundred times as long: 60,000 more than 20 s."""
+
+    def took(text: str) -> float:
+        times = []
+        for _ in range(5):
+            began = time.perf_counter()
+            assert NUMBER.fullmatch(text) is None
+            times.append(time.perf_counter() - began)
+        return min(times)
+
+    for digit in ("1", " "):
+        # 10 times as long, with a margin for clocks and caches
+        assert took(200_000 * digit + "x") < 40.0 * took(20_000 * digit + "x")
+    for text in ("1", "-1.", ".5", "1.5e-3", " nan ", "", "+inf"):
+        assert NUMBER.fullmatch(text)

@@ -12,7 +12,7 @@ import pytest
 
 from hefting.core.errors import InputError
 from hefting.logs import read_log
-from hefting.logs.given import as_recording
+from hefting.logs.given import MemoryTable, as_recording
 
 HEADER = ("time", "px", "py", "pz", "qx", "qy", "qz", "qw")
 HEADER += ("fx", "fy", "fz", "tx", "ty", "tz")
@@ -209,3 +209,11 @@ def test_no_data_frame_library_is_imported():
         [sys.executable, "-c", code], check=True, capture_output=True, text=True
     )
     assert not {"pandas", "polars", "pyarrow"} & set(done.stdout.split())
+
+
+def test_a_column_of_times_goes_before_an_index_without_a_name():
+    frame = pd.DataFrame({"timestamp [s]": [0.0, 0.1], "fx": [1.0, 2.0]})
+    for index in (np.array([0.0, 7.0]), pd.to_datetime([0, 10**9])):
+        table = MemoryTable.of(frame.set_index(pd.Index(index)))
+        assert table is not None
+        assert table.names == ("timestamp [s]", "fx")

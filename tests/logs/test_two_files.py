@@ -8,6 +8,9 @@ from scipy.spatial.transform import Rotation
 from hefting.core.errors import InputError
 from hefting.core.messages import codes
 from hefting.logs import read_log
+from hefting.logs.column_map import column_map_of
+from hefting.logs.mapped import has_columns
+from hefting.logs.registry import find_format
 
 RNG = np.random.default_rng(7)
 TIME = 0.001 * np.arange(200)
@@ -164,3 +167,10 @@ def test_joint_torques_alone_in_a_table(tmp_path):
     assert got["joint_positions"].values.tolist() == values.tolist()
     with pytest.raises(InputError, match="there is no wrench"):
         read_log(torques, poses=joints)
+
+
+def test_a_map_with_signs_is_of_the_file_that_has_its_columns(tmp_path):
+    chosen = column_map_of({"joint_torques": ["-m1", "m2"]}, "map", is_part=True)
+    (tmp_path / "a.csv").write_text("time,m1,m2\n0,1,2\n0.1,1,2\n")
+    table = find_format(tmp_path / "a.csv").open_table(tmp_path / "a.csv", None)
+    assert has_columns(table, chosen)

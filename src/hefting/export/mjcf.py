@@ -51,7 +51,7 @@ def file_warnings(model: str) -> list[Message]:
     if re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model):
         what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
         warnings.append(warning("inertials-ignored", what))
-    if re.search(r"""\bsettotalmass\s*=\s*["']\s*[^-\s]""", model):
+    if re.search(r"""\bsettotalmass\s*=\s*["']\s*[0.]*[1-9]""", model):
         what = (
             "the model says settotalmass, by which MuJoCo scales every mass and inertia"
         )

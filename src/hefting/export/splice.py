@@ -156,4 +156,5 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
 def _has_mass(attributes: dict[str, str]) -> bool:
     """Whether an element says of itself nothing that makes its mass zero."""
     given = (attributes.get(name, "1").strip() for name in ("mass", "density"))
-    return not any(text and not text.strip("0.") for text in given)
+    numbers = (text.lower().partition("e")[0] for text in given)
+    return not any(text and not text.strip("+-0.") for text in numbers)

@@ -13,7 +13,7 @@ from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import NOTICED_UNEXPLAINED, Doubt
 from hefting.ingest.rivals.judge import judge
 
-SHORTEST_JUDGED = 2.0
+SHORTEST_JUDGED = 1.9
 """[s] In shorter recordings a linear drift explains nearly anything."""
 
 

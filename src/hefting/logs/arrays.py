@@ -9,7 +9,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.recording import COLUMNS, Recording, Stream, column_names
 from hefting.core.spatial import Array, Mask
-from hefting.logs.gaps import without_repeats
+from hefting.logs.gaps import FEW, without_repeats
 from hefting.logs.orientations import no_rotations, quaternions
 from hefting.logs.table import in_seconds, warn_about_static
 
@@ -131,9 +131,19 @@ def _filled(arrays: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Mask]]
         if hasattr(arrays[name], "as_quat"):
             continue
         values = numbers(arrays[name], name)
-        nan = np.isnan(values).any(axis=tuple(range(1, values.ndim)))
-        if values.ndim < 2 or not nan.any() or nan.all():
+        if values.ndim < 2:
             continue
+        lacks: Mask = np.isnan(values).reshape(len(values), -1)
+        nan = lacks.any(axis=1)
+        if not nan.any() or nan.all():
+            continue
+        gaps = int((nan & ~lacks.all(axis=1)).sum())
+        if gaps > FEW * len(values):
+            what = (
+                f"{gaps} of {len(values)} samples of {name} lack some of their numbers"
+            )
+            fix = "give NaN throughout where nothing was measured"
+            raise InputError(what, SOURCE, fix)
         filled[name] = np.array(values)
         filled[name][nan] = values[np.argmin(nan)]
         for stream in ("position", "orientation") if name == "pose" else (name,):

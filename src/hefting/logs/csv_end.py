@@ -2,6 +2,7 @@
 power was cut, or wrote a summary."""
 
 import csv
+import re
 from pathlib import Path
 from typing import BinaryIO
 
@@ -14,6 +15,9 @@ MOST_BYTES = 65_536
 
 MOST_LINES = 20
 """Most lines that may follow the last whole row."""
+
+CUT = re.compile(r"\s*[+-]|\s*[+-]?[\d.]++e[+-]?", re.IGNORECASE)
+"""A number that was cut before its digits or those of its exponent."""
 
 MOST_NUL = 2**26
 """Longest tail of NUL, as a file system leaves where the power was cut [bytes]."""
@@ -49,7 +53,7 @@ def find_end(
                 return found if whole else (None, ())
             if whole:
                 found = _said(end, rest, is_cut)
-            elif len(rest) > MOST_LINES or '"' in text:
+            elif len(rest) > MOST_LINES or (text.count('"') % 2 and text[-1] in "\r\n"):
                 break
             else:
                 rest.append(text)
@@ -82,7 +86,7 @@ def _said(
 
 def _is_whole(line: str, first: list[str], header: Header) -> bool:
     """Whether a line is a row as the `first` one; one that is longer, or has a cell
-    wrong among numbers, is a row with a mistake."""
+    wrong among numbers, is a row with a mistake, unless it was cut in that cell."""
     try:
         cells = split_cells(line.rstrip("\r\n"), header.separator)
     except csv.Error:
@@ -93,7 +97,9 @@ def _is_whole(line: str, first: list[str], header: Header) -> bool:
         _is_number(cell, header) or not _is_number(before, header)
         for cell, before in zip(cells, first, strict=False)
     )
-    return as_before or is_numbers(cells, header.separator)
+    last = cells[-1].replace(header.decimal, ".")
+    is_cut = not line.endswith(("\n", "\r")) and CUT.fullmatch(last)
+    return as_before or (not is_cut and is_numbers(cells, header.separator))
 
 
 def _is_number(cell: str, header: Header) -> bool:

@@ -26,11 +26,11 @@ COMMENT = re.compile(r"^\s*(#|%|//)\s*")
 """The mark of a comment, before column names too (``# time,fx``, ``%time,field.x``)."""
 
 NUMBER = re.compile(
-    r"\s*([+-]?(\d+\.?\d*|\.\d+)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
+    r"\s*+([+-]?(\d++(\.\d*+)?|\.\d++)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
     re.IGNORECASE,
 )
 """A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
-around it."""
+around it; in a time that grows with its length."""
 
 
 NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")

@@ -19,8 +19,8 @@ recording, and no mistake in how it was written."""
 class Gaps:
     """Those of one group of columns, block by block."""
 
-    def __init__(self, source: str, names: Sequence[str]):
-        self._source, self._names = source, names
+    def __init__(self, source: str, names: Sequence[str], most: float = FEW):
+        self._source, self._names, self._most = source, names, most
         self._count, self._row, self._column, self._is_nan = 0, 0, 0, False
 
     def find(
@@ -56,7 +56,7 @@ class Gaps:
             return ()
         names = self._names
         those = " ".join(names) if len(names) < 8 else f"{names[0]}..{names[-1]}"
-        if self._count <= FEW * (self._count + samples):
+        if self._count <= self._most * (self._count + samples):
             what = (
                 f"left out {self._count} of {self._count + samples} rows (the first: row "
                 f"{self._row}) in which {those} do not all hold a number"

@@ -16,6 +16,7 @@ from hefting.core.recording import COLUMNS, Recording
 from hefting.core.spatial import Array
 from hefting.logs import read_log
 from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
+from hefting.logs.map_guess import names_time
 from hefting.logs.recognised import reader_of
 from hefting.logs.table import Block, summarize_list
 
@@ -188,6 +189,9 @@ class MemoryTable:
         columns = _by_text(frame, dict.fromkeys(names))
         index = getattr(frame, "index", None)
         name = _index_name(index)
+        unnamed = getattr(index, "name", None) is None
+        if unnamed and any(map(names_time, columns)):
+            name = ""  # the rows have their own time
         if name and name not in columns:
             columns, names = {name: index} | columns, [name, *names]
         return cls(type(frame).__name__, tuple(map(str, names)), columns)

@@ -122,12 +122,18 @@ def _guesses(sample: Sample) -> list[Guess]:
     return found
 
 
+def names_time(text: str) -> bool:
+    """Whether a name is one of the time, its unit aside."""
+    words = re.findall(r"[a-z0-9]+", text.lower())
+    bare = [word for word in words if word not in UNITS["time"]]
+    return bool(words) and (not bare or bare[-1] in TIMES[1:] or bare == ["t"])
+
+
 def _time(sample: Sample, groups: Groups) -> Guess | None:
     for column in range(len(sample.names)):
-        words = re.findall(r"[a-z0-9]+", sample.words(column).lower())
-        bare = [word for word in words if word not in UNITS["time"]]
-        named = words and (not bare or bare[-1] in TIMES[1:] or bare == ["t"])
-        if not named or not np.isfinite(sample.values[:, column]).any():
+        text = sample.words(column).lower()
+        words = re.findall(r"[a-z0-9]+", text)
+        if not names_time(text) or not np.isfinite(sample.values[:, column]).any():
             continue
         if (more := _nanoseconds(sample, words[:-1])) is not None:
             how = f"nanoseconds = {sample.toml_name(more)}"

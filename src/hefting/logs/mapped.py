@@ -176,7 +176,8 @@ def _find_columns(
 
 def has_columns(table: Table, column_map: ColumnMap) -> bool:
     """Whether a table has all the columns that a map names."""
-    named = [c for each in column_map.quantities.values() for c in each.columns]
+    wanted = [_with_signs(each, table) for each in column_map.quantities.values()]
+    named = [c for each in wanted for c in each.columns]
     named += column_map.time.columns if column_map.time else []
     return all(_is_there(table, column) for column in named)
 

@@ -13,7 +13,7 @@ from hefting.core.magnitudes import LARGEST_CELL, too_large
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream, all_finite
 from hefting.core.spatial import Array, Mask, median, own, rotation_matrices
-from hefting.logs.gaps import Gaps, without_invalid_poses, without_repeats
+from hefting.logs.gaps import FEW, Gaps, without_invalid_poses, without_repeats
 from hefting.logs.growing import Growing, Samples
 
 if TYPE_CHECKING:
@@ -106,8 +106,9 @@ def collect(
         | {column for column in (time, nanoseconds) if column is not None}
     )
     samples = {name: Samples(len(columns)) for name, columns in groups.items()}
+    few = getattr(table, "few", FEW)
     gaps = {
-        name: Gaps(table.source, [label(table, column) for column in columns])
+        name: Gaps(table.source, [label(table, column) for column in columns], few)
         for name, columns in groups.items()
     }
     times, rows, count = Growing(), Growing(dtype=np.int32), 0
@@ -363,6 +364,8 @@ def _read_group(
             row = (block.rows if blank is None else block.rows[~blank])[k]
             where = f"{table.source}, row {row}, column {label(table, those[j])}"
             fix = "leave the cell blank where nothing was measured"
+            if those == [time or 0]:
+                fix = "give the row its time, or leave it out"
             raise InputError(f"the value is {matrix[k, j]}", where, fix)
     return values, blank
 

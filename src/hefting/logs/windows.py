@@ -154,6 +154,9 @@ class _Part:
 
     table: Table
     held: Sequence[Block]
+    few: float = 1.0
+    """Share of its samples that may lack something: of the whole table they may be
+    few."""
 
     @property
     def source(self) -> str:

@@ -51,7 +51,9 @@ def checked(samples: Samples) -> Samples:
         streams = ", ".join(COLUMNS)
         what = f"there is no stream '{name[:40]}'{nearest(name, COLUMNS)}"
         raise InputError(what, "live", f"use {streams}")
-    width = values.shape[-1] if name in JOINT_STREAMS else len(COLUMNS[name])
+    width = len(COLUMNS[name])
+    if name in JOINT_STREAMS:
+        width = max(values.shape[-1], 1) if values.ndim == 2 else 1
     if values.shape != (len(time), width):
         shape = f"({len(time)}, {'n' if name in JOINT_STREAMS else width})"
         what = f"{name} has shape {values.shape}, not {shape} for {len(time)} times"
