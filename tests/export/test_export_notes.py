@@ -13,7 +13,7 @@ from test_export_controllers import READERS, WITHOUT_COMMENTS
 from hefting.cli import render
 from hefting.core.messages import note, warning
 from hefting.export import export
-from hefting.export.notes import LONGEST, MOST, notes_of, plain, with_comment
+from hefting.export.known import LONGEST, MOST, notes_of, plain, with_comment
 
 MARKS = {"kuka": ";", "abb": "!", "fanuc": "!", "franka": "//", "doosan": "//"}
 HOSTILE = (

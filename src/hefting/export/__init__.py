@@ -20,8 +20,7 @@ from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Answered, Estimate, estimate_of
 from hefting.core.messages import Message, warning
 from hefting.export.body import Body
-from hefting.export.known import Fill, inertia_messages, known_body
-from hefting.export.notes import with_comment
+from hefting.export.known import Fill, inertia_messages, known_body, with_comment
 from hefting.export.principal import THINNEST
 from hefting.export.splice import put_inertial
 from hefting.export.target import Target

@@ -10,7 +10,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.export.body import Body
-from hefting.export.notes import wrapped
+from hefting.export.known import wrapped
 
 DIGITS = 12
 """Significant digits of a double: more would show the rounding of a change of unit."""

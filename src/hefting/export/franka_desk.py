@@ -9,7 +9,7 @@ import numpy as np
 
 from hefting.core.messages import Message, warning
 from hefting.export.body import Body
-from hefting.export.notes import GOOD
+from hefting.export.known import GOOD
 from hefting.export.target import Target
 
 

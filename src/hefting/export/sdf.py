@@ -5,7 +5,7 @@ pose, here the link's; products of inertia are those of the tensor, -∫ x y dm.
 """
 
 from hefting.export.body import Body, number, numbers, quoted
-from hefting.export.notes import xml_comment
+from hefting.export.known import xml_comment
 from hefting.export.splice import Place
 from hefting.export.target import Target
 

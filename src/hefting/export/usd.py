@@ -7,7 +7,7 @@ attributes are floats.
 """
 
 from hefting.export.body import Body, number, numbers
-from hefting.export.notes import wrapped
+from hefting.export.known import wrapped
 from hefting.export.target import Target
 
 
