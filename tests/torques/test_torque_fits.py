@@ -16,6 +16,7 @@ from benchmarks.torques_simulated import dynamics_of, runs
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.estimators import OLS
+from hefting.identification.torque_checks import of_unit
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.physics import inverse_dynamics
@@ -132,6 +133,19 @@ def test_an_empty_run_of_another_motion_tells_the_arm():
     assert abs(known.mass - 0.8) > abs(found.mass - 0.8)
 
 
+@pytest.mark.parametrize("gain", [0.1, 1.0, 10.0])
+@pytest.mark.parametrize("name", list(TORQUE_ARMS))
+def test_a_unit_is_told_unless_the_arm_was_taken_out(name, gain):
+    """As external torques, which hold the payload and frictions alone."""
+    own = dynamics(name)
+    run = runs(name, own, BODY, 3).loaded[0]
+    scaled = replace(run, torque=gain * run.torque)
+    assert len(list(of_unit(own, [scaled]))) == (gain != 1.0)
+    arm = own.regressor(run.position, run.velocity, run.acceleration) @ own.arm
+    external = replace(run, torque=gain * (run.torque - arm))
+    assert not of_unit(own, [external])
+
+
 def test_bad_robots_are_refused(tmp_path):
     text = TORQUE_ARMS["ur5e"].urdf
     path = tmp_path / "arm.urdf"
@@ -140,6 +154,8 @@ def test_bad_robots_are_refused(tmp_path):
         JointDynamics.from_urdf(path, "base")
     with pytest.raises(InputError, match="no frame is named"):
         JointDynamics.from_urdf(path, "hand")
+    with pytest.raises(InputError, match="not all zero"):
+        JointDynamics.from_urdf(path, "flange", (0.0, 0.0, 0.0))
 
 
 def test_without_pinocchio_the_error_says_what_to_install(tmp_path, monkeypatch):

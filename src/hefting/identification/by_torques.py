@@ -31,6 +31,7 @@ from hefting.identification.torque_checks import (
     of_load,
     of_rivals,
     of_torques,
+    of_unit,
     require_arms_torques,
 )
 from hefting.shapes import Shape
@@ -114,6 +115,7 @@ class ByTorques:
             )
             if isinstance(message, Message)
         ]
+        messages += of_unit(dynamics, (*loaded, *bare))
         messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found))
         return cls(
             dynamics,
@@ -228,7 +230,7 @@ def calibrate_arm(
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
     _check_runs(dynamics, recordings, samples)
-    for doubt in of_rivals(dynamics, samples):
+    for doubt in (*of_unit(dynamics, samples), *of_rivals(dynamics, samples)):
         raise InputError(str(doubt), recordings[0].source)
     return dynamics, EmptyRuns.of(dynamics, samples)
 

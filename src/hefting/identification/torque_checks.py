@@ -20,7 +20,7 @@ from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.noise import TorqueFit
 from hefting.torques.rivals import better_rival
 from hefting.torques.runs import TYPICAL_PAYLOAD, EmptyRuns, LoadedRuns
-from hefting.torques.samples import UR_JOINT, TorqueSamples
+from hefting.torques.samples import LEAST_TURN, UR_JOINT, TorqueSamples
 
 LARGEST_MISFIT = 2.0
 """Slow residual of any joint by empty and loaded runs together over that of each alone,
@@ -35,6 +35,12 @@ LARGEST_EFFORT = 3.0
 LARGEST_TORQUE = 30.0
 """Torques over those that the URDF's arm needs, from which on they are of another unit:
 of simulated and real runs they were 0.9 to 1.8."""
+UNIT = 0.3, 5.0
+"""The same, least and most, of what no payload, offset or Coulomb friction explains:
+of simulated and real runs it was 0.7 to 1.4."""
+ALIKE = 0.75
+"""Correlation of both from which on that ratio tells the unit: of right runs mostly
+above 0.9, of external or compensated torques at most 0.63."""
 OPPOSED = -0.8
 """Correlation of both below which torques or gravity have another sign: of right runs
 it was at least 0.85."""
@@ -45,8 +51,9 @@ CHECKED = 300
 def require_arms_torques(
     samples: TorqueSamples, dynamics: JointDynamics, source: str
 ) -> None:
-    """`InputError` for a run that is too slow, for angles in degrees, and for torques of
-    another unit or sign than the URDF's arm needs."""
+    """`InputError` for a run that is too slow, for angles in degrees, for a moving
+    joint's torque that never changes, and for torques of another unit or sign than the
+    URDF's arm needs."""
     for doubt in angle_doubts(samples.position, dynamics.robot):
         raise InputError(str(doubt), source)
     speed = np.abs(samples.velocity).max()
@@ -57,6 +64,10 @@ def require_arms_torques(
             source,
             "move faster; or is its time in milliseconds?",
         )
+    turned, changed = (np.ptp(x, axis=0) for x in (samples.position, samples.torque))
+    for j in np.flatnonzero((turned > LEAST_TURN) & (changed == 0.0)):
+        what = f"the torque of {dynamics.names[j]} never changes though it moves"
+        raise InputError(what, source, "check its column")
     part = samples[:: max(1, len(samples.time) // CHECKED)]
     states = part.position, part.velocity, part.acceleration
     needed, torque = dynamics.regressor(*states) @ dynamics.arm, part.torque
@@ -75,6 +86,40 @@ def require_arms_torques(
             source,
             "give those that the motors exert on the links, or another `gravity`",
         )
+
+
+def of_unit(
+    dynamics: JointDynamics, runs: Iterable[TorqueSamples]
+) -> Iterable[Message]:
+    """An error where the torques are in proportion to those of the URDF's arm, but far
+    from them."""
+    ratios = [share_of_arm(dynamics, samples) for samples in runs]
+    ratio = max(ratios, key=lambda value: abs(np.log(value)), default=1.0)
+    if UNIT[0] < ratio < UNIT[1]:
+        return []
+    what = (
+        f"the torques are {ratio:.2g} times those of the URDF's arm: give N m, not kgf m, "
+        "kgf cm or N mm, and check `torque_gains` and the URDF's inertias"
+    )
+    return [error("torque-unit", what, "torque_gains")]
+
+
+def share_of_arm(dynamics: JointDynamics, samples: TorqueSamples) -> float:
+    """Torques over those of the URDF's arm, without what any payload, offset and
+    Coulomb friction explain of both; 1 where the rest is not alike."""
+    part = samples[:: max(1, len(samples.time) // CHECKED)]
+    W = dynamics.regressor(part.position, part.velocity, part.acceleration)
+    one = np.eye(dynamics.joints)
+    friction = np.sign(part.velocity)[:, :, None] * one
+    offset = np.broadcast_to(one, friction.shape)
+    others = np.concatenate((W[:, :, -PAYLOAD:], offset, friction), axis=2)
+    A = others.reshape(-1, others.shape[2])
+    both = np.column_stack(((W @ dynamics.arm).ravel(), part.torque.ravel()))
+    left = both - A @ np.linalg.lstsq(A, both, rcond=None)[0]
+    (square, product), (_, own) = left.T @ left
+    if not product > ALIKE * (square * own) ** 0.5:
+        return 1.0
+    return float(product / square)
 
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
@@ -100,8 +145,8 @@ def of_rivals(
         return []
     words, times = better
     what = (
-        f"the torques are explained far better {words} (residuals {times:.1f} times "
-        "smaller): put the log right, or `gravity`"
+        f"the torques are explained far better {words} (residuals up to {times:.1f} "
+        "times smaller): put the log right, or `gravity`"
     )
     return [error("torques-of-other-arm", what, "gravity")]
 

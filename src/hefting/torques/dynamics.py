@@ -25,6 +25,7 @@ from hefting.core.spatial import (
     STANDARD_GRAVITY,
     Array,
     Indices,
+    check_gravity,
     rotation_matrices,
     skew,
     tensor_to_vector,
@@ -61,9 +62,9 @@ class JointDynamics:
         """Of a URDF whose link `sensor_frame` holds the payload; `gravity` (3,) is in
         root axes [m/s²].
 
-        Raises `InputError` as `Robot.from_urdf`, for a frame that no joint moves, and
-        for a chain of other joints than revolute and prismatic ones with a position of
-        their own; `MissingDependencyError` without Pinocchio.
+        Raises `InputError` as `Robot.from_urdf` and `check_gravity`, for a frame that
+        no joint moves, and for a chain of other joints than revolute and prismatic ones
+        with a position of their own; `MissingDependencyError` without Pinocchio.
         """
         tree = read_urdf(path)
         robot = Robot.from_tree(tree, sensor_frame)
@@ -81,7 +82,9 @@ class JointDynamics:
                     f"{path}, joint '{joint.name}'",
                     "choose a frame that revolute or prismatic joints alone move",
                 )
-        return cls(robot, _reduced(Path(path), robot.joints)).under(gravity)
+        return cls(robot, _reduced(Path(path), robot.joints)).under(
+            check_gravity(gravity)
+        )
 
     def under(self, gravity: ArrayLike) -> Self:
         """The same arm under another `gravity` (3,), in root axes [m/s²]."""

@@ -49,34 +49,36 @@ class Rival:
     runs: tuple[TorqueSamples, ...]
 
     @property
-    def spread(self) -> float:
+    def residuals(self) -> tuple[float, Array]:
         """Logarithm of the residuals' standard deviation, summed over joints, each by
-        its share of the rows; infinite where there are too few."""
+        its share of the rows, infinite where there are too few; and (n,) of each [N m].
+        """
         scales = no_samples(self.dynamics)
         for samples in self.runs:
             scales = scales.fold(Rows.of(self.dynamics, samples, False))
         counts = scales.counts.sum(axis=0)
         unknown = len(self.dynamics.base) + len(OWN) * self.dynamics.joints
         if counts.sum() < FEWEST_ROWS * unknown:
-            return np.inf
-        return float(counts @ np.log(fit(scales, drifting).std)) / scales.samples
+            return np.inf, np.ones(self.dynamics.joints)
+        std = fit(scales, drifting).std
+        return float(counts @ np.log(std)) / scales.samples, std
 
 
 def better_rival(
     dynamics: JointDynamics, runs: Sequence[TorqueSamples]
 ) -> tuple[str, float] | None:
     """The mistake without which the torques are explained best, and by how much smaller
-    the residuals of a joint then are; None where none explains them far better."""
+    the residuals of some joint then are; None where none explains them far better."""
     step = max(1, sum(len(run.time) for run in runs) // SAMPLES)
     own = Rival("", dynamics, tuple(run[::step] for run in runs))
-    spread = own.spread
+    spread, std = own.residuals
     if not np.isfinite(spread):
         return None
-    gains = {rival.words: spread - rival.spread for rival in _rivals(own)}
-    words = max(gains, key=lambda key: gains[key])
-    if not gains[words] > LEAST_GAIN:
+    found = [(*rival.residuals, rival.words) for rival in _rivals(own)]
+    least, left, words = min(found, key=lambda each: each[0])
+    if not spread - least > LEAST_GAIN:
         return None
-    return words, float(np.exp(gains[words] / dynamics.joints))
+    return words, float((std / left).max())
 
 
 def _rivals(own: Rival) -> Iterator[Rival]:

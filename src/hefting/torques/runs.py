@@ -221,9 +221,11 @@ def load_arm(path: str | Path, dynamics: JointDynamics) -> EmptyRuns:
     try:
         return _runs(data, dynamics)
     except (KeyError, TypeError, ValueError, OverflowError) as error:
-        raise InputError(
-            f"is a damaged calibration ({str(error)[:80]})", path, "make it again"
-        ) from None
+        raise _damaged(str(error), path) from None
+
+
+def _damaged(what: str, path: Any) -> InputError:
+    return InputError(f"is a damaged calibration ({what[:80]})", path, "make it again")
 
 
 def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> None:
@@ -246,8 +248,10 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
         given = data.get(key, expected if key == "mechanics" else None)
         try:
             found = np.array(given, dtype=float)
-        except (TypeError, ValueError):
-            found = np.zeros(0)
+        except (TypeError, ValueError, OverflowError):
+            found = np.array(np.nan)
+        if not np.isfinite(found).all():
+            raise _damaged(key, path)
         scale = SAME_ARM * np.abs(expected).max(initial=1e-9)
         same = found.shape == expected.shape
         if not (same and np.abs(found - expected).max() <= scale):
@@ -284,8 +288,10 @@ def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
         end=float(data["end"]),
     )
     known = Load(load, np.zeros(PAYLOAD))
-    digests = tuple(str(digest) for digest in data.get("runs", ()))
-    return EmptyRuns(TorqueScales(tuple(levels)), known, digests)
+    digests = data.get("runs", [])
+    if not isinstance(digests, list) or {*map(type, digests)} - {str}:
+        raise ValueError("runs")
+    return EmptyRuns(TorqueScales(tuple(levels)), known, tuple(digests))
 
 
 def _packed(factors: Array) -> list[list[float]]:
