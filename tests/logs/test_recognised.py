@@ -1,6 +1,7 @@
 """Logs as other programs write them, read without a column map: by the names of their
 columns, below comments, with dates for times."""
 
+import time
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -13,6 +14,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import codes
 from hefting.core.verdict import NO_DOUBT
 from hefting.logs import read_log
+from hefting.logs.map_sample import BRACKETS
 from hefting.logs.windows import windows
 
 ROWS = 40
@@ -488,3 +490,25 @@ def test_dates_of_1970_and_decimal_commas_beside_dates(tmp_path):
     path.write_text("\n".join((lines[0], *rows[:5], rows[5].replace("0,", "0.5,", 1))))
     with pytest.raises(InputError, match=r"row 7, column .*is not a number"):
         read_log(path)
+
+
+def test_a_name_of_many_marks_takes_no_time_that_grows_with_its_square(tmp_path):
+    """Where blanks before a unit were looked for, 60,000 marks took more than 9 s."""
+
+    def took(name: str) -> float:
+        times = []
+        for _ in range(5):
+            began = time.perf_counter()
+            assert BRACKETS.match(name) is None
+            times.append(time.perf_counter() - began)
+        return min(times)
+
+    # ten times as long, with a margin for clocks; the square would be a hundred
+    assert took(20_000 * "_") < 40.0 * took(2_000 * "_")
+    found = BRACKETS.match("Fx_[N]")
+    assert found is not None
+    assert found.groups() == ("Fx", "N")
+    path = tmp_path / "log.csv"
+    rows = [line + ",1" for line in LINES[1:]]
+    path.write_text("\n".join((f"{LINES[0]},{60_000 * '_'}", *rows)))
+    assert len(read_log(path)["wrench"]) == len(LINES) - 1

@@ -33,7 +33,7 @@ FOLDER = "folder"
 NO_LOGS = frozenset({".txt"})
 """Endings of logs that are not looked for in folders: notes have them, too."""
 LEFT_OUT_TEXTS = (
-    "{} files that end in .txt were left out, as notes do: "
+    "files that end in .txt, as notes do, were left out ({}): "
     "name them, as 'FOLDER/*.txt', if they are logs"
 )
 """How many of these were in folders."""

@@ -98,6 +98,7 @@ def without_invalid_poses(
         f"left out {count} of {len(wrong)} poses (the first: row {rows[0]}) whose "
         "quaternion is none: its norm is not 1"
     )
+    kept = {name: stream for name, stream in kept.items() if len(stream)}
     return kept, (warning("poses-invalid", what),)
 
 

@@ -28,8 +28,10 @@ from hefting.logs.units import UNITS, find_unit
 
 MOST_ROWS = 2000
 """Rows that are looked at."""
-BRACKETS = re.compile(r"^(.*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$")
-"""A name with its unit behind it, as in ``Fx [N]``; a number in brackets is none."""
+BRACKETS = re.compile(
+    r"^(?![\s\S]{200})(.*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
+)
+"""A short name with its unit behind it, as in ``Fx [N]``; a number in brackets is none."""
 
 BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
 """Units of lengths and angles that nobody states: the usual one, and another above a
