@@ -158,7 +158,9 @@ def test_a_folder_holds_the_logs_below_it(tmp_path):
     assert recordings.texts == 1
     (tmp_path / "texts").mkdir()
     (tmp_path / "texts" / "log.txt").write_text("x")
-    with pytest.raises(InputError, match="files that end in .txt.* were left out \(1\)"):
+    with pytest.raises(
+        InputError, match=r"files that end in .txt.* were left out \(1\)"
+    ):
         recordings_of(tmp_path / "texts")
 
 
