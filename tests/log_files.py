@@ -1,5 +1,7 @@
 """Log files for tests: written by hand, made at random, and compared."""
 
+import re
+import time
 from pathlib import Path
 
 import numpy as np
@@ -111,3 +113,13 @@ def reader_of_text(request, monkeypatch):
     one."""
     if request.param == "by pyarrow":
         monkeypatch.setattr("hefting.logs.csv_file.SHORT", 0)
+
+
+def refusal_time(pattern: re.Pattern[str], text: str) -> float:
+    """[s] Shortest of five times that a pattern takes for a text that it refuses."""
+    times = []
+    for _ in range(5):
+        began = time.perf_counter()
+        assert pattern.fullmatch(text) is None
+        times.append(time.perf_counter() - began)
+    return min(times)

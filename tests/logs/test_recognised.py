@@ -1,7 +1,6 @@
 """Logs as other programs write them, read without a column map: by the names of their
 columns, below comments, with dates for times."""
 
-import time
 from datetime import UTC, datetime, timedelta
 
 import numpy as np
@@ -16,6 +15,7 @@ from hefting.core.verdict import NO_DOUBT
 from hefting.logs import read_log
 from hefting.logs.map_sample import BRACKETS
 from hefting.logs.windows import windows
+from log_files import refusal_time
 
 ROWS = 40
 RNG = np.random.default_rng(11)
@@ -494,17 +494,9 @@ def test_dates_of_1970_and_decimal_commas_beside_dates(tmp_path):
 
 def test_a_name_of_many_marks_takes_no_time_that_grows_with_its_square(tmp_path):
     """Where blanks before a unit were looked for, 60,000 marks took more than 9 s."""
-
-    def took(name: str) -> float:
-        times = []
-        for _ in range(5):
-            began = time.perf_counter()
-            assert BRACKETS.match(name) is None
-            times.append(time.perf_counter() - began)
-        return min(times)
-
+    few, many = (refusal_time(BRACKETS, count * "_") for count in (2_000, 20_000))
     # ten times as long, with a margin for clocks; the square would be a hundred
-    assert took(20_000 * "_") < 40.0 * took(2_000 * "_")
+    assert many < 40.0 * few
     found = BRACKETS.match("Fx_[N]")
     assert found is not None
     assert found.groups() == ("Fx", "N")

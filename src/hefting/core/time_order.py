@@ -12,8 +12,6 @@ SAMPLES_SET_BACK = 10
 that are out of order are a few."""
 FEW_STEPS_BACK = 0.01
 """Share of steps back in time up to which the parts between them are in order."""
-
-
 UNEVEN = 0.5
 """Smallest step of a clock over its median: those of rounded times are alike."""
 

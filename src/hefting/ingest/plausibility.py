@@ -36,6 +36,11 @@ LARGEST_FOUND_TILT_STD = np.radians(10.0)
 """[rad] Standard deviation of gravity's direction above which the direction counts as
 undetermined."""
 
+UNSEEN_MASS = 3.0
+"""Standard deviations of a mass beside a tool up to which it may be none."""
+WELL_KNOWN_SHARE = 0.1
+"""Standard deviation of that mass over the tool's below which it is told well."""
+
 
 def require_object(found: Ingested, shape: Shape | None = None) -> None:
     """Raise unless the recording determines the mass of an object that can be held, and
@@ -74,12 +79,6 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         raise named_instead(obstacle, found) from None
 
 
-NOTHING = 3.0
-"""Standard deviations of a mass beside a tool up to which it may be none."""
-NOTHING_OF_TOOL = 0.1
-"""Standard deviation over the tool's mass below which that is told well."""
-
-
 def named_instead(obstacle: InputError, found: Ingested) -> InputError:
     """An error that names the mistake in the recording, where one makes the answer
     wrong, in the place of one that tells what came of it."""
@@ -106,8 +105,8 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
         what = f"{mass:.3g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
         fix = f"check `tool`{also}: was it in the hand?"
         if (
-            abs(mass) < NOTHING * std
-            and std < NOTHING_OF_TOOL * found.tool.parameters.mass
+            abs(mass) < UNSEEN_MASS * std
+            and std < WELL_KNOWN_SHARE * found.tool.parameters.mass
         ):
             fix = "nothing is held"
         raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)

@@ -31,7 +31,7 @@ STATIC_FACTOR = 2.0
 per second nothing tells it."""
 FEW_UNKNOWNS = 6
 """Unknowns up to which a mistake does not imitate a change of the object."""
-NEGLIGIBLE_UNEXPLAINED = 0.01
+LITTLE_UNEXPLAINED = 0.01
 """Residual over the wrench's changes below which a mistake of many unknowns is not named
 unless it changes the answer: it imitates what is none of those that are looked for."""
 NEGLIGIBLE_MASS_CHANGE = 1e-3
@@ -126,7 +126,7 @@ def _is_negligible(judged: Judged, named: Explanation) -> bool:
     mass, com = _changes(judged.given.vector, named.vector)
     return (
         named.unknowns > FEW_UNKNOWNS
-        and judged.unexplained < NEGLIGIBLE_UNEXPLAINED
+        and judged.unexplained < LITTLE_UNEXPLAINED
         and mass < NEGLIGIBLE_MASS_CHANGE
         and com < NEGLIGIBLE_COM_CHANGE
     )

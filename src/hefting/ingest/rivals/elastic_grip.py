@@ -13,12 +13,10 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Rows, missing, with_bias
+from hefting.ingest.rivals.evidence import Rows, is_hopeless, with_bias
 from hefting.ingest.rivals.explanation import Explanation, at_offset, fit_as_given
 
 CODE = "grip-elastic"
-LARGEST_LEFT = 0.8
-"""Share of what noise does not explain that it may leave to be looked at further."""
 SMALLEST_MOVE = 0.001
 """[m] Movement of the COM that is told."""
 PAIRS = tuple(itertools.combinations_with_replacement(range(3), 2))
@@ -32,7 +30,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     given, offset = fit_as_given(case)
     fitted = at_offset(case, lambda motion: _rows(case, motion), offset)
-    if missing(case, fitted) > LARGEST_LEFT * missing(case, given):
+    if is_hopeless(case, fitted, given):
         return None
     body, rest = np.split(fitted.solution[0], [10])
     C = _with_isotropic(rest[:9].reshape(3, 3) / body[0])
