@@ -119,12 +119,15 @@ def covariance() -> dict[str, Any]:
     C[4, :] = C[:, 4] = 0.0
     C[4, 4] = np.inf
     found = Covariance.of(C)
+    beside = np.array(C)  # a covariance with what is open tells nothing
+    beside[4, :4] = beside[:4, 4] = 0.01
     return {
         "size": found.size,
         "values": found.values,
         "open": found.open,
         "covariance": found.root @ found.root.T,
         "information": found.information,
+        "beside what is open": Covariance.of(beside).values,
     }
 
 

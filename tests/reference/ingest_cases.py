@@ -6,10 +6,11 @@ from functools import partial
 from typing import Any
 
 import numpy as np
+from benchmarks.mistaken import mistakes
 from scipy.spatial.transform import Rotation
 
 from hefting.core.estimate import Estimate
-from hefting.core.recording import Recording
+from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.identification import calibrate
 from hefting.ingest import condition
@@ -198,6 +199,62 @@ def tared() -> Any:
     return tare(recorded(stopping), 0.5, 1.5)
 
 
+def begun_later(recording: Recording, seconds: float = 12.34) -> Recording:
+    """The same on a clock that does not begin at zero."""
+    streams = {
+        name: Stream(np.array(stream.time) + seconds, stream.values, stream.rows)
+        for name, stream in recording.streams.items()
+    }
+    return replace(recording, streams=streams)
+
+
+def mistaken(mistake: str) -> Recording:
+    """A mistake of the benchmark, in a recording that begins at 12.34 s."""
+    (found,) = (m for m in mistakes() if f"{m.name}, {m.strength}" == mistake)
+    wrong = found.make(given(), np.random.default_rng(90)).recording
+    return begun_later(wrong)
+
+
+def drifting_briefly() -> Recording:
+    """4 s in which the bias drifts by 2 N."""
+    drift = np.array((0.5, -0.3, 0.4, 0.02, 0.01, -0.02))
+    return begun_later(
+        changed(recorded(), "wrench", lambda t, w: w + np.outer(t, drift))
+    )
+
+
+MISTAKEN = (
+    "axes of position, swapped",
+    "time, half as fast",
+    "late clock, 300 ms",
+    "pose clock fast, 1.0%",
+    "base tilted, 15°",
+    "position glitches, 10 m",
+    "quantised, 2 N",
+    "saturated, 60%",
+    "play, 3%",
+    "vibration, 12 Hz",
+    "leaks, 40%",
+    "soft grip, 20 mm",
+    "turned about z, 30°",
+    "inverse pose, orientation",
+    "axis flipped, mirrored",
+    "columns swapped, force and torque",
+    "unit of position, in",
+    "axes of position, mirrored",
+    "unit of torque, lbf in",
+    "in contact, 55%",
+    "gains of all axes, 3.0%",
+    "low-passed, 0.7 Hz",
+    "torque about the TCP, 150 mm",
+    "starts with the identity, 10",
+    "frozen poses, 1 s",
+    "cable, 20 N/m",
+    "vibration, 5 Hz",
+    "creeps in the gripper, 60 mm",
+)
+"""Mistakes of the benchmark that are ingested whole."""
+
 CASES: dict[str, Callable[[], Any]] = {
     "clean": partial(understood, recorded),
     "stopping": partial(understood, partial(recorded, stopping)),
@@ -284,6 +341,11 @@ CASES: dict[str, Callable[[], Any]] = {
         understood, partial(changing, "swapped"), start=0.5, duration=8.0
     ),
     "given": partial(understood, lambda: given().recording),
+    **{
+        f"{name}, later": partial(understood, partial(mistaken, name))
+        for name in MISTAKEN
+    },
+    "drift in short": partial(understood, drifting_briefly),
     "low noise": partial(conditioned, partial(recorded, short, LOW_NOISE)),
 }
 """By name."""
