@@ -193,6 +193,28 @@ def test_even_where_the_shape_contradicts_the_wrench():
         assert np.all((low <= value) & (value <= high)), name
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_where_the_shape_contradicts_the_wrench_the_answer_is_without_it(seed):
+    """15 cm beside the object bodies far from the middle of the shape are likely enough
+    for the mean, and pull the inertia; so the truth is in the intervals of any shape
+    alone. Only the misfit of the shape is said beside it."""
+    aside = POSE.copy()
+    aside[seed % 3, 3] += 0.15 if seed < 3 else -0.15
+    body = hammer().parameters.moved(POSE)
+    z = wield(UR5.motion(random_smooth(6.0, 100.0, 1.5, seed=seed)), body)
+    z = z.with_noise(NOISE_LEVELS["low"], seed)
+    found, free = Bayes(placed(aside), until="mass=50%").fit(z), Bayes().fit(z)
+    *_, said = found.warnings
+    assert said.code == "shape-contradicts-wrench"
+    assert said.endswith("; the answer is without the shape")
+    assert found.sufficient is False
+    np.testing.assert_array_equal(found.parameters.vector, free.parameters.vector)
+    np.testing.assert_array_equal(found.covariance, free.covariance)
+    for name, (low, high) in found.intervals.items():
+        truth = getattr(body, name)
+        assert ((low <= truth) & (truth <= high)).all(), name
+
+
 @pytest.mark.parametrize("turned", [0.0, 0.5])
 def test_a_body_far_from_its_shape_is_found_whichever_way_the_sensor_is_turned(turned):
     """30 cm beside the object; the sensor's x and y axes point the other way after half

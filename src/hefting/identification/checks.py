@@ -175,22 +175,24 @@ def with_diagnostics(
             fix = "check the shape's pose and unit"
         refusal = NotIdentifiableError(what, where=found.log, fix=fix)
         raise named_instead(refusal, found)
+    left_out = estimate.provenance.get("shape_known") == "reach"
+    used = None if left_out else shape  # the wrench contradicts it
     rms = found.residual(estimate.sensed_vector, estimate.bias)
     provenance = found.provenance | estimator.provenance | estimate.provenance
     own: Shape | None = getattr(estimator, "shape", None)
-    if own is not None and own.known != "reach":
+    if own is not None and own.known != "reach" and not left_out:
         provenance["points"] = own.n
     estimate = replace(
         estimate,
         samples=round(found.samples),
         duration=found.duration,
         covariance=widened_covariance(estimate, estimator, found),
-        hull_margin=_margin(estimate, shape),
+        hull_margin=_margin(estimate, used),
         residual=rms,
         provenance=provenance,
     )
     estimate = replace(
-        estimate, undetermined=undetermined_by(estimate, estimator, found, shape)
+        estimate, undetermined=undetermined_by(estimate, estimator, found, used)
     )
     checked = Checked(estimate, rms, estimator, found, shape)
     return replace(estimate, warnings=warnings_of(checked))

@@ -251,6 +251,11 @@ class Bayes(Estimator):
         return 0.5 * float(np.linalg.norm(self.shape.extents)) or 1.0
 
     @cached_property
+    def _without_shape(self) -> Bayes:
+        """The same of an object of any shape."""
+        return replace(self, shape=Shape.unknown(), pose_std=None, shape_std=None)
+
+    @cached_property
     def _prior(self) -> Prior:
         if self.shape_std is None and self.shape.known != "object":
             return prior_of(self.shape, None, None)
@@ -274,11 +279,23 @@ class Bayes(Estimator):
         self, state: State, posterior: Posterior, duals: Duals | None
     ) -> tuple[Estimate, Duals]:
         """The estimate by its posterior, and with what the search for the next one's
-        nearest body may begin, as this one's does with `duals`."""
+        nearest body may begin, as this one's does with `duals`. Where the samples
+        contradict the shape it is that of an object of any shape."""
         mixture = posterior.mixture
         nearest = nearest_body(
             posterior.prior, posterior.move, posterior.mixture, self.shape, duals
         )
+        if self.shape.known != "reach" and contradiction(posterior, nearest.distance):
+            estimate = self._without_shape.estimate(state)
+            said = warnings_of(posterior, nearest.distance)
+            more = {each.code: each for each in (*estimate.warnings, *said)}
+            estimate = replace(
+                estimate,
+                sufficient=None if self.until is None else False,
+                warnings=tuple(more.values()),
+                provenance=estimate.provenance | {"shape_known": "reach"},
+            )
+            return estimate, nearest.duals
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
         if isinstance(self.until, Accuracy):
             accuracy = Accuracy.of_draws(mixture.draws(), body, INTERVAL_LEVEL)
