@@ -24,7 +24,7 @@ from hefting.estimators.bayes.mixture import Mixture, prior_mixture
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.samples import Samples
-from hefting.estimators.bayes.voxels import Voxels
+from hefting.estimators.bayes.voxels import Voxels, _group_points
 from hefting.shapes import Shape
 from hefting.simulation import hammer
 
@@ -547,3 +547,17 @@ def test_voxels_of_points_without_volumes_are_shares_of_the_whole():
         ):
             assert shares.sum() == pytest.approx(1.0, rel=1e-12)
             np.testing.assert_allclose(parameters @ shares, expected, atol=1e-12)
+
+
+@pytest.mark.parametrize("sides", [(0.4, 0.3, 0.2), (1.0, 0.02, 0.02)])
+def test_points_are_grouped_by_cubes(sides):
+    """Points of one group are within a cube, those of two groups in cubes apart; there
+    are no more groups than twice as many as are asked for, and no far fewer: of the
+    long one the first cubes tried, of a hundredth of the volume, make 252."""
+    points = np.random.default_rng(4).uniform(0.0, sides, (20_000, 3))
+    label = _group_points(points, 100)
+    groups = [points[label == each] for each in range(label.max() + 1)]
+    assert 40 <= len(groups) <= 200
+    pitch = max(float(np.ptp(group, axis=0).max()) for group in groups)
+    low = np.array([group.min(axis=0) for group in groups]) / pitch
+    assert len(np.unique(np.round(low - 0.25), axis=0)) == len(groups)

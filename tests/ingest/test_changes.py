@@ -404,6 +404,7 @@ def test_messages_name_times_kinds_and_what_to_give():
     one = Stretch(0.0, 4.0, 1.0, np.array((0.0, 0.01, 0.02)), "swapped", bare=False)
     other = Stretch(4.2, 9.0, 2.0, None, None, bare=False)
     found = Changes((one, other), (Touch(9.0, 20.0),), 20.0).later(1.0)
+    assert [d["center_of_mass"] for d in found.to_dicts()] == [[0.0, 0.01, 0.02], None]
     change, touch, used = change_warnings(found, chosen=True)
     assert change == "the object changes: swapped at 5.1 s"
     assert "from 10.0 to 21.0 s, more than half of the recording" in touch

@@ -14,7 +14,13 @@ from hefting.ingest.rivals import LINEAR_EXPLANATIONS, judge
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted, correlation
 from hefting.ingest.rivals.explanation import as_given, explained_by_motion
-from hefting.ingest.rivals.judge import _is_white, _is_worth_a_search
+from hefting.ingest.rivals.judge import (
+    POSSIBLE_EVIDENCE,
+    _is_told,
+    _is_white,
+    _is_worth_a_search,
+    evidence,
+)
 
 
 @pytest.fixture(scope="module")
@@ -102,3 +108,13 @@ def test_mistakes_are_not_looked_for_where_no_function_of_the_motion_explains_en
     monkeypatch.setattr(judge, "LARGE_EXPLANATIONS", ())
     assert judge.judge(case).named is None
     assert bool(asked) is not pushed
+
+
+@pytest.mark.parametrize(("effect", "told"), [(None, True), (3.1, True), (2.9, False)])
+def test_a_mistake_of_less_than_three_deviations_is_not_told(case, effect, told):
+    """Whatever its likelihood; one whose size has no deviation is told by that alone."""
+    given = as_given(case)
+    nothing_left = replace(given.fitted, likelihood=given.fitted.likelihood + 10.0)
+    other = replace(given, code="other", fitted=nothing_left, effect=effect)
+    assert evidence(case, given, other) > POSSIBLE_EVIDENCE
+    assert _is_told(case, given, other) is told
