@@ -6,6 +6,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+import scipy.constants
 from benchmarks.given import Given, Mistake, gravity_of, orientation
 from benchmarks.mistaken import mistakes
 from benchmarks.mistaken_poses import lever, position_axes, positions, time_scaled
@@ -198,16 +199,6 @@ def test_of_a_soft_grip_the_mean_place_is_known():
     assert found.vector[1:4] / found.vector[0] == pytest.approx(
         mean.center_of_mass, abs=2e-3
     )
-
-
-@pytest.mark.parametrize("torque", [0.0980665, 1.3558179])
-def test_units_of_torque_are_told_apart(torque):
-    """kgf cm and lbf ft."""
-    given = units(1.0, 1.0 / torque)(correct(2), np.random.default_rng(1))
-    doubt = doubt_of(case_of(given))
-    assert doubt is not None
-    assert doubt.message.code == "force-unit"
-    assert {0.0980665: "kgf cm", 1.3558179: "lbf ft"}[torque] in doubt.message
 
 
 @pytest.mark.parametrize("ratio", [2.5, 4.0])
@@ -463,10 +454,29 @@ def test_the_form_of_angles_is_told_and_put_right_as_advised(
     )
 
 
-def test_a_force_unit_gives_the_object_in_newtons():
-    """In lbf the mass is 4.448 times as large; COM and inertia come from the torque."""
-    given = mistake("unit of force", "lbf").make(correct(0), np.random.default_rng(1))
-    found = force_unit.explain(case_of(given))
+SI = {
+    "kgf": (scipy.constants.kilogram_force, 1.0),
+    "lbf": (scipy.constants.pound_force, 1.0),
+    "grams-force": (1e-3 * scipy.constants.kilogram_force, 1.0),
+    "N mm": (1.0, scipy.constants.milli),
+    "N cm": (1.0, scipy.constants.centi),
+    "lbf in": (1.0, scipy.constants.pound_force * scipy.constants.inch),
+    "lbf ft": (1.0, scipy.constants.pound_force * scipy.constants.foot),
+    "kgf m": (1.0, scipy.constants.kilogram_force),
+    "kgf cm": (1.0, scipy.constants.kilogram_force * scipy.constants.centi),
+}
+"""Units of force and torque in N and N m."""
+
+
+@pytest.mark.parametrize("unit", SI)
+def test_a_unit_is_told_and_gives_the_object_in_newtons(unit):
+    force, torque = SI[unit]
+    given = units(1.0 / force, 1.0 / torque)(correct(2), np.random.default_rng(1))
+    case = case_of(given)
+    doubt, found = doubt_of(case), force_unit.explain(case)
+    assert doubt is not None
+    assert doubt.message.code == "force-unit"
+    assert f" in {unit}:" in doubt.message
     assert found is not None
     vector = found.vector / np.sign(found.vector[0])
     # noise of 0.1 N of some 5 N in 1,000 samples, and motion that is not exact
