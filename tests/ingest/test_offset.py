@@ -6,9 +6,9 @@ import pytest
 
 from disturbances import GRAVITY, NOISE, SCALE, disturbed, with_wrench
 from hefting.ingest.blocks import Blocks
-from hefting.ingest.model import Problem
+from hefting.ingest.model import Problem, _extrapolate
 from hefting.ingest.offset import scan_offsets
-from hefting.ingest.path import path_of
+from hefting.ingest.path import Reading, path_of
 
 
 def scanned(recording, late, free_gravity):
@@ -42,3 +42,28 @@ def test_a_third_of_the_samples_may_be_anything(part):
     assert found.offset == pytest.approx(0.3, abs=0.0201)
     assert found.phi[0] == pytest.approx(0.3, rel=0.1)
     assert found.scale[0] < 5.0 * NOISE.force
+
+
+def test_a_reading_is_continued_by_its_taylor_series():
+    """Of a motion that is quadratic in time it is exact: its values, averaged over times
+    of some variance, and its rates."""
+    rng = np.random.default_rng(8)
+    rows, at = np.linspace(0.0, 3.0, 7), np.linspace(0.0, 3.0, 7) + 0.02
+    a, b, c = rng.normal(size=(3, 1, 21))
+
+    def motion(t):
+        return a + b * t[:, None] + c * t[:, None] ** 2
+
+    known = np.ones(len(rows), dtype=bool)
+    reading = Reading(
+        time=rows,
+        value=motion(rows),
+        rate=b + 2.0 * c * rows[:, None],
+        curvature=np.repeat(2.0 * c, len(rows), axis=0),
+        variances=np.zeros((2, len(rows))),
+        in_gap=~known,
+        known=known,
+    )
+    values, rates = _extrapolate(reading, at, np.full(len(rows), 4e-6))
+    np.testing.assert_allclose(values, motion(at) + c * 4e-6, rtol=1e-12, atol=1e-12)
+    np.testing.assert_allclose(rates, b + 2.0 * c * at[:, None], rtol=1e-12)
