@@ -95,6 +95,47 @@ def test_a_shape_holds_no_more_than_osmium(denser):
         ).estimate.parameters.mass == pytest.approx(mass, rel=1e-3)
 
 
+@pytest.mark.parametrize("method", ["Bayes", "PMD"])
+def test_a_shape_out_of_reach_is_refused(method):
+    """Farther than ten metres: nearer ones are told, as a unit or pose that is wrong."""
+    log = simulate(
+        UR5.motion(random_smooth(4.0, 100.0, 1.0, 0)),
+        InertialParameters.from_com(1.0, (0.0, 0.0, 0.1), 1e-3 * np.eye(3)),
+        noise=Noise(0.1, 0.005),
+        seed=1,
+    )
+    pose = pose_matrix([0.0, 0.0, 1e4, 0.0, 0.0, 0.0, 1.0])
+    far = Shape.from_mesh(trimesh.creation.box(SIDES), pose=pose)
+    with pytest.raises(
+        InputError, match="1e[+]04 m away from the sensor; check the unit"
+    ):
+        identify(log, far, method=method)
+
+
+@pytest.mark.parametrize(("speed", "told"), [(0.2, False), (2.5, True)])
+def test_gravity_alone_is_told_where_the_motion_is_fast(speed, told):
+    """Parts of exact masses and places: nothing but accelerations, which HPS leaves out,
+    is unexplained."""
+    corners = np.indices((2, 2, 2)).reshape(3, 8).T * (0.1, 0.2, 0.06) + (
+        0.0,
+        0.0,
+        0.05,
+    )
+    parts = Shape(corners, labels=np.arange(8) % 4 // 2)
+    body = InertialParameters(parts.matrix @ np.where(parts.labels, 0.1, 0.4))
+    log = simulate(
+        UR5.motion(random_smooth(10.0, 100.0, speed, 0)),
+        body,
+        noise=Noise(0.1, 0.005),
+        seed=1,
+    )
+    limits = {"max_acceleration": 20.0, "max_angular_acceleration": 20.0}
+    found = identify(log, parts, method="HPS", **limits).estimate
+    warnings = found.warnings
+    assert ("misfit" in codes(warnings)) == told
+    assert any("too fast for gravity alone" in line for line in warnings) == told
+
+
 @pytest.mark.parametrize("tool", [None, 0.8])
 def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
     tool, monkeypatch

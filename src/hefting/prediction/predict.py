@@ -219,7 +219,10 @@ def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Mess
         yield warning("not-physical", what)
     tool = subtracted_tool(estimate.provenance)
     if tool is not None and not borne:
-        what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well, see `tool`"
+        what = (
+            f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor "
+            "bears its wrench as well, see `tool`"
+        )
         yield warning("tool-subtracted", what, "tool")
     found = numbers_in(estimate.provenance, "gravity", 3, LARGEST_GRAVITY)
     far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
