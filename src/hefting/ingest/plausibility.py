@@ -21,10 +21,10 @@ SHORTEST_RECORDING = 0.2
 DENSEST_MATERIAL = 23_000.0
 """[kg/m³] Upper bound on the density of a material (osmium: 22,590)."""
 
-LIGHTEST_OBJECT = 2.0
+LIGHTEST_OBJECT = 5.0
 """[kg/m³] Least mass over the volume of an object's bounding box: a hammer has 500, a
-tennis racket 50, an empty carton 10. A length unit ten times too large makes it a
-thousandth."""
+tennis racket 50, an empty bottle 30, foam 15, an empty carton 7 to 10. A length unit ten
+times too large makes it a thousandth: of a body of up to 5,000 kg/m³ it is seen."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
 """Ratio of an estimate's residual to that of unconstrained least squares above which a
 warning is given."""
