@@ -101,7 +101,7 @@ def _sharing(group: list[Entry]) -> list[Entry]:
         for name, value in entry.options.items()
         if name in SHARED
     }
-    return [replace(entry, options=shared | entry.options) for entry in group]
+    return [replace(each, options={**shared, **each.options}) for each in group]
 
 
 def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
