@@ -81,6 +81,14 @@ def test_recordings_of_an_object_say_the_same_of_it(tmp_path):
     assert "say different mass: 0.5kg, 0.6kg" in row["error_text"]
 
 
+def test_a_blank_cell_says_what_others_say_of_the_object(tmp_path):
+    data = recorded(tmp_path)
+    rows = [(data.whole[0].name, "mug", "0.5kg±1g"), (data.whole[1].name, "mug", "")]
+    found = batch(written(data.folder, rows), tmp_path / "r", group_by="object")
+    (row,) = found.table().to_pylist()
+    assert row["error"] is None
+
+
 def test_an_object_stays_until_one_of_its_recordings_changes(tmp_path):
     data = recorded(tmp_path)
     rows = [(log.name, "ab"[k // 2], "") for k, log in enumerate(data.whole[:3])]

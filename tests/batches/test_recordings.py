@@ -50,6 +50,12 @@ def test_separators_are_found(tmp_path, separator):
     assert entry.options == {"method": "OLS"}
 
 
+def test_columns_are_known_in_letters_of_any_case(tmp_path):
+    text = "Recording,Object,Mass\na.csv,mug,0.5kg\n"
+    (entry,) = recordings_of(written(tmp_path, "m.csv", text))
+    assert (entry.object, entry.options) == ("mug", {"mass": "0.5kg"})
+
+
 def test_a_parquet_manifest_keeps_its_types(tmp_path):
     columns = {
         "recording": ["a.csv", "b.csv"],
@@ -107,6 +113,8 @@ def test_columns_that_are_no_options_are_named(tmp_path):
         ("m.toml", "recordings = [{shape = 'a'}]", "[[recordings]] 1 has no path"),
         ("m.toml", "strat = 1\n[[recordings]]\nrecording='a'", "did you mean 'start'?"),
         ("m.csv", "recording\na.csv\na.csv\n", "stands twice in the manifest"),
+        ("m.csv", "recordings,object\na.csv,mug\n", "needs a column 'recording'"),
+        ("m.csv", "Path\na.csv\n", "needs a column 'recording'"),
     ],
 )
 def test_manifests_that_cannot_be_used(tmp_path, name, text, what):
@@ -121,7 +129,7 @@ def test_manifests_that_cannot_be_used(tmp_path, name, text, what):
         ({"recording": [[1.0]]}, "holds list<"),
         ({"recording": [1.5]}, "holds double, not text"),
         ({"recording": ["a"], "name": [2]}, "column 'name' holds int64"),
-        ({"recordin": ["a"]}, "did you mean 'recordin'"),
+        ({"recordin": ["a"]}, "needs a column 'recording' .did you mean 'recordin'"),
         ({"recording": pa.array([b"\xff"]).view(pa.string())}, "cannot be read"),
     ],
 )

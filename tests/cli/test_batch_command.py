@@ -77,3 +77,13 @@ def test_a_report_is_not_among_the_results(run, logs, tmp_path):
     report = ("--report", output / "report.html")
     result = run("batch", logs, "--output", output, *report)
     assert refused(result, "report.html: is among the results")
+
+
+def test_who_stops_it_is_told_how_it_goes_on(run, logs, tmp_path, monkeypatch):
+    def stop(*_):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(Jobs, "run", stop)
+    status, _, err = run("batch", logs, "--output", tmp_path / "results")
+    assert status == 130
+    assert "the same with --resume goes on" in err

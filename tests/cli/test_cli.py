@@ -282,6 +282,21 @@ def test_commands_to_be_copied_are_quoted(run, folder, tmp_path):
     assert f"--bias '{tool}'" in out
 
 
+def test_a_part_of_a_recording_is_calibrated(run, folder, tmp_path):
+    words = ("calibrate", folder / "log.csv", "--output", tmp_path / "tool.json")
+    status, out, err = run(*words, "--start", 1, "--duration", 3, "--json")
+    assert (status, err) == (0, "")
+    assert json.loads(out)["duration"] < 3.1  # [s], of 5
+
+
+def test_what_is_wrong_with_a_name_is_said(run, folder, tmp_path):
+    log = folder / "log.csv"
+    assert refused(run("identify", log, "--output", "-"), "-: has no ending")
+    assert refused(run("identify", folder), "all logs in a folder use hefting batch")
+    assert refused(run("compare", log, "e.json"), "write an estimate with hefting")
+    assert refused(run("identify", log, "--truth", log), "is not JSON", "write {")
+
+
 def test_flipped_wrench_is_found_and_said(run, folder, tmp_path):
     log = read_log(folder / "log.csv")
     wrench = log["wrench"]

@@ -90,6 +90,13 @@ def test_the_table_says_what_was_predicted_and_assumed(run, folder):
     assert "measured" not in out
 
 
+def test_a_tool_is_borne_as_well(run, folder):
+    estimate, plan = folder / "estimate.json", folder / "plan.csv"
+    alone = peak_of(run, estimate, plan)
+    twice = peak_of(run, estimate, plan, "--tool", estimate)
+    assert twice == pytest.approx(2.0 * alone)
+
+
 def test_json_table_and_library_agree(run, folder, tmp_path):
     words = (
         "predict",

@@ -171,7 +171,8 @@ def test_an_encoding_without_some_signs_is_no_error(folder, env):
 )
 def test_a_name_that_is_not_utf_8(run, folder, tmp_path):
     log, page = (tmp_path / name for name in ("l\udcf6g.csv", "r\udcf6.html"))
-    log.write_bytes((folder / "log.csv").read_bytes())
+    for path in (log, tmp_path / "log.csv"):
+        path.write_bytes((folder / "log.csv").read_bytes())
     for command in ("inspect", "identify"):
         status, _, err = run(command, log, "--report", page)
         assert (status, err) == (0, "")
@@ -179,4 +180,5 @@ def test_a_name_that_is_not_utf_8(run, folder, tmp_path):
         status, out, _ = run(command, log, "--json")
         assert "l?g.csv" in out
         assert "udcf6" not in out
-    assert refused(run("batch", log, "--output", tmp_path / "b.csv"), "not UTF-8")
+    status, out, _ = run("batch", tmp_path, "--output", tmp_path / "results")
+    assert (status, "not UTF-8" in " ".join(out.split())) == (0, True)

@@ -80,6 +80,8 @@ def test_an_estimate_from_standard_input(folder, fed):
     assert fed(data, "export", "-", "--to", "urdf")[0] == 0
     told = fed(data, "predict", "-", folder / "log.csv", "--json")
     assert told[0] == 0
+    same = fed(data, "compare", "-", folder / "e.json", "--json")
+    assert (same[0], json.loads(same[1])["agree"]) == (0, True)
 
 
 @pytest.mark.parametrize(
@@ -88,6 +90,7 @@ def test_an_estimate_from_standard_input(folder, fed):
         (b"", ("standard input: is empty",)),
         (b"a,b\n1,2\n", ("standard input: there is no wrench",)),
         (b"PAR1 and no more", ("standard input",)),
+        (b"\x1f\x8b\x08 a", ("standard input: is packed with gzip",)),
     ],
 )
 def test_what_standard_input_cannot_be(fed, data, words):

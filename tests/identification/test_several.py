@@ -260,6 +260,9 @@ def test_nothing_and_the_same_twice_are_refused(tmp_path):
     path.write_text("")
     with pytest.raises(InputError, match=r"log.csv: is given twice"):
         identify([path, tmp_path / "." / "log.csv"])
+    copy = replace(recording(1), source="copy")
+    with pytest.raises(InputError, match="copy: holds the same samples as"):
+        identify([recording(1), recording(2), copy])
 
 
 def test_a_tool_is_subtracted_from_each():

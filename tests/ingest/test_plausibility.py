@@ -95,6 +95,47 @@ def test_a_shape_holds_no_more_than_osmium(denser):
         ).estimate.parameters.mass == pytest.approx(mass, rel=1e-3)
 
 
+@pytest.mark.parametrize("method", ["Bayes", "PMD"])
+def test_a_shape_out_of_reach_is_refused(method):
+    """Farther than ten metres: nearer ones are told, as a unit or pose that is wrong."""
+    log = simulate(
+        UR5.motion(random_smooth(4.0, 100.0, 1.0, 0)),
+        InertialParameters.from_com(1.0, (0.0, 0.0, 0.1), 1e-3 * np.eye(3)),
+        noise=Noise(0.1, 0.005),
+        seed=1,
+    )
+    pose = pose_matrix([0.0, 0.0, 1e4, 0.0, 0.0, 0.0, 1.0])
+    far = Shape.from_mesh(trimesh.creation.box(SIDES), pose=pose)
+    with pytest.raises(
+        InputError, match=r"1e\+04 m away from the sensor; check the unit"
+    ):
+        identify(log, far, method=method)
+
+
+@pytest.mark.parametrize(("speed", "told"), [(0.2, False), (2.5, True)])
+def test_gravity_alone_is_told_where_the_motion_is_fast(speed, told):
+    """Parts of exact masses and places: nothing but accelerations, which HPS leaves out,
+    is unexplained."""
+    corners = np.indices((2, 2, 2)).reshape(3, 8).T * (0.1, 0.2, 0.06) + (
+        0.0,
+        0.0,
+        0.05,
+    )
+    parts = Shape(corners, labels=np.arange(8) % 4 // 2)
+    body = InertialParameters(parts.matrix @ np.where(parts.labels, 0.1, 0.4))
+    log = simulate(
+        UR5.motion(random_smooth(10.0, 100.0, speed, 0)),
+        body,
+        noise=Noise(0.1, 0.005),
+        seed=1,
+    )
+    limits = {"max_acceleration": 20.0, "max_angular_acceleration": 20.0}
+    found = identify(log, parts, method="HPS", **limits).estimate
+    warnings = found.warnings
+    assert ("misfit" in codes(warnings)) == told
+    assert any("too fast for gravity alone" in line for line in warnings) == told
+
+
 @pytest.mark.parametrize("tool", [None, 0.8])
 def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
     tool, monkeypatch
@@ -136,13 +177,15 @@ def test_a_very_short_recording_asks_for_the_unit_of_time():
         identify(replace(log, streams=streams))
 
 
-@pytest.mark.parametrize(("scale", "doubted"), [(1.0, False), (10.0, True)])
+@pytest.mark.parametrize(
+    ("scale", "doubted"), [(1.0, False), (5.0, False), (10.0, True)]
+)
 def test_a_shape_ten_times_too_large_is_doubted(scale, doubted):
     """A body of 0.8 litres has a thousandth of its density in a shape of ten times its
     length; of a box that only holds the object nothing follows."""
     shape = Shape.from_mesh(trimesh.creation.box(scale * SIDES))
-    fit = FreeFit(
-        np.array([1.0, *[0.0] * 9]), None, 1e-6 * np.eye(10), Noise(), np.ones(16)
+    fit = FreeFit(  # 3,000 kg/m³
+        np.array([2.4, *[0.0] * 9]), None, 1e-6 * np.eye(10), Noise(), np.ones(16)
     )
     said = codes(density_warnings(fit, shape))
     assert said == ({"shape-too-large"} if doubted else set())

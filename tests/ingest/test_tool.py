@@ -13,6 +13,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
+from hefting.core.messages import codes
 from hefting.identification import calibrate, identify
 from hefting.ingest.tool import load_tool
 from hefting.simulation import UR5, simulate
@@ -177,3 +178,13 @@ def test_warnings_and_refusals(tmp_path):
     with pytest.raises(InputError, match="is not an estimate"):
         load_tool(tmp_path / "other.json")
     assert isinstance(Estimate.load(tmp_path / "empty.json"), Estimate)
+
+
+def test_a_tool_that_was_not_on_the_sensor():
+    """What is left has a mass, but no body is like it: not to be used, and named."""
+    alone = block(1.4, (0.02, -0.01, 0.11), (0.05, 0.05, 0.1))
+    tool = calibrate(log(GRIPPER, 10.0, 4))
+    found = identify(log(alone, 10.0, 3), tool=tool).estimate
+    assert found.verdict.level == "do not use"
+    assert found.verdict.reasons[0].code == "tool-contradicts-wrench"
+    assert "shape-contradicts-wrench" not in codes(found.warnings)

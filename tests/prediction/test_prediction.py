@@ -387,6 +387,28 @@ def test_a_wrong_estimate_shows(ratio, level):
     assert "another-object" in codes(a.warnings)
 
 
+def test_a_tool_that_the_sensor_bears_as_well():
+    """An estimate made beside a tool predicts the recording of both with the tool, and
+    without it the tool is named."""
+    share = 0.3  # of a body that both have: their sum is it
+    tool = estimate_of(InertialParameters(BODY.vector * share), covariance=covariance())
+    alone = estimate_of(
+        InertialParameters(BODY.vector * (1.0 - share)),
+        covariance=1e-6 * covariance(),
+        provenance={"tool": list(tool.parameters.vector)},
+    )
+    without = predict(alone, recorded())
+    assert without.verdict.level == "do not use"
+    assert any("give `tool`" in reason for reason in without.verdict.reasons)
+    found = predict(alone, recorded(), tool=tool)
+    assert found.verdict.level == "good"
+    assert "tool-subtracted" not in codes(found.warnings)
+    whole = predict(estimate_of(covariance=covariance()), recorded())
+    np.testing.assert_allclose(found.wrench, whole.wrench, atol=1e-9)  # [N], rounding
+    assert found.std is not None
+    np.testing.assert_allclose(found.std, whole.std, rtol=1e-5)  # 1e-6 of variance
+
+
 def test_another_bias_is_no_other_object():
     """The share within the band is of what varies."""
     recording = recorded()

@@ -183,13 +183,15 @@ def headline(found: Batch) -> str:
     """Recordings, time, rate, and what was there already."""
     progress = found.progress
     new = progress.done - progress.kept
-    text = f"{progress.done:,} recordings in {duration(found.seconds)}"
+    several = "" if progress.done == 1 else "s"
+    text = f"{progress.done:,} recording{several} in {duration(found.seconds)}"
     if new:
         text += f", {new / max(found.seconds, 1e-9):.3g} a second"
     if progress.kept:
         text += f"; {progress.kept:,} of them unchanged"
     if found.summary.total != progress.done:
-        text += f"; {found.summary.total:,} rows in all"
+        rows = "row" if found.summary.total == 1 else "rows"
+        text += f"; {found.summary.total:,} {rows} in all"
     return text
 
 

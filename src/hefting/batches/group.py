@@ -75,7 +75,7 @@ def rows_of_objects(
     workers : who condenses the recordings, and identifies the objects.
     """
     for wave in _waves(entries.in_groups()):
-        groups = [[entries[row] for row in rows] for rows in wave]
+        groups = [_sharing([entries[row] for row in rows]) for rows in wave]
         known = _hashes([g for g in groups if kept.get(g[0].row_name)], workers)
         changed = []
         for group in groups:
@@ -91,6 +91,17 @@ def rows_of_objects(
                 len(group),
                 _start(group) | lost(row) if isinstance(row, Lost) else row,
             )
+
+
+def _sharing(group: list[Entry]) -> list[Entry]:
+    """The recordings of an object, each with what others say of the object."""
+    shared = {
+        name: value
+        for entry in group
+        for name, value in entry.options.items()
+        if name in SHARED
+    }
+    return [replace(each, options={**shared, **each.options}) for each in group]
 
 
 def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:

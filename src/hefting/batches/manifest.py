@@ -22,6 +22,10 @@ RECORDING = "recording"
 """Column of the paths."""
 TEXTS = frozenset({RECORDING, "name"})
 """Columns that hold text."""
+OWN_COLUMNS = (RECORDING, "name", "object")
+"""Columns that are no options, in letters of any case."""
+MEANT = frozenset({"recordings", "file", "files", "filename", "path", "paths", "log"})
+"""Columns by which a table that is no log is told from one without recordings."""
 SUFFIXES = (".csv", ".parquet", ".toml")
 SEPARATORS = (",", ";", "\t")
 LARGEST_TOML = 20_000_000
@@ -33,14 +37,16 @@ LONGEST_HEADER = 100_000
 
 
 def is_manifest(path: Path) -> bool:
-    """Whether a file is a manifest: TOML, or a table with a column `recording`."""
+    """Whether a file is a manifest: TOML, or a table with a column `recording`, or with
+    one that seems to be meant for it and none of a log's forces."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return True
     if suffix not in SUFFIXES or not path.is_file():
         return False
     try:
-        return RECORDING in _names(path)
+        names = {name.lower() for name in _names(path)}
+        return RECORDING in names or bool(MEANT & names and "fx" not in names)
     except InputError:
         return False
 
@@ -62,7 +68,7 @@ def read_manifest(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
         raise InputError("is larger than 1 GiB", path, "divide it")
     names = _names(path)
     if RECORDING not in names:
-        what = f"has no column '{RECORDING}'{nearest(RECORDING, names)}"
+        what = f"a manifest needs a column '{RECORDING}'{nearest(RECORDING, names)}"
         raise InputError(what, path, "name the column of the paths so")
     twice = [name for name, count in Counter(names).items() if count > 1]
     if twice:
@@ -83,11 +89,13 @@ def _names(path: Path) -> list[str]:
 
     try:
         if path.suffix.lower() == ".parquet":
-            return list(parquet.read_schema(path).names)
-        return _header(path).split(_separator(path))
+            names = list(parquet.read_schema(path).names)
+        else:
+            names = _header(path).split(_separator(path))
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = str(error).splitlines()[0][:200] if str(error) else "not a table"
         raise InputError(f"cannot be read ({reason})", path) from error
+    return [name.lower() if name.lower() in OWN_COLUMNS else name for name in names]
 
 
 def _header(path: Path) -> str:
@@ -111,9 +119,8 @@ def _read_table(path: Path) -> "pa.Table":
         if path.suffix.lower() == ".parquet":
             table = parquet.read_table(path, use_threads=False)
             table.validate(full=True)
-            return table
-        separator = _separator(path)
-        names = _header(path).split(separator)
+            return table.rename_columns(_names(path))
+        separator, names = _separator(path), _names(path)
         return csv.read_csv(
             path,
             csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False),

@@ -9,8 +9,14 @@ from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.batches.manifest import RECORDING, is_manifest, read_manifest, text_of
-from hefting.core.errors import InputError, encodable, nearest
+from hefting.batches.manifest import (
+    OWN_COLUMNS,
+    RECORDING,
+    is_manifest,
+    read_manifest,
+    text_of,
+)
+from hefting.core.errors import InputError, nearest
 from hefting.logs.registry import find_format, formats
 from hefting.request.request import (
     Value,
@@ -26,8 +32,6 @@ from hefting.request.request import (
 if TYPE_CHECKING:
     import pyarrow as pa
 
-OWN_COLUMNS = (RECORDING, "name", "object")
-"""Columns of a manifest that are no options."""
 FOLDER = "folder"
 """What recordings may also be grouped by: the folder each is in."""
 NO_LOGS = frozenset({".txt"})
@@ -85,6 +89,8 @@ class Recordings:
         Column that tells the object, or `FOLDER`.
     texts : int
         Files in folders that may be logs and were left out for their ending (`NO_LOGS`).
+    unreadable : mapping
+        What is wrong with recordings that no table can hold, by what stands for them.
 
     Raises
     ------
@@ -100,9 +106,11 @@ class Recordings:
         options: Mapping[str, Any] | None = None,
         group_by: str | None = None,
         texts: int = 0,
+        unreadable: Mapping[str, str] | None = None,
     ):
         self._table, self._folder = table, folder
         self.texts = texts
+        self._unreadable = unreadable or {}
         self._options = said(options or {})
         self._group_by = group_by or "object"
         self._is_grouped = group_by is not None
@@ -126,7 +134,8 @@ class Recordings:
         cells: dict[str, Any] = {
             name: self._table[name][row].as_py() for name in self._table.column_names
         }
-        recording, problem = cells[RECORDING] or "", None
+        recording = cells[RECORDING] or ""
+        problem = self._unreadable.get(recording)
         if self._folder is not None and recording:
             recording = str(self._folder / recording)
         options = self._options
@@ -247,11 +256,10 @@ def recordings_of(
         where = ", ".join(map(str, paths[:3])) or None
         fix = LEFT_OUT_TEXTS.format(texts) if texts else "name logs or a folder"
         raise InputError("there are no recordings", where, fix)
-    for log in logs:
-        if log != encodable(log):
-            what = "the name is not UTF-8, so no table can hold it"
-            raise InputError(what, log, "rename the file")
-    return Recordings(pa.table({RECORDING: logs}), None, options, group_by, texts)
+    names = [os.fsencode(log).decode(errors="backslashreplace") for log in logs]
+    what = "the name is not UTF-8, so no table can hold it; rename the file"
+    odd = {n: f"{n}: {what}" for n, log in zip(names, logs, strict=True) if n != log}
+    return Recordings(pa.table({RECORDING: names}), None, options, group_by, texts, odd)
 
 
 def logs_at(path: Path) -> list[str]:

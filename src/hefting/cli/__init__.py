@@ -169,8 +169,8 @@ def main() -> None:
             sys.exit(status)
     except HeftingError as error:
         _fail(render(str(error)), 2 if isinstance(error, InputError) else 1)
-    except KeyboardInterrupt:
-        _fail("stopped", STATUS_STOPPED)
+    except KeyboardInterrupt as stop:
+        _fail(str(stop) or "stopped", STATUS_STOPPED)
     except MemoryError:
         _fail("there is not enough memory; use a shorter recording, a simpler shape", 1)
     except BrokenPipeError:  # the reader of a pipe went away

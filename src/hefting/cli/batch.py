@@ -84,17 +84,20 @@ def run(arguments: argparse.Namespace) -> int:
 
     a = arguments
     _check_report(a)
-    with _bar(a.json) as bar:
-        found = batch(
-            a.log[0] if len(a.log) == 1 else a.log,
-            a.output,
-            jobs=a.jobs,
-            scheduler=a.scheduler,
-            resume=a.resume,
-            group_by=a.group_by,
-            progress=bar,
-            **_given(a),
-        )
+    try:
+        with _bar(a.json) as bar:
+            found = batch(
+                a.log[0] if len(a.log) == 1 else a.log,
+                a.output,
+                jobs=a.jobs,
+                scheduler=a.scheduler,
+                resume=a.resume,
+                group_by=a.group_by,
+                progress=bar,
+                **_given(a),
+            )
+    except KeyboardInterrupt:
+        raise KeyboardInterrupt("stopped; the same with --resume goes on") from None
     summary = found.summary
     if a.report:
         from hefting.page.batch import batch_page
@@ -133,21 +136,20 @@ def _bar(quiet: bool) -> "Generator[Callable[[Progress], None], None, None]":
 
     columns = (
         *(BarColumn(20), MofNCompleteColumn()),
-        TextColumn("{task.fields[rate]}, {task.fields[failed]:,} failed,"),
-        *(TimeRemainingColumn(compact=True), TextColumn("left")),
+        TextColumn("{task.fields[told]}"),
+        TimeRemainingColumn(compact=True),
     )
     with Display(*columns, console=Console(stderr=True), transient=True) as display:
-        bar = display.add_task("", total=None, rate="", failed=0)
+        bar = display.add_task("", total=None, told="")
 
         def show(progress: "Progress") -> None:
             speed = display.tasks[0].speed
-            rate = "" if speed is None else f"{speed:.3g} a second"
+            rate = "" if speed is None else f"{speed:.3g} a second, "
             display.update(
                 bar,
                 total=progress.total,
                 completed=progress.done,
-                rate=rate,
-                failed=progress.failed,
+                told=f"{rate}{progress.failed:,} failed, left",
             )
 
         yield show

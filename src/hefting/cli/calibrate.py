@@ -8,13 +8,22 @@ from typing import TYPE_CHECKING
 from hefting.cli import render
 from hefting.cli.options import (
     add_gravity,
+    add_json,
+    add_part,
     add_recording,
     add_sensor_accuracy,
     add_verbose,
     check_output,
+    part_of,
     read_recording,
 )
-from hefting.cli.outputs import add_report, check_report, page_context, write_report
+from hefting.cli.outputs import (
+    add_report,
+    check_report,
+    page_context,
+    print_object,
+    write_report,
+)
 from hefting.cli.progress import progress
 from hefting.cli.torques import add_torques, calibrate, require_torques
 from hefting.core.errors import InputError
@@ -40,11 +49,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where the tool's estimate goes",
     )
     add_report(parser)
+    add_json(parser)
     add_verbose(parser)
     log = add_recording(parser)
     add_torques(parser.add_argument_group("the arm's own torques"))
     add_gravity(log)
     add_sensor_accuracy(log)
+    add_part(log)
 
 
 def run(arguments: argparse.Namespace) -> int:
@@ -64,14 +75,17 @@ def run(arguments: argparse.Namespace) -> int:
     check_output(a.output, a.log, a.map, a.urdf)
     check_report(a.report, a.log, a.map, a.urdf)
     require_torques(a)
+    if a.torques and a.json:
+        what = "is for a wrench, not for --torques"
+        raise InputError(what, "--json", "leave it out")
     if a.torques:
         with progress("calibrating"):
             said = calibrate(a)
         print_lines(list(map(Line, said)), render)
         return 0
-    with progress("calibrating"):
+    with progress("calibrating", a.json):
         found = calibration(
-            read_recording(a),
+            part_of(a, read_recording(a)),
             gravity=gravity_of(a),
             sensor_accuracy=sensor_accuracy_of(a),
         )
@@ -79,6 +93,9 @@ def run(arguments: argparse.Namespace) -> int:
     tool = found.estimate
     tool.save(a.output)
     pages = write_report(a.report, page)
+    if a.json:
+        print_object(tool)
+        return exit_status(tool.verdict)
     subtract = typed(["hefting", "identify", "LOG", "--tool", a.output])
     next_steps = (
         f"wrote {a.output}: to subtract it, {subtract}",

@@ -3,7 +3,7 @@
 import argparse
 
 from hefting.cli import render
-from hefting.cli.options import add_json
+from hefting.cli.options import add_json, read_estimate
 from hefting.cli.outputs import print_object
 from hefting.core.errors import InputError
 
@@ -29,7 +29,6 @@ def run(arguments: argparse.Namespace) -> int:
     """Compare, and print the table; returns the exit status, 3 where they contradict
     one another."""
     from hefting.cli.report.verdict import STATUS_DO_NOT_USE
-    from hefting.core.estimate import Estimate
     from hefting.identification.agreement import Agreement
 
     paths: list[str] = arguments.estimates
@@ -40,7 +39,7 @@ def run(arguments: argparse.Namespace) -> int:
     for i, path in enumerate(paths):
         if path in paths[:i]:
             raise InputError("is given twice", path, "give two different estimates")
-    agreement = Agreement.of({path: Estimate.load(path) for path in paths})
+    agreement = Agreement.of({path: read_estimate(path) for path in paths})
     if arguments.json:
         print_object(agreement)
     else:

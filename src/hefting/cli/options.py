@@ -232,12 +232,14 @@ def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_tool(parser: argparse._ActionsContainer) -> None:
+def add_tool(
+    parser: argparse._ActionsContainer, what: str = "subtract this gripper"
+) -> None:
     """What the sensor holds besides the object."""
     parser.add_argument(
         "--tool",
         metavar="FILE",
-        help="subtract this gripper, as hefting calibrate measured it (JSON)",
+        help=f"{what}, as hefting calibrate measured it (JSON)",
     )
 
 

@@ -180,6 +180,8 @@ def no_output_format(path: str, known: "Iterable[str]") -> InputError:
     own."""
     suffix = Path(path).suffix
     fix = f"use {', '.join(known)}"
+    if not suffix:
+        return InputError("has no ending, which tells what to write", path, fix)
     if suffix.lower() == SUFFIX:
         fix = f"--report {path} writes a page"
     return InputError(f"'{suffix}' is not an output format", path, fix)

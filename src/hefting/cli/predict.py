@@ -15,6 +15,7 @@ from hefting.cli.options import (
     add_place,
     add_recording,
     add_sensor_accuracy,
+    add_tool,
     add_verbose,
     check_output,
     read_estimate,
@@ -54,6 +55,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help=f"in world axes [m/s²]; default {GRAVITY}",
     )
     add_place(log)
+    add_tool(log, "the sensor bears this gripper as well")
     add_sensor_accuracy(log)
     add_motion(log)
     add_part(log)
@@ -76,8 +78,8 @@ def run(arguments: argparse.Namespace) -> int:
     for path in a.output:
         if Path(path).suffix.lower() not in formats:
             raise no_output_format(path, formats)
-        check_output(path, a.estimate, a.log, a.map, a.urdf)
-    check_report(a.report, a.estimate, a.log, a.map, a.urdf)
+        check_output(path, a.estimate, a.log, a.map, a.urdf, a.tool)
+    check_report(a.report, a.estimate, a.log, a.map, a.urdf, a.tool)
     if a.gravity == "estimate":
         raise InputError("the motion does not tell gravity", "--gravity", "give X,Y,Z")
     gravity = gravity_of(a)
@@ -88,6 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
             estimate,
             recording,
             gravity=gravity,
+            tool=a.tool or None,
             motion=a.motion,
             start=a.start,
             duration=a.duration,

@@ -16,6 +16,7 @@ KINDS = (
     (b"#ROSBAG", ".bag"),
     (b"SQLite format 3", ".db3"),
     (b"{", ".json"),
+    (b"\x1f\x8b", ".gz"),
 )
 """How each kind of input begins, and the ending of its name; all else is CSV."""
 

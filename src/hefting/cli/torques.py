@@ -100,7 +100,7 @@ def calibrate(a: argparse.Namespace) -> list[str]:
 
     _refuse_wrench_options(a)
     dynamics, runs = calibrate_arm(
-        [_read(a, a.log, a.poses)],
+        [part_of(a, _read(a, a.log, a.poses))],
         a.urdf,
         a.sensor_frame,
         torque_gains=_gains(a.torque_gains),

@@ -298,14 +298,11 @@ class Estimate(Shown):
         Raises `InputError` when the file cannot be read, is no estimate, or holds
         numbers that do not fit.
         """
-        content: Any = read_json(path)
+        fix = "write an estimate with hefting identify --output FILE.json"
+        content: Any = read_json(path, fix)
         data = cast(dict[str, Any], content) if isinstance(content, dict) else {}
         if data.get("schema") != SCHEMA:
-            raise InputError(
-                f"is not an estimate of schema {SCHEMA}",
-                where=path,
-                fix="write one with hefting identify --output FILE.json",
-            )
+            raise InputError(f"is not an estimate of schema {SCHEMA}", path, fix)
         try:
             return cls(**fields_of(data))
         except (

@@ -75,9 +75,9 @@ def check_size(path: str | Path, largest: float | None = None) -> None:
         )
 
 
-def read_json(path: str | Path) -> Any:
+def read_json(path: str | Path, fix: str | None = None) -> Any:
     """The content of a JSON file. `InputError` when it cannot be read, is too large or
-    too deep, or is not JSON."""
+    too deep, or is not JSON, with what to do then."""
     check_readable(path)
     try:
         with open(path, "rb") as stream:
@@ -90,7 +90,7 @@ def read_json(path: str | Path) -> Any:
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror})", where=path) from error
     except (ValueError, RecursionError) as error:
-        raise InputError(f"is not JSON ({str(error)[:80]})", where=path) from error
+        raise InputError(f"is not JSON ({str(error)[:80]})", path, fix) from error
 
 
 def read_xml(path: str | Path) -> bytes:

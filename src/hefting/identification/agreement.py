@@ -299,7 +299,7 @@ def load_truth(path: str | Path) -> Truth:
 
     Raises `InputError` when the file cannot be read or a key is missing or malformed.
     """
-    data = read_json(path)
+    data = read_json(path, TRUTH_EXAMPLE)
     if isinstance(data, dict) and data.get("schema") == SCHEMA:
         return Truth(Estimate.load(path).parameters)
     if not isinstance(data, dict):

@@ -16,7 +16,7 @@ import numpy as np
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.mass_reading import EXAMPLE, MassReading
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, codes, error, warning
 from hefting.core.spatial import Array
 from hefting.core.undetermined import Undetermined, undetermined_mass
 from hefting.estimators import Estimator
@@ -38,6 +38,9 @@ standard deviations, that is attributed to chance."""
 LARGEST_HALF_WIDTH = 0.5
 """Half-width of an interval over the mass, or over the largest moment of inertia, up to
 which a number is known whatever least squares says of it: then its size is."""
+
+CONTRADICTED = "shape-contradicts-wrench"
+"""Code of what Bayes says of a wrench that no likely body explains."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +86,22 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
         f"what is shown follows from {estimator.assumes}"
     )
     return [warning("open-without-shape", what)]
+
+
+def _of_method(checked: Checked) -> Iterable[str]:
+    """What the method says; where no body has what a tool leaves of the wrench, that
+    the tool may not have been there: without a shape nothing else explains it."""
+    said, tool = checked.estimate.warnings, checked.found.tool
+    if tool is None or CONTRADICTED not in codes(said):
+        return said
+    what = (
+        f"no likely body explains what the tool of {tool.parameters.mass:.3g} kg leaves "
+        "of the wrench: was it on the sensor in this recording? identify without `tool`"
+    )
+    if checked.shape is not None:
+        return (*said, warning("tool-contradicts-wrench", what, "tool"))
+    left = [m for m in said if getattr(m, "code", "") != CONTRADICTED]
+    return (error("tool-contradicts-wrench", what, "tool"), *left)
 
 
 def mass_undetermined(estimate: Estimate) -> Iterable[Message]:
@@ -143,7 +162,7 @@ CHECKS: list[Check] = [
     lambda checked: com_warnings(checked.found.fit, checked.shape),
     lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,
-    lambda checked: checked.estimate.warnings,
+    _of_method,
     lambda c: misfit_warnings(c.estimate, c.residual, c.found),
     _undetermined,
     lambda checked: mass_undetermined(checked.estimate),

@@ -10,6 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message, error
@@ -62,9 +63,18 @@ class Contradiction:
 
 
 def with_contradictions(found: Ingested) -> Ingested:
-    """Recordings as they are, with a message for each that contradicts the others."""
+    """Recordings as they are, with a message for each that contradicts the others.
+
+    Raises `InputError` for two that hold the same samples.
+    """
     if not isinstance(found, JointIngested):
         return found
+    seen: dict[bytes, str] = {}
+    for name, part in zip(found.names, found.parts, strict=True):
+        first = seen.setdefault(part.condensed.counted.factor.tobytes(), name)
+        if first != name:
+            what = f"holds the same samples as {first}"
+            raise InputError(what, name, "give each recording once: it counts once")
     messages = tuple(each.message for each in contradictions(found))
     return replace(found, warnings=(*messages, *found.warnings))
 

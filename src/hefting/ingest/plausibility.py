@@ -12,8 +12,8 @@ from hefting.ingest.ingest import Ingested
 from hefting.shapes import Shape
 
 LONGEST_OBJECT = 10.0
-"""[m] Longer shapes, and longer distances of the COM from the sensor, indicate a wrong
-unit."""
+"""[m] Longer shapes, and longer distances of shape or COM from the sensor, indicate a
+wrong unit or pose."""
 HEAVIEST_OBJECT = 1000.0
 """[kg] Larger masses indicate a wrong unit of force."""
 SHORTEST_RECORDING = 0.2
@@ -21,10 +21,10 @@ SHORTEST_RECORDING = 0.2
 DENSEST_MATERIAL = 23_000.0
 """[kg/m³] Upper bound on the density of a material (osmium: 22,590)."""
 
-LIGHTEST_OBJECT = 2.0
+LIGHTEST_OBJECT = 5.0
 """[kg/m³] Least mass over the volume of an object's bounding box: a hammer has 500, a
-tennis racket 50, an empty carton 10. A length unit ten times too large makes it a
-thousandth."""
+tennis racket 50, an empty bottle 30, foam 15, an empty carton 7 to 10. A length unit ten
+times too large makes it a thousandth: of a body of up to 5,000 kg/m³ it is seen."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
 """Ratio of an estimate's residual to that of unconstrained least squares above which a
 warning is given."""
@@ -65,6 +65,10 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         of_file = "is its file in millimetres? give `unit` mm"
         fix = of_file if shape.known == "object" else "give the box in metres"
         raise InputError(what, fix=fix)
+    away = 0.0 if shape is None else np.linalg.norm(shape.positions, axis=1).min()
+    if away > LONGEST_OBJECT:
+        what = f"the shape is {away:.3g} m away from the sensor"
+        raise InputError(what, fix="check the unit and pose of the object")
     tilt = found.conditioned.tilt_std
     if tilt is not None and tilt > LARGEST_FOUND_TILT_STD:
         known = (
@@ -216,6 +220,11 @@ def misfit_warnings(
     cause = "the shape or its pose does not fit"
     if "c1" in estimate.provenance:
         cause += ", or c1 is too large for this motion"
+    if "max_acceleration" in estimate.provenance and not found.static:
+        cause = (
+            "the motion is too fast for gravity alone (move slower, stop and go, or use "
+            f"another method), or {cause}"
+        )
     if estimate.hull_margin is None:
         cause = "do not trust it"
     what = (

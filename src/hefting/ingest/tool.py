@@ -14,6 +14,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Answered, Estimate, estimate_given
+from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
 from hefting.core.regressor import predict_wrench
@@ -36,6 +37,22 @@ def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
         measurements,
         force=measurements.force - wrench[:, :3],
         torque=measurements.torque - wrench[:, 3:],
+    )
+
+
+def with_tool(estimate: Estimate, tool: Estimate) -> Estimate:
+    """The estimate of object and tool together. The tool's errors count twice where it
+    was subtracted for the object's: no narrower than the truth."""
+    covariance, added = estimate.covariance, tool_covariance(tool)
+    if covariance is not None and added is not None:
+        covariance = covariance + added
+    return replace(
+        estimate,
+        parameters=InertialParameters(
+            estimate.parameters.vector + tool.parameters.vector
+        ),
+        covariance=covariance,
+        provenance={k: v for k, v in estimate.provenance.items() if k != "tool"},
     )
 
 

@@ -156,6 +156,10 @@ def _unknown_format(path: str | Path) -> InputError:
         f", or a {each.name}'s folder" for each in formats() if each.folder
     )
     what = f"'{suffix}' is not a log format" if suffix else "is no log"
+    if suffix == ".gz":
+        return InputError("is packed with gzip", path, "unpack it, as zcat does")
+    if Path(path).is_dir():
+        folders += "; for all logs in a folder use hefting batch"
     python = "; in Python `hefting.as_recording` takes arrays or columns"
     return InputError(what, path, f"use {known}{folders}{python}")
 

@@ -22,6 +22,7 @@ from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Mask, frozen
 from hefting.estimators import METHODS
 from hefting.ingest.ingest import Ingested, ingest
+from hefting.ingest.tool import load_tool, with_tool
 from hefting.logs.given import as_recording
 from hefting.motion import measure
 from hefting.motion.measure import TWIST, Source
@@ -41,6 +42,7 @@ def predict(
     trajectory: Recording | str | Path,
     *,
     gravity: Gravity | ArrayLike = ON_EARTH,
+    tool: Estimate | Answered | str | Path | None = None,
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
@@ -59,6 +61,8 @@ def predict(
         ``Prediction.agreement`` says how well the estimate explains it.
     gravity : (3,) in world axes [m/s²], or `Gravity.at` a latitude. What is not known
         of its size is not in the band: where the estimate was made, it is the same.
+    tool : of `hefting.calibrate`, that the sensor bears as well: the wrench is that of
+        both. An estimate made with `tool` is of the object alone.
     motion : where velocities and accelerations come from, see
         `hefting.motion.measure.measure`.
     start, duration : part of the motion to take [s].
@@ -79,7 +83,9 @@ def predict(
     >>> prediction.agreement is not None
     True
     """
-    estimate = estimate_given(estimate)
+    alone = estimate = estimate_given(estimate)
+    if tool is not None:
+        estimate = with_tool(alone, load_tool(tool))
     trajectory = as_recording(trajectory, wrench_needed=False)
     if start or duration is not None:
         trajectory = trajectory.slice(start, duration)
@@ -128,7 +134,7 @@ def predict(
         warnings=(
             *trajectory.warnings,
             *measured.warnings,
-            *_doubts(estimate, frozen(gravity)),
+            *_doubts(alone, frozen(gravity), borne=tool is not None),
             *_open(spread, std),
             *refusal,
             *(agreed.warnings if agreed else ()),
@@ -196,7 +202,8 @@ def _peak(
     return Peak(float(magnitude[k]), float(z.time[k]), std)
 
 
-def _doubts(estimate: Estimate, gravity: Array) -> Iterator[Message]:
+def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Message]:
+    """Of the estimate; `borne` is whether the tool is in the prediction."""
     if estimate.verdict.reasons:
         first = estimate.verdict.reasons[0]
         say = warning if estimate.verdict.usable else error
@@ -211,9 +218,12 @@ def _doubts(estimate: Estimate, gravity: Array) -> Iterator[Message]:
         what = f"no body has the estimate's parameters: {estimate.consistency}"
         yield warning("not-physical", what)
     tool = subtracted_tool(estimate.provenance)
-    if tool is not None:
-        what = f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor bears its wrench as well"
-        yield warning("tool-subtracted", what)
+    if tool is not None and not borne:
+        what = (
+            f"a tool of {tool[0]:.4g} kg was subtracted for the estimate: the sensor "
+            "bears its wrench as well, see `tool`"
+        )
+        yield warning("tool-subtracted", what, "tool")
     found = numbers_in(estimate.provenance, "gravity", 3, LARGEST_GRAVITY)
     far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
     if found is not None and np.linalg.norm(found - gravity) > far:

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.estimate import Estimate
-from hefting.core.estimate_json import json_ready
+from hefting.core.estimate_json import json_ready, subtracted_tool
 from hefting.core.messages import Message, error, warning
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
@@ -107,10 +107,15 @@ def agreement(
         beyond = varying > SEVERAL * expected
         if beyond.any():
             (force, torque), (usual, turning) = varying, expected
+            cause = "is it another object, or another grasp?"
+            if subtracted_tool(estimate.provenance) is not None:
+                cause = (
+                    "is the tool on the sensor here too (give `tool`), or is it "
+                    "another object, or another grasp?"
+                )
             what = (
                 f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
-                f"expected to by {usual:.2g} N and {turning:.2g} N m: is it another "
-                "object, or another grasp?"
+                f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"
             )
             changes = _rms(z.wrench - z.wrench.mean(axis=0))
             most = (beyond & (varying > LARGELY * changes)).any()
