@@ -325,6 +325,8 @@ def test_a_payload_that_is_taken_away_is_no_unit_of_time(share, code):
         (1.6, "wrench-compensated"),
         (2.0, "gravity-reversed"),
         (2.5, "wrench-compensated"),
+        (6.0, "wrench-compensated"),
+        (30.0, "wrench-compensated"),
     ],
 )
 def test_a_payload_that_is_heavier_than_the_object_is_named(share, code):
