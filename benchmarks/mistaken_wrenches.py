@@ -1,6 +1,7 @@
 """Mistakes with the wrench: axes, units, bias, filters, and what else pulls at the
 sensor."""
 
+from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
@@ -262,15 +263,18 @@ def changing_gradually(kind: str, size: float) -> Change:
     return make
 
 
-def yielding(metres: float) -> Change:
+def yielding(
+    metres: float, law: Callable[[Array], Array] = lambda share: share
+) -> Change:
     """The grip gives way by so many metres under the object's weight across it, and by a
-    tenth of it along it."""
+    tenth of it along it; in between as a law says of the weight's share along each
+    axis."""
 
     def make(given: Given, rng: np.random.Generator) -> Given:
         unit = np.zeros(10)
         unit[0] = 1.0
         specific = given.wrench_of(unit)[:, :3]
-        places = -specific / 9.81 * metres * np.array((1.0, 1.0, 0.1))
+        places = -law(specific / 9.81) * metres * np.array((1.0, 1.0, 0.1))
         torque = np.cross(places, given.truth.mass * specific)
         truth = given.truth
         mean = InertialParameters.from_com(

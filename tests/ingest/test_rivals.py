@@ -14,6 +14,7 @@ from benchmarks.mistaken_wrenches import (
     changing_gradually,
     compensated,
     gains,
+    play,
     turned,
     units,
     vibrating,
@@ -201,6 +202,40 @@ def test_of_a_soft_grip_the_mean_place_is_known():
     )
 
 
+@pytest.mark.parametrize("metres", [0.003, 0.03])
+@pytest.mark.parametrize("gain", [2.0, 5.0])
+def test_an_object_with_slack_in_the_grip_is_named(metres, gain):
+    """It moves across the grip until it meets a stop, at a half or a fifth of its weight:
+    little slack was named, and much was not."""
+    slack = yielding(metres, lambda share: np.clip(gain * share, -1.0, 1.0))
+    doubt = doubt_of(case_of(slack(correct(0), np.random.default_rng(1))))
+    assert doubt is not None
+    assert doubt.message.code == "grip-elastic"
+    assert "slack" in doubt.message
+
+
+@pytest.mark.parametrize("share", [0.01, 0.02, 0.04])
+def test_more_play_is_named_no_less_than_little(share):
+    """Of 4 % the model leaves more than half of what is unexplained."""
+    given = play(share)(correct(3, "low"), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == "hysteresis"
+
+
+def test_torque_many_times_its_noise_is_told():
+    """A spinning rotor in the object: 12 % of the wrench's changes, the least that is
+    told by itself, and 13 times the noise of the torque."""
+    given = correct(3)
+    assert given.exact is not None
+    torque = np.cross(given.exact.angular_velocity, (0.0, 0.1, 0.0))
+    given = given.wrench(lambda _, w: w + np.hstack((np.zeros_like(torque), torque)))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == "unexplained"
+    assert not doubt.is_fatal
+
+
 @pytest.mark.parametrize("ratio", [2.5, 4.0])
 def test_rates_that_are_mistaken_are_told(ratio):
     given = time_scaled(1.0 / ratio)(correct(1), np.random.default_rng(1))
@@ -281,6 +316,8 @@ def test_a_payload_that_is_taken_away_is_no_unit_of_time(share, code):
         (1.6, "wrench-compensated"),
         (2.0, "gravity-reversed"),
         (2.5, "wrench-compensated"),
+        (6.0, "wrench-compensated"),
+        (30.0, "wrench-compensated"),
     ],
 )
 def test_a_payload_that_is_heavier_than_the_object_is_named(share, code):

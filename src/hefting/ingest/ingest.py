@@ -33,7 +33,6 @@ from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
-from hefting.ingest.short_drift import or_drift
 from hefting.ingest.stalled_wrench import without_stalled_wrench
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
@@ -287,8 +286,7 @@ def _doubt(
     case = Case.of(
         recording, found.path, found.gravity, found.offset, biased=may_be_biased
     )
-    doubt = doubt_of(case, with_tool=tool is not None)
-    return doubt if doubt is None else or_drift(case, doubt)
+    return doubt_of(case, with_tool=tool is not None)
 
 
 def _choose_sign(

@@ -23,6 +23,7 @@ from hefting.ingest.rivals import (
     position_axes,
     position_unit,
     quaternion_order,
+    short_drift,
     sloshing,
     time_unit,
     wrench_compensated,
@@ -39,6 +40,7 @@ EXPLANATIONS = (
     sloshing.explain,
     object_changing.explain,
     elastic_grip.explain,
+    short_drift.explain,
 )
 """Mistakes that are always looked for."""
 LINEAR_EXPLANATIONS = (

@@ -21,6 +21,7 @@ from hefting.ingest.rivals.explanation import (
     offset_columns,
     over_offsets,
 )
+from hefting.ingest.rivals.wrench_compensated import OR_HEAVIER
 
 CODE = "base-tilted"
 STEPS = 8
@@ -63,6 +64,8 @@ def explain(case: Case) -> Explanation | None:
     std = float(np.hypot(std, SENSOR_ERROR))
     if angle > REVERSED:
         what = "gravity seems to point the other way"
+        if case.gravity[2] < 0.0:  # as everyone's
+            what += OR_HEAVIER
         x, y, z = 0.0 - case.gravity
         fix = f"give `gravity`='{x:g},{y:g},{z:g}'"
         return Explanation(

@@ -26,6 +26,9 @@ used."""
 NOTICED_UNEXPLAINED = 0.125
 """The same from which on the answer is in doubt. On recordings of three real sensors it
 is at most 0.1."""
+NOTICED_MULTIPLE = 8.0
+"""Residual of torque, by which the COM is found, over what noise and a sensor's errors
+leave from which on it is, too. On those recordings it is at most 5.4."""
 STATIC_FACTOR = 2.0
 """Both are so much larger for static poses, whose noise counts as unexplained: of one
 per second nothing tells it."""
@@ -95,13 +98,17 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
         return Doubt(message, True, whole and not judged.named.is_change)
     share = judged.unexplained
     factor = 1.0 if case.path.moves else STATIC_FACTOR
-    if share <= factor * NOTICED_UNEXPLAINED:
+    noticed = share / NOTICED_UNEXPLAINED
+    # of a quantised wrench the noise is not known, nor of static poses
+    if judged.given is not None and case.noise[1] > 1e-3 * case.floor[1]:
+        fitted = judged.given.fitted
+        multiple = fitted.scale[fitted.best, 1] / case.floor[1]
+        noticed = max(noticed, multiple / NOTICED_MULTIPLE)
+    if noticed <= factor:
         return None
     vibration = Vibration.of(case) if case.path.moves else None
-    if vibration is not None:
-        otherwise = share * (1.0 - vibration.share) ** 0.5
-        if otherwise <= NOTICED_UNEXPLAINED:
-            return Doubt(_vibrates(vibration), False)
+    if vibration is not None and noticed * (1.0 - vibration.share) ** 0.5 <= 1.0:
+        return Doubt(_vibrates(vibration), False)
     what = (
         f"{100.0 * share:.0f} % of the wrench's changes are neither noise nor what a "
         "body on this motion needs: is the object fixed and free, and are clocks, axes "

@@ -1,12 +1,13 @@
-"""The grip gives way under the load, as a suction cup or soft fingers do.
+"""The grip gives way under the load, as a suction cup or soft fingers do, or has slack.
 
 The centre of mass is c - C s, with the compliance C (3, 3) and the specific force s of
 the sensor in its axes, which is gravity's where it moves slowly. The force is that of
 the rigid body, the torque has m s x C s besides: of C it does not tell a part that is
-the same along all axes.
+the same along all axes. Of an object with slack, which moves until it meets a stop,
+tanh(s / g0) by axes takes the place of s, with g0 a third of gravity.
 """
 
-import itertools
+from collections.abc import Callable
 
 import numpy as np
 
@@ -19,7 +20,13 @@ from hefting.ingest.rivals.explanation import Explanation, at_offset, fit_as_giv
 CODE = "grip-elastic"
 SMALLEST_MOVE = 0.001
 """[m] Movement of the COM that is told."""
-PAIRS = tuple(itertools.combinations_with_replacement(range(3), 2))
+STOPPED = 3.3
+"""[m/s²] Specific force along an axis from which on slack is used up."""
+LAWS: tuple[Callable[[Array], Array], ...] = (
+    lambda s: s,
+    lambda s: np.asarray(STOPPED * np.tanh(s / STOPPED)),
+)
+"""What the movement of the COM is proportional to, by the specific force."""
 LEVI_CIVITA = np.cross(np.eye(3)[:, None], np.eye(3))
 """(3, 3, 3) by two axes, their cross product."""
 
@@ -32,22 +39,28 @@ def explain(case: Case) -> Explanation | None:
     fitted = at_offset(case, lambda motion: _rows(case, motion), offset)
     if is_hopeless(case, fitted, given):
         return None
-    body, rest = np.split(fitted.solution[0], [10])
-    C = _with_isotropic(rest[:9].reshape(3, 3) / body[0])
-    s = fitted.rows.known[0, :, :3]
-    place = -s @ C.T
+    body, rest = np.split(fitted.solution[fitted.best], [10])
+    C = rest[:9].reshape(3, 3) / body[0]
+    if not fitted.best:
+        C = _with_isotropic(C)
+    place = -LAWS[fitted.best](fitted.rows.known[fitted.best, :, :3]) @ C.T
     mean = place.mean(axis=0)
     moved = float(np.linalg.norm(place - mean, axis=1).max())
     if not SMALLEST_MOVE < moved < 1.0:
         return None
     body[1:4] += body[0] * mean
+    way = (
+        "have slack in the grip"
+        if fitted.best
+        else "give way in the grip, as in a suction cup or soft fingers"
+    )
     return Explanation(
         CODE,
-        f"the object seems to give way in the grip, as in a suction cup or soft fingers: "
-        f"its centre of mass is up to {1e3 * moved:.2g} mm from its mean place",
+        f"the object seems to {way}: its centre of mass is up to {1e3 * moved:.2g} mm "
+        "from its mean place",
         "grip it stiffer and record again, or count on its moving so",
         fitted,
-        8,
+        8 + fitted.best,
         parameters=body,
     )
 
@@ -59,30 +72,25 @@ def yielding_columns(features: Array) -> Array:
 
 
 def _rows(case: Case, motion: Motion) -> Rows:
-    """Rows of a body, of its mass times the compliance, and of a bias."""
+    """Rows of a body, of its mass times the compliance by each law, and of a bias."""
     features = motion.features(case.modelled_gravity)
-    known = np.concatenate((features, _products(features)), axis=2)
-    maps = np.zeros((FEATURES + len(PAIRS), 6, 19))
+    known = [np.concatenate((features, _products(features, law)), 2) for law in LAWS]
+    maps = np.zeros((FEATURES + 9, 6, 19))
     maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
     maps[FEATURES:, :, 10:] = YIELDING
-    return with_bias(case, known, maps, motion.known)
+    used = np.repeat(motion.known, len(LAWS), axis=0)
+    return with_bias(case, np.concatenate(known), maps, used)
 
 
-def _products(features: Array) -> Array:
-    """(..., 6) products of the components of the specific force."""
-    return np.stack([features[..., i] * features[..., j] for i, j in PAIRS], axis=-1)
+def _products(features: Array, law: Callable[[Array], Array] = LAWS[0]) -> Array:
+    """(..., 9) products of the components of the specific force and of its law's."""
+    s = features[..., :3]
+    return (s[..., :, None] * law(s)[..., None, :]).reshape(*s.shape[:-1], 9)
 
 
-def _yielding() -> Array:
-    maps = np.zeros((len(PAIRS), 6, 9))
-    for row, column, axis in itertools.product(range(3), repeat=3):
-        pair = PAIRS.index((min(axis, column), max(axis, column)))
-        maps[pair, 3:, 3 * row + column] += LEVI_CIVITA[axis, row]
-    return maps
-
-
-YIELDING = _yielding()
-"""(6, 6, 9) columns of the compliance, row by row, per unit of each product."""
+YIELDING = np.einsum("irc,jl->ijcrl", LEVI_CIVITA, np.eye(3)).reshape(9, 3, 9)
+YIELDING = np.concatenate((np.zeros_like(YIELDING), YIELDING), axis=1)
+"""(9, 6, 9) columns of the compliance, row by row, per unit of each product."""
 
 
 def _with_isotropic(C: Array) -> Array:

@@ -3,13 +3,15 @@
 Accelerations from poses go with the inverse square of the unit of time, and gravity does
 not: the object seems to have another mass where it is accelerated than where it is
 weighed. Where it seems heavier so, a payload that the controller subtracts does the same:
-time is told beside it, or where samples are further apart than any are.
+time is told beside it, or where samples are further apart than any are. Of a payload much
+heavier than the object it seems to have hardly any mass where it is accelerated.
 """
 
 from dataclasses import replace
 
 import numpy as np
 
+from hefting.ingest.rivals import wrench_compensated
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import fit_rows
 from hefting.ingest.rivals.explanation import (
@@ -28,6 +30,9 @@ RATIOS = (2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0)
 SHORTEST_INTERVALS = {MILLISECONDS: 0.2, 0.5: 0.0}
 """[s] Interval between samples, as recorded, below which a unit of less than a second is
 not tried; that of the others is `RARE_INTERVAL`."""
+LARGEST_INERTIAL = 4.0
+"""Ratio above which the object has less than 1/16 of its mass where it is accelerated, as
+one lighter than the payload that is subtracted."""
 RARE_INTERVAL = 0.05
 """[s] Samples are rarely so far apart."""
 
@@ -55,6 +60,8 @@ def explain(case: Case) -> Explanation | None:
             what += (
                 f", or the controller to subtract {share:.0f} % of the object's weight"
             )
+        elif unit > LARGEST_INERTIAL:
+            what += wrench_compensated.OR_HEAVIER
     return Explanation(
         CODE,
         what,
@@ -62,6 +69,7 @@ def explain(case: Case) -> Explanation | None:
         fitted,
         0,
         rarity=1.0,
+        alternative=None if unit < 1.0 else lambda: wrench_compensated.explain(case),
         is_grave=True,
     )
 

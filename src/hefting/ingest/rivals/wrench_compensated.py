@@ -20,9 +20,12 @@ SMALLEST_SHARE = 0.005
 SMALL_SHARE = 0.05
 """Share below which the mass that is missing has to be seen by itself. Soft grips and
 liquids were taken for up to 0.02."""
-LARGEST_SHARE = 3.0
-"""Largest share of the object's weight that a controller takes away. Of 2 it is gravity
-the wrong way round, which has no unknowns and is told instead."""
+LARGEST_SHARE = 100.0
+"""Largest share of the object's weight that a controller takes away: that of a tool of
+3 kg, of an object of 30 g. Of 2 it is gravity the wrong way round, which has no unknowns
+and is told instead."""
+OR_HEAVIER = ", or the controller to subtract a payload heavier than the object"
+"""What is said beside a mistake that may be one."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -37,9 +40,12 @@ def explain(case: Case) -> Explanation | None:
     share = 1.0 - weighed / mass
     if not SMALLEST_SHARE <= share <= LARGEST_SHARE:
         return None
+    part = f"{100.0 * share:.0f} % of the object's weight"
+    if share > 1.0:
+        part = f"{abs(mass - weighed):.2g} kg, more than the object's,"
     what = (
-        f"some {100.0 * share:.0f} % of the object's weight seem to be missing in the "
-        "wrench, as where the controller subtracts a payload"
+        f"some {part} seem to be missing in the wrench, as where the controller "
+        "subtracts a payload"
     )
     fix = "set its payload to zero before recording"
     effect = _effect(fitted) if share < SMALL_SHARE else None
