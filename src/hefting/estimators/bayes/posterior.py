@@ -225,11 +225,13 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
             )
         )
     if far:
-        where = "inside the shape" if posterior.shape_known else "near the sensor"
+        known = posterior.shape_known
+        where = "inside the shape" if known else "near the sensor"
+        advice = "" if known else "; of one that is long or far give `shape`"
         warnings.append(
             warning(
                 "shape-contradicts-wrench",
-                f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away",
+                f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away{advice}",
                 "shape",
             )
         )
