@@ -3,7 +3,9 @@
 import numpy as np
 import pytest
 
-from hefting.cli.report.digits import aligned, decimals_of, fixed, with_reach
+from hefting.cli.report.digits import Worth, aligned, decimals_of, fixed, with_reach
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
 
 
 @pytest.mark.parametrize(
@@ -35,3 +37,15 @@ def test_points_stand_under_each_other():
     width = max(map(len, column))
     ends = [len(text.rjust(width).split(".")[0].rstrip()) for text in column]
     assert len(set(ends)) == 1
+
+
+def test_moments_of_a_point_take_their_digits_from_the_intervals():
+    """Those of rounding, 1e-17 kg m², had twenty decimals."""
+    point = InertialParameters.from_com(1.0, (0.0, 0.0, 0.1), 1e-17 * np.eye(3))
+    ends = {
+        "mass": np.array((0.9, 1.1)),
+        "center_of_mass": np.array((-0.01, 0.01))[:, None] * np.ones(3),
+        "inertia_at_com": np.array((-3e-18, 7e-3))[:, None, None] * np.ones((3, 3)),
+    }
+    worth = Worth.of(Estimate("Bayes", point, 10, intervals=ends))
+    assert worth.text(-3e-18, 4, False) == "0.000000"

@@ -23,6 +23,7 @@ def test_rounded_times_are_told_by_how_many_repeat():
         assert "write times with more digits" in error.fix
         repeats = int((np.diff(time) == 0.0).sum())
         assert error.fix.startswith(f"{repeats} of 499 do")
+        assert "time = { rate = 250 }" in error.fix  # for a log that is there
 
 
 def test_times_of_arrival_take_no_more_digits():

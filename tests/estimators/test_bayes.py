@@ -265,6 +265,14 @@ def test_a_body_elsewhere_than_the_shape_is_told():
     assert any("no mass inside the shape" in line for line in warnings)
 
 
+def test_a_long_object_without_a_shape_takes_its_shape():
+    """A rod from the sensor to 1.6 m beyond it: Bayes' prior ends some half a metre off."""
+    rod = InertialParameters.from_com(1.5, (0, 0, 0.8), np.diag((0.32, 0.32, 1e-3)))
+    z = with_wrench(exact(), rod).with_noise(NOISE, 12)
+    (said,) = [m for m in Bayes(noise=NOISE).fit(z).warnings if "no mass near" in m]
+    assert said.endswith("give `shape`")
+
+
 def test_a_shape_that_hardly_explains_the_wrench_is_in_doubt():
     """The hammer's mesh turned by 60° about its handle: neither the posterior nor a body
     in it is beyond belief by itself. With the mesh as it lies nothing is said."""

@@ -359,7 +359,7 @@ def test_the_noise_scale_is_that_of_the_noise_beside_a_change():
     of a good sensor."""
     rng = np.random.default_rng(4)
     for change in (None, 50):
-        cells = with_noise_scale(random_cells(rng, 100, change))
+        cells = with_noise_scale(random_cells(rng, 100, change), np.zeros(2))
         floor = 0.005 * np.linalg.norm(
             np.std(cells.wrench, axis=0).reshape(2, 3), axis=1
         )

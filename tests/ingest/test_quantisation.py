@@ -5,6 +5,7 @@ import pytest
 from benchmarks.given import correct
 
 from hefting.ingest.channels import quantisation_message, step_beyond_noise
+from hefting.ingest.ingest import ingest
 from hefting.ingest.outliers import saturated
 
 
@@ -62,3 +63,16 @@ def test_steps_of_one_of_force_and_torque_are_told_alone(rows, unit):
     message = quantisation_message(given.recording)
     assert message is not None
     assert f"in steps of {steps[rows[0]]:g} {unit}, larger" in message
+
+
+def test_a_channel_of_two_levels_is_at_no_limit():
+    rng = np.random.default_rng(4)
+    levels = (rng.random((1000, 1)) < 0.4) * np.ones(6)
+    assert not saturated(levels, levels, np.ones(6)).any()
+
+
+def test_coarse_steps_are_all_that_is_said_of_a_right_recording():
+    """An object of 0.2 kg, of which the force has a few levels, and rests on some."""
+    steps = np.repeat((1.0, 0.05), 3)
+    found = ingest(correct(5).wrench(lambda _, w: in_steps(w, steps)).recording)
+    assert [m.code for m in found.warnings] == ["wrench-quantised"]

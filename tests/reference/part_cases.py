@@ -116,7 +116,7 @@ def cells_held(kind: str) -> Cells:
     samples, found = robust(kind)
     cells = cells_of(samples, found.problem, found.fit, found.outliers, 0.01)
     assert cells is not None
-    return screening.with_noise_scale(cells)
+    return screening.with_noise_scale(cells, np.zeros(2))
 
 
 def of_changes(kind: str) -> Any:

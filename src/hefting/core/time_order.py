@@ -43,14 +43,15 @@ def explain_times(time: Array, at: int, row: int) -> tuple[str, str]:
         what, repeats = f"repeats that of row {row}", int((steps == 0.0).sum())
         if repeats > ROUNDED_SHARE * len(steps) and repeats > 1:
             many = f"{repeats} of {len(steps)} do: "
+            given = "or give the rate in a column map, time = { rate = 250 } [Hz]"
             if _are_rounded(steps):
-                return (
-                    what,
-                    f"{many}write times with more digits, those since 1970 above all",
+                return what, (
+                    f"{many}write times with more digits, those since 1970 above all, "
+                    f"{given}"
                 )
             return what, (
                 f"{many}they seem to be times of arrival, several at once: write the "
-                "sender's, or give the rate in a column map, time = { rate = 250 } [Hz]"
+                f"sender's, {given}"
             )
         return what, "keep one of the two rows"
     what, back = f"is before {before:.9g} s of row {row}", steps < 0.0

@@ -83,17 +83,11 @@ def _equal(one: Array, other: Array) -> bool:
 def quantisation_message(recording: Recording) -> Message | None:
     """What is said of the steps of force and torque, if they exceed the noise."""
     wrench = recording["wrench"].values
-    shares, steps = np.zeros(2), np.zeros(2)
-    for i, channels in enumerate((wrench[:, :3], wrench[:, 3:])):
-        each = np.array([step_beyond_noise(values) for values in channels.T])
-        if not each.any():
-            continue
-        changes = np.sqrt(np.mean(np.var(channels, axis=0)))
-        steps[i] = each.max()
-        # an error that is uniform over a step
-        shares[i] = np.sqrt(np.mean(each**2) / 12.0) / max(float(changes), 1e-300)
+    changes = np.sqrt(np.var(wrench, axis=0).reshape(2, 3).mean(axis=1))
+    shares = rounding_error(wrench) / np.maximum(changes, 1e-300)
     if not shares.max() > NOTICED_SHARE:
         return None
+    steps = _steps(wrench).max(axis=1)
     sizes = " and ".join(
         f"{step:.2g} {unit}"
         for step, unit in zip(steps, ("N", "N m"), strict=True)
@@ -105,6 +99,17 @@ def quantisation_message(recording: Recording) -> Message | None:
     )
     say = warning if shares.max() > LARGEST_SHARE else note
     return say("wrench-quantised", what)
+
+
+def rounding_error(wrench: Array) -> Array:
+    """(2,) standard deviation of the error of force [N] and torque [N m], of a wrench
+    (K, 6), which is uniform over each step that exceeds the noise."""
+    return np.sqrt(np.mean(np.square(_steps(wrench)), axis=1) / 12.0)
+
+
+def _steps(wrench: Array) -> Array:
+    """(2, 3) of the channels of force and torque."""
+    return np.reshape([step_beyond_noise(values) for values in wrench.T], (2, 3))
 
 
 def step_beyond_noise(values: Array) -> float:

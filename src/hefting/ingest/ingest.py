@@ -145,7 +145,7 @@ def ingest(
         *bias_warnings,
         *change_warnings(changes, chosen=not asked),
     ]
-    steps = quantisation_message(recording)
+    steps = quantisation_message(whole)
     notes = [*recording.notes, *measured.notes]
     notes += [] if response is None else response.messages()
     if steps is not None:

@@ -178,10 +178,10 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
 
 
 def _never_rests(values: Array) -> bool:
-    """Whether no value of (K,) is shared by as many samples as a limit is: those of a
-    wrench without noise, or in coarse steps, are."""
+    """Whether values (K,) are several, and none is shared by as many samples as a limit
+    is: those of a wrench without noise, or in coarse steps, are."""
     _, counts = np.unique(values, return_counts=True)
-    return bool(counts.max(initial=0) < FEWEST_SATURATED_SAMPLES)
+    return len(counts) > 1 and bool(counts.max() < FEWEST_SATURATED_SAMPLES)
 
 
 def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:

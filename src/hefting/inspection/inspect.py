@@ -18,6 +18,7 @@ from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import check_wrench
+from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
 from hefting.inspection.facts import (
     Movement,
     StreamFacts,
@@ -101,11 +102,7 @@ def _inspection(
         facts = wrench_facts(found, fit, comparable)
         identifiable = identifiability(found.excitation, fit, TYPICAL_SIZE)
         hint = _hint(gravity, found.conditioned)
-        warnings = [
-            line
-            for line in found.warnings
-            if getattr(line, "code", "") not in ("sign-uncertain", "base-tilted")
-        ]
+        warnings = list(found.warnings)
         try:
             check_wrench(found, None)
         except InputError as error:
@@ -144,7 +141,8 @@ def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
     if adopted:
         std, there = found.tilt_std, found.gravity
     elif found.tilted is not None and found.sign.certain:
-        std, there = found.tilted.std, found.tilted.gravity
+        there = found.tilted.gravity
+        std = float(np.hypot(found.tilted.std, SENSOR_ERROR))
     else:
         return None
     if std is None or not np.isfinite(std):

@@ -23,6 +23,8 @@ MILLIMETRE = 3
 LEAST_DIGITS = 2
 """Significant digits of the mass, and of the largest moment, that are shown however
 wide their intervals are."""
+NOTHING = 0.01
+"""Share of the widest interval of the inertia below which moments count as none."""
 
 
 def decimals_of(value: float, reach: float | None, digits: int = 2) -> int:
@@ -85,9 +87,10 @@ class Worth:
         """From the intervals of an estimate."""
         p, half = estimate.parameters, estimate.half_widths
         com, moments = p.center_of_mass, p.inertia_at_com.diagonal()
-        inertia = decimals(
-            half["inertia_at_com"], float(np.abs(moments).max()), LEAST_DIGITS
-        )
+        wide = half["inertia_at_com"]
+        widest = float(np.max(wide, where=np.isfinite(wide), initial=0.0))
+        size = max(float(np.abs(moments).max()), NOTHING * widest)
+        inertia = decimals(wide, size, LEAST_DIGITS)
         places = (
             decimals(half["mass"], abs(p.mass), LEAST_DIGITS),
             *decimals(half["center_of_mass"], float(np.abs(com).max())) - MILLIMETRE,

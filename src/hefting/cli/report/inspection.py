@@ -117,9 +117,9 @@ def _gravity(found: "Inspection") -> str:
     std = f"{degrees:.1f}°" if degrees >= 0.1 else f"{degrees:.1g}°"
     if hint.adopted:
         return f"{vector}, as found: {angle} ± {std} from straight down"
-    if hint.angle < 3.0 * hint.std or np.degrees(hint.angle) < 0.05:
+    if hint.angle < 3.0 * hint.std:
         return f"{vector}, as given; the data agree (to ± {std})"
-    return f"{vector}, as given; the data would have it {angle} ± {std} off (information only)"
+    return f"{vector}, as given; the data would have it {angle} ± {std} off"
 
 
 def _speed_limit(m: "Movement") -> str:

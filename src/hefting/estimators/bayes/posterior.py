@@ -225,13 +225,13 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
             )
         )
     if far:
-        where, so = "near the sensor", ""
+        where, so = "near the sensor", "of one that is long or far give `shape`"
         if posterior.shape_known:
-            where, so = "inside the shape", "; the answer is without the shape"
+            where, so = "inside the shape", "the answer is without the shape"
         warnings.append(
             warning(
                 "shape-contradicts-wrench",
-                f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away{so}",
+                f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away; {so}",
                 "shape",
             )
         )

@@ -30,6 +30,7 @@ from hefting.ingest.changes.stretches import (
     event_between,
     with_returns,
 )
+from hefting.ingest.channels import rounding_error
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.robust_fit import RobustFit
 from hefting.ingest.samples import Samples
@@ -92,7 +93,7 @@ def _cells(samples: Samples, found: RobustFit, offset: float) -> Cells | None:
     cells = cells_of(samples, found.problem, found.fit, found.outliers, offset)
     if cells is None or len(cells) < FEWEST_CELLS:
         return None
-    return with_noise_scale(cells)
+    return with_noise_scale(cells, rounding_error(samples.wrench))
 
 
 def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment | None:

@@ -42,12 +42,13 @@ FEWEST_CELLS_EACH_SIDE = 5
 """Fewest cells on each side of a change."""
 
 
-def with_noise_scale(cells: Cells) -> Cells:
+def with_noise_scale(cells: Cells, rounding: Array) -> Cells:
     """The cells with the scale of their noise: that of the differences between
-    neighbours' residuals, but no less than the error of a good sensor."""
+    neighbours' residuals, but no less than the error of a good sensor, and that of
+    `rounding` (2,) of force [N] and torque [N m]."""
     changes = np.linalg.norm(np.std(cells.wrench, axis=0).reshape(2, 3), axis=1)
     smallest = 1e-9 * float(np.abs(cells.wrench).max()) + 1e-12
-    floor = np.maximum(SENSOR_ERROR * changes, smallest)
+    floor = np.maximum(SENSOR_ERROR * changes, np.maximum(rounding, smallest))
     cells = replace(cells, scale=np.maximum(0.1 * changes, smallest))
     for _ in range(2):
         apart = np.diff(_one_body(cells).residual, n=3, axis=0) * cells.unit

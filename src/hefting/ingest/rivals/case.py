@@ -8,6 +8,7 @@ import numpy as np
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.blocks import Blocks
+from hefting.ingest.channels import rounding_error
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
 
@@ -87,6 +88,8 @@ class Case:
         if together > 1:
             time, values = _averages(time, values, together)
             noise = noise * (AVERAGES_VARIANCE / together) ** 0.5
+        # neither noise of averages nor differences of samples that rest on one step
+        noise = np.hypot(noise, rounding_error(wrench.values))
         step = -(-len(time) // MOST_BLOCKS)
         return cls(
             recording,

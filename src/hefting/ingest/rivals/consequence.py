@@ -151,7 +151,7 @@ def _named(judged: Judged, named: Explanation, held: str) -> Message:
         return warning(named.code, said, named.argument)
     effects = []
     if mass > LARGE_MASS_CHANGE:
-        effects.append(f"{abs(after[0]):.3g} kg in place of {abs(before[0]):.3g} kg")
+        effects.append(f"{abs(after[0]):.3g} kg")
     if LARGE_COM_CHANGE < com < np.inf:
         effects.append(f"its centre of mass {1e3 * com:.0f} mm elsewhere")
     if effects:
