@@ -147,6 +147,20 @@ def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
     assert low < case.other.mass < high
 
 
+def test_what_an_empty_gripper_grasps_is_noticed_as_another_object_is():
+    """74 g beside a tool of 510 g that is known, after 5 s of nothing."""
+    case = swapped(0, duration=8.0, time=5.0)
+    tool = hefting.identify(case.recording.slice(0.0, 4.8)).estimate
+    _, said = play(case.recording, tool=tool)
+    assert "nothing held" in {each.state for each in said if each.time < 5.0}
+    seen = next(each for each in said if each.estimate is not None)
+    assert 5.0 < seen.time <= 7.5  # 7.2; before, the end of the stream
+    assert seen.object == 2
+    low, high = said[-1].estimate.interval("mass")
+    assert low < case.other.mass - case.body.mass < high
+    assert "nothing held" not in {each.state for each in said if each.time > 5.5}
+
+
 def test_the_object_before_is_told_from_its_own_samples():
     """Swapped so early that an understanding notices, by when the last estimate is of
     samples of both: that was 11 % off, this is .4 %."""

@@ -141,15 +141,16 @@ class Pipeline:
         found = self._asker.answer()
         if found is None or self._asked_object != self.object:
             return
-        if found.estimate is None:
-            self._obstacle = found.obstacle
-            return
-        self._obstacle, self._new_clock = None, False
+        self._obstacle = found.obstacle
+        if found.estimate is not None:
+            self._new_clock = False
         if found.changed is not None:
             # the last estimate may be of samples of both objects
             if (before := self._understood_by(found.changed)) is not None:
                 self._estimate = before.estimate
             self._begin_object(found.changed)
+            return
+        if found.found is None:
             return
         self._known.append(found)
         follows = found.found is not None and found.found.source in FOLLOWED
@@ -290,12 +291,12 @@ class Pipeline:
 
     def _state(self, said: list[Message]) -> LiveStateName:
         """The state; what is to be said of it is added."""
+        if self._watch.onset is not None:
+            when = f"since {self._watch.onset:.2f} s"
+            what = f"the wrench is not that of the object {when}: touched, slipped or swapped?"
+            said.append(warning("live-contradicted", what))
+            return "contradicted"
         if self._estimate is not None:
-            if self._watch.onset is not None:
-                when = f"since {self._watch.onset:.2f} s"
-                what = f"the wrench is not that of the object {when}: touched, slipped or swapped?"
-                said.append(warning("live-contradicted", what))
-                return "contradicted"
             return "sufficient" if self._estimate.sufficient else "identified"
         absent = [s for s in ("wrench", "orientation") if not self.history.has(s)]
         if absent:
@@ -305,4 +306,5 @@ class Pipeline:
             said.append(note("live-waiting", "waits for a second of samples"))
             return "waiting"
         said.append(self._obstacle)
-        return "too little motion"
+        held = self._obstacle.code != "live-nothing-held"
+        return "too little motion" if held else "nothing held"
