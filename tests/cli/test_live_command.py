@@ -236,6 +236,7 @@ def test_what_a_robot_takes_is_printed_at_the_end(run, log):
         (("-", "--urdf", "robot.urdf"), "--sensor-frame"),
         (("-", "--map", "map.toml"), "is for logs"),
         (("-", "--speed", "inf"), "--speed"),
+        (("-", "--bias", "tare:0,2"), "'tare:0,2' is for recordings"),
     ],
 )
 def test_what_cannot_be_used_is_refused(run, words, said):

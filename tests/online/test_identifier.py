@@ -169,6 +169,15 @@ def test_joint_positions_become_poses(recording, tmp_path):
         ({"method": "OLS", "until": "mass=1%"}, "accuracy"),
         ({"shape": "missing.stl"}, "missing.stl"),
         ({"tool": "missing.json"}, "missing.json"),
+        ({"bias": "nonsense"}, "unknown bias model 'nonsense'"),
+        ({"bias": [1.0, 2.0, 3.0]}, "six finite numbers"),
+        ({"bias": "missing.json"}, "missing.json"),
+        ({"gravity": "down"}, "down"),
+        ({"until": "weight=1%"}, "no accuracy"),
+        ({"mass": "heavy"}, "heavy"),
+        ({"nonsense": 1}, "no 'nonsense'"),
+        ({"method": "PMD"}, "PMD needs"),
+        ({"method": hefting.OLS(), "bias_": 1}, "beside an estimator"),
     ],
 )
 def test_what_cannot_be_right_is_refused_in_one_line(options, words):
