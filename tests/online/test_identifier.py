@@ -108,6 +108,9 @@ def test_a_lost_source_is_the_state_until_it_is_back():
     live.say(warning("source-lost", "the robot was switched off"))
     assert live.step().state == "lost source"
     live.say(note("source-back", "it is there again"))
+    live.say(warning("source-silent", "no samples for 2 s"))
+    assert live.step().state == "lost source"
+    live.say(note("source-back", "it is there again"))
     live.add("wrench", 0.0, np.zeros(6))
     assert live.step().state == "waiting"
 

@@ -247,6 +247,33 @@ def test_two_seconds_of_silence_do_no_harm(longer):
     assert deviations(said[-1].estimate, whole).max() < 0.5
 
 
+def test_a_wrench_that_stands_still_is_no_other_object(longer):
+    """For two of seven seconds, as of a driver that repeats its last message."""
+    case, whole = longer
+    held = case.recording["wrench"]
+    begin = case.recording.start + 3.0
+
+    def repeat(samples, _):
+        if samples.stream != "wrench":
+            return [samples]
+        stands = (samples.time > begin) & (samples.time < begin + 2.0)
+        last = held.values[held.time <= begin][-1]
+        return [
+            samples._replace(values=np.where(stands[:, None], last, samples.values))
+        ]
+
+    _, said = play(case.recording, repeat)
+    lost = [each for each in said if each.state == "lost source"]
+    # after 20 samples, and a step
+    assert lost[0].time - begin < 0.5
+    assert lost[-1].time - begin < 2.5
+    assert "wrench-stalled" in hefting.core.messages.codes(lost[0].messages)
+    assert {each.object for each in said} == {1}
+    assert "contradicted" not in {each.state for each in said}
+    assert said[-1].state == "identified"
+    assert np.abs(deviations(said[-1].estimate, whole)).max() < 1.5
+
+
 def test_malformed_samples_are_skipped_and_counted(clean):
     """Every hundredth row not a number, of a stamp of another clock, or absurd."""
     case, whole = clean

@@ -193,9 +193,9 @@ class LiveIdentifier:
 
     def say(self, message: Message) -> None:
         """Have a message on the source told with the next estimates; of the code
-        ``source-lost`` or ``source-back`` it is also their state."""
-        if message.code in ("source-lost", "source-back"):
-            self._lost = message.code == "source-lost"
+        ``source-lost``, ``source-silent`` or ``source-back`` it is also their state."""
+        if message.code in ("source-lost", "source-silent", "source-back"):
+            self._lost = message.code != "source-back"
         self._pipeline.say(message)
 
     def step(self) -> LiveEstimate | None:
