@@ -96,6 +96,8 @@ def ingest(
     changes, asked = found.changes, bool(start) or duration is not None
     if doubt is not None and doubt.needs_no_change:
         changes = None
+    if changes is not None and tool is not None:
+        changes = changes.beside(tool.parameters.vector)
     if changes is not None and not asked:
         part = changes.chosen
         recording = recording.slice(part.start, part.duration)
