@@ -126,8 +126,9 @@ def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
     if found.estimate is not None:
         parts += [str(found.estimate.verdict), *numbers_of(found.estimate)]
     parts.append(f"{pump.counts['samples']} samples")
-    if skipped := sum(pump.source.skipped.values()):
-        parts.append(f"{skipped} skipped")
+    if skipped := +pump.source.skipped.copy():
+        why, _ = skipped.most_common(1)[0]
+        parts.append(f"{skipped.total()} skipped ({why})")
     if found.messages:
         parts.append(render(str(found.messages[-1])))
     return " | ".join(parts)
