@@ -9,6 +9,7 @@ import subprocess
 import sys
 import threading
 import time
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -120,6 +121,18 @@ def test_people_see_lines_and_then_the_answer(run, log):
     assert shown
     assert all(" s: " in line and " samples" in line for line in shown)
     assert "is played at 4 times its speed" in err
+
+
+@pytest.mark.usefixtures("_here")
+def test_a_mistake_is_named_while_it_runs(run, recording, tmp_path):
+    """Quaternions w, x, y, z: the numbers stand beside `do not use`."""
+    turned = recording["orientation"]
+    mistaken = replace(turned, values=turned.values[:, [3, 0, 1, 2]])
+    streams = {**recording.streams, "orientation": mistaken}
+    write_log(Recording(streams, source="live"), path := tmp_path / "log.csv")
+    _, out, err = run("live", path, "--speed", "2")
+    assert " | do not use | " in out
+    assert err.count("do not use: ") == 1
 
 
 @pytest.mark.usefixtures("_here")
@@ -236,6 +249,7 @@ def test_what_a_robot_takes_is_printed_at_the_end(run, log):
         (("-", "--urdf", "robot.urdf"), "--sensor-frame"),
         (("-", "--map", "map.toml"), "is for logs"),
         (("-", "--speed", "inf"), "--speed"),
+        (("-", "--bias", "tare:0,2"), "'tare:0,2' is for recordings"),
     ],
 )
 def test_what_cannot_be_used_is_refused(run, words, said):

@@ -219,7 +219,7 @@ def test_the_bias_of_an_estimate_can_be_given_to_the_next(on_sensor, tmp_path):
     )
     first = identify(log, method="OLS", bias="estimate")
     first.estimate.save(tmp_path / "first.json")
-    second = identify(log, method="OLS", bias=load_bias(tmp_path / "first.json"))
+    second = identify(log, method="OLS", bias=str(tmp_path / "first.json"))
     assert first.sign.on_object is second.sign.on_object is not on_sensor
     np.testing.assert_allclose(
         second.estimate.parameters.vector[:4],

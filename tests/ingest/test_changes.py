@@ -400,6 +400,22 @@ def test_the_stretch_chosen_has_an_object_where_there_is_one():
     assert Changes((bare,), (Touch(8.0, 15.0),), 15.0).chosen is bare
 
 
+def test_beside_a_tool_the_longest_stretch_with_an_object_is_chosen():
+    """Of 1 kg, whose recording was 1 % off; the object hangs beside it."""
+    tool = body(1.0)
+    com = np.array((0.0, 0.05, 0.05))
+    empty = Stretch(0.0, 8.0, 1.01, com, "swapped", bare=False)
+    held = Stretch(8.2, 12.0, 1.5, com, None, bare=False)
+    assert Changes((empty, held), (), 12.0).chosen is empty
+    found = Changes((empty, held), (), 12.0).beside(tool)
+    assert found.chosen.start == 8.2
+    assert found.stretches[0].event == "picked-up"
+    own = (1.5 * com - tool[1:4]) / 0.5
+    assert found.chosen.mass == pytest.approx(0.5, abs=1e-12)
+    np.testing.assert_allclose(found.chosen.center_of_mass, own, atol=1e-12)
+    assert "`duration` 8.00 (the tool alone)" in change_warnings(found, chosen=True)[1]
+
+
 def test_messages_name_times_kinds_and_what_to_give():
     one = Stretch(0.0, 4.0, 1.0, np.array((0.0, 0.01, 0.02)), "swapped", bare=False)
     other = Stretch(4.2, 9.0, 2.0, None, None, bare=False)

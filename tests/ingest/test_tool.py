@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 
+from hefting import Shape
 from hefting import identify as front
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
@@ -34,6 +35,8 @@ def block(mass, com, sides):
 
 GRIPPER = block(1.0, (0.0, 0.005, 0.05), (0.1, 0.06, 0.1))
 OBJECT = block(0.25, (0.01, 0.0, 0.14), (0.06, 0.05, 0.12))
+NEAR = (-0.05, 0.05, -0.05, 0.05, 0.0, 0.2)
+"""[m] Box about the sensor."""
 BOTH = InertialParameters(GRIPPER.vector + OBJECT.vector)
 
 
@@ -133,8 +136,6 @@ def test_covariances_add():
 
 def test_every_method_takes_it():
     tool, recording = calibrate(log(GRIPPER, 20.0, 1)), log(BOTH, 10.0, 2)
-    from hefting import Shape
-
     shape = Shape.from_box(-0.02, 0.04, -0.025, 0.025, 0.08, 0.2)
     for method in ("Bayes", "PMD", "GEO", "LMI", "RTLS"):
         found = identify(recording, shape, method=method, tool=tool).estimate
@@ -166,6 +167,10 @@ def test_warnings_and_refusals(tmp_path):
         NotIdentifiableError, match="beside the tool; check `tool`: was it in the hand"
     ):
         identify(log(OBJECT, 10.0, 2), method="OLS", tool=tool)
+    # some grams less that are a metre away: of the tool, and of no unit
+    less = block(0.98, (0.0, 0.03, 0.05), (0.1, 0.06, 0.1))
+    with pytest.raises(NotIdentifiableError, match="beside the tool; check `tool`"):
+        identify(log(less, 10.0, 2), Shape.from_box(*NEAR), method="OLS", tool=tool)
     with pytest.raises(NotIdentifiableError, match="beside the tool; nothing is held"):
         identify(log(GRIPPER, 10.0, 2), method="OLS", tool=tool)
     data = tool.to_dict()

@@ -15,6 +15,8 @@ from scipy.spatial.transform import Rotation
 from hefting.cli import main
 from hefting.cli.report.inspection import inspection_report
 from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
 from hefting.ingest.ingest import ingest
@@ -350,6 +352,22 @@ def test_an_empty_hand():
         for line in found.advice
     )
     assert found.facts.bias is None
+
+
+def test_beside_a_tool_the_object_alone_is_told():
+    """The tool is half of what is held, or all of it."""
+    log = log_of()
+    all_of_it = inspect(log).ingested.fit
+    covariance = all_of_it.covariance[:10, :10]
+
+    def beside(share):
+        own = InertialParameters(share * BODY.vector)
+        return inspect(log, tool=Estimate("OLS", own, 100, covariance=covariance))
+
+    found = beside(0.5)
+    assert found.facts.mass == pytest.approx(0.5 * BODY.mass, rel=0.02)
+    assert found.facts.noise == pytest.approx(inspect(log).facts.noise, rel=0.1)
+    assert beside(1.0).missing["object"] == "nothing is held beside the tool"
 
 
 # whatever the log

@@ -389,7 +389,8 @@ def bad(what):
         "a frame that rests": (
             [*basic(lambda k: wrench(k, frame="a")), *tf],
             {},
-            "in tf nothing moves between the root and a; give `sensor_frame` one of ft",
+            "in tf nothing moves between the root and a; if a is the sensor, give "
+            "`world_frame` one of ft; if not, `sensor_frame` one of them",
         ),
         "mixed frames": (
             basic(lambda k: wrench(k, frame="a" if k < 7 else "b"), pose),

@@ -62,6 +62,17 @@ def test_another_mass_is_told(known, share):
     assert found.misfit == pytest.approx(1.0, abs=0.3)
 
 
+def test_a_long_body_is_another_object_and_no_push(known):
+    """Two kilograms more, whose moments of inertia leave twelve times the noise beside
+    mass and COM."""
+    _, expected, z = known
+    change = InertialParameters.from_com(2.0, (0.0, 0.1, 0.2), 0.1 * np.eye(3))
+    body = expected.x[:10] + change.vector
+    part = drawn(expected, z[:100], body, np.random.default_rng(5))
+    # of white noise that is one
+    assert expected.of_latest(part, 0.9).misfit < 1.5
+
+
 def test_a_push_is_explained_by_no_body(known):
     """5 N along the sensor's x axis, and none about it."""
     _, expected, z = known

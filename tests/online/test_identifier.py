@@ -108,6 +108,9 @@ def test_a_lost_source_is_the_state_until_it_is_back():
     live.say(warning("source-lost", "the robot was switched off"))
     assert live.step().state == "lost source"
     live.say(note("source-back", "it is there again"))
+    live.say(warning("source-silent", "no samples for 2 s"))
+    assert live.step().state == "lost source"
+    live.say(note("source-back", "it is there again"))
     live.add("wrench", 0.0, np.zeros(6))
     assert live.step().state == "waiting"
 
@@ -169,6 +172,15 @@ def test_joint_positions_become_poses(recording, tmp_path):
         ({"method": "OLS", "until": "mass=1%"}, "accuracy"),
         ({"shape": "missing.stl"}, "missing.stl"),
         ({"tool": "missing.json"}, "missing.json"),
+        ({"bias": "nonsense"}, "unknown bias model 'nonsense'"),
+        ({"bias": [1.0, 2.0, 3.0]}, "six finite numbers"),
+        ({"bias": "missing.json"}, "missing.json"),
+        ({"gravity": "down"}, "down"),
+        ({"until": "weight=1%"}, "no accuracy"),
+        ({"mass": "heavy"}, "heavy"),
+        ({"nonsense": 1}, "no 'nonsense'"),
+        ({"method": "PMD"}, "PMD needs"),
+        ({"method": hefting.OLS(), "bias_": 1}, "beside an estimator"),
     ],
 )
 def test_what_cannot_be_right_is_refused_in_one_line(options, words):

@@ -147,6 +147,20 @@ def test_another_object_is_noticed_within_two_seconds_and_no_other(seed):
     assert low < case.other.mass < high
 
 
+def test_what_an_empty_gripper_grasps_is_noticed_as_another_object_is():
+    """74 g beside a tool of 510 g that is known, after 5 s of nothing."""
+    case = swapped(0, duration=8.0, time=5.0)
+    tool = hefting.identify(case.recording.slice(0.0, 4.8)).estimate
+    _, said = play(case.recording, tool=tool)
+    assert "nothing held" in {each.state for each in said if each.time < 5.0}
+    seen = next(each for each in said if each.estimate is not None)
+    assert 5.0 < seen.time <= 7.5  # 7.2; before, the end of the stream
+    assert seen.object == 2
+    low, high = said[-1].estimate.interval("mass")
+    assert low < case.other.mass - case.body.mass < high
+    assert "nothing held" not in {each.state for each in said if each.time > 5.5}
+
+
 def test_the_object_before_is_told_from_its_own_samples():
     """Swapped so early that an understanding notices, by when the last estimate is of
     samples of both: that was 11 % off, this is .4 %."""
@@ -231,6 +245,33 @@ def test_two_seconds_of_silence_do_no_harm(longer):
     _, said = play(case.recording, lambda s, k: [] if 15 <= k < 25 else [s])
     assert said[-1].object == 1
     assert deviations(said[-1].estimate, whole).max() < 0.5
+
+
+def test_a_wrench_that_stands_still_is_no_other_object(longer):
+    """For two of seven seconds, as of a driver that repeats its last message."""
+    case, whole = longer
+    held = case.recording["wrench"]
+    begin = case.recording.start + 3.0
+
+    def repeat(samples, _):
+        if samples.stream != "wrench":
+            return [samples]
+        stands = (samples.time > begin) & (samples.time < begin + 2.0)
+        last = held.values[held.time <= begin][-1]
+        return [
+            samples._replace(values=np.where(stands[:, None], last, samples.values))
+        ]
+
+    _, said = play(case.recording, repeat)
+    lost = [each for each in said if each.state == "lost source"]
+    # after 20 samples, and a step
+    assert lost[0].time - begin < 0.5
+    assert lost[-1].time - begin < 2.5
+    assert "wrench-stalled" in hefting.core.messages.codes(lost[0].messages)
+    assert {each.object for each in said} == {1}
+    assert "contradicted" not in {each.state for each in said}
+    assert said[-1].state == "identified"
+    assert np.abs(deviations(said[-1].estimate, whole)).max() < 1.5
 
 
 def test_malformed_samples_are_skipped_and_counted(clean):

@@ -58,6 +58,9 @@ def test_what_cannot_be_is_counted_by_its_reason():
     good = possible("orientation", np.array([0, 1, 2, 1e300]), values, skipped)
     assert good.tolist() == [True, False, False, False]
     assert skipped == {"not finite": 1, "impossible": 2}
+    wrench = np.outer((1.0, 1e6, 1e9), np.ones(6))  # of N, of mN, of nothing
+    good = possible("wrench", np.arange(3.0), wrench, skipped)
+    assert good.tolist() == [True, True, False]
 
 
 def test_a_clock_is_another_only_when_several_samples_say_so():

@@ -1,5 +1,6 @@
 """Plans as a whole: limits by MuJoCo, what is found with them, and what is refused."""
 
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
@@ -10,6 +11,7 @@ from hefting.core.errors import InputError
 from hefting.planning import tours
 from hefting.planning.limits import CLEARANCE
 from hefting.planning.result import time_needed
+from hefting.planning.sensors import GAIN
 from hefting.planning.tours import STEPS, best_tour
 from hefting.simulation.arm_links import TORQUE_ARMS
 
@@ -117,6 +119,17 @@ def test_the_next_motion_finds_what_the_first_left_open_and_says_how_sure(bench)
     assert after < 0.3 * before
     # one recording: half-widths themselves scatter by a tenth, and noise is found anew
     assert 0.7 < np.median(width_ratios(plan, found)) < 1.4
+
+
+@pytest.mark.usefixtures("_briefly")
+def test_no_motion_tells_the_mass_beside_a_tool_better_than_the_sensors_gain(bench):
+    """A tool as heavy as the object: the gain acts on both, and acted on the tool."""
+    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    tool = first.parameters.vector.tolist()
+    beside = replace(first, provenance={**first.provenance, "tool": tool})
+    plan, _ = bench.plan(estimate=beside, duration=2.0, effort="quick")
+    # a quantile of draws is off by a few percent
+    assert plan.forecast.accuracy[-1].mass > 0.93 * 1.96 * GAIN * np.hypot(2.0, 1.0)
 
 
 @pytest.mark.usefixtures("_briefly")

@@ -59,7 +59,7 @@ def test_pieces_of_any_size_give_the_samples(seed):
         (b'{"time": true, "wrench": [1, 2, 3, 4, 5, 6]}', NO_TIME),
         (b'{"time": NaN, "wrench": [1, 2, 3, 4, 5, 6]}', NO_TIME),
         (b'{"time": 1}', NO_STREAM),
-        (b'{"time": 1, "torque": [1]}', NO_STREAM),
+        (b'{"time": 1, "torque": [1]}', NO_STREAM),  # a wrench came before
         (b'{"time": 1, "wrench": "123456"}', NO_STREAM),
         (b'{"time": 1, "wrench": ["1", 2, 3, 4, 5, 6]}', NO_STREAM),
         (b'{"time": 1, "wrench": [[1, 2, 3, 4, 5, 6]]}', NO_STREAM),
@@ -73,6 +73,15 @@ def test_bad_lines_are_counted_and_the_others_kept(line, reason):
     found, skipped = fed([TEXT[:half], line, b"\n", TEXT[half:]])
     assert skipped == {reason: 1}
     assert np.array_equal(found["wrench"][:, 1:], FORCE)
+
+
+def test_a_key_that_is_no_stream_is_named_until_there_is_a_wrench():
+    """The first of them; what else a robot sends is left alone later."""
+    one, two = (
+        b'{"time": 0, "%s": 1, "position": [0, 0, 0]}\n' % k for k in (b"ft", b"f")
+    )
+    _, skipped = fed([one, two, TEXT, one])
+    assert skipped == {"'ft' is no stream": 2}
 
 
 def test_a_line_without_end_takes_no_memory():

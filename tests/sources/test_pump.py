@@ -74,6 +74,25 @@ def test_what_cannot_be_is_left_out_and_counted():
     assert pump.source.skipped == {"values that are not finite": 1}
 
 
+def test_a_source_that_falls_silent_is_told_until_it_gives_again(monkeypatch):
+    monkeypatch.setattr(module, "SILENT", 0.05)
+    quiet = Script(some(0), *["nothing"] * 20, some(1), some(2), EndOfSource("over"))
+    read = quiet.read
+
+    def slowly(timeout):
+        found = read(timeout)
+        if found == ["nothing"]:
+            time.sleep(0.01)
+            return []
+        return found
+
+    quiet.read = slowly
+    found, said, _ = pumped(quiet)
+    assert len(found) == 3
+    codes = [message.code for message in said]
+    assert codes == ["live-source", "source-silent", "source-back"]
+
+
 def test_a_lost_source_is_connected_again_with_growing_pauses(monkeypatch):
     monkeypatch.setattr(module, "SHORTEST_WAIT", 0.02)
     monkeypatch.setattr(module, "LONGEST_WAIT", 0.08)

@@ -8,6 +8,7 @@ from hefting.cli.options import (
     add_gravity,
     add_json,
     add_recording,
+    add_tool,
     add_verbose,
     read_recording,
 )
@@ -31,7 +32,9 @@ EXAMPLES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting inspect``."""
-    add_gravity(add_recording(parser))
+    group = add_recording(parser)
+    add_gravity(group)
+    add_tool(group)
     add_report(parser)
     add_json(parser)
     add_verbose(parser)
@@ -42,9 +45,9 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.inspection import inspect
 
     a = arguments
-    check_report(a.report, a.log, a.map, a.urdf)
+    check_report(a.report, a.log, a.map, a.urdf, a.tool)
     with progress("inspecting", a.json):
-        found = inspect(read_recording(a), gravity_of(a))
+        found = inspect(read_recording(a), gravity_of(a), a.tool)
         page = None
         if a.report is not None:
             from hefting.page import inspection_page

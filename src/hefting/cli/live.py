@@ -33,6 +33,7 @@ from hefting.cli.report.verdict import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.request.settings import (
+    bias_said,
     gravity_of,
     hyperparameters_of,
     pose_of,
@@ -347,7 +348,11 @@ def _settings(a: argparse.Namespace) -> dict[str, Any]:
     settings = hyperparameters_of(a)
     settings["gravity"] = gravity_of(a)
     settings["sign"] = a.wrench
-    settings["bias"] = _bias(a.bias)
+    said = bias_said(a.bias)
+    if isinstance(said, list):
+        what = f"'{a.bias}' is for recordings"
+        raise InputError(what, "--bias", "use auto, none, estimate or a JSON file")
+    settings["bias"] = said
     settings["rate"] = a.rate
     if a.method is not None:
         settings["method"] = a.method
@@ -358,12 +363,3 @@ def _settings(a: argparse.Namespace) -> dict[str, Any]:
     if a.urdf and ("://" in a.source or a.source == "-"):
         settings["robot"] = robot_of(a)
     return settings
-
-
-def _bias(text: str) -> Any:
-    """A bias model's name, or six numbers of a file."""
-    if text in ("auto", "none", "estimate"):
-        return text
-    from hefting.ingest.bias import load_bias
-
-    return load_bias(text)

@@ -79,7 +79,7 @@ def identify(
     object_pose: ArrayLike | str | Path | None = None,
     method: Method | Sequence[str | type[Estimator]] | None = None,
     gravity: GravityLike = ON_EARTH,
-    bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
+    bias: str | Path | ArrayLike = "auto",
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
@@ -121,10 +121,10 @@ def identify(
         In world axes [m/s²], which is exact; `Gravity.at` a latitude; ``"estimate"``
         finds its direction, for a robot on a tilted base. By default standard gravity,
         whose size may be that of anywhere on the Earth.
-    bias : {"auto", "estimate", "none"}, (6,) or (n, 6)
+    bias : {"auto", "estimate", "none"}, (6,), path or (n, 6)
         ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there
         is none, ``"auto"`` keeps one that exceeds three standard deviations; or six
-        numbers [N, N m], as recorded, to subtract; (n, 6) are one for each of n
+        numbers [N, N m], as recorded, to subtract, or a JSON file of them; (n, 6) are one for each of n
         recordings.
     motion : {"auto", "columns", "smooth", "filter"}
         Where velocities and accelerations come from, see `hefting.measure`.

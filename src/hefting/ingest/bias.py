@@ -5,13 +5,14 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.files import read_json
 from hefting.core.magnitudes import LARGEST, check_magnitude
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, frozen
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import FreeFit, free_fit
@@ -76,6 +77,26 @@ def load_bias(path: str | Path) -> Array:
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError("a bias is six finite numbers [N, N m]", where=path)
     check_magnitude(values, LARGEST["wrench"], "a bias", path)
+    return values
+
+
+def bias_of(given: str | Path | ArrayLike) -> str | Array:
+    """A bias model's name, or the six numbers (6,) [N, N m] that are given, or that a
+    JSON file holds; `InputError` for anything else."""
+    if isinstance(given, Path) or (isinstance(given, str) and given.endswith(".json")):
+        return load_bias(given)
+    if isinstance(given, str):
+        if given in ("auto", "none", "estimate"):
+            return given
+        raise InputError(
+            f"unknown bias model '{given}'",
+            fix="use auto, none, estimate, six numbers or a JSON file",
+        )
+    values = frozen(given)
+    if values.shape != (6,) or not np.isfinite(values).all():
+        raise InputError(
+            f"a bias is six finite numbers [N, N m], not {np.asarray(given).tolist()}"
+        )
     return values
 
 

@@ -14,9 +14,9 @@ from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.bias import FreeFits, choose_bias
+from hefting.ingest.bias import FreeFits, bias_of, choose_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
@@ -58,7 +58,7 @@ def ingest(
     *,
     gravity: GravityLike = ON_EARTH,
     wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
-    bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
+    bias: str | Path | ArrayLike = "auto",
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
@@ -95,6 +95,8 @@ def ingest(
     changes, asked = found.changes, bool(start) or duration is not None
     if doubt is not None and doubt.needs_no_change:
         changes = None
+    if changes is not None and tool is not None:
+        changes = changes.beside(tool.parameters.vector)
     if changes is not None and not asked:
         part = changes.chosen
         recording = recording.slice(part.start, part.duration)
@@ -235,22 +237,13 @@ def check_convention(wrench: str) -> None:
 
 
 def _subtract_given_bias(
-    recording: Recording, bias: str | ArrayLike
+    recording: Recording, bias: str | Path | ArrayLike
 ) -> tuple[Recording, Array | None]:
-    """The recording without a bias given as six numbers, and that bias; `InputError`
-    for an invalid one."""
-    if isinstance(bias, str):
-        if bias not in ("auto", "none", "estimate"):
-            raise InputError(
-                f"unknown bias model '{bias}'",
-                fix="use auto, none, estimate or six numbers",
-            )
+    """The recording without a bias that is given, and that; `InputError` for an invalid
+    one."""
+    given = bias_of(bias)
+    if isinstance(given, str):
         return recording, None
-    given = frozen(bias)
-    if given.shape != (6,) or not np.isfinite(given).all():
-        raise InputError(
-            f"a bias is six finite numbers [N, N m], not {np.asarray(bias).tolist()}"
-        )
     wrench = recording["wrench"]
     unbiased = replace(wrench, values=wrench.values - given)
     return replace(recording, streams={**recording.streams, "wrench": unbiased}), given

@@ -94,7 +94,6 @@ def named_instead(obstacle: InputError, found: Ingested) -> InputError:
 def _require_mass(found: Ingested, shape: Shape | None) -> None:
     """Raise unless the recording determines a mass that can be held; see
     `require_object`."""
-    check_wrench(found, shape)
     fit = found.fit
     bias = (
         "given"
@@ -108,12 +107,10 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
         mass, std = float(fit.vector[0]), float(fit.covariance[0, 0]) ** 0.5
         what = f"{mass:.3g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
         fix = f"check `tool`{also}: was it in the hand?"
-        if (
-            abs(mass) < UNSEEN_MASS * std
-            and std < WELL_KNOWN_SHARE * found.tool.parameters.mass
-        ):
+        if holds_nothing(found):
             fix = "nothing is held"
         raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)
+    check_wrench(found, shape)  # of a mass of nothing it would take a wrong unit
     if fit.mass_is_open:
         beside = " beside a bias" if bias == "free" else ""
         duration = float(np.ptp(found.measurements.time))
@@ -135,6 +132,15 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
         raise NotIdentifiableError(
             "no positive mass explains the wrench", found.log, fix
         )
+
+
+def holds_nothing(found: Ingested) -> bool:
+    """Whether the wrench is well known to be that of the tool alone."""
+    if found.tool is None:
+        return False
+    mass, std = float(found.fit.vector[0]), float(found.fit.covariance[0, 0]) ** 0.5
+    known = std < WELL_KNOWN_SHARE * found.tool.parameters.mass
+    return known and abs(mass) < UNSEEN_MASS * std
 
 
 def check_wrench(found: Ingested, shape: Shape | None) -> None:

@@ -39,23 +39,23 @@ def without_stalled_wrench(recording: Recording) -> Recording:
     wrench = recording["wrench"]
     if recording.static or len(wrench) < FEWEST_REPEATED:
         return recording
-    stalled = _stalled(wrench.values)
-    if not stalled.any() or stalled.all():
+    repeats = stalled(wrench.values)
+    if not repeats.any() or repeats.all():
         return recording
-    share = float(stalled.mean())
-    where = where_in_time(wrench.time - wrench.time[0], stalled)
+    share = float(repeats.mean())
+    where = where_in_time(wrench.time - wrench.time[0], repeats)
     what = (
-        f"{int(stalled.sum())} samples of the wrench ({100.0 * share:.2g} %) of a stream "
+        f"{int(repeats.sum())} samples of the wrench ({100.0 * share:.2g} %) of a stream "
         f"that stood still left out, {where}"
     )
-    kept = replace(recording, streams={**recording.streams, "wrench": wrench[~stalled]})
+    kept = replace(recording, streams={**recording.streams, "wrench": wrench[~repeats]})
     if share > MANY_LEFT_OUT:
         said = warning("wrench-stalled", f"{what}: did its driver run?")
         return replace(kept, warnings=(*recording.warnings, said))
     return replace(kept, notes=(*recording.notes, note("wrench-stalled", what)))
 
 
-def _stalled(values: Array) -> Mask:
+def stalled(values: Array) -> Mask:
     """Mask (K,) of the values (K, 6) that are repeated for longer than chance does."""
     first = _first_of_runs(values)
     lengths = np.diff(np.append(first, len(values)))

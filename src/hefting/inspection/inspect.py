@@ -4,10 +4,12 @@ raise."""
 from collections.abc import Iterator
 from dataclasses import replace
 from math import degrees
+from pathlib import Path
 
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.estimate import Answered, Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
 from hefting.core.plain_text import file_word, typed
@@ -17,8 +19,9 @@ from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import Ingested, ingest
-from hefting.ingest.plausibility import check_wrench
+from hefting.ingest.plausibility import check_wrench, holds_nothing
 from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
+from hefting.ingest.tool import load_tool
 from hefting.inspection.facts import (
     Movement,
     StreamFacts,
@@ -32,7 +35,11 @@ from hefting.motion import measure
 EMPTY = "the wrench is zero throughout"
 
 
-def inspect(recording: Recording, gravity: GravityLike = ON_EARTH) -> Inspection:
+def inspect(
+    recording: Recording,
+    gravity: GravityLike = ON_EARTH,
+    tool: Estimate | Answered | str | Path | None = None,
+) -> Inspection:
     """Collect all that can be said of a recording before an object is identified.
 
     Parameters
@@ -41,6 +48,8 @@ def inspect(recording: Recording, gravity: GravityLike = ON_EARTH) -> Inspection
         Any recording, also one that cannot be used for identification.
     gravity : Gravity, ArrayLike or "estimate"
         (3,) in world axes [m/s²], or ``"estimate"`` to find its direction.
+    tool : Estimate, what `calibrate` or `identify` returns, or path, optional
+        What the sensor holds besides the object, to subtract.
 
     Returns
     -------
@@ -50,15 +59,16 @@ def inspect(recording: Recording, gravity: GravityLike = ON_EARTH) -> Inspection
     Raises
     ------
     InputError
-        Only if `gravity` is not a valid gravity.
+        Only if `gravity` is not a valid gravity, or `tool` no estimate.
     """
     g = check_gravity(Gravity.of(gravity).vector)
+    held = None if tool is None else load_tool(tool)
     missing: dict[str, str] = {}
     ingested = motion = None
     obstacle = _obstacle(recording)
     try:
         if not obstacle:
-            ingested = ingest(recording, gravity=gravity, hint=True)
+            ingested = ingest(recording, gravity=gravity, hint=True, tool=held)
             motion = movement(recording, ingested)
         elif obstacle == EMPTY:
             missing["conditioning"] = obstacle
@@ -94,10 +104,14 @@ def _inspection(
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
     if found is None:
         missing["object"] = missing.get("motion", EMPTY)
+    elif holds_nothing(found):
+        missing["object"] = "nothing is held beside the tool"
     else:
         fit = found.beside_bias
         if fit.mass_is_open:
             fit = found.fit if found.bias == "none" else found.alone
+        if found.tool is not None and fit is not found.fit:
+            fit = fit.less(found.tool.parameters.vector, found.tool.covariance)
         comparable = not fit.mass_is_open and found.source != "orientation"
         facts = wrench_facts(found, fit, comparable)
         identifiable = identifiability(found.excitation, fit, TYPICAL_SIZE)

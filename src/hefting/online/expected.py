@@ -56,6 +56,9 @@ STILL = 20.0
 """Size of their deviation above which it is not."""
 LARGEST_MISFIT = 2.5
 """Residual beside another body, over the noise, above which no body explains it."""
+INERTIA_ARM = 0.3
+"""[m] Standard deviation of another body's moments of inertia over its mass, as a
+length: they are many times the noise where a heavy one is turned quickly."""
 LONGEST = 6.0
 """[s] A deviation that lasts longer is no touch, whatever explains it."""
 
@@ -68,8 +71,7 @@ class Deviation:
     """d' cov(d)^-1 d, over the scale of the noise: what makes that more than white, as
     the hysteresis of a sensor does, errs more in samples that were not fitted"""
     misfit: float
-    """Root mean square of what a body of another mass and COM leaves, over the
-    noise."""
+    """Root mean square of what another body leaves, over the noise."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -162,7 +164,8 @@ class Expected:
         covariance = scale * white + M @ self.covariance @ M.T + B @ B.T
         covariance += np.outer(late, late)
         change = white @ np.einsum("kia,ki,ki->a", A, W, r)
-        left = (r - A @ change) * np.sqrt(W)
+        root = np.sqrt(W)
+        left = _unexplained(X[:, :, :10] * root[:, :, None], r * root, abs(change[0]))
         size = float(change @ np.linalg.lstsq(covariance, change, rcond=1e-12)[0])
         return Deviation(size / scale, float(np.sqrt(np.square(left).mean())))
 
@@ -172,6 +175,15 @@ class Expected:
         bias = np.broadcast_to(np.eye(6), (len(z), 6, 6))
         drift = (z.time - self.end)[:, None, None] * bias
         return np.concatenate((body, bias, drift), axis=2)
+
+
+def _unexplained(X: Array, r: Array, mass: float) -> Array:
+    """(K, 6) what of r (K, 6) a body leaves whose inertia is one of its mass [kg], by
+    the derivatives X (K, 6, 10); all over the noise."""
+    X = X * np.repeat((1.0, 0.1, INERTIA_ARM**2 * mass), (1, 3, 6))
+    H = np.einsum("kia,kib->ab", X, X)
+    H += np.diag(np.repeat((1e-9 * np.trace(H), 1.0), (4, 6)))
+    return r - X @ np.linalg.solve(H, np.einsum("kia,ki->a", X, r))
 
 
 def _weights(z: Measurements) -> Array:

@@ -18,10 +18,14 @@ from numpy.typing import ArrayLike
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import HeftingError, InputError
 from hefting.core.estimate import Estimate
-from hefting.core.gravity import ON_EARTH, GravityLike
+from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
+from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording
-from hefting.estimators import Estimator, method_named, methods_with
+from hefting.estimators import Estimator, default_method, method_named, methods_with
+from hefting.estimators.base import Known
+from hefting.identification.estimator import estimator_knowing, shape_of
+from hefting.ingest.bias import bias_of
 from hefting.ingest.tool import load_tool
 from hefting.online.live_estimate import LiveEstimate, final_estimate
 from hefting.online.pipeline import Pipeline
@@ -97,7 +101,7 @@ class LiveIdentifier:
         rate: float = 10.0,
         gravity: GravityLike = ON_EARTH,
         sign: Literal["auto", "on-object", "on-sensor"] = "auto",
-        bias: Literal["auto", "none", "estimate"] | ArrayLike = "auto",
+        bias: str | Path | ArrayLike = "auto",
         tool: Estimate | str | Path | None = None,
         method: str | type[Estimator] | Estimator | None = None,
         robot: Robot | None = None,
@@ -189,9 +193,9 @@ class LiveIdentifier:
 
     def say(self, message: Message) -> None:
         """Have a message on the source told with the next estimates; of the code
-        ``source-lost`` or ``source-back`` it is also their state."""
-        if message.code in ("source-lost", "source-back"):
-            self._lost = message.code == "source-lost"
+        ``source-lost``, ``source-silent`` or ``source-back`` it is also their state."""
+        if message.code in ("source-lost", "source-silent", "source-back"):
+            self._lost = message.code != "source-back"
         self._pipeline.say(message)
 
     def step(self) -> LiveEstimate | None:
@@ -345,20 +349,27 @@ def _settings(
             what = "until is given beside an estimator, which has its own"
             raise InputError(what, "live", "give it to the estimator")
         asked["until"] = until
-    if isinstance(one, str):
-        kind, _ = method_named(one)
+    known = as_shape(shape)
+    if isinstance(one, Estimator):
+        shape_of(one, known, asked)
+    else:
+        name = one or default_method(known is not None)
+        kind, own = method_named(name)
         if until is not None and "until" not in kind.hyperparameters():
             others = ", ".join(methods_with("until"))
             raise InputError(
-                f"{one} cannot be asked for an accuracy", "live", f"use {others}"
+                f"{name} cannot be asked for an accuracy", "live", f"use {others}"
             )
+        # of no recording yet: what cannot be right is told before any sample
+        facts = Known("none", Noise(1.0, 1.0), None, False, None, None, known)
+        estimator_knowing(kind, facts, asked | own)
     return Settings(
-        as_shape(shape),
+        known,
         one,
         {
-            "gravity": gravity,
+            "gravity": Gravity.of(gravity),
             "wrench": sign,
-            "bias": bias,
+            "bias": bias_of(bias),
             "tool": None if tool is None else load_tool(tool),
         },
         asked,

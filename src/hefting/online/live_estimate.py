@@ -26,6 +26,7 @@ from hefting.online.understanding import Settings
 LiveStateName = Literal[
     "waiting",
     "too little motion",
+    "nothing held",
     "identified",
     "sufficient",
     "contradicted",
@@ -48,8 +49,8 @@ class LiveEstimate:
     time: float
     """[s] Newest stamp of the stream."""
     state: LiveStateName
-    """``"waiting"`` for streams, ``"too little motion"``, ``"identified"``,
-    ``"sufficient"`` where that is what `until` asks for, ``"contradicted"`` while the
+    """``"waiting"`` for streams, ``"too little motion"``, ``"nothing held"`` beside the
+    tool, ``"identified"``, ``"sufficient"`` where that is what `until` asks for, ``"contradicted"`` while the
     wrench is not that of the object (touched, slipped or swapped), ``"lost source"``."""
     estimate: Estimate | None = None
     """None before the motion suffices."""

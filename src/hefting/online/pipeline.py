@@ -19,7 +19,8 @@ from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
 from hefting.online.live_estimate import LiveEstimate, LiveStateName
 from hefting.online.samples import Samples
-from hefting.online.understanding import Task, Understanding, long_enough
+from hefting.online.stall import Stall
+from hefting.online.understanding import MOST_PARTS, Task, Understanding, long_enough
 
 EVERY = 1.0
 """[s] of the stream between two understandings of its history."""
@@ -78,7 +79,7 @@ class Pipeline:
         self._known: deque[Understanding] = deque(maxlen=4)
         self._obstacle: Message | None = None
         self._follower: Follower | None = None
-        self._watch = Watch()
+        self._watch, self._stall = Watch(), Stall()
         self._last_asked = -np.inf
         self._estimate: Estimate | None = None
         self._folded = Folded(None)
@@ -109,6 +110,7 @@ class Pipeline:
     def step(self) -> LiveEstimate:
         """What is known now. `look` is to follow, once that is told."""
         self._filter()
+        self._stall = self._stall.after(self.history.series.get("wrench"))
         return self.told()
 
     def look(self) -> None:
@@ -123,7 +125,8 @@ class Pipeline:
     def _ask(self) -> None:
         older = self.history.overflow()
         self._older += [] if older is None else [older]
-        if self._asker.busy or self._watch.onset is not None:
+        self._older = self._older[-MOST_PARTS:]
+        if self._asker.busy or self._watch.onset is not None or self._stall.lasts:
             return
         if not self.history.latest - self._last_asked >= EVERY:
             return
@@ -141,15 +144,16 @@ class Pipeline:
         found = self._asker.answer()
         if found is None or self._asked_object != self.object:
             return
-        if found.estimate is None:
-            self._obstacle = found.obstacle
-            return
-        self._obstacle, self._new_clock = None, False
+        self._obstacle = found.obstacle
+        if found.estimate is not None:
+            self._new_clock = False
         if found.changed is not None:
             # the last estimate may be of samples of both objects
             if (before := self._understood_by(found.changed)) is not None:
                 self._estimate = before.estimate
             self._begin_object(found.changed)
+            return
+        if found.found is None:
             return
         self._known.append(found)
         follows = found.found is not None and found.found.source in FOLLOWED
@@ -218,7 +222,8 @@ class Pipeline:
         wrench = self._stream("wrench", known.end - 1.0)
         if self._follower is None or wrench is None:
             return None
-        return self._follower.samples(known, wrench, known.end)
+        wrench = self._stall.without(wrench)
+        return self._follower.samples(known, wrench, known.end) if len(wrench) else None
 
     def _stream(self, name: str, begin: float = -np.inf) -> Stream | None:
         series = self.history.series.get(name)
@@ -290,12 +295,16 @@ class Pipeline:
 
     def _state(self, said: list[Message]) -> LiveStateName:
         """The state; what is to be said of it is added."""
+        if self._stall.lasts:
+            what = f"the wrench stands still since {self._stall.since:.2f} s"
+            said.append(warning("wrench-stalled", f"{what}: does its driver run?"))
+            return "lost source"
+        if self._watch.onset is not None:
+            when = f"since {self._watch.onset:.2f} s"
+            what = f"the wrench is not that of the object {when}: touched, slipped or swapped?"
+            said.append(warning("live-contradicted", what))
+            return "contradicted"
         if self._estimate is not None:
-            if self._watch.onset is not None:
-                when = f"since {self._watch.onset:.2f} s"
-                what = f"the wrench is not that of the object {when}: touched, slipped or swapped?"
-                said.append(warning("live-contradicted", what))
-                return "contradicted"
             return "sufficient" if self._estimate.sufficient else "identified"
         absent = [s for s in ("wrench", "orientation") if not self.history.has(s)]
         if absent:
@@ -305,4 +314,5 @@ class Pipeline:
             said.append(note("live-waiting", "waits for a second of samples"))
             return "waiting"
         said.append(self._obstacle)
-        return "too little motion"
+        held = self._obstacle.code != "live-nothing-held"
+        return "too little motion" if held else "nothing held"

@@ -22,6 +22,10 @@ from hefting.robots import Robot, with_poses
 UNIT_NORM = 0.01
 """Largest distance of a quaternion's norm from one, as in `hefting.Recording`."""
 
+LARGEST_WRENCH = 1e7
+"""[N], [N m] Larger ones come from bad messages, not from another unit: sensors of 10 kN
+in millinewtons end here."""
+
 
 class Samples(NamedTuple):
     """Some samples of one stream, in order of arrival.
@@ -139,10 +143,11 @@ def arrays_of(samples: Samples) -> tuple[Array, Array] | None:
 def possible(name: str, time: Array, values: Array, skipped: Counter[str]) -> Mask:
     """Samples (n,) that are finite, and not larger than anything is; the others are
     counted in `skipped`."""
+    largest = LARGEST_WRENCH if name == "wrench" else LARGEST.get(name, np.inf)
     with np.errstate(all="ignore"):
         finite = np.isfinite(time) & np.isfinite(values).all(axis=1)
         size = np.abs(values).max(axis=1, initial=0.0)
-        good = (np.abs(time) < LARGEST_TIME) & (size <= LARGEST.get(name, np.inf))
+        good = (np.abs(time) < LARGEST_TIME) & (size <= largest)
         if name == "orientation":
             norm = np.linalg.norm(values, axis=1)
             good &= np.abs(norm - 1.0) <= UNIT_NORM

@@ -25,7 +25,7 @@ from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import joint
-from hefting.ingest.plausibility import require_object
+from hefting.ingest.plausibility import holds_nothing, require_object
 from hefting.motion import PoseFilter, sample_weights
 from hefting.online.expected import Expected
 from hefting.shapes import Shape
@@ -125,12 +125,37 @@ class Understander:
             return Understanding(end, obstacle=warning("live-little-motion", what))
 
     def _understood(self, recording: Recording) -> Understanding:
+        """What the recent history, put right, says with the parts.
+
+        Raises `InputError` where it cannot be put right.
+        """
+        recent = ingest(recording, **self._settings.reading)
+        known = Understanding(
+            end=float(recent.measurements.time[-1]),
+            changed=_changed(recent, recording),
+        )
+        try:
+            return self._identified(known, recent, recording)
+        except InputError as error:
+            known, why = replace(known, obstacle=_obstacle(error)), error.what
+        if holds_nothing(recent):  # what is held next shows as another object does
+            known = replace(
+                known,
+                obstacle=note("live-nothing-held", f"nothing is held: {why}"),
+                found=recent.without_samples(),
+                weight=_mean_weight(recent),
+                expected=Expected.of(recent),
+                pose_filter=_filter(recording),
+            )
+        return known
+
+    def _identified(
+        self, known: Understanding, recent: Ingested, recording: Recording
+    ) -> Understanding:
         """As `hefting.identification.partials.identify_parts`, with what is needed later.
 
         Raises `InputError` where there is no estimate.
         """
-        recent = ingest(recording, **self._settings.reading)
-        changed = _changed(recent, recording)
         unknown = [m for m in recent.warnings if m.code in UNKNOWN]
         if unknown and not self._parts:
             raise _too_little(recent, unknown[0])
@@ -143,8 +168,8 @@ class Understander:
         states = [state_of(estimator, part) for part in found.recordings]
         estimate = estimator.estimate(estimator.merge_all(states))
         estimate = with_diagnostics(estimate, estimator, found, self._shape)
-        return Understanding(
-            end=float(recent.measurements.time[-1]),
+        return replace(
+            known,
             estimate=estimate,
             found=found.without_samples()
             if found is recent
@@ -155,7 +180,6 @@ class Understander:
             weight=_mean_weight(recent),
             expected=Expected.of(recent),
             pose_filter=_filter(recording),
-            changed=changed,
         )
 
     def _condense(self, recording: Recording) -> None:

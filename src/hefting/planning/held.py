@@ -10,6 +10,7 @@ import numpy as np
 from hefting.core.covariance import Covariance
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.estimate_json import subtracted_tool
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array, frozen
@@ -38,6 +39,13 @@ class Held:
     estimate: Estimate | None
     notes: tuple[Message, ...]
     """what was assumed"""
+
+    @property
+    def tool(self) -> Array:
+        """(10,) parameters of what was subtracted for the estimate; zeros for nothing."""
+        own = None if self.estimate is None else self.estimate.provenance
+        found = None if own is None else subtracted_tool(own)
+        return np.zeros(10) if found is None else found
 
     @classmethod
     def of(cls, estimate: Estimate | None, shape: Shape | None) -> Self:

@@ -88,6 +88,8 @@ class Planner:
         """The problem, with all joints at zero at the start."""
         vector = self.held.body.vector
         asked = asked_of_tour(self.asked) if self.stop_and_go else self.asked
+        # the gain acts on the tool, too
+        gain = self.sensor.gain * (1.0 + self.held.tool[0] / vector[0])
         corners = np.vstack((np.zeros(3), self.held.corners))
         return Problem(
             Chain.of(self.robot, self.gravity),
@@ -95,7 +97,7 @@ class Planner:
             np.zeros(len(self.limits.speed)),
             self.held.information,
             self.sensor.information(vector),
-            Objective.of(self.held.body, asked, self.sensor.gain),
+            Objective.of(self.held.body, asked, gain),
             Constraints.of(self.limits, corners, vector, self.space.half_spaces),
         )
 

@@ -121,10 +121,13 @@ class WristSensor:
                 return C
             if C is None or not np.isfinite(C).all():
                 return before
-            shared = GAIN * held.body.vector
-            both = _without(held.information, shared)
-            both = both + _without(np.asarray(np.linalg.inv(C), float), shared)
-            return np.linalg.inv(both) + np.outer(shared, shared)
+            # the new recording is made without a tool; that of the tool erred, too
+            own, tool = GAIN * held.body.vector, GAIN * held.tool
+            both = _without(held.information, own + tool)
+            both = _without(both, tool)
+            both = both + _without(np.asarray(np.linalg.inv(C), float), own)
+            kept = np.linalg.inv(both) + np.outer(own + tool, own + tool)
+            return kept + np.outer(tool, tool)
 
         return forecast_by(after, held, trajectory.duration, instants)
 

@@ -29,10 +29,13 @@ SHORTEST_WAIT, LONGEST_WAIT = 0.1, 5.0
 STEP = 0.1
 """Longest wait for samples before it is looked whether to stop [s]."""
 
+SILENT = 2.0
+"""How long nothing may come later until that is told [s]."""
+
 SILENCE = 5.0
 """How long nothing may come at first [s]."""
 
-State = Literal["opening", "open", "lost", "ended", "failed"]
+State = Literal["opening", "open", "silent", "lost", "ended", "failed"]
 
 
 class Pump:
@@ -109,7 +112,7 @@ class Pump:
             self._over.set()
 
     def _read_until_stopped(self) -> None:
-        begin = time.monotonic()
+        begin = self._came = time.monotonic()
         while not self._stop.is_set():
             try:
                 found = self.source.read(STEP)
@@ -121,8 +124,26 @@ class Pump:
                 if good is not None:
                     self.counts["samples"] += len(good.time)
                     self._deliver(good)
+            if found:
+                self._heard()
+            elif self.counts["samples"] and self._is_silent():
+                self.state = "silent"
+                what = f"{self.source.name}: no samples for {SILENT:g} s"
+                self._tell(warning("source-silent", what))
             if not self.counts["samples"]:
                 self._check_silence(time.monotonic() - begin)
+
+    def _is_silent(self) -> bool:
+        """Whether nothing has come for a while, and that is not told yet."""
+        return self.state == "open" and time.monotonic() - self._came > SILENT
+
+    def _heard(self) -> None:
+        """Something came, maybe after a while."""
+        before, self._came = self._came, time.monotonic()
+        if self.state == "silent":
+            self.state = "open"
+            back = f"{self.source.name}: again after {self._came - before:.1f} s"
+            self._tell(note("source-back", back))
 
     def _check_silence(self, passed: float) -> None:
         """`InputError` when nothing has come for too long."""
@@ -161,7 +182,7 @@ class Pump:
                 pause = min(2 * pause, LONGEST_WAIT)
                 continue
             break
-        self.state = "open"
+        self.state, self._came = "open", time.monotonic()
         passed = time.monotonic() - begin
         text = f"{self.source.name}: connected again after {passed:.1f} s"
         self._tell(note("source-back", text))

@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, printable
 from hefting.core.messages import Message, note
 from hefting.core.recording import COLUMNS
 from hefting.online.samples import Samples, SourceLostError
@@ -41,6 +41,8 @@ class JsonLines:
 
     def __init__(self, skipped: Counter[str]):
         self.skipped = skipped
+        self._seen: set[str] = set()
+        self._unknown = ""
         self._rest = b""
         self._is_overlong = False
 
@@ -80,7 +82,15 @@ class JsonLines:
             return
         streams = {name: found[name] for name in COLUMNS if name in found}
         good = [name for name, values in streams.items() if _are_numbers(values)]
-        if bad := (len(streams) or 1) - len(good):
+        bad = (len(streams) or 1) - len(good)
+        self._seen |= set(good)
+        odd = next((key for key in found if key not in COLUMNS and key != "time"), None)
+        if odd is not None and "wrench" not in self._seen:
+            # only the first is named: there may be any number
+            self._unknown = self._unknown or printable(odd[:40])
+            self.skipped[f"'{self._unknown}' is no stream"] += 1
+            bad -= not streams
+        if bad:
             self.skipped[NO_STREAM] += bad
         yield from ((name, float(time), streams[name]) for name in good)
 

@@ -29,11 +29,19 @@ class Display:
     """Nothing is shown of what goes on; the others derive from it."""
 
     def __init__(self, render: Render):
-        self.render = render
+        self.render, self._told = render, ""
         self._lock = threading.Lock()
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
         """Show an estimate."""
+
+    def tell_mistake(self, found: "LiveEstimate") -> None:
+        """Name what makes the answer wrong, where that was not the last said."""
+        verdict = None if found.estimate is None else found.estimate.verdict
+        if verdict is None or verdict.usable or verdict.reasons[0].code == self._told:
+            return
+        self._told = verdict.reasons[0].code
+        self.say(f"{verdict}: {self.render(verdict.reasons[0])}")
 
     def say(self, text: str) -> None:
         """Print a message for a person on standard error."""
@@ -69,6 +77,7 @@ class LinesDisplay(Display):
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
         """Print an estimate, unless one was just before."""
+        self.tell_mistake(found)
         now = time.monotonic()
         if found.state != self._state or now >= self._due:
             self._state, self._due = found.state, now + EVERY
@@ -84,6 +93,7 @@ class TerminalDisplay(Display):
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
         """Put an estimate in the place of the one before."""
+        self.tell_mistake(found)
         text = line_of(found, pump, self.render)
         columns = max(get_terminal_size().columns, 20) - 1
         if len(text) > columns:
@@ -109,14 +119,16 @@ def display_of(json: bool, render: Render) -> Display:
 
 
 def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
-    """An estimate in a line: when, state, mass, COM, how many samples, what to do."""
+    """An estimate in a line: when, state and verdict, mass, COM, how many samples, what
+    to do."""
     number = f" object {found.object}" if found.object > 1 else ""
     parts = [f"{found.time:.1f} s{number}: {found.state}"]
     if found.estimate is not None:
-        parts += numbers_of(found.estimate)
+        parts += [str(found.estimate.verdict), *numbers_of(found.estimate)]
     parts.append(f"{pump.counts['samples']} samples")
-    if skipped := sum(pump.source.skipped.values()):
-        parts.append(f"{skipped} skipped")
+    if skipped := +pump.source.skipped.copy():
+        why, _ = skipped.most_common(1)[0]
+        parts.append(f"{skipped.total()} skipped ({why})")
     if found.messages:
         parts.append(render(str(found.messages[-1])))
     return " | ".join(parts)

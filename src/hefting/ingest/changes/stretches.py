@@ -23,6 +23,9 @@ SAME_MASS_SHARE = 0.05
 """Difference of two masses, as a share of the larger, up to which they are the same:
 the errors of a sensor."""
 
+TOOL_ALONE_SHARE = 0.02
+"""Mass beside a tool, as a share of the tool's, up to which there is nothing."""
+
 LONG_TOUCH_SHARE = 0.5
 """Share of a recording above which it is said that a contact lasts so long."""
 
@@ -48,6 +51,15 @@ class Stretch:
     def duration(self) -> float:
         """[s]"""
         return self.end - self.start
+
+    def beside(self, tool: Array) -> "Stretch":
+        """What is held beside a tool with parameters (10,)."""
+        mass, com = self.mass - float(tool[0]), self.center_of_mass
+        if abs(mass) <= TOOL_ALONE_SHARE * tool[0]:
+            return replace(self, mass=0.0, center_of_mass=None, bare=True)
+        if com is not None:
+            com = (self.mass * com - tool[1:4]) / mass
+        return replace(self, mass=mass, center_of_mass=com)
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values."""
@@ -92,6 +104,15 @@ class Changes:
     def touched(self) -> float:
         """[s] in which no body explains the wrench."""
         return float(np.sum([t.end - t.start for t in self.touches]))
+
+    def beside(self, tool: Array) -> "Changes":
+        """The same beside a tool with parameters (10,): it alone is an empty gripper."""
+        held = [stretch.beside(tool) for stretch in self.stretches]
+        for i, (one, other) in enumerate(pairwise(held)):
+            if one.event != "touched" and one.bare != other.bare:
+                event = "picked-up" if one.bare else "put-down"
+                held[i] = replace(one, event=event)
+        return replace(self, stretches=tuple(held))
 
     def to_dicts(self) -> list[dict[str, Any]]:
         """The stretches, JSON-ready."""
@@ -207,9 +228,9 @@ def _touch(changes: Changes) -> Message:
 
 def _part(stretch: Stretch) -> str:
     """Start and duration of a stretch, as one gives them, and the body in it."""
-    com = stretch.center_of_mass
-    where = ""
+    com, held = stretch.center_of_mass, f"{stretch.mass:.3g} kg"
     if com is not None:
-        where = f", COM ({', '.join(f'{1e3 * x:.0f}' for x in com)}) mm"
-    numbers = f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f}"
-    return f"{numbers} ({stretch.mass:.3g} kg{where})"
+        held += f", COM ({', '.join(f'{1e3 * x:.0f}' for x in com)}) mm"
+    if stretch.bare and stretch.mass == 0.0:
+        held = "the tool alone"
+    return f"`start` {stretch.start:.2f} `duration` {stretch.duration:.2f} ({held})"

@@ -105,6 +105,20 @@ class Tree:
             link.parent for links in self.links.values() for link in links
         }
 
+    def fixed_to(self, frame: str) -> set[str]:
+        """Frames that static links join to one, and itself."""
+        beside: dict[str, list[str]] = {}
+        for link in (link for links in self.links.values() for link in links):
+            if link.static:
+                beside.setdefault(link.parent, []).append(link.child)
+                beside.setdefault(link.child, []).append(link.parent)
+        found, left = {frame}, [frame]
+        while left:
+            new = set(beside.get(left.pop(), ())) - found
+            found |= new
+            left += new
+        return found
+
     def upward(self, frame: str) -> list[Link]:
         """Links from `frame` up to the root of its tree."""
         chain: list[Link] = []

@@ -184,7 +184,7 @@ class Streams:
             return False
         chain = self._chain(self.world, self.sensor)
         if all(each.static for each, _ in chain):
-            self.hint = f"in tf nothing moves between {self.world or 'the root'} and {self.sensor}; {others}"
+            self.hint = self._hint_of_moving(self.sensor)
             return False
         series = compose(chain, str(self.path), self.warnings.append)
         self.world = chain[0][0].parent if chain[0][1] else chain[0][0].child
@@ -193,6 +193,17 @@ class Streams:
         )
         self._split_pose(series)
         return True
+
+    def _hint_of_moving(self, sensor: str) -> str:
+        """What to ask for where nothing moves between world and sensor: the tree is
+        upside down, or the wrench's frame is not the sensor's."""
+        moving = list_names(self.tree.frames - self.tree.fixed_to(sensor))
+        between = f"between {self.world or 'the root'} and {sensor}"
+        return (
+            f"in tf nothing moves {between}; if {sensor} is the sensor, give "
+            f"`world_frame` one of {moving}; if not, `sensor_frame` one of them, and "
+            f"`world_frame` {sensor} where the wrench is in its axes"
+        )
 
     def _split_pose(self, series: Series) -> None:
         values = series.values
