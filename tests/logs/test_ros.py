@@ -389,7 +389,7 @@ def bad(what):
         "a frame that rests": (
             [*basic(lambda k: wrench(k, frame="a")), *tf],
             {},
-            "in tf nothing moves between the root and a; if a is the sensor, give "
+            "in tf nothing moves between the root and a; if it is the sensor, give "
             "`world_frame` one of ft; if not, `sensor_frame` one of them",
         ),
         "mixed frames": (

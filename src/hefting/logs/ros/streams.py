@@ -195,15 +195,12 @@ class Streams:
         return True
 
     def _hint_of_moving(self, sensor: str) -> str:
-        """What to ask for where nothing moves between world and sensor: the tree is
-        upside down, or the wrench's frame is not the sensor's."""
+        """Of an inverted tree, or a wrench in another frame."""
         moving = list_names(self.tree.frames - self.tree.fixed_to(sensor))
         between = f"between {self.world or 'the root'} and {sensor}"
-        return (
-            f"in tf nothing moves {between}; if {sensor} is the sensor, give "
-            f"`world_frame` one of {moving}; if not, `sensor_frame` one of them, and "
-            f"`world_frame` {sensor} where the wrench is in its axes"
-        )
+        asked = f"`world_frame` one of {moving}; if not, `sensor_frame` one of them"
+        own = f"`world_frame` {sensor} where the wrench is in its axes"
+        return f"in tf nothing moves {between}; if it is the sensor, give {asked}, and {own}"
 
     def _split_pose(self, series: Series) -> None:
         values = series.values
