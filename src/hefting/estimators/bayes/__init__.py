@@ -33,6 +33,7 @@ from hefting.estimators.bayes.nearest import Duals, duals_of, nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
+    CONTRADICTING,
     Posterior,
     contradiction,
     doubtful_shape,
@@ -288,11 +289,13 @@ class Bayes(Estimator):
         if self.shape.known != "reach" and contradiction(posterior, nearest.distance):
             estimate = self._without_shape.estimate(state)
             said = warnings_of(posterior, nearest.distance)
-            more = {each.code: each for each in (*estimate.warnings, *said)}
             estimate = replace(
                 estimate,
                 sufficient=None if self.until is None else False,
-                warnings=tuple(more.values()),
+                warnings=(
+                    *estimate.warnings,
+                    *(each for each in said if each.code == CONTRADICTING),
+                ),
                 provenance=estimate.provenance | {"shape_known": "reach"},
             )
             return estimate, nearest.duals

@@ -21,6 +21,8 @@ from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL
 from hefting.estimators.joint_state import State, motion_record
 from hefting.shapes import Shape
 
+CONTRADICTING = "shape-contradicts-wrench"
+"""Code of what is said of a shape that does not explain the wrench."""
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
 """Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
 maximum of the likelihood above which the shape contradicts the wrench."""
@@ -170,9 +172,9 @@ def doubtful_shape(posterior: Posterior, distance: float) -> float:
     return both if doubtful and not accounted else 0.0
 
 
-def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
+def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
     """A sentence for each doubt; `distance` is squared, as in `Nearest`."""
-    warnings: list[str] = []
+    warnings: list[Message] = []
     if not posterior.noise_known:
         warnings.append(
             warning(
@@ -230,7 +232,7 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
             where, so = "inside the shape", "the answer is without the shape"
         warnings.append(
             warning(
-                "shape-contradicts-wrench",
+                CONTRADICTING,
                 f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away; {so}",
                 "shape",
             )
@@ -238,7 +240,7 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[str, ...]:
     elif doubt := doubtful_shape(posterior, distance):
         warnings.append(
             warning(
-                "shape-contradicts-wrench",
+                CONTRADICTING,
                 "the shape hardly explains the wrench (is it the right one, in the right place and size?): likely "
                 f"bodies in it are {doubt**0.5:.1f} standard deviations away",
                 "shape",
