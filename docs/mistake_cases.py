@@ -188,6 +188,13 @@ CASES = {
             ("play", "3%"),
             "The sensor or an adapter is loose.",
         ),
+        Case(
+            "A sensor that warms up, in a short recording",
+            "drift-in-short",
+            ("warming up", "6 s"),
+            "The bias drifts. In recordings of 8 s and longer a drift is found and taken "
+            "out; in shorter ones it could be the object.",
+        ),
     ),
     "The object": (
         Case(

@@ -4,11 +4,12 @@ picture of each."""
 
 import io
 import re
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
-from benchmarks.given import correct
+from benchmarks.given import Given, Mistake, correct
 from benchmarks.mistaken import mistakes
 from matplotlib.figure import Figure
 from PIL import Image
@@ -31,9 +32,20 @@ GAP = 0.1
 LABELS = ("force [N]", "force that remains [N]", "torque that remains [N m]")
 
 
+def warming_up(given: Given, rng: np.random.Generator) -> Given:
+    """6 s in which the bias settles, by 3 N and 0.15 N m at first."""
+    step = np.repeat((3.0, 0.15), 3) * rng.uniform(0.5, 1.0, 6)
+    given = given.wrench(lambda t, w: w + np.outer(np.exp(-(t - t[0]) / 4.0), step))
+    first = float(given.recording["wrench"].time[0])
+    return replace(given, recording=given.recording.slice(first, 6.0))
+
+
+WARMING = Mistake("warming up", "6 s", warming_up, frozenset({"drift-in-short"}))
+
+
 def main() -> None:
     """Write the page and its pictures."""
-    made = {(each.name, each.strength): each for each in mistakes()}
+    made = {(each.name, each.strength): each for each in (*mistakes(), WARMING)}
     lines = [HEAD]
     for part, cases in CASES.items():
         lines.append(f"\n## {part}\n")

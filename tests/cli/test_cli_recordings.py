@@ -144,7 +144,7 @@ def test_gravity_of_a_tilted_base(run, tmp_path):
     assert found["provenance"]["gravity_found"]
     told = " ".join(run("inspect", tilted).split())
     assert re.search(r"have it 14\.[789]° ± 0\.\d+° off", told)
-    assert "is the base tilted? give --gravity" in told
+    assert "verdict: do not use - gravity seems to point along" in told
 
 
 def test_an_accelerometer_is_used_with_the_gravity_found(run, tmp_path):

@@ -33,7 +33,6 @@ from hefting.estimators.bayes.nearest import Duals, duals_of, nearest_body
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
-    CONTRADICTING,
     Posterior,
     contradiction,
     doubtful_shape,
@@ -252,11 +251,6 @@ class Bayes(Estimator):
         return 0.5 * float(np.linalg.norm(self.shape.extents)) or 1.0
 
     @cached_property
-    def _without_shape(self) -> Bayes:
-        """The same of an object of any shape."""
-        return replace(self, shape=Shape.unknown(), pose_std=None, shape_std=None)
-
-    @cached_property
     def _prior(self) -> Prior:
         if self.shape_std is None and self.shape.known != "object":
             return prior_of(self.shape, None, None)
@@ -287,16 +281,13 @@ class Bayes(Estimator):
             posterior.prior, posterior.move, posterior.mixture, self.shape, duals
         )
         if self.shape.known != "reach" and contradiction(posterior, nearest.distance):
-            estimate = self._without_shape.estimate(state)
-            said = warnings_of(posterior, nearest.distance)
+            free = replace(self, shape=Shape.unknown(), pose_std=None, shape_std=None)
+            found = free.estimate(state)
             estimate = replace(
-                estimate,
+                found,
                 sufficient=None if self.until is None else False,
-                warnings=(
-                    *estimate.warnings,
-                    *(each for each in said if each.code == CONTRADICTING),
-                ),
-                provenance=estimate.provenance | {"shape_known": "reach"},
+                warnings=warnings_of(posterior, nearest.distance),
+                provenance=found.provenance | {"shape_known": "reach"},
             )
             return estimate, nearest.duals
         body, accuracy, sufficient = InertialParameters(nearest.vector), None, None
@@ -366,7 +357,7 @@ class Bayes(Estimator):
             passes, last = passes + 1, found
             found = steps.next(last, scores)
             done = self._is_settled(last, found)
-        distortion_change = _largest(found.scores - found.placed.scores)
+        distortion_change = found.distortion_change
         found = steps.settled(found)
         if doubts := scale_doubts(found.wrench, steps.reading, self.carried):
             alone = replace(self, mass=None).posterior(state, start)
@@ -398,8 +389,7 @@ class Bayes(Estimator):
         )
         return (
             float(np.abs(now / before - 1.0).max()) < NEGLIGIBLE_VARIANCE_CHANGE
-            and _largest(found.scores - found.placed.scores)
-            < NEGLIGIBLE_DISTORTION_CHANGE
+            and found.distortion_change < NEGLIGIBLE_DISTORTION_CHANGE
             and self._com_change(found) < NEGLIGIBLE_COM_CHANGE
         )
 
@@ -408,8 +398,3 @@ class Bayes(Estimator):
         diagonal."""
         off = found.center - found.com
         return float(off @ off) ** 0.5 / self._size
-
-
-def _largest(changes: Array) -> float:
-    """Largest size of changes (d,); 0 of none."""
-    return float(np.abs(changes).max(initial=0.0))

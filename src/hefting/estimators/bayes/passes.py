@@ -71,6 +71,11 @@ class Pass:
         # an error of covariance C has the mean C (C + S)^-1 (y - phi)
         return phi + self.systematic @ (wrench.shift - wrench.precision @ phi)
 
+    @property
+    def distortion_change(self) -> float:
+        """Largest change of the shape's distortion, in prior standard deviations."""
+        return float(np.abs(self.scores - self.placed.scores).max(initial=0.0))
+
     @cached_property
     def center(self) -> Array:
         """(3,) [m] centre of mass, by this posterior; as before where that has hardly

@@ -21,8 +21,6 @@ from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL
 from hefting.estimators.joint_state import State, motion_record
 from hefting.shapes import Shape
 
-CONTRADICTING = "shape-contradicts-wrench"
-"""Code of what is said of a shape that does not explain the wrench."""
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
 """Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
 maximum of the likelihood above which the shape contradicts the wrench."""
@@ -232,7 +230,7 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
             where, so = "inside the shape", "the answer is without the shape"
         warnings.append(
             warning(
-                CONTRADICTING,
+                "shape-contradicts-wrench",
                 f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away; {so}",
                 "shape",
             )
@@ -240,7 +238,7 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
     elif doubt := doubtful_shape(posterior, distance):
         warnings.append(
             warning(
-                CONTRADICTING,
+                "shape-contradicts-wrench",
                 "the shape hardly explains the wrench (is it the right one, in the right place and size?): likely "
                 f"bodies in it are {doubt**0.5:.1f} standard deviations away",
                 "shape",
