@@ -5,9 +5,13 @@ import pytest
 
 from hefting.core.errors import InputError
 from hefting.core.gravity import (
+    CENTRIFUGAL_RATIO,
+    FLATTENING,
     LATITUDE_STD,
     ON_EARTH,
     PLACE_STD,
+    SEMI_MAJOR_AXIS,
+    SQUARED_ECCENTRICITY,
     WORLD_STD,
     Gravity,
     normal_gravity,
@@ -68,3 +72,13 @@ def test_places_that_are_not_on_the_earth_are_refused():
         Gravity.of("down")
     with pytest.raises(InputError, match="three numbers"):
         Gravity.of([0.0, 0.0])
+
+
+def test_the_constants_of_the_ellipsoid_follow_from_each_other():
+    """By its defining constants: rate of rotation [rad/s], gravitational constant times
+    mass [m³/s²]; to their last digits."""
+    rotation, attraction = 7.292115e-5, 3.986004418e14
+    a, f = SEMI_MAJOR_AXIS, FLATTENING
+    assert f * (2.0 - f) == pytest.approx(SQUARED_ECCENTRICITY, abs=1e-14)
+    ratio = rotation**2 * a**3 * (1.0 - f) / attraction
+    assert ratio == pytest.approx(CENTRIFUGAL_RATIO, rel=1e-11)

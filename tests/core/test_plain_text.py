@@ -5,6 +5,7 @@ import shlex
 
 import pytest
 
+from hefting.core.errors import LONGEST_PLACE, InputError
 from hefting.core.plain_text import ascii_of, file_word, spell_out, typed
 
 
@@ -51,3 +52,10 @@ def test_plain_words_stay_as_they_are():
 
 def test_a_file_is_not_taken_for_an_option():
     assert [file_word(name) for name in ("-a.csv", "b.csv")] == ["./-a.csv", "b.csv"]
+
+
+def test_a_text_in_place_of_a_path_is_cut_in_an_error():
+    for length in (LONGEST_PLACE, LONGEST_PLACE + 1):
+        said = str(InputError("is not a file", "x" * length))
+        assert (" ...: is not a file" in said) is (length > LONGEST_PLACE)
+        assert len(said) == LONGEST_PLACE + len(": is not a file")

@@ -87,3 +87,19 @@ def test_what_is_no_mask_is_refused(tmp_path, changes):
 
     with pytest.raises(InputError, match="not a whole estimate"):
         Estimate.load(written(tmp_path, **changes))
+
+
+def test_numbers_whose_intervals_have_no_end_are_undetermined():
+    """Unless it is said what is; also by a covariance that is infinite."""
+    body = random_body(np.random.default_rng(3))
+    ends = {
+        "mass": np.array((0.0, 2.0)),
+        "center_of_mass": np.array(((-1.0, -np.inf, -1.0), (1.0, np.inf, 1.0))),
+        "inertia_at_com": np.array((-np.eye(3), np.eye(3))),
+        "inertia_at_origin": np.array((-np.eye(3), np.eye(3))),
+    }
+    found = Estimate("OLS", body, 10, 1.0, intervals=ends).undetermined
+    assert found is not None
+    assert not found.mass
+    assert found.center_of_mass.tolist() == [False, True, False]
+    assert not found.inertia_at_com.any()
