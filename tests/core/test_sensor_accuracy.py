@@ -7,12 +7,13 @@ from hefting.core.errors import InputError
 from hefting.core.sensor_accuracy import (
     EXACT,
     OWN_GAIN_RATIO,
+    SHEETS,
     TYPICAL_LEVER,
     TYPICAL_SHARE,
     Z95,
     SensorAccuracy,
+    sheet_name,
 )
-from hefting.core.sensor_sheets import SHEETS, sheet_name
 
 
 @pytest.mark.parametrize(

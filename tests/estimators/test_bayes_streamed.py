@@ -10,8 +10,7 @@ from hammers import counted_lengths, exact, noisy, shape
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import codes
 from hefting.estimators import OLS, PMD, Bayes
-from hefting.estimators.bayes.colour import Colour
-from hefting.estimators.bayes.spectrum import PRIOR_DEGREES, first_order, spectrum
+from hefting.estimators.bayes.colour import PRIOR_DEGREES, Colour, first_order, spectrum
 from hefting.estimators.time_record import FIRST_STRETCH_LENGTH, MOST_STRETCHES
 from hefting.simulation import hammer
 

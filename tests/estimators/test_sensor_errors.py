@@ -14,13 +14,13 @@ from hefting.core.regressor import FULL_MAP, MOTION, features
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators import OLS, Bayes
+from hefting.estimators.bayes.colour import first_order
 from hefting.estimators.bayes.groups import Groups
 from hefting.estimators.bayes.sensor_errors import (
     IN_STEP_RATIO,
     InStep,
     slow_variances,
 )
-from hefting.estimators.bayes.spectrum import first_order
 from hefting.shapes import Shape
 
 

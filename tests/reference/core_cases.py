@@ -19,8 +19,7 @@ from hefting.core.measurements import Noise
 from hefting.core.metrics import errors_between
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.quantity import quantity
-from hefting.core.sensor_accuracy import SensorAccuracy
-from hefting.core.sensor_sheets import SHEETS
+from hefting.core.sensor_accuracy import SHEETS, SensorAccuracy
 from hefting.core.torque_moments import TorqueMoments, merged, pseudo_inverse_half
 from random_problems import random_body, random_motion, random_pose, with_wrench
 

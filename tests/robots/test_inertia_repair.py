@@ -12,7 +12,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hefting.robots import check_inertias, repair_inertias
-from hefting.robots.nearest_inertia import (
+from hefting.robots.inertia_check import (
     distance,
     least_second_moment,
     nearest_inertia,

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
-from hefting.robots.visuals import MOST_PARTS, mesh_file, read_geometries
+from hefting.robots.arm import MOST_PARTS, mesh_file, read_geometries
 
 
 def robot(inner, name="tip"):

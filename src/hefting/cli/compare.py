@@ -43,8 +43,8 @@ def run(arguments: argparse.Namespace) -> int:
     if arguments.json:
         print_object(agreement)
     else:
-        from hefting.cli.report.agreement import agreement_report
         from hefting.cli.report.estimate import print_lines
+        from hefting.cli.report.methods import agreement_report
 
         print_lines(agreement_report(agreement), render)
     return 0 if agreement.agree else STATUS_DO_NOT_USE

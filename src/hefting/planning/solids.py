@@ -10,10 +10,15 @@ from scipy.spatial import ConvexHull, QhullError
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, Indices, frozen, rotation_matrices
-from hefting.robots.arm import MOST_LINKS, links_in_order, robot_of
+from hefting.robots.arm import (
+    MOST_LINKS,
+    Geometry,
+    links_in_order,
+    read_geometries,
+    robot_of,
+)
 from hefting.robots.robot import Robot
 from hefting.robots.urdf import Tree
-from hefting.robots.visuals import Geometry, read_geometries
 from hefting.scene.surface import LinkSurfaces
 from hefting.shapes.clouds import convex_hull
 from hefting.shapes.solid import corners_between

@@ -10,7 +10,7 @@ from hefting.core.estimate import Estimate, com_jacobian
 from hefting.core.inertia import InertialParameters
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, freeze, own, rotation_matrices
-from hefting.robots.visuals import LARGEST_SIZE, Geometry
+from hefting.robots.arm import LARGEST_SIZE, Geometry
 from hefting.shapes import Shape
 from hefting.shapes.reading import read_mesh
 

@@ -11,7 +11,7 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.plots.style import COMPONENTS
 from hefting.robots import Arm
-from hefting.robots.visuals import Geometry
+from hefting.robots.arm import Geometry
 from hefting.scene.curves import PARTS
 from hefting.scene.surface import LinkSurfaces, coarser
 from hefting.viewer.drawing import ARROWS, GREY, SENSOR, SURFACE, rgb

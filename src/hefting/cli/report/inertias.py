@@ -9,7 +9,7 @@ from rich.text import Text
 from hefting.cli.report.printing import warning_lines
 from hefting.core.errors import printable
 from hefting.robots import LinkCheck, Repaired
-from hefting.robots.nearest_inertia import THINNEST_LENGTH
+from hefting.robots.inertia_check import THINNEST_LENGTH
 from hefting.robots.urdf import listed
 
 CONDITIONS = {

@@ -21,7 +21,7 @@ import numpy as np
 
 from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
-from hefting.estimators.bayes.spectrum import first_order
+from hefting.estimators.bayes.colour import first_order
 
 SLOW_ERROR_TIME = 0.25
 """Correlation time of slow errors over the length of the record."""

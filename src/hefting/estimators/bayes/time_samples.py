@@ -14,12 +14,12 @@ from hefting.estimators.bayes.colour import (
     LARGEST_STRETCH_DISAGREEMENT,
     Colour,
     exceeds,
+    spectrum,
     without_expected,
 )
 from hefting.estimators.bayes.groups import Groups, Scores, combined
 from hefting.estimators.bayes.likelihood import Equations
 from hefting.estimators.bayes.sensor_errors import slow_variances
-from hefting.estimators.bayes.spectrum import spectrum
 from hefting.estimators.joint_state import State, states_by_bias
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.whitened_state import WhitenedState
