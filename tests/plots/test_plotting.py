@@ -21,9 +21,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.messages import error
 from hefting.core.regressor import predict_wrench
-from hefting.plots.body import plot_object
-from hefting.plots.identification import plot_identification
-from hefting.plots.shape import plot_shape
+from hefting.plots.body import plot_identification, plot_object, plot_shape
 from hefting.plots.style import DRAWN, lines_of, save_figure, style
 from hefting.plots.views import VIEWS
 from hefting.plots.wrench import plot_wrench

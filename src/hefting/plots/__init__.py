@@ -1,4 +1,4 @@
-"""Plots: one file a figure, one palette (`hefting.plots.style`). Need matplotlib.
+"""Plots: a function a figure, one palette (`hefting.plots.style`). Need matplotlib.
 
     figure = hefting.plots.plot_wrench(measurements, estimate)
     hefting.plots.save_figure(figure, "wrench")
@@ -20,11 +20,11 @@ FIGURES = {
         "of equal inertia",
     ),
     "plot_identification": (
-        "identification",
+        "body",
         "both side by side, as `hefting identify --output x.png` writes them",
     ),
     "plot_shape": (
-        "shape",
+        "body",
         "a shape as it is posed on the sensor, before anything is identified",
     ),
     "plot_prediction": (

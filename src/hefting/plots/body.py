@@ -1,14 +1,19 @@
-"""Picture of the object found, in three views: COM and ellipsoids with their
-uncertainty. Needs matplotlib."""
+"""Pictures of an object in three views: as it was found, with its uncertainty, alone or
+beside the wrench that it explains; and a shape as it is posed, to check the pose by eye.
+Needs matplotlib."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
+
+from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.plots.style import headed, lines_of
+from hefting.core.measurements import Measurements
+from hefting.plots.style import WIDTH, headed, lines_of, subfigures_of
 from hefting.plots.views import draw_scene, height_of
-from hefting.scene import headline_of, scene_of
+from hefting.plots.wrench import HEIGHT, draw_wrench
+from hefting.scene import headline_of, place_of, scene_of
 from hefting.shapes import Shape
 
 if TYPE_CHECKING:
@@ -57,5 +62,68 @@ def plot_object(
     headline = headline_of(estimate)
     lines = lines_of(headline, say=say)
     with headed(height_of(scene), lines, headline.usable) as (figure, below):
+        draw_scene(below, scene)
+    return figure
+
+
+def plot_identification(
+    measurements: Measurements,
+    estimate: Estimate,
+    shape: Shape | None = None,
+    truth: InertialParameters | None = None,
+    say: Callable[[str], str] = str,
+) -> "Figure":
+    """The object as `plot_object` draws it, and the wrench as `plot_wrench` does, side
+    by side under one headline.
+
+    Parameters and errors as for those two.
+    """
+    known = {} if truth is None else {"truth": truth}
+    scene = scene_of({"estimate": estimate}, shape, known)
+    headline = headline_of(estimate)
+    lines = lines_of(headline, 2.0 * WIDTH, say)
+    height = max(height_of(scene), HEIGHT)
+    with headed(height, lines, headline.usable, 2.0 * WIDTH) as (figure, below):
+        left, right = subfigures_of(below, 2)
+        draw_scene(left, scene)
+        draw_wrench(right, measurements, estimate)
+    return figure
+
+
+def plot_shape(
+    shape: Shape,
+    estimates: Mapping[str, Estimate] | None = None,
+    gravity: ArrayLike | None = None,
+) -> "Figure":
+    """The shape in three views, in sensor axes, with the COM that it has if its density
+    is uniform.
+
+    Parameters
+    ----------
+    shape : Shape
+        As posed in the sensor frame.
+    estimates : mapping of str to Estimate, optional
+        What was found of the object, by the name that it is to have: its COM belongs
+        inside the shape. The COM of least squares knows nothing of the pose.
+    gravity : array_like, optional
+        (K, 3) gravity in sensor axes during a log [m/s²], drawn from the sensor.
+
+    Returns
+    -------
+    matplotlib.figure.Figure
+
+    Raises
+    ------
+    MissingDependencyError
+        Without matplotlib.
+    """
+    uniform = {"uniform shape": shape.homogeneous}
+    found = dict(estimates or {})
+    scene = scene_of(found, shape, uniform, gravity).with_centers_only()
+    lines = ["the shape as posed, in sensor axes", *place_of(shape)]
+    for name, estimate in found.items():
+        verdict, numbers = estimate.verdict, headline_of(estimate).numbers
+        lines += [f"{name} ({verdict}; ± 95 %)", numbers[1]]
+    with headed(height_of(scene), lines) as (figure, below):
         draw_scene(below, scene)
     return figure
