@@ -133,7 +133,11 @@ def told(case: Case, found: Explanation | None) -> Any:
         return "none"
     fitted = found.fitted
     return {
-        **{name: value for name, value in vars(found).items() if name != "fitted"},
+        **{
+            name: value
+            for name, value in vars(found).items()
+            if name not in ("fitted", "of_many_laws")  # a fact of the kind, no result
+        },
         "vector": found.vector,
         "likelihood": found.likelihood,
         "evidence": evidence(case, as_given(case), found),

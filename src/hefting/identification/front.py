@@ -124,8 +124,8 @@ def identify(
     bias : {"auto", "estimate", "none"}, (6,), path or (n, 6)
         ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there
         is none, ``"auto"`` keeps one that exceeds three standard deviations; or six
-        numbers [N, N m], as recorded, to subtract, or a JSON file of them; (n, 6) are one for each of n
-        recordings.
+        numbers [N, N m], as recorded, to subtract, or a JSON file of them; (n, 6) are
+        one for each of n recordings.
     motion : {"auto", "columns", "smooth", "filter"}
         Where velocities and accelerations come from, see `hefting.measure`.
     start, duration : float, optional

@@ -50,8 +50,9 @@ class LiveEstimate:
     """[s] Newest stamp of the stream."""
     state: LiveStateName
     """``"waiting"`` for streams, ``"too little motion"``, ``"nothing held"`` beside the
-    tool, ``"identified"``, ``"sufficient"`` where that is what `until` asks for, ``"contradicted"`` while the
-    wrench is not that of the object (touched, slipped or swapped), ``"lost source"``."""
+    tool, ``"identified"``, ``"sufficient"`` where that is what `until` asks for,
+    ``"contradicted"`` while the wrench is not that of the object (touched, slipped or
+    swapped), ``"lost source"``."""
     estimate: Estimate | None = None
     """None before the motion suffices."""
     object: int = 1

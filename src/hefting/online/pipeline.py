@@ -72,7 +72,6 @@ class Pipeline:
         self._older: list[Recording] = []
         self._asked_object = 0
         self._forget = False
-        self._new_clock = False
 
     def _start_anew(self) -> None:
         """Forget what was understood."""
@@ -100,7 +99,7 @@ class Pipeline:
             self._older += [] if older is None else [older]
             before = self._estimate
             self._start_anew()
-            self._estimate, self._new_clock = before, True
+            self._estimate = before
             self.history.add(checked)
 
     def say(self, message: Message) -> None:
@@ -145,8 +144,6 @@ class Pipeline:
         if found is None or self._asked_object != self.object:
             return
         self._obstacle = found.obstacle
-        if found.estimate is not None:
-            self._new_clock = False
         if found.changed is not None:
             # the last estimate may be of samples of both objects
             if (before := self._understood_by(found.changed)) is not None:

@@ -331,8 +331,8 @@ class Bayes(Estimator):
     def posterior(
         self, state: State, start: Estimate | Pass | None = None
     ) -> Posterior:
-        """The posterior that `estimate` summarises; its mixture gives intervals of any
-        level.
+        """The posterior in the shape, which `estimate` summarises unless the samples
+        contradict it; its mixture gives intervals of any level.
 
         Arguments and errors are those of `estimate`; `start` may also be the last pass
         to the posterior of fewer samples. Either most often leaves one pass to be done,

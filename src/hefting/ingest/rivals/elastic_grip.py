@@ -62,6 +62,7 @@ def explain(case: Case) -> Explanation | None:
         fitted,
         8 + fitted.best,
         parameters=body,
+        of_many_laws=True,
     )
 
 

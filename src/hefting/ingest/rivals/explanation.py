@@ -68,6 +68,8 @@ class Explanation:
     """whether it makes the answer wrong whatever it does to mass and COM"""
     is_change: bool = False
     """whether it is a change of the object with time, as one at an instant may be"""
+    of_many_laws: bool = False
+    """whether another law may hold than was fitted, which then explains a part only"""
 
     @property
     def vector(self) -> Array:

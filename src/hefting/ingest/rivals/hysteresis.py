@@ -40,7 +40,7 @@ def explain(case: Case) -> Explanation | None:
         "play or hysteresis"
     )
     fix = "check how it is mounted, and its cable"
-    return Explanation(CODE, what, fix, fitted, 1, rarity=2.0)
+    return Explanation(CODE, what, fix, fitted, 1, rarity=2.0, of_many_laws=True)
 
 
 def _fit(case: Case, rows: Rows, lags: Array) -> tuple[Fitted, float, Array]:

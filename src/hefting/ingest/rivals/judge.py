@@ -16,16 +16,10 @@ import numpy as np
 from hefting.core.progress import each as each_of
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
-from hefting.ingest.rivals import (
-    EXPLANATIONS,
-    LARGE_EXPLANATIONS,
-    LINEAR_EXPLANATIONS,
-    elastic_grip,
-    hysteresis,
-    wrench_filtered,
-)
+from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.elastic_grip import yielding_columns
 from hefting.ingest.rivals.evidence import (
     NEGLIGIBLE_UNEXPLAINED,
     Fitted,
@@ -71,11 +65,9 @@ EXPLAINED_SHARE = 0.5
 EXPLAINED_IF_WHITE = 1.0 / 3.0
 """The same of a mistake that leaves white residuals of coloured ones: nothing else is to
 be explained. Of the recordings of three real sensors none does with more than a fifth."""
-OF_MANY_LAWS = frozenset({elastic_grip.CODE, hysteresis.CODE, wrench_filtered.CODE})
-"""Codes of mistakes of which another law may hold than was fitted."""
 OVERWHELMING_EVIDENCE = 50.0
-"""The log of the ratio from which on those are named though they explain a part only: of
-three real sensors none has 27."""
+"""The log of the ratio from which on a mistake of many laws is named though it explains
+a part only: of three real sensors none has 27."""
 EXPLAINED_BY_ANOTHER_LAW = 0.2
 """Share that such a mistake must explain."""
 EXPLAINED_BY_NOISE = -0.3
@@ -195,7 +187,7 @@ def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
         return False
     if other.effect is not None and not other.effect > 3.0:
         return False
-    if other.code in OF_MANY_LAWS and told > OVERWHELMING_EVIDENCE:
+    if other.of_many_laws and told > OVERWHELMING_EVIDENCE:
         left = missing(case, other.fitted)
         return left < (1.0 - EXPLAINED_BY_ANOTHER_LAW) * missing(case, given.fitted)
     return _is_explained(case, given, other.fitted)
@@ -292,7 +284,7 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
         rate = np.gradient(wrench, case.time, axis=0)
         since = case.time - case.time.mean()
         found += [
-            elastic_grip.yielding_columns(known),
+            yielding_columns(known),
             lever,
             (since[:, None] * rate)[:, :, None],
             rate[:, :, None],

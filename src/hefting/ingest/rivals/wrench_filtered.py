@@ -53,7 +53,7 @@ def explain(case: Case) -> Explanation | None:
         "weakens and delays what the motion needs"
     )
     fix = "record it unfiltered, or move slower"
-    return Explanation(CODE, what, fix, fitted, 1)
+    return Explanation(CODE, what, fix, fitted, 1, of_many_laws=True)
 
 
 def _least_correlation(fitted: Fitted) -> float:
