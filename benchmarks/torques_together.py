@@ -13,7 +13,7 @@ from benchmarks.torques_simulated import (
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.estimators import Bayes
-from hefting.estimators.whitened_state import WhitenedState
+from hefting.estimators.joint_state import WhitenedState
 from hefting.identification.by_torques import wrench_equations
 from hefting.robots import with_poses
 from hefting.simulation.arm_links import TORQUE_ARMS

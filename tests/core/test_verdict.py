@@ -8,8 +8,7 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.messages import error, note, warning
-from hefting.core.verdict import NO_DOUBT, verdict_of
+from hefting.core.messages import NO_DOUBT, error, note, verdict_of, warning
 from hefting.export import TARGETS, export
 
 TURNED = error("axes-turned", "the axes are turned: give `sensor_turned`='z:5'")

@@ -12,10 +12,9 @@ from hammers import exact, noisy, shape
 from hefting.core.errors import InputError
 from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Measurements, Noise
-from hefting.core.messages import codes
+from hefting.core.messages import codes, verdict_of
 from hefting.core.regressor import full_regressor
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
-from hefting.core.verdict import verdict_of
 from hefting.estimators import GEO, LMI, OLS, PMD, Bayes
 from hefting.estimators.bayes.likelihood import (
     LARGEST_DEVIATION,

@@ -7,8 +7,8 @@ import pytest
 import hefting
 from hefting.core.errors import InputError
 from hefting.core.measurements import Noise
+from hefting.estimators.joint_state import WhitenedState
 from hefting.estimators.quadratic import Quadratic, stacked_factor
-from hefting.estimators.whitened_state import WhitenedState
 from hefting.simulation.arm import UR5
 from hefting.simulation.joints import random_smooth
 from hefting.simulation.wield import wield

@@ -10,8 +10,7 @@ from scipy.spatial.transform import Rotation
 
 import hefting
 from hefting.core.errors import InputError
-from hefting.core.messages import codes
-from hefting.core.verdict import NO_DOUBT
+from hefting.core.messages import NO_DOUBT, codes
 from hefting.logs import read_log
 from hefting.logs.map_sample import BRACKETS
 from hefting.logs.windows import windows

@@ -13,12 +13,12 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.regressor import full_regressor, predict_wrench
 from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Estimator
+from hefting.estimators.joint_state import WhitenedState
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import Quadratic
 from hefting.estimators.rtls import column_levels
 from hefting.estimators.sample_state import SampleState, model_weight
 from hefting.estimators.state_likelihood import StateSamples
-from hefting.estimators.whitened_state import WhitenedState
 from hefting.shapes import Shape
 from hefting.simulation import hammer
 from random_problems import random_body

@@ -17,11 +17,10 @@ from hefting.core.errors import InputError, nearest
 from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
-from hefting.core.messages import Message
+from hefting.core.messages import Message, Verdict, verdict_of
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 from hefting.core.summary import body_lines, samples_told, warning_lines
 from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
-from hefting.core.verdict import Verdict, verdict_of
 
 NORMAL_95 = 1.96
 """Half-width of a 95 % interval over the standard deviation, of a normal variable."""
@@ -179,7 +178,7 @@ class Estimate(Shown):
 
     @property
     def verdict(self) -> Verdict:
-        """Whether to trust it, and why not: see `hefting.core.verdict`."""
+        """Whether to trust it, and why not: see `hefting.core.messages`."""
         return verdict_of(self._warnings_and_mass)
 
     @property

@@ -15,8 +15,12 @@ import numpy as np
 
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
 from hefting.core.spatial import Array
-from hefting.estimators.joint_state import State, states_by_bias, states_of
-from hefting.estimators.whitened_state import WhitenedState
+from hefting.estimators.joint_state import (
+    State,
+    WhitenedState,
+    states_by_bias,
+    states_of,
+)
 
 SHARES = np.repeat(np.eye(2), (5, 11), axis=1)
 """(2, 16) shares in both norms of the rows that no bias couples: five of the reduced

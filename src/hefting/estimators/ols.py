@@ -12,7 +12,7 @@ from hefting.core.estimate import Certificate, Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
-from hefting.estimators.joint_state import JointState, State, as_one
+from hefting.estimators.joint_state import JointState, State, WhitenedState, as_one
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.quadratic import (
     Quadratic,
@@ -23,7 +23,6 @@ from hefting.estimators.quadratic import (
     with_equation,
 )
 from hefting.estimators.sample_state import SMOOTHED_C1, Model
-from hefting.estimators.whitened_state import WhitenedState
 
 
 @dataclass(frozen=True, eq=False)

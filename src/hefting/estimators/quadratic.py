@@ -18,9 +18,8 @@ from hefting.core.lapack import lapack
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Indices, frozen
-from hefting.estimators.joint_state import State, as_one, states_of
+from hefting.estimators.joint_state import State, WhitenedState, as_one, states_of
 from hefting.estimators.sample_state import SampleState
-from hefting.estimators.whitened_state import WhitenedState
 
 WrenchNoise = Noise | Array | None
 """Known noise of the wrench: levels, or a covariance (6, 6) [N², N² m, N² m²]; None:

@@ -23,13 +23,13 @@ from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.joint_state import (
     JointState,
     State,
+    WhitenedState,
     motion_record,
     states_by_bias,
 )
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import SampleState
 from hefting.estimators.time_record import TimeRecord
-from hefting.estimators.whitened_state import WhitenedState
 
 NOISE_PASSES = 2
 """Number of times the noise is found: its covariance depends on its colour."""

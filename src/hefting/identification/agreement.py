@@ -32,10 +32,10 @@ from hefting.core.estimate_json import SCHEMA, json_ready
 from hefting.core.files import read_json
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
+from hefting.core.messages import Verdict
 from hefting.core.metrics import Errors, errors_between
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, vector_to_tensor
-from hefting.core.verdict import Verdict
 from hefting.shapes import Shape
 
 QUANTITIES = (

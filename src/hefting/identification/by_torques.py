@@ -20,8 +20,8 @@ from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.core.torque_moments import pseudo_inverse_half
 from hefting.estimators import OLS, default_method, method_named
 from hefting.estimators.base import Known
+from hefting.estimators.joint_state import WhitenedState
 from hefting.estimators.state_likelihood import StateSamples
-from hefting.estimators.whitened_state import WhitenedState
 from hefting.identification.estimator import estimator_for, estimator_knowing, known_of
 from hefting.identification.run import understand
 from hefting.identification.torque_checks import (

@@ -14,12 +14,11 @@ from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
-from hefting.core.messages import warning
+from hefting.core.messages import Verdict, warning
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.core.verdict import Verdict
 from hefting.estimators import OLS, Estimator, default_method
 from hefting.identification.checks import with_diagnostics
 from hefting.identification.estimator import estimator_of, known_of
@@ -65,7 +64,7 @@ class Answer(Shown):
 
     @property
     def verdict(self) -> Verdict:
-        """Whether to trust it, and why not: see `hefting.core.verdict`."""
+        """Whether to trust it, and why not: see `hefting.core.messages`."""
         return self.estimate.verdict
 
 

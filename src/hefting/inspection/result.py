@@ -7,9 +7,8 @@ import numpy as np
 
 from hefting import __version__
 from hefting.core.estimate_json import json_ready
-from hefting.core.messages import Message, error
+from hefting.core.messages import Message, Verdict, error, verdict_of
 from hefting.core.spatial import SPEED_LIMIT, Array
-from hefting.core.verdict import Verdict, verdict_of
 from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
 from hefting.ingest.changes.stretches import Changes
@@ -89,7 +88,7 @@ class Inspection:
     ``undetermined``        the parameters left open, for an object of `TYPICAL_SIZE`
     ``missing``             why there is no ``motion``, ``conditioning``, ``object``
     ``advice``, ``warnings`` one sentence each
-    ``verdict``, ``reasons`` whether to trust it: see `hefting.core.verdict`
+    ``verdict``, ``reasons`` whether to trust it: see `hefting.core.messages`
     ``messages``            notes, findings and warnings with their codes: see `hefting.core.messages.Message.to_dict`
     ======================= ==========================================================================================
     """

@@ -17,8 +17,8 @@ from hefting.core.spatial import Array
 from hefting.logs import read_log
 from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
 from hefting.logs.map_guess import names_time
-from hefting.logs.recognised import reader_of
 from hefting.logs.table import Block, summarize_list
+from hefting.logs.table_file import reader_of
 
 FORMS = (
     "give the path of a log, a dictionary of columns, a data frame, a structured array, "

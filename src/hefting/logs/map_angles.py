@@ -1,8 +1,7 @@
 """Three angles of a table nobody has described: which columns they are, and in which
 form."""
 
-from hefting.logs.column_words import OTHER, Groups, words_of
-from hefting.logs.map_sample import Sample
+from hefting.logs.map_sample import OTHER, Groups, Sample, words_of
 from hefting.logs.map_text import Guess, unit_entry
 from hefting.logs.orientations import form_of_angles
 from hefting.logs.units import find_unit

@@ -14,9 +14,15 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.logs.column_words import OTHER, Groups, group_columns, words_of
 from hefting.logs.map_angles import UNTOLD, angles_of, turned
-from hefting.logs.map_sample import Sample, read_sample
+from hefting.logs.map_sample import (
+    OTHER,
+    Groups,
+    Sample,
+    group_columns,
+    read_sample,
+    words_of,
+)
 from hefting.logs.map_text import Guess, map_text, summary_of, unit_entry
 from hefting.logs.table import SINCE_1970
 from hefting.logs.units import UNITS

@@ -1,15 +1,176 @@
 """A file with named columns -> Recording: by a column map, by a header that a format
-knows, by canonical names, or by what other names tell."""
+knows, by canonical names, or by what other names and numbers tell."""
 
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+from hefting.core.errors import InputError, nearest
 from hefting.core.files import check_size
+from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
-from hefting.logs.recognised import reader_of
+from hefting.logs.canonical import (
+    check_names,
+    columns_of_streams,
+    known_columns,
+    quote_name,
+    read_canonical,
+)
 from hefting.logs.registry import Format, formats
-from hefting.logs.table import Table
+from hefting.logs.table import Table, summarize_list
+
+if TYPE_CHECKING:
+    from hefting.logs.column_map import ColumnMap
+    from hefting.logs.map_guess import GuessedMap
+
+NEEDED = (
+    "position",
+    "orientation",
+    "joint_positions",
+    "wrench",
+    "gyroscope",
+    "accelerometer",
+    "linear_accelerometer",
+)
+"""Streams of whose canonical columns none may be left over: a header in which some have
+lost the others is a mistake, and is said to be one."""
+
+ESTIMATED = "F_ext_hat_K"
+"""What Franka's names of an external wrench hold, of which the load is taken out."""
+
+RATES = (
+    "linear_velocity",
+    "angular_velocity",
+    "linear_acceleration",
+    "angular_acceleration",
+)
+"""Streams whose axes no name tells: of a table with names of its own they are not
+read."""
+
+
+def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Recording]:
+    """What makes a recording of a table, or of a part of it, that no column map
+    describes: by its canonical names, or else by what its names tell.
+
+    Its errors are those of `hefting.logs.canonical.read_canonical`, which say what is
+    missing, wherever names and numbers do not tell a time, a wrench, and an orientation
+    or joint angles.
+    """
+    found = _recognise(table) if wrench_needed else None
+    if found is None:
+        return lambda part: read_canonical(part, wrench_needed)
+    if isinstance(found, InputError):
+        raise found
+    column_map, summary = found
+    return lambda part: _read_recognised(part, column_map, summary)
+
+
+def _recognise(table: Table) -> "tuple[ColumnMap, str] | InputError | None":
+    """A column map of a table with a wrench, and what it says in one line. None where
+    the canonical names tell as much, or no more of them would; an error where names of
+    its own tell some of a recording, and not all."""
+    check_names(table.names, table.source)
+    try:
+        streams, ignored = known_columns(table.names, table.source)
+    except InputError:
+        streams, ignored = {}, ()
+    if streams and (not ignored or set(RATES) & set(streams)):
+        return None
+    try:
+        guessed = _guess(table)
+        column_map = None if guessed.missing else _map_of(table, guessed)
+    except InputError:
+        return None
+    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
+    if not there < guessed.columns:
+        return None
+    if column_map is None:
+        first = guessed.missing[0].startswith("time")
+        told = not streams and (not first or len(guessed.missing) == 1)
+        return _lacking(table, guessed) if told else None
+    summary = guessed.summary
+    if left := columns_of_streams(table.names, RATES):
+        summary += f"; {summarize_list(sorted(left))} not read"
+    return column_map, summary
+
+
+def map_by_names(
+    table: Table, *, is_part: bool = False
+) -> "tuple[ColumnMap, GuessedMap]":
+    """The column map that names and numbers of a table tell; `InputError` where they
+    tell too little. Of a part of what is recorded, another table holds the rest."""
+    guessed = _guess(table)
+    if guessed.missing and not is_part:
+        raise _lacking(table, guessed)
+    return _map_of(table, guessed, is_part=is_part), guessed
+
+
+def _guess(table: Table) -> "GuessedMap":
+    from hefting.logs.map_guess import guess_map_of
+    from hefting.logs.map_sample import sample_of
+
+    return guess_map_of(sample_of(table))
+
+
+def _map_of(
+    table: Table, guessed: "GuessedMap", *, is_part: bool = False
+) -> "ColumnMap":
+    import tomllib
+
+    from hefting.logs.column_map import column_map_of
+
+    content = tomllib.loads(guessed.text)
+    return column_map_of(content, table.source, is_part=is_part)
+
+
+def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
+    """The error for a table whose names tell some of what a recording needs."""
+    from hefting.logs.map_guess import TIME_EXAMPLE
+
+    absent = [line.split(" = ")[0] for line in guessed.missing]
+    others = [n for n in table.names if n and n not in guessed.columns]
+    what = f"no column seems to be the {' or the '.join(absent)}"
+    if others:
+        wanted = {"time"} & {*absent}
+        names = [quote_name(n) + nearest(n, wanted) for n in others]
+        what += f": unknown are {summarize_list(names)}"
+    told = f"; taken by their names would be {guessed.summary}"
+    fix = (
+        "name the others' columns in a column map (`column_map`=FILE; "
+        "hefting map writes one of what is known)"
+    )
+    if "time" in absent:
+        fix += f", as {TIME_EXAMPLE}; rows of a map without it are static poses"
+    if "orientation" in absent:
+        fix += ", or give another table with the poses (`poses`)"
+    return InputError(what + told, table.source, fix)
+
+
+def taken_by_names(summary: str, of: str = "") -> Message:
+    """What is said where columns, `of` some file, are taken for what their names say."""
+    what = (
+        f"the columns{of} are taken by their names: {summary}; "
+        "give `column_map` where that is wrong (hefting map writes one)"
+    )
+    return warning("columns-by-name", what, "column_map")
+
+
+def _read_recognised(table: Table, column_map: "ColumnMap", summary: str) -> Recording:
+    """The recording in a table by a guessed map, with a warning that says what was taken
+    for what."""
+    from hefting.logs.mapped import read_mapped
+
+    recording = read_mapped(table, column_map)
+    said = (taken_by_names(summary),)
+    if any(ESTIMATED in str(c) for c in column_map.quantities["wrench"].columns):
+        what = (
+            f"{ESTIMATED} is what the controller estimates, less the load that is "
+            "configured in it, and then the result is not the object: record with a "
+            "load of zero"
+        )
+        said += (warning("payload-unknown", what),)
+    return replace(recording, warnings=(*said, *recording.warnings))
 
 
 def read_table_file(

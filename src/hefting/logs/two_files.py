@@ -10,9 +10,9 @@ from hefting.core.messages import Message
 from hefting.core.recording import Recording, column_names
 from hefting.logs.column_map import ColumnMap, column_map_of
 from hefting.logs.mapped import Mapped, has_columns, mapped
-from hefting.logs.recognised import map_by_names, taken_by_names
 from hefting.logs.registry import find_format, join_words, table_formats
 from hefting.logs.table import SINCE_1970, Table, with_times
+from hefting.logs.table_file import map_by_names, taken_by_names
 from hefting.logs.units import SECOND
 
 POSES = ("position", "orientation", "joint_positions")

@@ -11,7 +11,7 @@ from collections.abc import Iterable, Sequence
 from html import escape
 
 from hefting.core.errors import MissingDependencyError, printable
-from hefting.core.verdict import Verdict
+from hefting.core.messages import Verdict
 from hefting.scene import Scene
 
 LONGEST = 400

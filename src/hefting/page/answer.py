@@ -8,9 +8,9 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
+from hefting.core.messages import Verdict
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
-from hefting.core.verdict import Verdict
 from hefting.identification.compare import Comparison
 from hefting.identification.convergence import ten_ends, ten_of
 from hefting.inspection import Inspection

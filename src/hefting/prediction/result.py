@@ -10,12 +10,11 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready, subtracted_tool
-from hefting.core.messages import Message, error, warning
+from hefting.core.messages import Message, Verdict, error, verdict_of, warning
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze
 from hefting.core.summary import warning_lines
-from hefting.core.verdict import Verdict, verdict_of
 from hefting.ingest.conditioned import WrenchSign
 from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingest import Ingested

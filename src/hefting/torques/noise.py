@@ -28,8 +28,8 @@ from hefting.core.torque_moments import (
     payload_factor,
     pseudo_inverse_half,
 )
+from hefting.estimators.joint_state import WhitenedState
 from hefting.estimators.quadratic import ScaledSVD
-from hefting.estimators.whitened_state import WhitenedState
 from hefting.torques.equations import TorqueScales
 
 PASSES = 3

@@ -13,7 +13,7 @@ from rich.text import Text
 from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.report.verdict import other_warnings, verdict_lines
 from hefting.core.errors import printable
-from hefting.core.verdict import Verdict
+from hefting.core.messages import Verdict
 
 WIDEST = 1000
 """Columns that no table needs."""

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable
 
-from hefting.core.verdict import Verdict
+from hefting.core.messages import Verdict
 
 STATUS_DO_NOT_USE = 3
 """Exit status of a command whose answer is not to be used."""

@@ -41,14 +41,13 @@ from hefting.estimators.bayes.posterior import (
 )
 from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.estimators.bayes.samples import require_information
-from hefting.estimators.joint_state import State, states_of
+from hefting.estimators.joint_state import State, WhitenedState, states_of
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import (
     require_body,
     require_common_covariance,
     require_weight,
 )
-from hefting.estimators.whitened_state import WhitenedState
 from hefting.shapes import Shape
 
 MOST_PASSES = 6

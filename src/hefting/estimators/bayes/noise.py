@@ -30,9 +30,8 @@ from hefting.estimators.bayes.noise_found import MotionErrors, NoiseFound, infla
 from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.sensor_errors import InStep
 from hefting.estimators.bayes.time_samples import TimeSamples
-from hefting.estimators.joint_state import State, motion_record
+from hefting.estimators.joint_state import State, WhitenedState, motion_record
 from hefting.estimators.quadratic import WrenchNoise
-from hefting.estimators.whitened_state import WhitenedState
 
 LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is

@@ -11,8 +11,12 @@ from hefting.core.lapack import triangular_root
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
-from hefting.estimators.joint_state import State, states_by_bias, states_of
-from hefting.estimators.whitened_state import WhitenedState
+from hefting.estimators.joint_state import (
+    State,
+    WhitenedState,
+    states_by_bias,
+    states_of,
+)
 
 NOISE_FLOOR_SHARE = 1e-6
 """Smallest noise, relative to the wrench's root mean square: smaller values are due to

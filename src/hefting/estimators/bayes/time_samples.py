@@ -20,9 +20,8 @@ from hefting.estimators.bayes.colour import (
 from hefting.estimators.bayes.groups import Groups, Scores, combined
 from hefting.estimators.bayes.likelihood import Equations
 from hefting.estimators.bayes.sensor_errors import slow_variances
-from hefting.estimators.joint_state import State, states_by_bias
+from hefting.estimators.joint_state import State, WhitenedState, states_by_bias
 from hefting.estimators.sample_state import SampleState
-from hefting.estimators.whitened_state import WhitenedState
 
 FEWEST_COMPARED_STRETCHES = 4
 """Smallest number of stretches that are compared with each other."""
