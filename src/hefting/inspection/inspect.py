@@ -242,7 +242,9 @@ def _obstacles(found: Inspection) -> Iterator[str]:
 
 def _with_shape(found: Inspection) -> str:
     """The command that identifies the object with its shape."""
-    words = ["hefting", "identify", file_word(found.log), "--shape", "MESH"]
+    read = found.ingested
+    tool = ["--tool", "TOOL"] if read is not None and read.tool is not None else []
+    words = ["hefting", "identify", file_word(found.log), *tool, "--shape", "MESH"]
     return typed(words)
 
 
