@@ -16,7 +16,6 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/log_step_by_st
 # of it is written to a CSV file, as a robot would.
 
 import hefting
-from hefting.inspection import inspect
 from hefting.plots import plot_prediction, save_figure
 from hefting.simulation import (
     UR5,
@@ -56,7 +55,7 @@ for name, rate in log.rates().items():
 # -------
 # What the log seems to be: its sign, its clock, its bias, and whether the motion tells an object apart.
 
-seen = inspect(log)
+seen = hefting.inspect(log)
 print(f"verdict: {seen.verdict}; the wrench is {seen.sign.name}")
 for finding in seen.findings:
     print("-", finding)

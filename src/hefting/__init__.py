@@ -49,6 +49,8 @@ _HOME = {
     "LiveEstimate": "online.live_estimate",
     "plan": "planning",
     "Plan": "planning",
+    "inspect": "inspection",
+    "Inspection": "inspection",
     "predict": "prediction",
     "Prediction": "prediction",
     "batch": "batches",

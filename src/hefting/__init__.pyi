@@ -29,6 +29,8 @@ from hefting.identification import identify as identify
 from hefting.identification.live import Live as Live
 from hefting.identification.live import LiveState as LiveState
 from hefting.ingest import condition as condition
+from hefting.inspection import Inspection as Inspection
+from hefting.inspection import inspect as inspect
 from hefting.logs import read_log as read_log
 from hefting.logs import write_log as write_log
 from hefting.logs.given import as_recording as as_recording

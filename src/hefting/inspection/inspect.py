@@ -1,10 +1,13 @@
 """Inspection of a recording before anything is identified. A poor recording does not
 raise."""
 
+from __future__ import annotations
+
 from collections.abc import Iterator
 from dataclasses import replace
 from math import degrees
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -30,13 +33,14 @@ from hefting.inspection.facts import (
     wrench_facts,
 )
 from hefting.inspection.result import GravityHint, Inspection
+from hefting.logs.given import as_recording
 from hefting.motion import measure
 
 EMPTY = "the wrench is zero throughout"
 
 
 def inspect(
-    recording: Recording,
+    recording: Recording | str | Path | Any,
     gravity: GravityLike = ON_EARTH,
     tool: Estimate | Answered | str | Path | None = None,
 ) -> Inspection:
@@ -44,8 +48,9 @@ def inspect(
 
     Parameters
     ----------
-    recording : Recording
-        Any recording, also one that cannot be used for identification.
+    recording : Recording, path, or a table in memory
+        Any that `hefting.as_recording` takes, also one that cannot be used for
+        identification.
     gravity : Gravity, ArrayLike or "estimate"
         (3,) in world axes [m/s²], or ``"estimate"`` to find its direction.
     tool : Estimate, what `calibrate` or `identify` returns, or path, optional
@@ -59,8 +64,16 @@ def inspect(
     Raises
     ------
     InputError
-        Only if `gravity` is not a valid gravity, or `tool` no estimate.
+        Only for what is no recording, if `gravity` is not a valid gravity, or `tool`
+        no estimate.
+
+    Examples
+    --------
+    >>> found = hefting.inspect("demo/log.csv")
+    >>> found.verdict.level, round(found.facts.mass, 2)
+    ('good', 0.67)
     """
+    recording = as_recording(recording, wrench_needed=False)
     g = check_gravity(Gravity.of(gravity).vector)
     held = None if tool is None else load_tool(tool)
     missing: dict[str, str] = {}

@@ -1,5 +1,7 @@
 """Inspection: the findings about one recording."""
 
+from __future__ import annotations
+
 from dataclasses import asdict, dataclass, field
 from typing import Any
 
@@ -91,6 +93,11 @@ class Inspection:
     ``verdict``, ``reasons`` whether to trust it: see `hefting.core.messages`
     ``messages``            notes, findings and warnings with their codes: see `hefting.core.messages.Message.to_dict`
     ======================= ==========================================================================================
+
+    Examples
+    --------
+    >>> hefting.inspect("demo/log.csv").advice
+    ('ready: hefting identify demo/log.csv --shape MESH',)
     """
 
     log: str
