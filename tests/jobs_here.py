@@ -8,7 +8,7 @@ from typing import Any
 
 import pytest
 
-from hefting.jobs.outcome import Task
+from hefting.jobs.worker import Task
 from hefting.online.process import Inline
 
 

@@ -2,7 +2,6 @@
 another."""
 
 from hefting.jobs.jobs import Jobs
-from hefting.jobs.outcome import Lost
-from hefting.jobs.worker import source_version
+from hefting.jobs.worker import Lost, source_version
 
 __all__ = ["Jobs", "Lost", "source_version"]

@@ -12,8 +12,7 @@ from typing import Any
 from uuid import uuid4
 
 from hefting.core.errors import HeftingError, InputError, needing
-from hefting.jobs.outcome import Died, Task
-from hefting.jobs.worker import source_version
+from hefting.jobs.worker import Died, Task, source_version
 
 PATIENCE = "10s"
 """How long a scheduler may take to answer."""

@@ -14,8 +14,7 @@ from typing import Any, TypeVar
 
 from hefting.core.errors import HeftingError, InputError
 from hefting.jobs.cluster import Cluster
-from hefting.jobs.outcome import Died, Lost, Task, Workers
-from hefting.jobs.worker import Worker
+from hefting.jobs.worker import Died, Lost, Task, Worker, Workers
 
 T = TypeVar("T")
 R = TypeVar("R")

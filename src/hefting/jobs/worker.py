@@ -1,4 +1,5 @@
-"""A local worker process: given tasks, it answers in the order in which it got them.
+"""A task, what comes of it and who does it; and a local worker process: given tasks, it
+answers in the order in which it got them.
 
 It ends when the process that began it does, however that comes: a thread of it waits
 for the next task, and reads the end of the stream instead.
@@ -11,23 +12,65 @@ import signal
 import threading
 import traceback
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Generator, Iterator
 from contextlib import contextmanager, suppress
+from dataclasses import dataclass
 from functools import cache
 from multiprocessing import get_context, resource_tracker
 from multiprocessing.connection import Connection
 from pathlib import Path
 from queue import SimpleQueue
-from typing import Any
+from typing import Any, NamedTuple, Protocol
 
 import hefting
 from hefting.core.threads import ONE_THREAD
-from hefting.jobs.outcome import Task
 
 SPAWN = get_context("spawn")
 
 LAST_BREATH = 5.0
 """How long a process may take to end after it has closed its end of the stream [s]."""
+
+
+@dataclass(frozen=True)
+class Lost:
+    """In place of the result of a task that no worker survives."""
+
+    reason: str
+    """One line."""
+
+
+@dataclass(frozen=True)
+class Died:
+    """The worker of a task died; whether by that task is not known."""
+
+    reason: str
+    """One line."""
+
+
+class Task(NamedTuple):
+    """What a function is called with, numbered."""
+
+    number: int
+    argument: Any
+
+
+class Workers(Protocol):
+    """Processes that do tasks: local ones, or those of a cluster."""
+
+    def run(
+        self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
+    ) -> Generator[tuple[Task, Any], None, None]:
+        """Each task, as it comes, and its result or `Died`."""
+        ...
+
+    def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
+        """Result of a task while no other is done, so that no other is at fault; or
+        `Died` when it has been tried often enough."""
+        ...
+
+    def close(self) -> None:
+        """End them, or leave them."""
+        ...
 
 
 class Worker:
