@@ -116,7 +116,8 @@ def test_the_posterior_against_that_of_each_member():
         gain = np.linalg.solve(S, X @ C).T
         means.append(scale * mu + gain @ (y - scale * X @ mu))
         covariance = C - gain @ X @ C
-        ours = found.covariances[len(means) - 1]
+        X_j = found.factors[len(means) - 1]
+        ours = X_j @ X_j.T
         size = np.sqrt(covariance.diagonal())
         np.testing.assert_allclose(
             (ours - covariance) / np.outer(size, size), 0.0, atol=1e-6

@@ -42,9 +42,7 @@ class Convergence:
     """(n, 10) upper ends"""
 
 
-def convergence(
-    estimator: Estimator, found: Ingested, final: Estimate, count: int = INSTANTS
-) -> Convergence:
+def convergence(estimator: Estimator, found: Ingested, final: Estimate) -> Convergence:
     """How an estimate of a recording came about.
 
     Parameters
@@ -55,13 +53,10 @@ def convergence(
         The recording as far as it was used; several are seen one after the other.
     final : Estimate
         Its estimate from all of that, which is the last one.
-    count : int
-        Instants, evenly over the measurements. Those at which nothing can be told yet
-        are left out.
     """
     seen, estimates = [], []
     last: Estimate | None = None
-    for rows, state in _states(estimator, found, count):
+    for rows, state in _states(estimator, found):
         try:
             last, _ = estimator.continued(state, last)
         except NotIdentifiableError:
@@ -99,12 +94,10 @@ def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
     return low, high
 
 
-def _states(
-    estimator: Estimator, found: Ingested, count: int
-) -> Iterator[tuple[int, State]]:
+def _states(estimator: Estimator, found: Ingested) -> Iterator[tuple[int, State]]:
     """Number of measurements seen, and the state then, at all instants but the last."""
     total = len(found.measurements)
-    instants = np.unique(np.linspace(0, total, count + 1).astype(int))[1:-1]
+    instants = np.unique(np.linspace(0, total, INSTANTS + 1).astype(int))[1:-1]
     before, begin = estimator.start(), 0
     for part in found.recordings:
         z = taken(estimator, part)

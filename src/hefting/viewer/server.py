@@ -141,11 +141,12 @@ class Follower(Generic[T]):
             self._wanted = [what]
             self._changed.notify_all()
 
-    def settle(self, timeout: float = 60.0) -> bool:
-        """Wait until nothing is wanted any more [s]; whether that came about."""
+    def settle(self) -> bool:
+        """Wait until nothing is wanted any more, a minute at most; whether that came
+        about."""
         with self._changed:
             return self._changed.wait_for(
-                lambda: self._closed or not (self._wanted or self._busy), timeout
+                lambda: self._closed or not (self._wanted or self._busy), 60.0
             )
 
     def close(self) -> None:

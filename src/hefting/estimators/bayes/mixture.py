@@ -83,11 +83,6 @@ class Mixture:
         weights /= weights.sum()
         return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half)
 
-    @property
-    def covariances(self) -> Array:
-        """(j, 10, 10)"""
-        return self.factors @ self.factors.transpose(0, 2, 1)
-
     @cached_property
     def mean(self) -> Array:
         """(10,)"""
