@@ -502,7 +502,7 @@ def test_distances_to_the_surface_are_scipys():
 def test_normal_probabilities_and_quantiles_are_scipys():
     from scipy.special import ndtr, ndtri
 
-    from hefting.estimators.bayes.ends import normal_cdf, normal_quantile
+    from hefting.estimators.bayes.mixture import normal_cdf, normal_quantile
 
     t = np.linspace(-8.0, 8.0, 1001)
     # as published
@@ -519,7 +519,7 @@ def test_ends_of_mixtures_whose_members_are_not_alike(level):
     any weight is 10,000 times as wide as the others."""
     from scipy.special import ndtr
 
-    from hefting.estimators.bayes.ends import mixture_ends
+    from hefting.estimators.bayes.mixture import mixture_ends
 
     rng = np.random.default_rng(2)
     means, stds = rng.normal(size=(20, 8)), rng.uniform(0.1, 3.0, (20, 8))

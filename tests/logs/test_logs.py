@@ -5,7 +5,9 @@ import pyarrow as pa
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from pyarrow import parquet
 
+import hefting
 from hefting.core.magnitudes import LARGEST, SMALLEST_INTERVAL
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
@@ -409,6 +411,40 @@ def test_parquet_takes_other_number_types_and_ignores_the_rest(tmp_path):
         "ignored unknown columns: 'note'",
         "columns gyro_x..gyro_z are all blank",
     )
+
+
+@pytest.mark.parametrize("fixed", [True, False])
+def test_lists_in_parquet_are_columns(tmp_path, fixed):
+    """As data sets for robot learning have them, with lists of other things beside; the
+    numbers are those of the same log in columns of its own."""
+    rng, time = np.random.default_rng(9), 0.01 * np.arange(50)
+    turns = rng.normal(size=(50, 4))
+    turns /= np.linalg.norm(turns, axis=1, keepdims=True)
+    sent = hefting.as_recording(
+        time=time,
+        position=rng.normal(size=(50, 3)),
+        orientation=turns,
+        wrench=rng.normal(size=(50, 6)),
+    )
+    write_log(sent, tmp_path / "columns.parquet")
+    table = parquet.read_table(tmp_path / "columns.parquet")
+
+    def lists(names):
+        rows = np.stack([table[name].to_numpy() for name in names], axis=1).tolist()
+        kind = pa.list_(pa.float64(), len(names)) if fixed else pa.list_(pa.float64())
+        return pa.array(rows, kind)
+
+    held = {
+        "timestamp": table["time"],
+        "observation.wrench": lists(["fx", "fy", "fz", "tx", "ty", "tz"]),
+        "observation.pose": lists(["px", "py", "pz", "qx", "qy", "qz", "qw"]),
+        "words": pa.array([["a", "b"]] * len(table)),
+        "empty": pa.array([[]] * len(table), pa.list_(pa.float64())),
+    }
+    parquet.write_table(pa.table(held), tmp_path / "lists.parquet")
+    got = read_log(tmp_path / "lists.parquet")
+    for name in ("wrench", "position", "orientation"):
+        np.testing.assert_array_equal(got[name].values, sent[name].values)
 
 
 def test_csv_and_parquet_say_the_same(tmp_path):

@@ -311,6 +311,14 @@ def test_bad_parquet(tmp_path):
         "column fy",
         "holds string, not numbers",
     )
+    lists = parquet_log(tmp_path, f=[[0.0, 1.0], [0.0], [2.0, 3.0]])
+    column_map = tmp_path / "map.toml"
+    column_map.write_text(
+        'time = "time"\nwrench = ["f_0", "f_1", "fz", "tx", "ty", "tz"]\n'
+        'orientation = ["qx", "qy", "qz", "qw"]\n'
+    )
+    with pytest.raises(InputError, match="Index 1 is out of bounds"):
+        read_log(lists, column_map=column_map)
     fails(
         parquet_log(tmp_path, time=pa.array([1, 2, 3], pa.time64("ns"))),
         "column time",

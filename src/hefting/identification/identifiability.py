@@ -26,21 +26,19 @@ RigidModel = Literal["full", "reduced"]
 _EQUATIONS = {"full": FULL_EQUATIONS[6:16], "reduced": REDUCED_EQUATIONS[6:10]}
 
 
-def rank(
-    state: State | Moments,
-    model: RigidModel = "full",
-    tolerance: float = RANK_TOLERANCE,
-) -> int:
+def rank(state: State | Moments, model: RigidModel = "full") -> int:
     """Rank of the stacked regressors of all samples: at most 10, and 4 of the reduced
     (gravity-only) model.
 
-    Singular values below `tolerance` times the largest count as zero, with columns in
+    Singular values below `RANK_TOLERANCE` times the largest count as zero, with columns in
     SI units: those of a body of 1 kg and 1 m. Another frame of the sensor does not
     change it. Noise in the motion can hide a deficiency; `condition_number` then shows
     it. Raises `InputError` for another model.
     """
     singular = np.linalg.svd(_columns(_moments(state), model), compute_uv=False)
-    return int(np.sum(singular > tolerance * singular[0])) if singular[0] > 0.0 else 0
+    return (
+        int(np.sum(singular > RANK_TOLERANCE * singular[0])) if singular[0] > 0.0 else 0
+    )
 
 
 def condition_number(

@@ -1,4 +1,5 @@
-"""Parquet: a table with nulls for what was not measured, read block by block."""
+"""Parquet: a table with nulls for what was not measured, read block by block. A column
+of lists, ``state``, is the columns ``state_0``, ``state_1``, ... of their numbers."""
 
 import io
 from collections import Counter
@@ -21,12 +22,16 @@ from hefting.logs.table import Block, label
 
 if TYPE_CHECKING:
     import pyarrow as pa
+    from pyarrow import parquet
 
 ROWS = 65_536
 """Rows that are read at a time."""
 
 GROUP = 65_536
 """Rows that are written as a group."""
+
+LONGEST_LIST = 100
+"""Most numbers in a list that is taken for columns."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
@@ -38,6 +43,8 @@ class ParquetTable:
 
     source: str
     names: tuple[str, ...]
+    places: tuple[tuple[str, int | None], ...]
+    """of each, its column in the file and its place in the lists of it"""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`. Dates are in seconds
@@ -45,22 +52,22 @@ class ParquetTable:
         import pyarrow as pa
         from pyarrow import parquet
 
-        labels = [self.names[j] for j in columns]
+        stored = list(dict.fromkeys(self.places[j][0] for j in columns))
         before = 0
         try:
             with parquet.ParquetFile(
                 self.source, buffer_size=BUFFER, pre_buffer=False
             ) as file:
-                for j, name in zip(columns, labels, strict=True):
+                for j in columns:
+                    name, place = self.places[j]
+                    kind = file.schema_arrow.field(name).type
                     where = f"{self.source}, column {label(self, j)}"
-                    _check_kind(file.schema_arrow.field(name).type, where)
+                    _check_kind(kind if place is None else kind.value_type, where)
                 rows = max(file.metadata.num_rows, 1)
-                for batch in file.iter_batches(ROWS, columns=labels):
+                for batch in file.iter_batches(ROWS, columns=stored):
                     report(READING, before / rows)
                     table = pa.Table.from_batches([batch])
-                    arrays = {
-                        j: table[name] for j, name in zip(columns, labels, strict=True)
-                    }
+                    arrays = {j: _part(table, *self.places[j]) for j in columns}
                     values = {j: _values_of(column) for j, column in arrays.items()}
                     blank = {
                         j: column.is_null().to_numpy() if column.null_count else None
@@ -70,6 +77,18 @@ class ParquetTable:
                     before += len(batch)
         except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
             raise _read_error(self.source, error) from error
+
+
+def _part(table: "pa.Table", name: str, place: int | None) -> "pa.ChunkedArray":
+    """A column, or what is at a place in each of its lists; `ArrowException` where one
+    is too short."""
+    import pyarrow as pa
+    from pyarrow import compute
+
+    column = table[name]
+    if place is None:
+        return column
+    return compute.call_function("list_element", [column, pa.scalar(place)])
 
 
 def _check_kind(kind: "pa.DataType", where: str) -> None:
@@ -113,9 +132,16 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
     from pyarrow import parquet
 
     try:
-        names = tuple(parquet.read_schema(path).names)
+        with parquet.ParquetFile(path) as file:
+            lengths = _lengths_of_lists(file)
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
         raise _read_error(path, error) from error
+    places = [
+        (name, place)
+        for name, length in lengths
+        for place in ([None] if length is None else range(length))
+    ]
+    names = [n if place is None else f"{n}_{place}" for n, place in places]
     twice = [(name, count) for name, count in Counter(names).items() if count > 1]
     if twice:
         raise InputError(
@@ -123,7 +149,24 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
             path,
             "keep one of them",
         )
-    return ParquetTable(str(path), names)
+    return ParquetTable(str(path), tuple(names), tuple(places))
+
+
+def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None]]:
+    """Each column of a file with the length of the first of its lists; None where it
+    has none, or they are empty or longer than `LONGEST_LIST`."""
+    import pyarrow as pa
+
+    lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
+    kinds = {field.name: field.type for field in file.schema_arrow}
+    known = [name for name, kind in kinds.items() if any(of(kind) for of in lists)]
+    first = next(file.iter_batches(1, columns=known), None) if known else None
+    rows = [] if first is None else first.to_pylist()
+    lengths = {name: len(row[name] or ()) for row in rows for name in known}
+    return [
+        (n, lengths[n] if 0 < lengths.get(n, 0) <= LONGEST_LIST else None)
+        for n in file.schema_arrow.names
+    ]
 
 
 def _read_error(path: str | Path, error: Exception) -> InputError:

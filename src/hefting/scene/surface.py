@@ -185,12 +185,12 @@ class Surface:
         object.__setattr__(self, "faces", own(np.array(self.faces, dtype=np.intp)))
 
 
-def surface_of(shape: Shape, most: int = MOST_TRIANGLES) -> Surface | None:
-    """The surface of a shape with at most about so many triangles; None for a cloud,
-    and where no shape is known."""
+def surface_of(shape: Shape) -> Surface | None:
+    """The surface of a shape with about `MOST_TRIANGLES` at most; None for a cloud, and
+    where no shape is known."""
     if shape.faces is None or shape.known == "reach":
         return None
-    vertices, faces = coarser(shape.hull, shape.faces, most)
+    vertices, faces = coarser(shape.hull, shape.faces, MOST_TRIANGLES)
     return Surface(vertices, faces, shape.known == "object")
 
 
