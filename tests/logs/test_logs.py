@@ -438,6 +438,7 @@ def test_lists_in_parquet_are_columns(tmp_path, fixed):
         "timestamp": table["time"],
         "observation.wrench": lists(["fx", "fy", "fz", "tx", "ty", "tz"]),
         "observation.pose": lists(["px", "py", "pz", "qx", "qy", "qz", "qw"]),
+        "more": pa.array([{"note": "a", "of": {"list": [1.0]}}] * len(table)),
         "words": pa.array([["a", "b"]] * len(table)),
         "empty": pa.array([[]] * len(table), pa.list_(pa.float64())),
     }
@@ -445,6 +446,17 @@ def test_lists_in_parquet_are_columns(tmp_path, fixed):
     got = read_log(tmp_path / "lists.parquet")
     for name in ("wrench", "position", "orientation"):
         np.testing.assert_array_equal(got[name].values, sent[name].values)
+
+
+def test_fields_of_structures_in_parquet_are_columns(tmp_path):
+    """Each is read under its path, as of messages of ROS."""
+    rows = [dict(zip("xyz", row, strict=True)) for row in np.eye(3)]
+    wrench = pa.array([{"force": row, "torque": row} for row in rows])
+    path = parquet_log(tmp_path, wrench=wrench)
+    table = parquet.read_table(path).drop_columns(["fx", "fy", "fz", "tx", "ty", "tz"])
+    parquet.write_table(table, path)
+    got = read_log(path)
+    np.testing.assert_array_equal(got["wrench"].values, np.hstack((np.eye(3),) * 2))
 
 
 def test_csv_and_parquet_say_the_same(tmp_path):

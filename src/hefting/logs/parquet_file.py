@@ -1,5 +1,6 @@
 """Parquet: a table with nulls for what was not measured, read block by block. A column
-of lists, ``state``, is the columns ``state_0``, ``state_1``, ... of their numbers."""
+of lists, ``state``, is the columns ``state_0``, ``state_1``, ... of their numbers, one
+of structures, ``force``, the columns ``force.x``, ... of their fields."""
 
 import io
 from collections import Counter
@@ -58,15 +59,16 @@ class ParquetTable:
             with parquet.ParquetFile(
                 self.source, buffer_size=BUFFER, pre_buffer=False
             ) as file:
+                kinds = _flat(file.schema_arrow.empty_table()).schema
                 for j in columns:
                     name, place = self.places[j]
-                    kind = file.schema_arrow.field(name).type
+                    kind = kinds.field(name).type
                     where = f"{self.source}, column {label(self, j)}"
                     _check_kind(kind if place is None else kind.value_type, where)
                 rows = max(file.metadata.num_rows, 1)
                 for batch in file.iter_batches(ROWS, columns=stored):
                     report(READING, before / rows)
-                    table = pa.Table.from_batches([batch])
+                    table = _flat(pa.Table.from_batches([batch]))
                     arrays = {j: _part(table, *self.places[j]) for j in columns}
                     values = {j: _values_of(column) for j, column in arrays.items()}
                     blank = {
@@ -158,15 +160,24 @@ def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None
     import pyarrow as pa
 
     lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
-    kinds = {field.name: field.type for field in file.schema_arrow}
-    known = [name for name, kind in kinds.items() if any(of(kind) for of in lists)]
+    schema = _flat(file.schema_arrow.empty_table()).schema
+    known = [field.name for field in schema if any(of(field.type) for of in lists)]
     first = next(file.iter_batches(1, columns=known), None) if known else None
-    rows = [] if first is None else first.to_pylist()
+    rows = [] if first is None else _flat(pa.Table.from_batches([first])).to_pylist()
     lengths = {name: len(row[name] or ()) for row in rows for name in known}
     return [
         (n, lengths[n] if 0 < lengths.get(n, 0) <= LONGEST_LIST else None)
-        for n in file.schema_arrow.names
+        for n in schema.names
     ]
+
+
+def _flat(table: "pa.Table") -> "pa.Table":
+    """The table with the fields of structures as columns."""
+    import pyarrow as pa
+
+    while any(pa.types.is_struct(kind) for kind in table.schema.types):
+        table = table.flatten()
+    return table
 
 
 def _read_error(path: str | Path, error: Exception) -> InputError:
