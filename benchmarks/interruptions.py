@@ -9,8 +9,8 @@ from collections import Counter
 from benchmarks.transports import ADDRESSES, NAMES, port_for, start_peer
 from hefting.core.messages import Message
 from hefting.online.samples import Samples
+from hefting.sources import source_of
 from hefting.sources.live import Pump
-from hefting.sources.registry import source_of
 
 LIFE = 1.5
 """How long each peer lives from its first sample on [s]."""

@@ -15,8 +15,8 @@ from hefting.core.recording import Recording
 from hefting.online import LiveIdentifier
 from hefting.online.samples import Samples
 from hefting.simulation import UR5, hammer, simulate, sinusoids
+from hefting.sources import source_of
 from hefting.sources.live import Pump
-from hefting.sources.registry import source_of
 
 STREAMS = ("wrench", "position", "orientation")
 """What the hammer has; a controller sends joint positions, too."""

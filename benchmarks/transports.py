@@ -14,8 +14,8 @@ import numpy as np
 from benchmarks import fast_dds
 from benchmarks.peers import count
 from hefting.online.samples import Samples
+from hefting.sources import source_of
 from hefting.sources.live import Pump
-from hefting.sources.registry import source_of
 
 ADDRESSES = {
     "tcp": "tcp://127.0.0.1:{}",

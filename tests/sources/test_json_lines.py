@@ -7,7 +7,7 @@ from collections import Counter
 import numpy as np
 import pytest
 
-from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE
+from hefting.sources import MAX_MESSAGE, TOO_LARGE
 from hefting.sources.tcp import NO_JSON, NO_STREAM, NO_TIME, JsonLines
 
 RNG = np.random.default_rng(19)

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hefting.online.samples import Samples
-from hefting.sources.registry import check
+from hefting.sources import check
 
 TIME = np.arange(5.0)
 

@@ -4,7 +4,7 @@ import time
 
 import pytest
 
-from hefting.sources.registry import GATHERING, Pace
+from hefting.sources import GATHERING, Pace
 
 
 def test_looks_are_apart():

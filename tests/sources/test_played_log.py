@@ -8,8 +8,8 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording, Stream
 from hefting.online.samples import EndOfSource
+from hefting.sources import Request
 from hefting.sources.played_log import PlayedLog
-from hefting.sources.registry import Request
 
 RNG = np.random.default_rng(2)
 RECORDING = Recording(

@@ -22,7 +22,7 @@ from bag_messages import (
 from bags import serialised
 from hefting.core.errors import InputError
 from hefting.logs.ros.source import Topic
-from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
+from hefting.sources import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
 from hefting.sources.ros_decoding import UNFITTING, RosDecoder
 
 TURNS = Rotation.random(N, rng=np.random.default_rng(3)).as_quat()

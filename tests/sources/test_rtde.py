@@ -11,7 +11,7 @@ from benchmarks.transports import start_peer
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
-from hefting.sources.registry import Request
+from hefting.sources import Request
 from hefting.sources.rtde import HEAD, Packages, Recipe, RtdeError, RtdeSource
 
 

@@ -8,7 +8,7 @@ import pytest
 
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.online.samples import Source
-from hefting.sources.registry import SCHEMES, address_of, source_of
+from hefting.sources import SCHEMES, address_of, source_of
 
 NAMES = {
     "tcp": "tcp://localhost:9000",
@@ -109,7 +109,7 @@ def test_no_transport_is_imported_before_it_is_opened():
     """Names of sources are checked where no transport's library is there."""
     assert all(importlib.import_module(module).SOURCE for module in SCHEMES.values())
     heavy = {"websockets", "zenoh", "cyclonedds", "rosbags", "foxglove"}
-    code = "from hefting.sources.registry import source_of, SCHEMES; import sys\n"
+    code = "from hefting.sources import source_of, SCHEMES; import sys\n"
     code += f"[source_of(name) for name in {list(NAMES.values())}]\n"
     code += f"assert not {heavy} & set(sys.modules)"
     import subprocess

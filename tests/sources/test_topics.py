@@ -2,9 +2,9 @@
 
 import pytest
 
+from hefting.sources import UNREADABLE
 from hefting.sources.dds import DdsTransport
 from hefting.sources.foxglove_websocket import FoxgloveTransport, topic_of
-from hefting.sources.registry import UNREADABLE
 from hefting.sources.zenoh_router import parse_token
 
 KIND = "geometry_msgs::msg::dds_::WrenchStamped_"

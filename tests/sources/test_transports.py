@@ -20,7 +20,7 @@ from benchmarks.peers import (
 from benchmarks.transports import ADDRESSES, run
 from forked_peers import forked_peers
 
-from hefting.sources.registry import UNREADABLE
+from hefting.sources import UNREADABLE
 
 SECONDS = 0.4
 MALFORMED = 40

@@ -81,7 +81,7 @@ def _run_plain(a: argparse.Namespace) -> None:
 def _run_with_estimate(a: argparse.Namespace) -> int:
     """Write the recording and what was found from it, for a dashboard; returns the exit
     status, which tells of an estimate that is not to be used."""
-    from hefting.cli.report.verdict import exit_status
+    from hefting.cli.report import exit_status
     from hefting.dashboards import dashboard_for, replay_of, write_dashboard
 
     dashboard_for(a.output).check()

@@ -246,7 +246,7 @@ def _errors(
 
 def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
     """Print results, of which `outputs` could be written; the exit status."""
-    from hefting.cli.report.verdict import exit_status
+    from hefting.cli.report import exit_status
 
     if a.json:
         print_json(results, render)

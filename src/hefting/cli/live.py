@@ -27,9 +27,9 @@ from hefting.cli.options import (
 )
 from hefting.cli.outputs import open_page, print_object, wanted, write
 from hefting.cli.parser import say
+from hefting.cli.report import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results
-from hefting.cli.report.verdict import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.request.settings import (
@@ -46,8 +46,8 @@ if TYPE_CHECKING:
     from hefting.online import LiveEstimate, LiveIdentifier
     from hefting.online.samples import Samples
     from hefting.shapes import Shape
+    from hefting.sources import Request
     from hefting.sources.live import Pump
-    from hefting.sources.registry import Request
 
 EXAMPLES = (
     "hefting live ws://robot:8765 --shape mug.stl --object-pose 0,0,0.1,0,0,0,1",
@@ -163,9 +163,9 @@ def run(arguments: argparse.Namespace) -> int:
 
 def _run(a: argparse.Namespace) -> int:
     from hefting.online import LiveIdentifier
+    from hefting.sources import source_of
     from hefting.sources.live import Pump, with_skipped
     from hefting.sources.record import Recorder
-    from hefting.sources.registry import source_of
 
     _check_outputs(a)
     source = source_of(a.source, _request(a))
@@ -321,7 +321,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 def _request(a: argparse.Namespace) -> "Request":
     """What is asked of the source."""
     from hefting.request.settings import recording_of
-    from hefting.sources.registry import Request
+    from hefting.sources import Request
 
     if not 0 < a.speed <= FASTEST:
         what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"

@@ -19,7 +19,7 @@ from hefting.core.files import replacing
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.dashboards.replay import Dashboard, Replay
+from hefting.dashboards import Dashboard, Replay
 from hefting.logs.ros.serialising import McapOutput, channel_of, serialise
 from hefting.scene import headline_of
 

@@ -19,7 +19,7 @@ from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
 from hefting.online.live_estimate import LiveEstimate, LiveStateName
 from hefting.online.samples import Samples
-from hefting.online.stall import Stall
+from hefting.online.series import Stall
 from hefting.online.understanding import MOST_PARTS, Task, Understanding, long_enough
 
 EVERY = 1.0

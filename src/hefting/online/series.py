@@ -1,11 +1,16 @@
-"""One stream of live samples: checked, averaged where it is fast, and bounded."""
+"""One stream of live samples: checked, averaged where it is fast, and bounded; and since when
+that of the wrench repeats its last value."""
+
+from __future__ import annotations
 
 from collections import Counter
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
+from hefting.ingest.stalled_wrench import FEWEST_REPEATED, stalled
 
 BIN = 0.005
 """[s] Samples of a fast stream are averaged over so long. On recordings of a Panda at
@@ -15,6 +20,8 @@ FAST = 250.0
 """[Hz] Streams of a higher rate are averaged."""
 SAMPLES_OF_RATE = 50
 """Samples by which the rate is judged."""
+ROUNDING = 1e-12
+"""Share of its values by which averages of the same value differ."""
 
 
 class Series:
@@ -144,3 +151,41 @@ class Series:
     def _count(self, reason: str, number: int) -> None:
         if number:
             self._skipped[reason] += number
+
+
+@dataclass(frozen=True)
+class Stall:
+    """The last time that the wrench stood still."""
+
+    since: float = np.inf
+    """[s] First repeated value; infinite where it never stood still."""
+    until: float = np.inf
+    """[s] First other value; infinite while it stands still."""
+
+    @property
+    def lasts(self) -> bool:
+        """Whether the wrench stands still now."""
+        return np.isfinite(self.since) and np.isinf(self.until)
+
+    def after(self, wrench: Series | None) -> Stall:
+        """With what came since."""
+        if wrench is None or len(wrench) <= FEWEST_REPEATED:
+            return self
+        last = wrench.values[-FEWEST_REPEATED:]
+        change = np.abs(last - last[-1]) > ROUNDING * np.abs(last).max()
+        if change.any():
+            if not self.lasts:
+                return self
+            first = 1 + int(np.flatnonzero(change.any(axis=1))[-1])
+            return replace(self, until=float(wrench.time[first - FEWEST_REPEATED]))
+        repeats = stalled(wrench.values)
+        if self.lasts or not repeats[-1]:
+            return self
+        varies = np.flatnonzero(~repeats)
+        first = int(varies[-1]) + 1 if len(varies) else 0
+        return Stall(float(wrench.time[first]))
+
+    def without(self, wrench: Stream) -> Stream:
+        """The wrench without the repeated values."""
+        kept = (wrench.time < self.since) | (wrench.time >= self.until)
+        return wrench if kept.all() else wrench[kept]

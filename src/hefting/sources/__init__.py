@@ -1,2 +1,197 @@
-"""Sources: where the samples of a live stream come from: one file a transport, one
-list (`hefting.sources.registry`)."""
+"""Sources: where the samples of a live stream come from: one file a transport, one list
+(`SCHEMES`).
+
+Here is what a source is called, what is asked of it, and what is believed of what it
+brings. A new transport is one module that ends in its ``SOURCE``, called with a name and
+a `Request`, and its line in `SCHEMES`.
+"""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from importlib import import_module
+from typing import NamedTuple
+from urllib.parse import urlsplit
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.magnitudes import LARGEST, LARGEST_TIME
+from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording
+from hefting.core.spatial import Array
+from hefting.online.samples import Samples, Source
+
+
+class Address(NamedTuple):
+    """Where a source listens."""
+
+    host: str
+    port: int
+    path: str
+    """What follows, without slashes around it."""
+
+    @property
+    def place(self) -> str:
+        """``HOST:PORT``, as addresses have it."""
+        host = f"[{self.host}]" if ":" in self.host else self.host
+        return f"{host}:{self.port}"
+
+
+def address_of(name: str, port: int | None, example: str) -> Address:
+    """Host, port and path of ``scheme://HOST[:PORT][/PATH]``.
+
+    Parameters
+    ----------
+    name : as the user gave it.
+    port : where none is given; None for a transport that has no usual one.
+    example : what such a name looks like, for the error.
+
+    Raises
+    ------
+    InputError
+        For a name without a host, or with a port that cannot be.
+    """
+    try:
+        parts = urlsplit(name)
+    except ValueError:
+        parts = urlsplit("")
+    try:
+        found = parts.port or port
+    except ValueError:
+        raise InputError("the port is not one", name, f"as in {example}") from None
+    if not parts.hostname or found is None:
+        missing = "port" if parts.hostname else "host"
+        raise InputError(f"which {missing}?", name, f"as in {example}")
+    return Address(parts.hostname, found, parts.path.strip("/"))
+
+
+@dataclass(frozen=True)
+class Request:
+    """Options; each transport takes what concerns it."""
+
+    topics: Mapping[str, str] = field(default_factory=dict)
+    """by role (wrench, pose, joint, imu), or "none", as in
+    `hefting.logs.ros.read_bag`"""
+    world_frame: str | None = None
+    """Frame the poses are in; by default the root of tf."""
+    sensor_frame: str | None = None
+    """Frame of the sensor; by default that of the wrench."""
+    speed: float = 1.0
+    """How fast a log is played; infinity is as fast as it is read."""
+    read: Callable[[str], Recording] | None = None
+    """reads a log to be played; by default `hefting.read_log`"""
+
+
+SCHEMES = {
+    "tcp": "hefting.sources.tcp",
+    "ws": "hefting.sources.foxglove_websocket",
+    "wss": "hefting.sources.foxglove_websocket",
+    "zenoh": "hefting.sources.zenoh_router",
+    "dds": "hefting.sources.dds",
+    "rtde": "hefting.sources.rtde",
+}
+"""Module of each transport, by what stands before ``://``; what is slow to import
+belongs inside their functions."""
+
+
+def source_of(name: str, request: Request | None = None) -> Source:
+    """``-``, ``scheme://...`` or a log to be played; nothing is opened yet.
+
+    Raises `InputError` for an unknown scheme, and for a name that is not one of its
+    transport.
+    """
+    scheme, mark, _ = name.partition("://")
+    if name == "-":
+        module = "hefting.sources.standard_input"
+    elif not mark:
+        module = "hefting.sources.played_log"
+    elif scheme.lower() in SCHEMES:
+        module = SCHEMES[scheme.lower()]
+    else:
+        known = ", ".join(f"{each}://" for each in SCHEMES)
+        what = f"'{scheme[:40]}://' is no source"
+        fix = f"use {known}, - for standard input, or a log"
+        raise InputError(what, name, fix)
+    return import_module(module).SOURCE(name, request or Request())
+
+
+MAX_MESSAGE = 1_000_000
+"""Largest message that is read [bytes]. A wrench has a hundred, a transform tree of a
+humanoid ten thousand."""
+
+MAX_JOINTS = 1000
+"""Most joints of a sample."""
+
+MAX_QUEUED = 50_000
+"""Most messages that wait for being read: ten seconds of all that a robot sends."""
+
+UNIT_NORM = 1e-2
+"""From one, as `hefting.Recording` refuses quaternions."""
+
+TOO_LARGE = "larger than 1 MB"
+"""Why a message was skipped: it is longer than `MAX_MESSAGE`."""
+
+UNREADABLE = "does not fit its definition"
+"""Why a message was skipped: its bytes are not what its type says."""
+
+QUEUE_FULL = "not read in time"
+"""Why a message was skipped: more than `MAX_QUEUED` waited."""
+
+
+def check(samples: Samples, skipped: Counter[str]) -> Samples | None:
+    """The samples that can be: finite, of a width and size that the stream has, with
+    unit quaternions; None where none is left.
+
+    The others are counted in `skipped`, by the reason.
+    """
+    time = np.asarray(samples.time, dtype=float)
+    values = np.asarray(samples.values, dtype=float)
+    if not _has_shape(samples.stream, time, values):
+        skipped["not the shape of a stream"] += max(time.size, 1)
+        return None
+    for reason, good in _checks(samples.stream, time, values):
+        if not good.all():
+            skipped[reason] += int((~good).sum())
+            time, values = time[good], values[good]
+            return check(Samples(samples.stream, time, values), skipped)
+    return Samples(samples.stream, time, values) if len(time) else None
+
+
+def _has_shape(stream: str, time: Array, values: Array) -> bool:
+    if stream not in COLUMNS or values.ndim != 2 or time.shape != values.shape[:1]:
+        return False
+    if stream in JOINT_STREAMS:
+        return 0 < values.shape[1] <= MAX_JOINTS
+    return values.shape[1] == len(COLUMNS[stream])
+
+
+def _checks(stream: str, time: Array, values: Array):
+    """Reasons to leave samples out, each with which of them are good (n,)."""
+    everything = np.concatenate([time[:, None], values], axis=1)
+    yield "values that are not finite", np.isfinite(everything).all(axis=1)
+    yield "times that cannot be", np.abs(time) <= LARGEST_TIME
+    largest = LARGEST.get(stream, np.inf)
+    yield "values that cannot be", (np.abs(values) <= largest).all(axis=1)
+    if stream == "orientation":
+        with np.errstate(over="ignore"):
+            norm = np.sqrt((values * values).sum(axis=1))
+        yield "quaternions that are not of unit norm", np.abs(norm - 1) <= UNIT_NORM
+
+
+GATHERING = 0.01
+"""[s] between looks. A live estimate is found right after one
+(`hefting.online.identifier.LONGEST_WAIT`), mostly in less time than to the next."""
+
+
+class Pace:
+    """Keeps looks at what came apart: decoding together costs half as much as one by
+    one (samples of RTDE at 500 Hz)."""
+
+    def __init__(self):
+        self._next = 0.0
+
+    def wait(self) -> None:
+        """Wait until `GATHERING` after the last time."""
+        time.sleep(max(self._next - time.monotonic(), 0.0))
+        self._next = time.monotonic() + GATHERING

@@ -15,7 +15,7 @@ from hefting.core.errors import InputError, needing
 from hefting.logs.ros.layout import PLACEHOLDER, standard_definitions
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE
+from hefting.sources import MAX_MESSAGE, TOO_LARGE
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 from hefting.sources.zenoh_router import ros_type

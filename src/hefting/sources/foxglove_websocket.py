@@ -15,7 +15,7 @@ from hefting.core.errors import InputError, needing
 from hefting.logs.ros.records import full_type
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.registry import UNREADABLE, address_of
+from hefting.sources import UNREADABLE, address_of
 from hefting.sources.ros_decoding import RosMessage
 from hefting.sources.ros_source import Transport, source_by
 

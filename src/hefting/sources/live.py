@@ -19,8 +19,8 @@ from hefting.core.recording import Recording
 from hefting.online.identifier import LiveIdentifier
 from hefting.online.live_estimate import LiveEstimate
 from hefting.online.samples import EndOfSource, Samples, Source, SourceLostError
+from hefting.sources import Request, check, source_of
 from hefting.sources.played_log import PlayedLog
-from hefting.sources.registry import Request, check, source_of
 
 SHORTEST_WAIT, LONGEST_WAIT = 0.1, 5.0
 """Wait before the first attempt to connect again, doubled with each, and the longest

@@ -9,7 +9,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording
 from hefting.online.samples import EndOfSource, Samples
-from hefting.sources.registry import Request
+from hefting.sources import Request
 
 STEP = 0.01
 """What is given at once lasts so long [s] of the log's time, at most."""

@@ -22,7 +22,7 @@ from hefting.logs.ros.series import FAR_BACK, Series
 from hefting.logs.ros.source import Topic
 from hefting.logs.ros.streams import Streams
 from hefting.online.samples import Samples
-from hefting.sources.registry import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
+from hefting.sources import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
 
 RosMessage = tuple[Topic, int, bytes]
 """A message: its topic, when it was sent or came [ns], its bytes."""

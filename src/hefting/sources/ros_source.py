@@ -9,7 +9,7 @@ from collections.abc import Callable
 from hefting.core.messages import Message
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources.registry import Pace, Request
+from hefting.sources import Pace, Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5

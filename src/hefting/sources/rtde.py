@@ -18,7 +18,7 @@ from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
 from hefting.logs.ur_csv import FORCE, RAW, find_motion_and_wrench
 from hefting.online.samples import Samples, SourceLostError
-from hefting.sources.registry import UNREADABLE, Pace, Request, address_of
+from hefting.sources import UNREADABLE, Pace, Request, address_of
 from hefting.sources.tcp import connected, received
 
 HEAD = struct.Struct(">HB")

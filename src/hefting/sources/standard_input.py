@@ -8,7 +8,7 @@ from collections import Counter
 
 from hefting.core.messages import Message, note
 from hefting.online.samples import EndOfSource, Samples
-from hefting.sources.registry import Request
+from hefting.sources import Request
 from hefting.sources.tcp import JsonLines
 
 PIECE = 1 << 16

@@ -18,7 +18,7 @@ from hefting.core.errors import InputError, printable
 from hefting.core.messages import Message, note
 from hefting.core.recording import COLUMNS
 from hefting.online.samples import Samples, SourceLostError
-from hefting.sources.registry import (
+from hefting.sources import (
     MAX_JOINTS,
     MAX_MESSAGE,
     TOO_LARGE,

@@ -19,7 +19,7 @@ from typing import Any
 from hefting.core.errors import InputError, needing
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import SourceLostError
-from hefting.sources.registry import (
+from hefting.sources import (
     MAX_MESSAGE,
     MAX_QUEUED,
     QUEUE_FULL,

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hefting.cli.parser import WIDTH, wrapped
+from hefting.cli.report import other_warnings, verdict_lines
 from hefting.cli.report.digits import Worth, aligned
-from hefting.cli.report.verdict import other_warnings, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters

@@ -11,7 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.parser import WIDTH, wrapped
-from hefting.cli.report.verdict import other_warnings, verdict_lines
+from hefting.cli.report import other_warnings, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.messages import Verdict
 
