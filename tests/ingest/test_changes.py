@@ -19,7 +19,6 @@ from hefting.identification import identify
 from hefting.ingest import Conditioned, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
-from hefting.ingest.changes.cells import Cells
 from hefting.ingest.changes.find import _without_excursions
 from hefting.ingest.changes.partition import (
     COST_OF_INTERVAL,
