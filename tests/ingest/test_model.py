@@ -107,7 +107,7 @@ def test_static_poses_have_no_clock():
     wrench = poses["wrench"]
     blocks = Blocks.of(wrench.time, wrench.values, smooth=False)
     problem = Problem(static_path(poses), blocks, False, False, (1,))
-    now, late = (Model.at(problem, offset, GRAVITY) for offset in (0.0, 0.7))
+    now, late = (Model.at(problem, offset, GRAVITY) for offset in (0.0, 1.3))
     expected = -rotated(poses["orientation"].values, GRAVITY)
     np.testing.assert_allclose(now.features[:, :3], expected, atol=1e-12)
     assert not now.features[:, 3:].any()
