@@ -98,4 +98,4 @@ def test_intervals_have_eight_cells_and_last_eight_tenths_of_a_second(interval, 
         cells.wrench[fewest:] *= -10.0  # of another body and bias
         cells = replace(cells, time=interval * np.arange(M))
         two = [(0, fewest), (fewest, M)]
-        assert partition(cells) == (two if M == 2 * fewest else [(0, M)])
+        assert partition(cells) == (two if 2 * fewest == M else [(0, M)])
