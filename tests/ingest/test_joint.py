@@ -7,7 +7,7 @@ import pytest
 
 from disturbances import disturbed, with_wrench
 from hefting.core.measurements import MotionNoise, Noise
-from hefting.core.messages import warning
+from hefting.core.messages import error, warning
 from hefting.core.regressor import ONE
 from hefting.ingest.ingest import ingest
 from hefting.ingest.joint import (
@@ -17,6 +17,7 @@ from hefting.ingest.joint import (
     _weighed,
     together,
 )
+from hefting.ingest.rivals.consequence import Doubt
 from hefting.ingest.several import ingest_all, names_of
 from hefting.ingest.systematic import common_errors
 
@@ -130,6 +131,10 @@ def test_what_is_told_of_all_is_by_the_samples_of_each(one):
         replace(with_noise(one, 2.0, 0.5), within=3.0 * np.eye(6)),
     ]
     parts[0] = replace(parts[0], sign=replace(one.sign, t=-20.0), static=True)
+    mild, fatal = (Doubt(say("x", "is so"), False) for say in (warning, error))
+    for order in ((mild, fatal), (fatal, mild), (None, fatal)):
+        doubtful = [replace(p, doubt=d) for p, d in zip(parts, order, strict=True)]
+        assert together(doubtful, ["a", "b"]).doubt is fatal
     found = together(parts, ["a", "b"])
     assert found.noise.force == pytest.approx(2.5**0.5)
     assert found.noise.torque == pytest.approx(0.13**0.5)
