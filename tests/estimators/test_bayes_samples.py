@@ -23,6 +23,7 @@ from hefting.estimators.bayes.noise_found import (
     inflation_of,
 )
 from hefting.estimators.bayes.passes import Pass, Passes
+from hefting.estimators.bayes.posterior import doubtful_shape, warnings_of
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import _length, dual_of, projected
 from hefting.estimators.bayes.samples import Samples
@@ -396,3 +397,62 @@ def test_a_state_of_averages_weighs_as_its_samples():
         for a, b in zip(mine.factors, whole.factors, strict=True):
             np.testing.assert_allclose(a.T @ a, 0.25 * b.T @ b, atol=1e-9)
         assert mine.counts == whole.counts
+
+
+def posterior(**more: Any):
+    """Of a kilogram known to 1 %, of which nothing is in doubt."""
+    return cast(
+        Any,
+        SimpleNamespace(
+            **{
+                "noise_known": True,
+                "contradicted": False,
+                "coloured": False,
+                "excess": 1.0,
+                "disagreement": 0.0,
+                "response": 0.0,
+                "mixture": SimpleNamespace(mean=np.ones(10), mass_std=0.01),
+                "settled": True,
+                "shape_known": True,
+                "misfit": 0.0,
+                "scale_doubts": (),
+                "bias": None,
+            }
+            | more
+        ),
+    )
+
+
+@pytest.mark.parametrize(
+    ("doubt", "distance", "code"),
+    [
+        ({}, 0.0, None),
+        ({"noise_known": False}, 0.0, "noise-unknown"),
+        ({"contradicted": True, "excess": 4.0}, 0.0, "noise-exceeds-claim"),
+        ({"coloured": True}, 0.0, "noise-coloured"),
+        ({"disagreement": 2.9}, 0.0, None),
+        ({"disagreement": 3.1}, 0.0, "stretches-disagree"),
+        ({"response": 0.0070}, 0.0, None),
+        ({"response": 0.0072}, 0.0, "response-uneven"),
+        ({"settled": False}, 0.0, "shape-not-found"),
+        ({"misfit": 99.0, "shape_known": False}, 0.0, None),
+        ({"misfit": 101.0}, 0.0, "shape-contradicts-wrench"),
+        ({"misfit": 101.0, "shape_known": False}, 0.0, "shape-contradicts-wrench"),
+    ],
+)
+def test_a_posterior_s_doubts_have_their_thresholds(doubt, distance, code):
+    """An uneven response counts as the larger part of the mass's deviation, squared."""
+    told = [m.code for m in warnings_of(posterior(**doubt), distance)]
+    assert told == ([code] if code else [])
+
+
+def test_a_shape_is_doubtful_by_both_distances_together():
+    assert doubtful_shape(posterior(misfit=12.0), 7.9) == 0.0
+    assert doubtful_shape(posterior(misfit=12.0), 8.1) == pytest.approx(20.1)
+    for more in (
+        {"shape_known": False},
+        {"contradicted": True},
+        {"coloured": True},
+        {"disagreement": 3.1},
+    ):
+        assert doubtful_shape(posterior(misfit=12.0, **more), 30.0) == 0.0
