@@ -11,10 +11,16 @@ from scipy.optimize import brentq
 
 from hammers import shape
 from hefting.core.regressor import full_regressor
+from hefting.core.spatial import tensor_to_vector
 from hefting.estimators import Bayes
 from hefting.estimators.bayes import mixture as mixture_module
 from hefting.estimators.bayes.likelihood import Likelihood
-from hefting.estimators.bayes.mixture import Mixture, _factored
+from hefting.estimators.bayes.mixture import (
+    INTERVAL_QUANTITIES,
+    Mixture,
+    _factored,
+    shaped,
+)
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import _length, dual_of, projected
 from hefting.estimators.bayes.samples import Samples
@@ -238,3 +244,15 @@ def test_a_state_of_averages_weighs_as_its_samples():
         for a, b in zip(mine.factors, whole.factors, strict=True):
             np.testing.assert_allclose(a.T @ a, 0.25 * b.T @ b, atol=1e-9)
         assert mine.counts == whole.counts
+
+
+def test_sixteen_numbers_are_those_of_their_quantities():
+    """Tensors by their six entries."""
+    ends = np.arange(1.0, 17.0) + np.array((0.0, 20.0))[:, None]
+    found = shaped(ends)
+    for name, part in INTERVAL_QUANTITIES.items():
+        own = [
+            tensor_to_vector(end) if np.ndim(end) == 2 else np.atleast_1d(end)
+            for end in found[name]
+        ]
+        np.testing.assert_array_equal(own, ends[:, part])
