@@ -452,3 +452,18 @@ def test_the_bound_holds_for_wrong_masses():
         assert bound <= norm**2 * (1 + 1e-12)
         positive += bound > 0.0
     assert positive > 50
+
+
+@pytest.mark.parametrize(("one", "two"), [(1.0, 2.0), (0.0, 3.0)])
+def test_the_bound_holds_for_bodies_ten_times_as_heavy(one, two):
+    """Of a third part that would explain what is left a thousandth at a time: half of
+    the residual's gradient, for as much of it as ten times all others."""
+    G = np.diag((1.0, 1.0, 1e-3))
+    left = 1.0
+    bound = hps._bound(G, np.array((one, two, left)), np.array((one, two, 0.0)))
+    assert bound == pytest.approx(left**2 - 2.0 * 10.0 * (one + two) * left * 1e-3)
+    m = np.linspace(0.0, 10.0 * (one + two), 50)
+    assert bound <= np.min((left - 1e-3 * m) ** 2)
+    exact = hps._bound(G, np.array((one, two, -1.0)), np.array((one, two, 0.0)))
+    assert exact == pytest.approx(1.0)
+    assert hps._bound(G, np.array((one, two, 0.0)), np.array((one, two, 0.0))) == 0.0

@@ -422,3 +422,16 @@ def test_without_a_bias_to_be_found_recordings_are_one(recordings, shape):
     assert _off(*vectors) < EQUAL
     joint = _merged(OLS("estimate"), recordings[:3])
     assert _off(estimator.estimate(joint).parameters.vector, vectors[1]) < EQUAL
+
+
+def test_recordings_have_a_bias_each_only_where_one_is_free():
+    """Else they are one."""
+    rng = np.random.default_rng(9)
+    parts = [with_wrench(random_motion(rng, 20), random_body(rng)) for _ in range(3)]
+    for bias in ("none", "estimate"):
+        ols = OLS(bias=bias)
+        states = [ols.update(ols.start(), z) for z in parts]
+        both = ols.merge_all(states)
+        assert isinstance(both, JointState) is (bias == "estimate")
+        assert both.samples == 60
+        assert ols.merge_all(states[:1]).samples == 20

@@ -1,6 +1,7 @@
 """A method is one file and one line: a toy, added to a copy of the source, is known
 wherever methods are."""
 
+import dataclasses
 import json
 import os
 import re
@@ -232,3 +233,21 @@ def test_common_hyperparameters_are_checked_once_for_all(kind):
     if "noise" in names:
         with pytest.raises(InputError, match="noise"):
             kind(**given, noise=-np.eye(6))
+
+
+def test_an_option_of_several_methods_says_what_it_is_of_each(monkeypatch):
+    """In the order of the methods; the first one's way of writing it is kept."""
+    one = options()["gamma"]
+
+    @dataclasses.dataclass
+    class Toy:
+        gamma: float = dataclasses.field(
+            default=1.0, metadata={"help": "its own", "metavar": "G"}
+        )
+
+    monkeypatch.setitem(METHODS, "Toy", Toy)
+    both = options()["gamma"]
+    assert both.help == f"{one.help}; Toy: its own"
+    assert both.metavar == one.metavar
+    monkeypatch.delitem(METHODS, "GEO")
+    assert options()["gamma"].metavar == "G"

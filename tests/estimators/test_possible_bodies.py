@@ -12,6 +12,8 @@ from hefting.estimators.geo import thickened
 from hefting.estimators.possible_bodies import (
     MASS_STD,
     NEAR_BODY_FREEDOMS,
+    PART_STDS,
+    WITHIN_PART_STDS,
     PossibleBodies,
     _com_derivative,
     _gradients,
@@ -107,6 +109,33 @@ def test_a_part_in_a_plane_has_no_gradient_across_it(height):
     nothing must be made: the same whatever rounding makes of the mean."""
     masses = np.linspace(0.1, 0.3, 9)
     sides = np.random.default_rng(3).uniform(0.0, 0.07, (9, 2))
+    sides[0] = 0.0
     flat = Shape(np.column_stack((sides, np.full(9, height))), masses)
     across = _gradients(flat, masses[:, None])[:, 2]
     np.testing.assert_array_equal(across, 0.0)
+
+
+@pytest.mark.parametrize("volumes", [True, False])
+def test_parts_together_are_the_whole(volumes):
+    """Of members that differ by what a part's mass varies the covariances do by C C',
+    whose columns sum to the homogeneous body: so does C (C C')^+ of it by their number.
+    Points are that body nearly only, to a hundredth here."""
+    rng = np.random.default_rng(4)
+    whole = shape()
+    if not volumes:
+        whole = Shape(whole.positions, np.full(whole.n, 1.0 / whole.n))
+    part = rng.integers(4, size=whole.n)
+    shares = (part[:, None] == np.arange(4)) * rng.uniform(0.5, 1.5, (whole.n, 1))
+    shares /= shares.sum(axis=0)
+    F = PossibleBodies.of_parts(whole, shares).spread
+    wide, narrow = (i * len(WITHIN_PART_STDS) for i in (1, 0))
+    apart = F[wide] @ F[wide].T - F[narrow] @ F[narrow].T
+    apart /= PART_STDS[1] ** 2 - PART_STDS[0] ** 2
+    mean = whole.homogeneous.vector / whole.homogeneous.mass
+    size = np.sqrt(apart.diagonal())
+    inverse = np.linalg.pinv(apart / np.outer(size, size), rcond=1e-9, hermitian=True)
+    assert (mean / size) @ inverse @ (mean / size) == pytest.approx(4.0, rel=1e-4)
+    # the masses of the parts are shares of the volume
+    v = np.ones(whole.n) if whole.volumes is None else whole.volumes
+    share = np.array([v[part == k].sum() for k in range(4)]) / v.sum()
+    assert apart[0, 0] == pytest.approx(float(share @ share), rel=1e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from hefting.core.regressor import FEATURES
-from hefting.estimators.timescales import TimeScales
+from hefting.estimators.timescales import TimeScales, autocorrelation_time
 
 
 def samples(count: int, seed: int = 0) -> np.ndarray:
@@ -73,3 +73,68 @@ def test_a_weight_is_that_of_squares():
     more = scales.scaled(4.0).closed()
     for one, other in zip(grams(more), grams(scales.closed()), strict=True):
         np.testing.assert_allclose(one, 4.0 * other, atol=1e-12)
+
+
+def test_merged_no_detail_spans_two_records_and_the_later_one_goes_on():
+    """Of records of unequal length, whichever is the longer."""
+    one, other, more = samples(21, 1), samples(70, 2), samples(13, 3)
+    for first, second in ((one, other), (other, one)):
+        a, b = TimeScales().fold(first), TimeScales().fold(second)
+        both, end = a.merge(b).fold(more), b.fold(more)
+        J = len(both.factors)
+        counts = np.zeros(J, dtype=int)
+        expected = np.zeros((J, FEATURES, FEATURES))
+        for each in (a, end):
+            counts[: len(each.counts)] += each.counts
+            expected[: len(each.factors)] += grams(each)
+        assert both.counts == tuple(counts)
+        np.testing.assert_allclose(grams(both), expected, atol=1e-11)
+
+
+def by_definition(series: np.ndarray) -> float:
+    """One and twice the sum of the correlations at lags before the first below 0.05,
+    of lags up to half of the length; on average over what is not constant."""
+    times = []
+    for x in (series - series.mean(axis=0)).T:
+        if not x.any():
+            continue
+        n = len(x)
+        rho = [float(x[k:] @ x[: n - k]) / float(x @ x) for k in range(n // 2)]
+        below = [k for k, r in enumerate(rho) if r < 0.05]
+        times.append(1.0 + 2.0 * sum(rho[1 : below[0] if below else len(rho)]))
+    return max(1.0, float(np.mean(times)))
+
+
+def test_the_autocorrelation_time_is_that_of_its_definition():
+    """Of noise, of what is slow, and of what is not even over half of the series."""
+    rng = np.random.default_rng(4)
+    walk = np.cumsum(rng.normal(size=(101, 2)), axis=0)
+    late = np.arange(60) >= 59
+    peaks = 1.0 * late + late[::-1] + 0.9 * (np.arange(60) % 24 == 6)
+    slow = np.linspace(-1.0, 1.0, 50)[:, None] ** np.array((1, 3))
+    humps = np.abs(np.cos(np.arange(64) * np.pi / 32.0))[:, None] + 0.3
+    flat = np.column_stack((walk[:, 0], np.full(101, 3.0)))
+    spread = np.r_[np.ones(10), np.zeros(30), 2.0 * np.ones(4), np.zeros(10)]
+    for series in (
+        rng.normal(size=(200, 3)),
+        walk,
+        slow,
+        humps,
+        flat,
+        peaks[:, None],
+        spread[:, None],
+        np.sort(rng.exponential(size=(40, 2)), axis=0),
+    ):
+        expected = by_definition(series)
+        assert autocorrelation_time(series) == pytest.approx(expected, rel=1e-9)
+    assert autocorrelation_time(walk[:7]) == 1.0
+    assert autocorrelation_time(walk[:8]) == pytest.approx(by_definition(walk[:8]))
+    assert autocorrelation_time(np.ones((20, 2))) == 1.0
+    turns = np.resize((1.0, -1.0), 40)[:, None]
+    assert autocorrelation_time(turns) == 1.0
+    # correlations that never fall below a twentieth up to half of the length
+    held = np.r_[np.ones(3), np.zeros(94), np.ones(3)][:, None]
+    assert autocorrelation_time(held) == pytest.approx(by_definition(held))
+    # a period of nearly the whole record is never below a twentieth before a third
+    arc = (np.arange(90) % 30 < 28)[:, None] * np.linspace(1.0, 3.0, 90)[:, None] ** 3
+    assert autocorrelation_time(arc) == pytest.approx(by_definition(arc), rel=1e-9)

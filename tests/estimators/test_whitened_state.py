@@ -129,3 +129,9 @@ def test_no_more_samples_are_folded(measurements):
         ols.update(state, measurements)
     with pytest.raises(InputError, match="finite factor"):
         WhitenedState(np.zeros((10, 10)), 1, 1.0)
+
+
+def test_equations_of_a_likelihood_have_unit_noise_unless_another_is_given():
+    P = np.diag(np.arange(1.0, 11.0))
+    assert WhitenedState.of_information(P, np.ones(10), 6, 1.0).noise == 1.0
+    assert WhitenedState.of_information(P, np.ones(10), 6, 1.0, 0.3).noise == 0.3

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from benchmarks.changing import CLEAN, EVENTS, MISFITS, Case, case, moved
 
+from changing_cells import body, random_cells
 from disturbances import disturbed
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
@@ -18,7 +19,6 @@ from hefting.identification import identify
 from hefting.ingest import Conditioned, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment
 from hefting.ingest.changes.bodies import JointModel
-from hefting.ingest.changes.cells import Cells
 from hefting.ingest.changes.find import _without_excursions
 from hefting.ingest.changes.partition import (
     COST_OF_INTERVAL,
@@ -79,25 +79,6 @@ def later(recording: Recording, seconds: float) -> Recording:
             for name, s in recording.streams.items()
         },
     )
-
-
-def body(mass: float, *center: float) -> np.ndarray:
-    first = mass * np.array(center or (0.0, 0.0, 0.1))
-    return np.concatenate(([mass], first, np.full(6, 1e-3)))
-
-
-def random_cells(rng: np.random.Generator, M: int, change: int | None = None) -> Cells:
-    """Cells of unit noise with a body, from a cell on another one, and a bias."""
-    time = 0.1 * np.arange(M)
-    speed, phase = rng.uniform(0.5, 4.0, 12), rng.uniform(0.0, 6.0, 12)
-    size = np.repeat((5.0, 2.0, 1.0), (3, 3, 6))
-    features = size * np.sin(speed * time[:, None] + phase)
-    none = np.zeros((M, 9))
-    cells = Cells(time, time, time, features, none, none[:, :6], np.ones(2))
-    wrench = cells.regressor @ body(20.0) + rng.normal(size=(M, 6)) + 3.0
-    if change is not None:
-        wrench[change:] += cells.regressor[change:] @ body(5.0, 0.1, 0.2, 0.3)
-    return replace(cells, wrench=wrench)
 
 
 # finding

@@ -99,3 +99,14 @@ def test_where_the_wrench_changes_and_the_pose_does_not():
     first, *others = [reason.code for reason in found.verdict.reasons]
     assert first == "pose-constant"
     assert "unexplained" not in others
+
+
+def test_two_channels_of_noise_tell_of_a_third_that_has_none():
+    """One alone does not."""
+    for rests, told in (([0, 1, 2, 3], True), ([0, 1, 2, 3, 4], False)):
+
+        def still(wrench, rests=rests):
+            wrench[:, rests] = 1.0
+            return wrench
+
+        assert (changed(still) is not None) is told

@@ -9,16 +9,28 @@ from benchmarks.given import Given, correct
 from benchmarks.mistaken import mistakes
 
 from given_cases import case_of
+from hefting.core.measurements import Measurements
 from hefting.core.recording import Stream
+from hefting.core.regressor import full_regressor
+from hefting.core.spatial import rotation_by
+from hefting.ingest.model import tangents_of
 from hefting.ingest.rivals import LINEAR_EXPLANATIONS, judge
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, correlation
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    LinearPart,
+    correlation,
+    is_hopeless,
+    linear_step,
+    missing,
+)
 from hefting.ingest.rivals.explanation import as_given, explained_by_motion
 from hefting.ingest.rivals.judge import (
     POSSIBLE_EVIDENCE,
     _is_told,
     _is_white,
     _is_worth_a_search,
+    _small_mistakes,
     evidence,
 )
 
@@ -118,3 +130,137 @@ def test_a_mistake_of_less_than_three_deviations_is_not_told(case, effect, told)
     other = replace(given, code="other", fitted=nothing_left, effect=effect)
     assert evidence(case, given, other) > POSSIBLE_EVIDENCE
     assert _is_told(case, given, other) is told
+
+
+def test_small_mistakes_have_the_derivatives_of_the_wrench(case):
+    """By differences: of a turn of the sensor, of gains, of a tilt and of a weight that
+    is missing, of a lever, of a clock, and of parameters that change."""
+    fitted = as_given(case).fitted.of_best()
+    phi = fitted.solution[0, :10]
+    motion = case.motion_as_found
+    fitted = replace(fitted, rows=replace(fitted.rows, known=known_of(case, motion)))
+    columns, groups = _small_mistakes(case, fitted)
+    K, rows = len(case.time), motion.features(case.gravity)[0]
+    w = as_wrench(rows, phi)
+    sizes = [part.stop - part.start for part in groups]
+    assert sizes[:4] == [3, 6, 2, 4]
+    assert sizes[-4:] == [3, 1, 1, 4]
+    assert [part.start for part in groups] == [0, *np.cumsum(sizes)[:-1]]
+    assert groups[-1].stop == columns.shape[2]
+    turn, gains, tilt, weight = (columns[:, :, part] for part in groups[:4])
+    lever, rate, late, change = (columns[:, :, part] for part in groups[-4:])
+    step = 1e-6
+    for i, e in enumerate(np.eye(3)):
+        R = rotation_by(step * e)
+        turned = (w.reshape(K, 2, 3) @ R.T - w.reshape(K, 2, 3)).reshape(K, 6) / step
+        np.testing.assert_allclose(np.abs(turn[:, :, i]), np.abs(turned), atol=1e-4)
+    np.testing.assert_allclose(gains, w[:, :, None] * np.eye(6))
+    g = np.linalg.norm(case.gravity)
+    towards = g * tangents_of(case.gravity)
+    still, *tilted = (
+        as_wrench(motion.features(e)[0], phi) for e in (np.zeros(3), *towards)
+    )
+    expected = np.stack([each - still for each in tilted], axis=2) / g
+    np.testing.assert_allclose(tilt, expected, atol=1e-9)
+    held = as_at_rest(motion.axes[0] @ case.gravity)
+    np.testing.assert_allclose(weight, held[:, :, :4], atol=1e-12)
+    whole = as_regressor(rows)
+    np.testing.assert_allclose(lever[:, :3], whole[:, :3, 1:4], atol=1e-12)
+    assert not lever[:, 3:].any()
+    slope = np.gradient(w, case.time, axis=0)
+    np.testing.assert_allclose(late[:, :, 0], slope, atol=1e-9)
+    since = (case.time - case.time.mean())[:, None]
+    np.testing.assert_allclose(rate[:, :, 0], since * slope, atol=1e-9)
+    drifting = since[:, :, None] * whole[:, :, :4]
+    np.testing.assert_allclose(change, drifting, atol=1e-9)
+
+
+def known_of(case, motion):
+    """Rows of the case's motion at its offset, and of its bias."""
+    bias = case.bias_functions[None]
+    return np.concatenate((motion.features(case.gravity), bias), axis=2)
+
+
+def as_regressor(features):
+    """(K, 6, 10) by a regressor of measurements with these features (K, 12)."""
+    K, none = len(features), np.zeros((len(features), 3))
+    held = Measurements(
+        0.01 * np.arange(K), none, features[:, :3], none, features[:, 3:6], none, none
+    )
+    # products of angular velocity are linear in the features: added by each
+    A = full_regressor(held)
+    for i, j, k in ((0, 0, 6), (0, 1, 7), (0, 2, 8), (1, 1, 9), (1, 2, 10), (2, 2, 11)):
+        A = A + features[:, k, None, None] * by_product(i, j)
+    return A
+
+
+def by_product(i, j):
+    """(6, 10) what the product of two components of angular velocity adds."""
+
+    def of(w):
+        one, none = np.array(w, dtype=float)[None], np.zeros((1, 3))
+        return full_regressor(
+            Measurements(np.zeros(1), none, none, one, none, none, none)
+        )[0]
+
+    e = np.eye(3)
+    if i == j:
+        return of(e[i])
+    return of(e[i] + e[j]) - of(e[i]) - of(e[j])
+
+
+def as_wrench(features, phi):
+    return as_regressor(features) @ phi
+
+
+def as_at_rest(gravity):
+    K, none = len(gravity), np.zeros((len(gravity), 3))
+    held = Measurements(0.01 * np.arange(K), gravity, none, none, none, none, none)
+    return full_regressor(held)
+
+
+def test_a_step_beside_linear_unknowns_is_that_of_all_together(case):
+    """Weighted least squares of the residual by all columns; also where some of the
+    linear ones are the same."""
+    fitted = as_given(case).fitted.of_best()
+    rng = np.random.default_rng(4)
+    K = len(case.time)
+    weights = rng.uniform(0.5, 2.0, (1, K))
+    fitted = replace(fitted, weights=weights, scale=np.array([[0.5, 0.02]]))
+    columns = rng.normal(size=(K, 6, 2))
+    A = np.einsum("kz,zcp->kcp", fitted.rows.known[0], fitted.rows.maps)
+    unit = np.sqrt(weights[0])[:, None] / np.repeat((0.5, 0.02), 3)
+    rows = np.concatenate((A, columns), axis=2) * unit[:, :, None]
+    rows = rows.reshape(6 * K, -1)
+    left = (fitted.residual[0] * unit).ravel()
+    whole = np.linalg.lstsq(rows, left, rcond=1e-12)[0]
+    S, g = LinearPart.of(fitted, 0).beside(columns)
+    np.testing.assert_allclose(np.linalg.solve(S, g), whole[-2:], rtol=1e-4, atol=1e-9)
+    inverse = np.linalg.pinv(rows.T @ rows, rcond=1e-13)[-2:, -2:]
+    np.testing.assert_allclose(np.linalg.inv(S), inverse, rtol=1e-4)
+    step = linear_step(fitted, 0, columns)
+    np.testing.assert_allclose(step.change, whole[-2:], rtol=1e-4, atol=1e-9)
+    np.testing.assert_allclose(
+        step.covariance, inverse * correlation(fitted, 0), rtol=1e-4
+    )
+    part = LinearPart.of(fitted, 0)
+    assert part.square == pytest.approx(left @ left)
+    maps = np.concatenate((fitted.rows.maps, fitted.rows.maps), axis=2)
+    twice = LinearPart.of(replace(fitted, rows=replace(fitted.rows, maps=maps)), 0)
+    assert np.linalg.eigvalsh(twice.normal)[0] > 1e-12
+    np.testing.assert_allclose(twice.beside(columns)[0], S, rtol=1e-5, atol=1e-5)
+
+
+def test_a_mistake_is_hopeless_that_leaves_nine_tenths(case):
+    """Or, where little is missing, twice as much as counts as nothing."""
+    fitted = as_given(case).fitted.of_best()
+    noise = fitted.likelihood + missing(case, fitted)
+
+    def leaves(share):
+        return replace(fitted, likelihood=noise - share)
+
+    assert missing(case, leaves(1.5)) == pytest.approx(1.5)
+    assert not is_hopeless(case, leaves(8.9), leaves(10.0))
+    assert is_hopeless(case, leaves(9.1), leaves(10.0))
+    assert not is_hopeless(case, leaves(0.59), leaves(0.1))
+    assert is_hopeless(case, leaves(0.61), leaves(0.1))

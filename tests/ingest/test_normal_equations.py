@@ -4,7 +4,7 @@ said."""
 import numpy as np
 import pytest
 
-from hefting.ingest.normal_equations import invert
+from hefting.ingest.normal_equations import _invert_semidefinite, invert
 
 SIZES = 10.0 ** np.arange(-3.0, 4.0)
 """Units of seven unknowns: they do not matter."""
@@ -50,3 +50,13 @@ def test_an_unknown_without_a_column_is_open():
         inverse[np.ix_(rest, rest)] @ N[np.ix_(rest, rest)], np.eye(6), atol=1e-8
     )
     assert not inverse[3].any()
+
+
+@pytest.mark.parametrize(("share", "open_"), [(0.9e-4, False), (1.2e-4, True)])
+def test_an_unknown_is_open_by_its_part_in_an_open_direction(share, open_):
+    """From a ten thousandth of its square on."""
+    direction = np.zeros(5)
+    direction[:2] = np.sqrt((1.0 - share, share))
+    scaled = np.eye(5) - np.outer(direction, direction)
+    _, undetermined = _invert_semidefinite(scaled, np.ones(5), np.ones(5, dtype=bool))
+    np.testing.assert_array_equal(undetermined, [True, open_, False, False, False])

@@ -13,7 +13,11 @@ from hefting import Recording, identify
 from hefting.core.measurements import Measurements
 from hefting.core.messages import codes
 from hefting.core.spatial import STANDARD_GRAVITY
-from hefting.ingest.weights import weights_at_rest
+from hefting.ingest.weights import (
+    acceleration_message,
+    may_be_acceleration,
+    weights_at_rest,
+)
 from hefting.simulation import UR5, sinusoids
 from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates
 from hefting.simulation.physics import wield_analytically
@@ -121,3 +125,92 @@ def test_about_one_axis_gravity_has_two_directions_and_rests_serve_all_the_same(
     found.parameters[0] = 0.0  # nothing is held: nothing accelerates
     still = replace(z, force=np.zeros((K, 3)))
     assert (weights_at_rest(motion, still, found) == 1.0).all()
+
+
+def turning(K: int, speed: float = 0.0, change: float = 0.0) -> SimpleNamespace:
+    """A motion about z with an angular velocity and acceleration."""
+    return SimpleNamespace(
+        angular_velocity=np.tile((0.0, 0.0, speed), (K, 1)),
+        angular_acceleration=np.tile((0.0, change, 0.0), (K, 1)),
+    )
+
+
+def left(acceleration: float, motion: SimpleNamespace, kind: str = "orientation"):
+    """A conditioned 2 kg in whose force such an acceleration is unexplained."""
+    return SimpleNamespace(
+        path=SimpleNamespace(kind=kind),
+        curves=SimpleNamespace(poses=SimpleNamespace(at=lambda time: motion)),
+        parameters=np.array([-2.0]),
+        noise=SimpleNamespace(force=2.0 * acceleration / 3.0**0.5),
+    )
+
+
+@pytest.mark.parametrize(
+    ("motion", "most"),
+    [
+        (turning(8), 1.0),
+        (turning(8, 0.5), 1.0),
+        (turning(8, 2.0), 4.0),
+        (turning(8, 0.0, 3.0), 3.0),
+        (turning(8, 2.0, 3.0), 5.0),
+    ],
+)
+def test_accelerations_may_be_those_of_a_sensor_a_metre_from_its_centre(motion, most):
+    """Of a radius of a metre, as it turns; or of one metre a second squared."""
+    recording = {"orientation": SimpleNamespace(time=np.arange(8.0))}
+    assert may_be_acceleration(recording, left(0.99 * most, motion))
+    assert not may_be_acceleration(recording, left(1.01 * most, motion))
+    assert not may_be_acceleration(recording, left(0.1, motion, "smooth"))
+    nothing = left(0.1, motion)
+    nothing.curves = None
+    assert not may_be_acceleration(recording, nothing)
+    # half of the time nothing is known, in a gap; or it is at rest
+    for other, size in ((np.nan, most), (0.0, max(most / 2.0**0.5, 1.0))):
+        motion.angular_velocity[::2] = motion.angular_acceleration[::2] = other
+        assert may_be_acceleration(recording, left(0.99 * size, motion))
+        assert not may_be_acceleration(recording, left(1.01 * size, motion))
+
+
+def test_accelerations_are_in_doubt_from_four_hundredths_of_gravity_on():
+    z = SimpleNamespace(weights=None)
+    for share, told in ((0.039, False), (0.041, True), (0.5, True)):
+        found = left(9.80665 * share, turning(8))
+        assert (acceleration_message(found, z) is not None) is told
+        assert acceleration_message(left(9.0, turning(8), "smooth"), z) is None
+    said = str(acceleration_message(left(0.25 * 9.80665, turning(8)), z))
+    assert "some 2 m/s²" in said
+    assert "off by 2e+01 %" in said or "off by 25 %" in said
+    z.weights = np.array([1.0, 0.0])  # rests alone
+    assert acceleration_message(found, z) is None
+    z.weights = np.array([1.0, 0.2])
+    assert acceleration_message(found, z) is not None
+
+
+@pytest.mark.parametrize(("resting", "alone"), [(40, True), (38, False)])
+def test_a_tenth_of_the_samples_at_rest_serve_alone(resting, alone):
+    """What moves has the noise of a mass 0.3 m from the axis."""
+    K, rng = 400, np.random.default_rng(6)
+    motion = turning(K, 2.0)
+    motion.angular_velocity[rng.permutation(K)[:resting]] = 0.0
+    directions = rng.normal(size=(K, 3))
+    none = np.zeros((K, 3))
+    z = Measurements(
+        time=0.01 * np.arange(K),
+        linear_acceleration=none,
+        angular_velocity=none,
+        angular_acceleration=none,
+        gravity=9.81 * directions / np.linalg.norm(directions, axis=1)[:, None],
+        force=none,
+        torque=none,
+    )
+    found = SimpleNamespace(parameters=np.array([-2.0]))
+    rests = motion.angular_velocity[:, 2] == 0.0
+    weights = weights_at_rest(motion, z, found)
+    # without noise it counts as 0.02 m/s² of the mass: 0.3 m and 4 1/s² are 60 times it
+    expected = 0.0 if alone else 1.0 / (1.0 + 60.0**2)
+    np.testing.assert_allclose(weights, np.where(rests, 1.0, expected), rtol=1e-9)
+    # rests that tell of one direction do not
+    same = replace(z, gravity=np.where(rests[:, None], (0.0, 0.0, 9.81), z.gravity))
+    expected = 1.0 / (1.0 + 60.0**2)
+    weights = weights_at_rest(motion, same, found)
+    np.testing.assert_allclose(weights, np.where(rests, 1.0, expected), rtol=1e-9)

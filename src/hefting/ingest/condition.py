@@ -299,11 +299,10 @@ def _estimate_noise(
     correction = used.sum() / max(used.sum() - unknowns, 1.0)
     square = _mean_squared_residual(samples, problem, fit, outliers)
     square = np.maximum(square, problem.floor**2) * correction
-    if problem.blocks.starts is not None:
-        within = within_blocks(
-            problem.blocks, samples.time, samples.wrench, ~outliers.rejected
-        )
-        square = square + within.diagonal().reshape(2, 3).mean(axis=1)
+    within = within_blocks(
+        problem.blocks, samples.time, samples.wrench, ~outliers.rejected
+    )
+    square = square + within.diagonal().reshape(2, 3).mean(axis=1)
     variances = (
         fit.model.reading.variances[:, used].mean(axis=1) if used.any() else np.zeros(2)
     )
