@@ -176,7 +176,10 @@ def test_a_posterior_mixture_is_that_of_each_gaussian():
         mean = np.linalg.solve(P, np.linalg.solve(C, m) + shift)
         np.testing.assert_allclose(found.means[j], mean, rtol=1e-5, atol=1e-6)
         np.testing.assert_allclose(
-            found.covariances[j], np.linalg.inv(P), rtol=1e-4, atol=1e-8
+            found.factors[j] @ found.factors[j].T,
+            np.linalg.inv(P),
+            rtol=1e-4,
+            atol=1e-8,
         )
         own = mean @ P @ mean - m @ np.linalg.solve(C, m)
         own -= np.linalg.slogdet(P)[1] + np.linalg.slogdet(C)[1]
