@@ -47,52 +47,7 @@ class Inspection:
     """Findings about a recording: what it holds, always; what can be found from it,
     else None and why in `missing`.
 
-    Keys of `to_dict`, in SI units; null where it could not be found, or is infinite:
-
-    ======================= ==========================================================================================
-    key                     value
-    ======================= ==========================================================================================
-    ``schema``, ``version`` name and version of the form, and of the library
-    ``log``                 name of the log
-    ``duration``            s; rows less one, when static
-    ``static``              whether every row is a static pose
-    ``streams``             by name: the fields of `StreamFacts`
-    ``notes``               what the reader and the smoother chose and found
-    ``quick_mass``          kg: mean |f| / |g|, with no regard to bias and motion
-    ``motion``              how velocities and accelerations are found
-    ``linear_speed``        [mean, largest] of the sensor origin
-    ``speed_limit``         ``{"limit", "kept", "above"}``: ISO 10218-1's 0.25 m/s, whether kept, seconds above it
-    ``angular_speed``       [mean, largest]
-    ``turn``                rad: largest angle between two of gravity's directions in sensor axes
-    ``dynamism``            median, Nadeau et al. 2022, eq. 4
-    ``wrench``              ``"on-object"`` or ``"on-sensor"``
-    ``wrench_t``            mass over its standard deviation, as recorded; below 10 in size the sign is not certain
-    ``clock_offset``        ``{"offset", "std"}``: s the wrench is late; 0 unless significant, std null if not told
-    ``gravity``             (3,) as assumed, world axes
-    ``gravity_preferred``   ``{"direction", "angle", "std", "adopted"}``: where the data would have it, rad from the
-                            one given, or from straight down if it was asked for, and so adopted
-    ``drift``               of the bias: ``{"kind", "knots", "range"}``: constant, linear or random walk; times of its
-                            knots; largest less smallest value of the six channels
-    ``outliers``            samples left out as ``contact``, ``spike``, ``saturation``; their ``share`` of all
-    ``autocorrelation``     variance of the parameters over that if the residuals were white
-    ``findings``            the same in sentences
-    ``stretches``           parts with one free body each, where the object changes: ``start``, ``end`` [s], ``event``
-                            that ends it, ``mass`` [kg] and ``center_of_mass`` [m] by least squares; else empty
-    ``mass``, ``mass_std``  by least squares beside a free bias, where that is determined
-    ``quick_mass_less_bias`` mean |f| / |g| without the bias
-    ``bias``, ``bias_t``    (6,) as recorded, and over its standard deviation
-    ``noise``               [force, torque]: root-mean-square residuals
-    ``signal_to_noise``     by quantity (``force``, ``torque``, and of the smoothed motion):
-                            ``{"unit", "signal", "noise", "snr"}``, (3,) each: root-mean-square signal, standard
-                            deviation of the noise, mean-squared signal over noise variance
-    ``gravity_dominance``   [force, torque]: what gravity needs over what motion needs
-    ``identifiability``     see `Identifiability.to_dict`
-    ``undetermined``        the parameters left open, for an object of `TYPICAL_SIZE`
-    ``missing``             why there is no ``motion``, ``conditioning``, ``object``
-    ``advice``, ``warnings`` one sentence each
-    ``verdict``, ``reasons`` whether to trust it: see `hefting.core.messages`
-    ``messages``            notes, findings and warnings with their codes: see `hefting.core.messages.Message.to_dict`
-    ======================= ==========================================================================================
+    The keys of `to_dict` are those of ``hefting inspect --json``, in docs/json.md.
 
     Examples
     --------
@@ -149,7 +104,7 @@ class Inspection:
         return () if self.conditioned is None else self.conditioned.findings
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready values; see the class for the keys."""
+        """JSON-ready values in SI units, by the keys in docs/json.md."""
         names = "log duration static notes gravity quick_mass missing advice warnings"
         out: dict[str, Any] = {"schema": SCHEMA, "version": __version__}
         out |= {name: getattr(self, name) for name in names.split()}
