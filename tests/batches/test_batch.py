@@ -12,7 +12,7 @@ import pytest
 from recorded import recorded
 
 import hefting
-from hefting.batches import batch, lock
+from hefting.batches import batch, results
 from hefting.batches.columns import columns, flat, table_of
 from hefting.batches.one import row_of
 from hefting.batches.recordings import Entry
@@ -217,7 +217,7 @@ def test_only_one_run_at_a_time_writes_to_a_folder(tmp_path, monkeypatch):
 
 def test_a_lock_on_a_file_that_was_taken_away_is_none(tmp_path, monkeypatch):
     """Another run ends, and takes its file away, between opening and locking."""
-    path, opened = tmp_path / lock.LOCK, []
+    path, opened = tmp_path / results.LOCK, []
 
     def locks(handle):
         opened.append(handle)
@@ -225,8 +225,8 @@ def test_a_lock_on_a_file_that_was_taken_away_is_none(tmp_path, monkeypatch):
             path.unlink()
         return True
 
-    monkeypatch.setattr(lock, "_lock", locks)
-    with lock.locked(tmp_path):
+    monkeypatch.setattr(results, "_lock", locks)
+    with results.locked(tmp_path):
         assert len(opened) == 2
         assert path.read_text().startswith(f"process {os.getpid()} ")
     assert not path.exists()

@@ -1,4 +1,5 @@
-"""Results: a folder of Parquet files, one row a recording.
+"""Results: a folder of Parquet files, one row a recording, that one process at a time
+may write to.
 
 While a batch runs, rows come as parts, each written beside and then renamed; at its end
 all become one file, in the order of the recordings. A row that is there twice
@@ -6,10 +7,12 @@ counts as written last. Whatever happens, there is no half file; what was writte
 there.
 """
 
+import os
 import re
+import socket
 import time
 from collections.abc import Collection, Generator, Iterable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Self
 
@@ -17,7 +20,6 @@ import numpy as np
 
 from hefting.batches.columns import SCHEMA, Row, columns, table_of
 from hefting.batches.content import Digests, Kept, digest_of, digests_of
-from hefting.batches.lock import locked
 from hefting.core.errors import InputError
 from hefting.core.files import replacing
 from hefting.core.spatial import Indices
@@ -249,3 +251,78 @@ def _rows_at(places: list[Place], where: Indices, rows: Indices) -> "pa.Table":
             found.append(file.read_row_group(group).take(rows[mine]))
         order.append(mine)
     return pa.concat_tables(found).take(np.argsort(np.concatenate(order)))
+
+
+LOCK = ".lock"
+"""File in the folder that is locked; the system unlocks it when its process ends,
+however that comes."""
+
+
+@contextmanager
+def locked(folder: Path) -> Generator[None, None, None]:
+    """No other process has the folder meanwhile.
+
+    Raises `InputError` when one has it, or when the folder cannot be written.
+    """
+    path = folder / LOCK
+    try:
+        handle = _opened_lock(path)
+    except OSError as error:
+        raise InputError(f"cannot be written ({error.strerror})", folder) from error
+    try:
+        with suppress(OSError):  # a full disk
+            os.ftruncate(handle, 0)
+            os.pwrite(
+                handle, f"process {os.getpid()} of {socket.gethostname()}".encode(), 0
+            )
+        yield
+        with suppress(OSError):
+            path.unlink()
+    finally:
+        os.close(handle)
+
+
+def _opened_lock(path: Path) -> int:
+    """The file, locked by this process.
+
+    Raises `InputError` when another one has it, and `OSError` when it cannot be
+    written.
+    """
+    while True:
+        handle = os.open(path, os.O_RDWR | os.O_CREAT, 0o666)
+        if not _lock(handle):
+            who = os.pread(handle, 200, 0).decode(errors="replace") or "another run"
+            os.close(handle)
+            what = f"{who} is writing there"
+            fix = "wait for it, or choose another folder"
+            raise InputError(what, path.parent, fix)
+        if _is_there(path, handle):
+            return handle
+        os.close(handle)  # who had it has ended meanwhile, and took the file away
+
+
+def _is_there(path: Path, handle: int) -> bool:
+    """Whether the file that is open is still the one of this path."""
+    try:
+        return os.path.samestat(os.stat(path), os.fstat(handle))
+    except FileNotFoundError:
+        return False
+
+
+def _lock(handle: int) -> bool:
+    """Whether the file is this process's now."""
+    try:
+        import fcntl
+    except ImportError:  # Windows
+        import msvcrt
+
+        try:
+            msvcrt.locking(handle, msvcrt.LK_NBLCK, 1)  # type: ignore[attr-defined]
+        except OSError:
+            return False
+        return True
+    try:
+        fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except OSError:
+        return False
+    return True

@@ -11,8 +11,7 @@ from typing import Any
 import numpy as np
 
 from hefting.batches.batch import Batch, duration, headline
-from hefting.batches.reasons import Reason
-from hefting.batches.summary import Outlier, Summary
+from hefting.batches.summary import Outlier, Reason, Summary
 from hefting.core.plain_text import file_word, typed
 from hefting.page.answer import WORDS, Say
 from hefting.page.bars import Count, counts

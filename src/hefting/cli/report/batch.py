@@ -10,8 +10,7 @@ from hefting.cli.report.estimate import Line
 
 if TYPE_CHECKING:
     from hefting.batches.batch import Batch
-    from hefting.batches.reasons import Reason
-    from hefting.batches.summary import Summary
+    from hefting.batches.summary import Reason, Summary
 
 MOST_REASONS = 8
 """Reasons that are printed; the page has all."""
