@@ -6,6 +6,7 @@ import json
 import re
 from dataclasses import replace
 from functools import cache
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -354,6 +355,13 @@ def test_an_empty_hand():
     assert found.facts.bias is None
 
 
+def test_what_is_printed_are_the_verdict_the_findings_and_the_advice():
+    found = inspect(log_of())
+    first, *others = str(found).split("\n- ")
+    assert first == f"{found.log}: {found.verdict}"
+    assert tuple(others) == (*found.findings, *found.advice)
+
+
 def test_beside_a_tool_the_object_alone_is_told():
     """The tool is half of what is held, or all of it."""
     log = log_of()
@@ -435,11 +443,12 @@ def odd_logs() -> dict[str, tuple[Recording, str]]:
     }
 
 
+PAGE = (Path(__file__).parents[2] / "docs" / "json.md").read_text()
 DOCUMENTED = {
     key
-    for line in (Inspection.__doc__ or "").splitlines()
-    if line.strip().startswith("``")
-    for key in re.findall(r"``(\w+)``", line[:44])
+    for line in PAGE.split("\n## inspect\n")[1].split("\n## ")[0].splitlines()
+    if line.startswith("| `")
+    for key in re.findall(r"`(\w+)`", line.split(" | ")[0])
 }
 
 

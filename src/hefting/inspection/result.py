@@ -42,7 +42,7 @@ class GravityHint:
         return not self.adopted and self.angle > max(np.radians(5.0), 5.0 * self.std)
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Inspection:
     """Findings about a recording: what it holds, always; what can be found from it,
     else None and why in `missing`.
@@ -84,6 +84,11 @@ class Inspection:
     """changes of the object; all findings are of the stretch chosen"""
     ingested: Ingested | None = field(default=None, repr=False)
     """the recording as an identification would take it; None where it cannot be"""
+
+    def __repr__(self) -> str:
+        """The verdict, what was found, and what to do next, a line each."""
+        said = (*self.verdict.reasons, *self.findings, *self.advice)
+        return "\n- ".join((f"{self.log}: {self.verdict}", *said))
 
     @property
     def verdict(self) -> Verdict:
