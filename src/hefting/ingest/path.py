@@ -19,7 +19,13 @@ from hefting.core.spatial import (
     rotation_matrices,
 )
 from hefting.motion import Curves, SmoothedPoses, smooth_poses
-from hefting.motion.measure import TWIST, Source, may_move, reads_columns
+from hefting.motion.measure import (
+    TWIST,
+    Source,
+    may_move,
+    nearest_rows,
+    reads_columns,
+)
 from hefting.motion.state import lasting_variances
 
 FEWEST_POSES_OF_PATH = 8
@@ -152,8 +158,8 @@ def path_of(
     Returns
     -------
     Path or None
-        None if no motion can be shifted: static poses, a pose that is held, too few
-        poses.
+        None if no motion can be shifted: static poses, a pose that is held, rests
+        alone, too few poses.
     """
     if recording.static:
         return None
@@ -182,7 +188,7 @@ def static_path(recording: Recording) -> Path:
 def _read_static(
     at: Array, world: Array, time: Array, spread: bool
 ) -> tuple[Array, Array, Mask]:
-    row = np.clip(np.searchsorted(at, time), 0, len(world) - 1)
+    row = nearest_rows(at, time)
     K = len(time)
     rows = np.hstack((np.zeros((K, 12)), world[row]))
     return rows, np.zeros((2, K)), np.ones(K, dtype=bool)
