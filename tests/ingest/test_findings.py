@@ -184,6 +184,13 @@ def test_a_profile_says_why_an_offset_is_not_believed(doubt, code, words):
     assert RejectedOffset(0.03, 1e-3, cast(Any, profile)).left == 0.03
 
 
+@pytest.mark.parametrize(("offset", "severity"), [(49e-5, "note"), (-51e-5, "warning")])
+def test_a_trifle_of_an_offset_that_was_rejected_is_a_note(offset, severity):
+    rejected = RejectedOffset(offset, 1e-5)
+    (told,) = warnings_of(found(), rejected, tilt=False, enough=True)
+    assert told.severity == severity
+
+
 def test_an_offset_may_be_off_by_five_of_its_deviations_and_what_was_left():
     assert offset_error(found()) == pytest.approx(5e-3)
     assert offset_error(found(offset_left=0.012)) == pytest.approx(0.013)

@@ -35,7 +35,6 @@ def explain(case: Case) -> Explanation | None:
     point, std = found.point, np.sqrt(found.covariance.diagonal())
     if not np.linalg.norm(point) <= LARGEST_LEVER:
         return None
-    what = f"act about a point {place_text(point, std)} from the logged frame"
     otherwise = " if the sensor is there, or log the torque about the logged frame"
     parameters = seen_from_log(found.parameters, point)
     # torques of another gain are those about a point on the line to the COM
@@ -43,12 +42,14 @@ def explain(case: Case) -> Explanation | None:
     gain = 1.0 - float(point @ com) / max(float(com @ com), 1e-12)
     off = point - (1.0 - gain) * com
     scaled = gain > 0.0 and off @ np.linalg.solve(found.covariance, off) < CHANCE
+    times = ""
     if scaled:
-        what += f", or to be {gain:.2f} times what it is"
+        times = f", or to be {gain:.2f} times what it is"
         otherwise += ", after its unit and calibration are checked"
     return Explanation(
         CODE,
-        f"the torque seems to {what}",
+        f"the torque seems to act about a point {place_text(point, std)} from the "
+        f"logged frame{times}",
         advice(case, np.eye(3), point, otherwise=otherwise),
         found.fitted,
         3,
