@@ -169,11 +169,9 @@ def path_of(
     if not (enough and may_move(recording)):
         return None
     curves = smooth_poses(recording, gravity)
-    if recording.has("position"):
-        return _pose_path(curves)
-    if recording.has("accelerometer"):
+    if recording.has("accelerometer") and not recording.has("position"):
         return _accelerometer_path(curves, recording["accelerometer"])
-    return _orientation_path(curves)
+    return _pose_path(curves)
 
 
 def static_path(recording: Recording) -> Path:
@@ -222,14 +220,17 @@ def _reading_rows(
 
 
 def _pose_path(curves: Curves) -> Path:
+    """Path of poses; of an orientation alone only gravity is modelled."""
     poses = curves.alone
+    kind = "orientation" if poses.position is None else "smooth"
     read = partial(_read_poses, poses)
-    return Path("smooth", poses.first, poses.last, read, poses.bandwidth, curves=curves)
+    return Path(kind, poses.first, poses.last, read, poses.bandwidth, curves=curves)
 
 
 def _read_poses(
     poses: SmoothedPoses, time: Array, spread: bool
 ) -> tuple[Array, Array, Mask]:
+    spread = spread and poses.position is not None
     m = poses.at(time, spread)
     rows, known = _reading_rows(
         m.linear_acceleration,
@@ -239,24 +240,6 @@ def _read_poses(
     )
     variances = lasting_variances(m) if spread else np.zeros((2, len(time)))
     return rows, np.where(known, variances, 0.0), known
-
-
-def _orientation_path(curves: Curves) -> Path:
-    """Path of an orientation alone: only gravity is modelled."""
-    poses = curves.alone
-    bandwidth = poses.orientation.smoothness.bandwidth
-    read = partial(_read_orientation, poses)
-    return Path("orientation", poses.first, poses.last, read, bandwidth, curves=curves)
-
-
-def _read_orientation(
-    poses: SmoothedPoses, time: Array, spread: bool
-) -> tuple[Array, Array, Mask]:
-    m = poses.at(time, spread=False)
-    rows, known = _reading_rows(
-        None, m.angular_velocity, m.angular_acceleration, m.orientation
-    )
-    return rows, np.zeros((2, len(time))), known
 
 
 def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:

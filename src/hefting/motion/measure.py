@@ -22,6 +22,7 @@ from hefting.core.spatial import (
     interpolated,
     rotation_matrices,
 )
+from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.smoothing import Curves, smooth_poses
 from hefting.motion.state import Motion
@@ -47,9 +48,8 @@ DESCRIPTIONS = {
 
 REST_GAP = 0.1
 """[s] Gap between stretches at rest, and the least median length of those."""
-LARGEST_AT_REST = {"position": 5e-4, "orientation": 2e-3}
-"""[m, and rad about] Root mean square of what a pose changes in a stretch at rest:
-encoders and cameras make a tenth of it by noise. Motion that small moves no clock."""
+LARGEST_AT_REST = 2e-3
+"""[m, rad] Change of a pose at rest, root mean square."""
 POSE_STREAMS = ("position", "orientation")
 TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
@@ -199,18 +199,15 @@ def _is_of_rests(recording: Recording) -> bool:
     """Whether the wrench was measured in stretches, in each of which the pose rests."""
     time = recording["wrench"].time
     cuts = np.flatnonzero(np.diff(time) > REST_GAP) + 1
-    if not len(cuts) or np.median([np.ptp(t) for t in np.split(time, cuts)]) < REST_GAP:
+    few = 0 < len(cuts) < len(time) / FEWEST_SEGMENT_SAMPLES
+    if not few or np.median([np.ptp(t) for t in np.split(time, cuts)]) < REST_GAP:
         return False
-    for name, largest in LARGEST_AT_REST.items():
-        if not recording.has(name):
-            continue
-        stream = recording[name]
-        values = stream.values
-        if name == "orientation":
+    for stream in (recording[n] for n in POSE_STREAMS if recording.has(n)):
+        values = stream.values[nearest_rows(stream.time, time)]
+        if values.shape[1] == 4:
             values = rotation_matrices(values).reshape(-1, 9)
-        values = values[nearest_rows(stream.time, time)]
-        parts = np.split(values, cuts)
-        if max(part.var(axis=0).sum() for part in parts) > largest**2:
+        spreads = [part.var(axis=0).sum() for part in np.split(values, cuts)]
+        if max(spreads) > LARGEST_AT_REST**2:
             return False
     return True
 

@@ -6,7 +6,6 @@ import numpy as np
 
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
-from hefting.ingest.channels import rounding_error
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation
 from hefting.ingest.rivals.judge import Judged, judge
@@ -115,10 +114,9 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
         "body on this motion needs: is the object fixed and free, and are clocks, axes "
         "and units right?"
     )
-    wrench = case.recording["wrench"].values
-    zeros = 100.0 * np.mean(wrench == 0.0)
-    if zeros > 1.0 and not rounding_error(wrench).any():
-        what += f" {zeros:.0f} % of the readings are 0: small ones seem written so"
+    zeros = 100.0 * np.mean(case.recording["wrench"].values == 0.0)
+    if zeros > 1.0:
+        what += f" {zeros:.0f} % of the readings are 0: are small ones written so?"
     say = error if share > factor * LARGE_UNEXPLAINED else warning
     return Doubt(say("unexplained", what), False)
 

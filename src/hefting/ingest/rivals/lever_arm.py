@@ -17,11 +17,9 @@ from hefting.ingest.rivals.placement import (
 CODE = "lever-arm"
 STEPS = 5
 """Gauss-Newton steps of the point and the clock offset."""
-CHANCE = 16.0
-"""Squared distance [standard deviations] of the point from the line to the COM that is
-chance: torques of another gain had up to 12, lever arms of 120 mm 600 and more."""
-LARGE_GAIN = 0.1
-"""Error of a gain that is more than a sensor's own."""
+CHANCE = 3.0
+"""Distance [standard deviations] of the point from the line to the COM that is chance:
+torques of another gain had up to 1.5, lever arms of 120 mm 14 and more."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -39,11 +37,10 @@ def explain(case: Case) -> Explanation | None:
     parameters = seen_from_log(found.parameters, point)
     # torques of another gain are those about a point on the line to the COM
     com = parameters[1:4] / (parameters[0] or 1.0)
-    gain = 1.0 - float(point @ com) / max(float(com @ com), 1e-12)
-    off = point - (1.0 - gain) * com
-    scaled = gain > 0.0 and off @ np.linalg.solve(found.covariance, off) < CHANCE
-    times = ""
-    if scaled:
+    far, times = float(np.linalg.norm(com)), ""
+    gain = 1.0 - float(point @ com) / max(far**2, 1e-12)
+    off = np.linalg.norm(np.cross(point, com))
+    if gain > 0.0 and off < CHANCE * far * np.linalg.norm(std):
         times = f", or to be {gain:.2f} times what it is"
         otherwise += ", after its unit and calibration are checked"
     return Explanation(
@@ -56,6 +53,7 @@ def explain(case: Case) -> Explanation | None:
         argument="sensor_pose_in_log",
         parameters=parameters,
         effect=float(np.linalg.norm(point / np.maximum(std, 1e-12))),
-        is_grave=scaled and abs(gain - 1.0) > LARGE_GAIN,
+        # a sensor's own gain is off by less
+        is_grave=bool(times) and abs(gain - 1.0) > 0.1,
         alternative=lambda: turned_and_moved(case, CODE, np.eye(3), found.offset),
     )
