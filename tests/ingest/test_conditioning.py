@@ -400,6 +400,24 @@ def test_orientation_alone_shows_a_late_wrench_when_slow():
     np.testing.assert_array_equal(np.isinf(found.std[4:]), True)
 
 
+@pytest.mark.parametrize("seed", range(3))
+def test_rests_alone_tell_no_clock(seed):
+    """Rests cut together, with gaps between them: nothing moves while anything is
+    measured, so that no clock is looked for, and accelerations are none."""
+    motion = UR5.motion(stop_and_go(40.0, 125.0, dwell=0.8, move=0.8, seed=seed))
+    whole = simulate(motion, body(1.5), noise=NOISE, seed=seed)
+    speed = np.abs(np.gradient(motion.orientation, motion.time, axis=0)).max(axis=1)
+    rests = np.flatnonzero(speed == 0.0)
+    streams = {name: stream[rests] for name, stream in whole.streams.items()}
+    recording = replace(whole, streams=streams)
+    found = condition(recording)
+    assert found.offset_std is None
+    assert not found.warnings
+    assert not measure(recording).measurements.linear_acceleration.any()
+    # four of its standard deviations
+    assert abs(found.parameters[0] - 1.5) < 4.0 * found.std[0]
+
+
 def test_orientation_alone_invents_no_offset_when_fast():
     """What accelerations do to the wrench is not modelled, and would look like 66
     ms."""

@@ -126,14 +126,17 @@ def test_changes_are_of_sizes_and_of_places():
 
 
 def unexplained(
-    monkeypatch, share, moves=True, multiple=0.0, vibration=None, noise=1.0
+    monkeypatch, share, moves=True, multiple=0.0, vibration=None, noise=1.0, zeros=0
 ):
     fitted = SimpleNamespace(best=0, scale=np.array([[1.0, 2.0 * multiple]]))
     given = cast(Any, SimpleNamespace(fitted=fitted)) if multiple else None
     judged = Judged(share, None, given)
     monkeypatch.setattr(consequence, "judge", lambda case: judged)
     monkeypatch.setattr(consequence.Vibration, "of", lambda case: vibration)
+    wrench = np.random.default_rng(0).normal(size=(100, 6))
+    wrench[:zeros] = 0.0
     case = SimpleNamespace(
+        recording={"wrench": SimpleNamespace(values=wrench)},
         path=SimpleNamespace(moves=moves),
         noise=np.full(2, noise),
         floor=np.full(2, 2.0),
@@ -162,6 +165,13 @@ def test_what_nothing_explains_is_told_by_its_share(share, moves, level, monkeyp
         assert not found.names_mistake
         assert not found.needs_no_change
         assert f"{100.0 * share:.0f} % of the wrench's changes" in found.message
+
+
+@pytest.mark.parametrize(("zeros", "told"), [(1, False), (2, True)])
+def test_readings_of_zero_are_told_beside_what_is_unexplained(zeros, told, monkeypatch):
+    found = unexplained(monkeypatch, 0.2, zeros=zeros)
+    assert found is not None
+    assert ("2 % of the readings are 0" in found.message) is told
 
 
 def test_torque_that_is_eight_times_its_noise_is_in_doubt(monkeypatch):

@@ -132,7 +132,7 @@ def test_what_cannot_be_found_is_told():
         (0.0029, 0.001, "no clock offset: 2.9 ± 1 ms", None),
         (-0.0031, 0.001, "", "clock-offset-contradictory"),
         (0.9e-5, 0.0, "no clock offset: 0.009 ± 0 ms", None),
-        (1.1e-5, 0.0, "", "clock-offset-contradictory"),
+        (1.1e-5, 0.0, "", "clock-no-offset"),
     ],
 )
 def test_a_clock_offset_that_was_rejected_is_none_or_contradictory(
@@ -182,6 +182,13 @@ def test_a_profile_says_why_an_offset_is_not_believed(doubt, code, words):
     assert words in told
     assert rejected.left == 0.05
     assert RejectedOffset(0.03, 1e-3, cast(Any, profile)).left == 0.03
+
+
+@pytest.mark.parametrize(("offset", "severity"), [(49e-5, "note"), (-51e-5, "warning")])
+def test_a_trifle_of_an_offset_that_was_rejected_is_a_note(offset, severity):
+    rejected = RejectedOffset(offset, 1e-5)
+    (told,) = warnings_of(found(), rejected, tilt=False, enough=True)
+    assert told.severity == severity
 
 
 def test_an_offset_may_be_off_by_five_of_its_deviations_and_what_was_left():

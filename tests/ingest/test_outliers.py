@@ -195,6 +195,13 @@ def test_a_value_that_alone_is_shared_is_a_limit_whatever_is_predicted():
     assert not saturated(wrench, wrench, np.ones(6)).any()
 
 
+def test_small_readings_that_were_written_as_zero_are_no_limit():
+    """Of a channel whose others are all of one sign."""
+    wrench = np.random.default_rng(3).uniform(1.0, 2.0, (60, 6))
+    wrench[10:16, 2] = 0.0
+    assert not saturated(wrench, wrench - 9.0, np.ones(6)).any()
+
+
 @pytest.mark.parametrize(("odd", "found"), [(11, 11), (12, 12), (13, 0)])
 def test_of_poses_six_tenths_at_most_are_odd(odd, found):
     """More, and it is the model that is wrong; by the spread of all but a good sensor's

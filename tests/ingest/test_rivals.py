@@ -501,6 +501,16 @@ SI = {
     "lbf ft": (1.0, scipy.constants.pound_force * scipy.constants.foot),
     "kgf m": (1.0, scipy.constants.kilogram_force),
     "kgf cm": (1.0, scipy.constants.kilogram_force * scipy.constants.centi),
+    "ozf in": (1.0, scipy.constants.pound_force / 16.0 * scipy.constants.inch),
+    "daN": (10.0, 1.0),
+    "lbf and the torque in lbf in": (
+        scipy.constants.pound_force,
+        scipy.constants.pound_force * scipy.constants.inch,
+    ),
+    "lbf and the torque in lbf ft": (
+        scipy.constants.pound_force,
+        scipy.constants.pound_force * scipy.constants.foot,
+    ),
 }
 """Units of force and torque in N and N m."""
 
@@ -513,7 +523,8 @@ def test_a_unit_is_told_and_gives_the_object_in_newtons(unit):
     doubt, found = doubt_of(case), force_unit.explain(case)
     assert doubt is not None
     assert doubt.message.code == "force-unit"
-    assert f" in {unit}:" in doubt.message
+    # beside those that it cannot be told from, as kgf from daN
+    assert f" in {unit}" in doubt.message
     assert found is not None
     vector = found.vector / np.sign(found.vector[0])
     # noise of 0.1 N of some 5 N in 1,000 samples, and motion that is not exact
@@ -714,6 +725,22 @@ def test_a_sensor_is_not_found_half_a_metre_from_the_logged_frame():
     doubt = doubt_of(case_of(given))
     assert doubt is not None
     assert doubt.message.code == "force-unit"
+
+
+@pytest.mark.parametrize("gain", [0.8, 1.2])
+def test_a_gain_of_the_torques_is_told_beside_the_lever_arm_that_does_the_same(gain):
+    """A lever arm that is no part of the way to the COM says nothing of a gain."""
+    doubt = doubt_of(case_of(units(1.0, gain)(correct(4), np.random.default_rng(1))))
+    assert doubt is not None
+    assert doubt.is_fatal
+    found = re.search(r"or to be ([\d.]+) times what it is", doubt.message)
+    assert found is not None
+    # the point is known to 1 mm, the COM is 90 mm away
+    assert float(found[1]) == pytest.approx(gain, abs=0.03)
+    lever = mistake("torque about the TCP", "150 mm")
+    doubt = doubt_of(case_of(lever.make(correct(4), np.random.default_rng(1))))
+    assert doubt is not None
+    assert "times what it is" not in doubt.message
 
 
 def test_an_object_that_no_wrist_holds_explains_nothing():

@@ -1,7 +1,7 @@
 """The spline smoother: exact laws, believable variances, gaps, held values, bad
 input."""
 
-from dataclasses import fields
+from dataclasses import fields, replace
 
 import numpy as np
 import pytest
@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
 from hefting.motion.curve import fresh_rows
-from hefting.motion.spline import smooth
+from hefting.motion.spline import fit_poses, smooth
 from motions import noisy, normalised_errors, random_smooth
 
 
@@ -277,3 +277,20 @@ def test_positions_at_times_of_their_own():
         smooth(
             truth.time, position[apart], orientation, position_time=truth.time[apart]
         )
+
+
+def test_motion_is_known_where_position_and_orientation_are():
+    """A stretch may be too short for one of the two curves, whose knots differ."""
+    truth, position, orientation = noisy(3, duration=4.0)
+    kept = (truth.time < 3.0) | (truth.time > 3.95)
+    short = (truth.time < 3.0) | (truth.time > 3.5)
+    whole = fit_poses(
+        truth.time[short], position[short], orientation[short], truth.time[short]
+    )
+    part = fit_poses(truth.time[kept], position[kept], orientation[kept])
+    poses = replace(whole, position=part.position)
+    at = truth.time[truth.time > 3.6]
+    motion = poses.at(at)
+    assert np.isfinite(motion.angular_acceleration).all()
+    assert not motion.known.any()
+    assert not len(motion.measurements(at, np.zeros((len(at), 6)), (0, 0, -9.81)))

@@ -43,7 +43,13 @@ def explain_times(time: Array, at: int, row: int) -> tuple[str, str]:
         what, repeats = f"repeats that of row {row}", int((steps == 0.0).sum())
         if repeats > ROUNDED_SHARE * len(steps) and repeats > 1:
             many = f"{repeats} of {len(steps)} do: "
-            given = "or give the rate in a column map, time = { rate = 250 } [Hz]"
+            forward = steps[steps > 0.0]
+            step = np.median(forward) if len(forward) else len(time) / 250.0
+            lasted = time[-1] - time[0] + step
+            given = (
+                "or give the rate in the column map that hefting map LOG writes, "
+                f"time = {{ rate = {len(time) / lasted:.3g} }} [Hz]"
+            )
             if _are_rounded(steps):
                 return what, (
                     f"{many}write times with more digits, those since 1970 above all, "

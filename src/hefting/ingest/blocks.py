@@ -208,8 +208,7 @@ def _averaged_motion(
     sides = [
         curves.poses.at(z.time + side * apart, spread=False) for side in (-1.0, 1.0)
     ]
-    known = [np.isfinite(side.angular_acceleration).all(axis=1) for side in sides]
-    usable = (known[0] & known[1] & inside)[:, None]
+    usable = (sides[0].known & sides[1].known & inside)[:, None]
 
     def mean(before: Array, after: Array, now: Array) -> Array:
         return np.where(usable, 0.5 * (before + after), now)

@@ -15,6 +15,8 @@ from hefting.ingest.robust_fit import COMMON_OFFSET
 LARGEST_OFFSET_STD = 0.05
 """[s] Standard deviation of the clock offset from which on the offset counts as
 undetermined."""
+NOTICED_OFFSET = 5e-4
+"""[s] Rejected clock offset below which a note is enough."""
 LARGEST_TILT_STD = 2.0
 """[deg] Standard deviation of gravity's direction from which on a warning is given."""
 NOTICED_SATURATED_SHARE = 0.005
@@ -175,6 +177,8 @@ def _clock_warnings(
             return [unknown]
         offset = f"{1e3 * rejected.value:.2g} ± {1e3 * rejected.std:.2g} ms"
         what = f"a clock offset of {offset} would explain too little of the wrench: none assumed"
+        if abs(rejected.value) < NOTICED_OFFSET:
+            return [note("clock-no-offset", what)]
         return [warning("clock-offset-contradictory", what)]
     return []
 

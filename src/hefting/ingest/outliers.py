@@ -166,7 +166,8 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
         for side, extreme in ((1.0, channel.max()), (-1.0, channel.min())):
             at = channel == extreme
             shared = np.count_nonzero(at)
-            if not FEWEST_SATURATED_SAMPLES <= shared <= 0.5 * len(channel):
+            some = FEWEST_SATURATED_SAMPLES <= shared <= 0.5 * len(channel)
+            if not (some and extreme):
                 continue
             y, p, limit = side * channel, side * predicted[:, c], side * extreme
             if np.sum(p[at] - limit > 5.0 * scale[c]) >= FEWEST_SATURATED_SAMPLES:

@@ -19,7 +19,13 @@ from hefting.core.spatial import (
     rotation_matrices,
 )
 from hefting.motion import Curves, SmoothedPoses, smooth_poses
-from hefting.motion.measure import TWIST, Source, may_move, reads_columns
+from hefting.motion.measure import (
+    TWIST,
+    Source,
+    may_move,
+    nearest_rows,
+    reads_columns,
+)
 from hefting.motion.state import lasting_variances
 
 FEWEST_POSES_OF_PATH = 8
@@ -152,8 +158,8 @@ def path_of(
     Returns
     -------
     Path or None
-        None if no motion can be shifted: static poses, a pose that is held, too few
-        poses.
+        None if no motion can be shifted: static poses, a pose that is held, rests
+        alone, too few poses.
     """
     if recording.static:
         return None
@@ -163,11 +169,9 @@ def path_of(
     if not (enough and may_move(recording)):
         return None
     curves = smooth_poses(recording, gravity)
-    if recording.has("position"):
-        return _pose_path(curves)
-    if recording.has("accelerometer"):
+    if recording.has("accelerometer") and not recording.has("position"):
         return _accelerometer_path(curves, recording["accelerometer"])
-    return _orientation_path(curves)
+    return _pose_path(curves)
 
 
 def static_path(recording: Recording) -> Path:
@@ -182,7 +186,7 @@ def static_path(recording: Recording) -> Path:
 def _read_static(
     at: Array, world: Array, time: Array, spread: bool
 ) -> tuple[Array, Array, Mask]:
-    row = np.clip(np.searchsorted(at, time), 0, len(world) - 1)
+    row = nearest_rows(at, time)
     K = len(time)
     rows = np.hstack((np.zeros((K, 12)), world[row]))
     return rows, np.zeros((2, K)), np.ones(K, dtype=bool)
@@ -216,14 +220,17 @@ def _reading_rows(
 
 
 def _pose_path(curves: Curves) -> Path:
+    """Path of poses; of an orientation alone only gravity is modelled."""
     poses = curves.alone
+    kind = "orientation" if poses.position is None else "smooth"
     read = partial(_read_poses, poses)
-    return Path("smooth", poses.first, poses.last, read, poses.bandwidth, curves=curves)
+    return Path(kind, poses.first, poses.last, read, poses.bandwidth, curves=curves)
 
 
 def _read_poses(
     poses: SmoothedPoses, time: Array, spread: bool
 ) -> tuple[Array, Array, Mask]:
+    spread = spread and poses.position is not None
     m = poses.at(time, spread)
     rows, known = _reading_rows(
         m.linear_acceleration,
@@ -233,24 +240,6 @@ def _read_poses(
     )
     variances = lasting_variances(m) if spread else np.zeros((2, len(time)))
     return rows, np.where(known, variances, 0.0), known
-
-
-def _orientation_path(curves: Curves) -> Path:
-    """Path of an orientation alone: only gravity is modelled."""
-    poses = curves.alone
-    bandwidth = poses.orientation.smoothness.bandwidth
-    read = partial(_read_orientation, poses)
-    return Path("orientation", poses.first, poses.last, read, bandwidth, curves=curves)
-
-
-def _read_orientation(
-    poses: SmoothedPoses, time: Array, spread: bool
-) -> tuple[Array, Array, Mask]:
-    m = poses.at(time, spread=False)
-    rows, known = _reading_rows(
-        None, m.angular_velocity, m.angular_acceleration, m.orientation
-    )
-    return rows, np.zeros((2, len(time))), known
 
 
 def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:

@@ -65,7 +65,7 @@ def motion_noise_of(measured: Measured) -> MotionNoise | None:
         return (
             white_motion_noise(measured.measurements)
             if measured.source == "columns"
-            else None
+            else measured.measurements.motion_noise
         )
     if motion.linear_acceleration_std is None:
         return None

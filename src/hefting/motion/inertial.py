@@ -242,10 +242,7 @@ def _synchronise(
     time = stream.time - delay
     stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
     motion = poses.at(stream.time, spread=False)
-    known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
-    if motion.linear_acceleration is not None:
-        known &= np.isfinite(motion.linear_acceleration).all(axis=1)
-    return stream[known], motion[known]
+    return stream[motion.known], motion[motion.known]
 
 
 def _refit(

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hefting.core.errors import InputError
-from hefting.core.measurements import Measurements
+from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import (
@@ -20,7 +20,9 @@ from hefting.core.spatial import (
     check_gravity,
     in_sensor_axes,
     interpolated,
+    rotation_matrices,
 )
+from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.smoothing import Curves, smooth_poses
 from hefting.motion.state import Motion
@@ -44,6 +46,10 @@ DESCRIPTIONS = {
 }
 """What each way to get the motion uses."""
 
+REST_GAP = 0.1
+"""[s] Gap between stretches at rest, and the least median length of those."""
+LARGEST_AT_REST = 2e-3
+"""[m, rad] Change of a pose at rest, root mean square."""
 POSE_STREAMS = ("position", "orientation")
 TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
@@ -140,9 +146,10 @@ def measure(
             notes,
             wrench.rows,
         )
-    if not may_move(recording):
-        held = np.repeat(orientation.values[:1], len(wrench), axis=0)
+    if curves is None and not may_move(recording):
+        held = orientation.values[nearest_rows(orientation.time, wrench.time)]
         z = _static_measurements(wrench, held, g_world)
+        z = replace(z, motion_noise=MotionNoise(0.0, 0.0))
         return Measured(z, "static", None, warnings, notes, wrench.rows)
     if source == "filter":
         motion, wrench = _filtered(recording, wrench)
@@ -152,7 +159,7 @@ def measure(
         motion = curves.poses.at(wrench.time)
         kind = curves.source
         warnings, notes = warnings + curves.warnings, notes + curves.notes
-    known = np.asarray(np.isfinite(motion.angular_acceleration).all(axis=1))
+    known = motion.known
     if not known.all():
         warnings += (
             warning(
@@ -177,15 +184,37 @@ def reads_columns(recording: Recording, source: Source) -> bool:
 
 
 def may_move(recording: Recording) -> bool:
-    """Whether the poses change, or an accelerometer without position may have measured
-    motion."""
+    """Whether the poses change while the wrench is measured, or an accelerometer without
+    position may have measured motion."""
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
     poses_change = any(
         (recording[name].values != recording[name].values[0]).any()
         for name in POSE_STREAMS
         if recording.has(name)
     )
-    return poses_change or may_move_unseen
+    return may_move_unseen or (poses_change and not _is_of_rests(recording))
+
+
+def _is_of_rests(recording: Recording) -> bool:
+    """Whether the wrench was measured in stretches, in each of which the pose rests."""
+    time = recording["wrench"].time
+    cuts = np.flatnonzero(np.diff(time) > REST_GAP) + 1
+    few = 0 < len(cuts) < len(time) / FEWEST_SEGMENT_SAMPLES
+    if not few or np.median([np.ptp(t) for t in np.split(time, cuts)]) < REST_GAP:
+        return False
+    for stream in (recording[n] for n in POSE_STREAMS if recording.has(n)):
+        values = stream.values[nearest_rows(stream.time, time)]
+        if values.shape[1] == 4:
+            values = rotation_matrices(values).reshape(-1, 9)
+        spreads = [part.var(axis=0).sum() for part in np.split(values, cuts)]
+        if max(spreads) > LARGEST_AT_REST**2:
+            return False
+    return True
+
+
+def nearest_rows(time: Array, at: Array) -> NDArray[np.intp]:
+    """(L,) rows of samples at times (K,), increasing, that are nearest to times (L,)."""
+    return np.searchsorted(0.5 * (time[1:] + time[:-1]), at)
 
 
 def _rejection_messages(

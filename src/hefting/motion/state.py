@@ -12,6 +12,7 @@ from hefting.core.errors import InputError
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.spatial import (
     Array,
+    Mask,
     freeze,
     frozen,
     in_sensor_axes,
@@ -69,6 +70,14 @@ class Motion:
         return replace(self, **{k: own[index] for k, own in self._arrays.items()})
 
     @property
+    def known(self) -> Mask:
+        """(K,) whether the motion is known: of its position too, where there is one."""
+        known = np.isfinite(self.angular_acceleration).all(axis=1)
+        if self.linear_acceleration is not None:
+            known &= np.isfinite(self.linear_acceleration).all(axis=1)
+        return np.asarray(known)
+
+    @property
     def _arrays(self) -> dict[str, Array]:
         """Those that are known, by their names."""
         each = {field.name: getattr(self, field.name) for field in fields(self)}
@@ -107,11 +116,7 @@ class Motion:
                 f"has shape {g_world.shape}, expected (3,)", where="gravity"
             )
         first, last = (time[0], time[-1]) if len(time) else (np.inf, -np.inf)
-        known = (
-            np.isfinite(self.angular_acceleration).all(axis=1)
-            & (self.time >= first)
-            & (self.time <= last)
-        )
+        known = self.known & (self.time >= first) & (self.time <= last)
         motion = self if known.all() else self[known]
         at = motion.time
         aligned = interpolated(at, time, values) if len(at) else np.empty((0, 6))

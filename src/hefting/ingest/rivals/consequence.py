@@ -114,6 +114,9 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
         "body on this motion needs: is the object fixed and free, and are clocks, axes "
         "and units right?"
     )
+    zeros = 100.0 * np.mean(case.recording["wrench"].values == 0.0)
+    if zeros > 1.0:
+        what += f" {zeros:.0f} % of the readings are 0: are small ones written so?"
     say = error if share > factor * LARGE_UNEXPLAINED else warning
     return Doubt(say("unexplained", what), False)
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, fit_rows, with_bias
+from hefting.ingest.rivals.evidence import Fitted, correlation, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import (
     HEAVIEST_HELD,
     Build,
@@ -20,20 +20,27 @@ from hefting.ingest.rivals.explanation import (
 CODE = "force-unit"
 UNITS = {
     "the force seems to be in kgf": (9.80665, 1.0),
+    "the force seems to be in daN": (10.0, 1.0),
     "the force seems to be in lbf": (4.4482216, 1.0),
+    "the force seems to be in ozf": (0.2780139, 1.0),
     "the force seems to be in grams-force": (9.80665e-3, 1.0),
     "the force seems to be in kN": (1e3, 1.0),
+    "the force seems to be in lbf and the torque in lbf in": (4.4482216, 0.1129848),
+    "the force seems to be in lbf and the torque in lbf ft": (4.4482216, 1.3558179),
     "the torque seems to be in N mm": (1.0, 1e-3),
-    "the torque seems to be in N cm": (1.0, 1e-2),
+    "the torque seems to be in N cm (or kgf cm, if the force is in kgf)": (1.0, 1e-2),
     "the torque seems to be in lbf in": (1.0, 0.1129848),
     "the torque seems to be in lbf ft": (1.0, 1.3558179),
+    "the torque seems to be in ozf in": (1.0, 7.061552e-3),
     "the torque seems to be in kgf m": (1.0, 9.80665),
     "the torque seems to be in kgf cm": (1.0, 0.0980665),
 }
-"""Units of force [N] and torque [N m]."""
+"""Units of force [N] and torque [N m] that sensors give together."""
 LEVERS = (0.005, 0.5)
 """[m] Distances of a held object's COM from the sensor that are usual; others count
 against a unit."""
+ALIKE = 3.0
+"""Log-likelihood up to which a unit is told beside the best, as kgf beside daN."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -58,13 +65,16 @@ def explain(case: Case) -> Explanation | None:
     what = max(usual, key=lambda name: usual[name])
     fitted = over_offsets(case, _builder(case, found[what]))[0]
     force, torque = UNITS[what]
+    least = usual[what] - ALIKE * correlation(fitted, fitted.best) / len(case.time)
+    alike = [name for name in usual if usual[name] > least and name != what]
     return Explanation(
         CODE,
-        what,
+        ", or ".join((what, *alike)),
         "give force in newtons and torque in newton-metres",
         fitted,
         0,
         rarity=1.0,
+        is_grave=True,
         parameters=fitted.solution[fitted.best, :10] * ((force,) + (torque,) * 9),
     )
 

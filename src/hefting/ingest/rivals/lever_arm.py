@@ -17,6 +17,9 @@ from hefting.ingest.rivals.placement import (
 CODE = "lever-arm"
 STEPS = 5
 """Gauss-Newton steps of the point and the clock offset."""
+CHANCE = 3.0
+"""Distance [standard deviations] of the point from the line to the COM that is chance:
+torques of another gain had up to 1.5, lever arms of 120 mm 14 and more."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -31,15 +34,26 @@ def explain(case: Case) -> Explanation | None:
     if not np.linalg.norm(point) <= LARGEST_LEVER:
         return None
     otherwise = " if the sensor is there, or log the torque about the logged frame"
+    parameters = seen_from_log(found.parameters, point)
+    # torques of another gain are those about a point on the line to the COM
+    com = parameters[1:4] / (parameters[0] or 1.0)
+    far, times = float(np.linalg.norm(com)), ""
+    gain = 1.0 - float(point @ com) / max(far**2, 1e-12)
+    off = np.linalg.norm(np.cross(point, com))
+    if gain > 0.0 and off < CHANCE * far * np.linalg.norm(std):
+        times = f", or to be {gain:.2f} times what it is"
+        otherwise += ", after its unit and calibration are checked"
     return Explanation(
         CODE,
         f"the torque seems to act about a point {place_text(point, std)} from the "
-        "logged frame",
+        f"logged frame{times}",
         advice(case, np.eye(3), point, otherwise=otherwise),
         found.fitted,
         3,
         argument="sensor_pose_in_log",
-        parameters=seen_from_log(found.parameters, point),
+        parameters=parameters,
         effect=float(np.linalg.norm(point / np.maximum(std, 1e-12))),
+        # a sensor's own gain is off by less
+        is_grave=bool(times) and abs(gain - 1.0) > 0.1,
         alternative=lambda: turned_and_moved(case, CODE, np.eye(3), found.offset),
     )
