@@ -90,7 +90,7 @@ class Judged:
     """What was found."""
 
     unexplained: float
-    """residual beyond noise over the wrench's changes, the larger of force's and
+    """residual beyond white noise over the wrench's changes, the larger of force's and
     torque's, as given"""
     named: Explanation | None = None
     """the mistake that explains the recording far better"""
@@ -110,7 +110,7 @@ def judge(case: Case) -> Judged:
     quick = fit_rows(case, newton_euler(case, case.motion_as_found))
     if not np.isfinite(quick.likelihood[0]):  # the motion is hardly known
         return Judged(0.0)
-    share = _unexplained_share(case, quick)
+    share = unexplained_share(case, quick, case.floor)
     if not _is_worth_a_search(case, quick, share):
         return Judged(share)
     given = as_given(case)
@@ -227,16 +227,16 @@ def _simplest(
     return max(simpler, key=lambda each: evidence(case, given, each), default=best)
 
 
-def _unexplained_share(case: Case, fitted: Fitted) -> float:
-    """Residual beyond the floor of what is to be explained, over the wrench's changes;
-    the larger of force's and torque's."""
-    floor = np.square(case.floor)
+def unexplained_share(case: Case, fitted: Fitted, level: Array) -> float:
+    """Residual of the best alternative beyond a level (2,) that noise explains, over the
+    wrench's changes; the larger of force's and torque's."""
+    fitted = fitted.of_best()
     changes = np.var(case.wrench, axis=0).reshape(2, 3).mean(axis=1)
     used = fitted.weights[0] > 0.0
     square = np.square(fitted.residual[0][used]).reshape(-1, 2, 3).sum(axis=2)
     # the median of chi-squared with three degrees of freedom is 2.37
     left = np.maximum(np.square(fitted.scale[0]), np.median(square, axis=0) / 2.37)
-    excess = np.maximum(left - NOISE_ALLOWANCE * floor, 0.0)
+    excess = np.maximum(left - NOISE_ALLOWANCE * np.square(level), 0.0)
     size = np.mean(case.wrench**2, axis=0).reshape(2, 3).mean(axis=1)
     varies = changes > SMALLEST_CHANGE * size
     share = np.where(varies, excess / np.maximum(changes, 1e-300), 0.0)
