@@ -14,6 +14,7 @@ from benchmarks.mistaken_wrenches import (
     changing_gradually,
     compensated,
     gains,
+    low_passed,
     play,
     tcp,
     turned,
@@ -311,6 +312,18 @@ def test_coloured_noise_is_no_unexplained_change():
     turned_force = given.wrench(lambda _, w: np.hstack((w[:, [1, 0, 2]], w[:, 3:])))
     doubt = doubt_of(case_of(with_coloured_noise(turned_force, 0.05)))
     assert doubt is not None
+
+
+def test_a_lever_is_named_beside_a_filter():
+    """Of 0.8 Hz and before the noise, whose lag is found as that of a clock: neither
+    explained enough alone."""
+    rng = np.random.default_rng(1)
+    given = tcp(0.15)(low_passed(0.8)(correct(0), rng), rng)
+    noise = rng.normal(size=(1000, 6)) * np.repeat((0.1, 0.005), 3)
+    given = given.wrench(lambda _, w: w + noise)
+    doubt = doubt_of(case_of(given, 0.2))
+    assert doubt is not None
+    assert doubt.message.code == "lever-arm"
 
 
 def test_a_lever_is_named_beside_coloured_noise():

@@ -24,12 +24,10 @@ AVERAGES_VARIANCE = (13.0 / 12.0) ** 2 + 2.0 / 24.0**2
 """Variance of a mean from which its neighbours' second difference is taken (`_averages`),
 over that of the mean."""
 COLOUR_STEP, COLOUR_AVERAGES = 0.12, 1500
-"""[s] Steps of the fourth differences by which coloured noise is told from what a motion
-of up to 1 Hz leaves, of which they have 3 % at most; and averages that are looked at."""
+"""[s] Step of fourth differences, which have 3 % of a motion of 1 Hz; averages that are
+looked at."""
 CLEAR_COLOUR = 1.15
 """Ratio to the floor from which on noise is coloured: of white noise it is found to 6 %."""
-FEWEST_COLOURED = 40
-"""Fewest of these differences."""
 COARSE_OFFSETS = 0.02 * np.arange(-5.0, 6.0)
 """[s] Clock offsets that are tried with every explanation, besides those near the one
 that conditioning found."""
@@ -147,7 +145,7 @@ class Case:
         for _ in range(4):
             both = both[step:] - both[:-step]
         both = both[np.isfinite(both).all(axis=1)]
-        if len(both) < FEWEST_COLOURED:
+        if len(both) < 40:
             return self.floor
         known, wrench = both[:, :-6], both[:, -6:]
         left = wrench - known @ np.linalg.lstsq(known, wrench, rcond=1e-9)[0]

@@ -9,12 +9,14 @@ where next to nothing is unexplained, and errors as on data sheets explain that 
 """
 
 import itertools
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hefting.core.progress import each as each_of
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask, interpolated
+from hefting.ingest.filtering import SHORTEST_LAG, filtered
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
@@ -103,7 +105,40 @@ class Judged:
 
 
 def judge(case: Case) -> Judged:
-    """Look for a mistake where the recording as given is not explained by noise."""
+    """Look for a mistake where the recording as given is not explained by noise; where
+    none is found, beside a filter that makes the wrench as late as it is."""
+    found = _judge(case, EXPLANATIONS)
+    if found.named is not None or found.given is None or case.offset < SHORTEST_LAG:
+        return found
+    slow = _as_filtered(case)
+    named = None if slow is None else _judge(slow, ()).named
+    if named is None or not _is_told(case, found.given, named):
+        return found
+    certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
+    return replace(found, named=named, certain=certain)
+
+
+def _as_filtered(case: Case) -> Case | None:
+    """The case with its motion through a filter of the wrench's lag; None where it is too
+    long for that."""
+    lag, path = case.offset, case.path
+    step = max(0.1 * lag, 5e-5 * (path.last - path.first))
+    grid = np.arange(path.first, path.last, step)
+    value = filtered(grid, path.read(grid, False)[0], lag)
+    if value is None:
+        return None
+
+    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
+        return interpolated(time, grid, value), *path.read(time, spread)[1:]
+
+    return replace(case, path=replace(path, read=read))
+
+
+def _judge(
+    case: Case, candidates: tuple[Callable[[Case], Explanation | None], ...]
+) -> Judged:
+    """Look for a mistake among those that are always looked for and those that are where
+    they may explain enough."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
     if len(case.time) < fewest:
         return Judged(0.0)
@@ -116,7 +151,6 @@ def judge(case: Case) -> Judged:
     given = as_given(case)
     if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
-    candidates = EXPLANATIONS
     if _is_explained(case, given, explained_by_motion(case), BOUND_MARGIN):
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
