@@ -314,16 +314,18 @@ def test_coloured_noise_is_no_unexplained_change():
     assert doubt is not None
 
 
-def test_a_lever_is_named_beside_a_filter():
+def test_a_lever_is_found_beside_a_filter(monkeypatch):
     """Of 0.8 Hz and before the noise, whose lag is found as that of a clock: neither
-    explained enough alone."""
+    explains enough alone."""
+    monkeypatch.setattr("hefting.ingest.rivals.judge.EXPLANATIONS", ())
     rng = np.random.default_rng(1)
-    given = tcp(0.15)(low_passed(0.8)(correct(0), rng), rng)
+    given = tcp(0.15)(low_passed(0.8)(correct(1), rng), rng)
     noise = rng.normal(size=(1000, 6)) * np.repeat((0.1, 0.005), 3)
     given = given.wrench(lambda _, w: w + noise)
-    doubt = doubt_of(case_of(given, 0.2))
-    assert doubt is not None
-    assert doubt.message.code == "lever-arm"
+    named = judge(case_of(given, 0.2)).named
+    assert named is not None
+    assert named.code == "lever-arm"
+    assert judge(case_of(given)).named is None
 
 
 def test_a_lever_is_named_beside_coloured_noise():
