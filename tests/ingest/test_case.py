@@ -109,6 +109,29 @@ def test_what_counts_as_nothing_is_noise_and_a_good_sensor_s_error(case):
     np.testing.assert_allclose(same.floor, (1e-9 * (25.0 / 3.0) ** 0.5, 1e-18))
 
 
+@pytest.mark.parametrize(("memory", "found"), [(0.0, 1.0), (0.05, 0.87), (0.15, 0.43)])
+def test_the_level_is_that_of_coloured_noise(case, memory, found):
+    """Averages that remember so many seconds: fourth differences over 0.12 s have so much of
+    their variance. Turned axes count as none of it."""
+    step = float(np.median(np.diff(case.time)))
+    keep = np.exp(-step / memory) if memory else 0.0
+    noise = np.random.default_rng(2).normal(size=(450, 6))
+    for k in range(1, len(noise)):
+        noise[k] = keep * noise[k - 1] + (1.0 - keep**2) ** 0.5 * noise[k]
+    expected = 5.0 * np.array((0.1, 0.005)) * found**0.5
+    time, wrench = case.consecutive
+    added = wrench + 5.0 * np.repeat((0.1, 0.005), 3) * noise[200:]
+    level = replace(case, consecutive=(time, added)).level
+    # of 250 averages whose differences are correlated: to a tenth, and their own noise
+    np.testing.assert_allclose(level, expected, rtol=0.2)
+    assert np.array_equal(case.level, case.floor)
+    turned = replace(case, consecutive=(time, wrench[:, [1, 0, 2, 3, 4, 5]]))
+    assert np.array_equal(turned.level, case.floor)
+    assert np.array_equal(
+        replace(case, consecutive=(time[:50], added[:50])).level, case.floor
+    )
+
+
 def test_offsets_to_try_are_within_a_tenth_of_a_second_and_near_the_one_found(case):
     np.testing.assert_allclose(case.offsets, 0.02 * np.arange(-5, 6), atol=1e-9)
     late = replace(case, offset=0.203)

@@ -126,7 +126,14 @@ def test_changes_are_of_sizes_and_of_places():
 
 
 def unexplained(
-    monkeypatch, share, moves=True, multiple=0.0, vibration=None, noise=1.0, zeros=0
+    monkeypatch,
+    share,
+    moves=True,
+    multiple=0.0,
+    vibration=None,
+    noise=1.0,
+    left=None,
+    zeros=0,
 ):
     fitted = SimpleNamespace(best=0, scale=np.array([[1.0, 2.0 * multiple]]))
     given = cast(Any, SimpleNamespace(fitted=fitted)) if multiple else None
@@ -135,11 +142,14 @@ def unexplained(
     monkeypatch.setattr(consequence.Vibration, "of", lambda case: vibration)
     wrench = np.random.default_rng(0).normal(size=(100, 6))
     wrench[:zeros] = 0.0
+    coloured, level = (share, 2.0) if left is None else left
+    monkeypatch.setattr(consequence, "unexplained_share", lambda *_: coloured)
     case = SimpleNamespace(
         recording={"wrench": SimpleNamespace(values=wrench)},
         path=SimpleNamespace(moves=moves),
         noise=np.full(2, noise),
         floor=np.full(2, 2.0),
+        level=np.full(2, level),
     )
     return doubt_of(cast(Any, case))
 
@@ -185,6 +195,15 @@ def test_torque_that_is_eight_times_its_noise_is_in_doubt(monkeypatch):
         assert (found is not None) is told
     assert unexplained(monkeypatch, 0.0, moves=False, multiple=15.9) is None
     assert unexplained(monkeypatch, 0.0, moves=False, multiple=16.1) is not None
+
+
+def test_coloured_noise_is_taken_from_what_is_told(monkeypatch):
+    """From the share, and from the multiple of the torque's noise."""
+    for left, level in (((0.124, 2.5), None), ((0.126, 2.5), "warning")):
+        found = unexplained(monkeypatch, 0.4, multiple=9.0, left=left)
+        assert (found.message.severity if found else None) == level
+    assert "13 % of" in found.message
+    assert unexplained(monkeypatch, 0.4, multiple=9.0, left=(0.0, 2.2)) is not None
 
 
 def test_a_vibration_is_told_where_little_is_left_beside_it(monkeypatch):

@@ -7,12 +7,12 @@ import pytest
 from benchmarks.late_wrench import GRAVITY, filtered, late, motion
 
 from hefting import Recording, identify
+from hefting.ingest import filtering
 from hefting.ingest import ingest as module
 from hefting.ingest.ingest import ingest
 from hefting.ingest.response import (
     LONGEST_LAG,
     Response,
-    _filtered,  # pyright: ignore[reportPrivateUsage]
     response_of,
 )
 from hefting.simulation import HeldObject, hammer
@@ -90,20 +90,20 @@ def test_the_filter_is_that_of_first_order():
     # lines between samples and a sum at `INSTANTS_PER_LAG` are exact to a percent
     swing = np.array([np.sin(w * time) ** 2 for w in (0.5, 1.0, 1.5)] * 2).T
     expected = filtered(time, swing, lag)
-    found = _filtered(time, swing, lag)
+    found = filtering.filtered(time, swing, lag)
     assert found is not None
     ahead = np.array([np.interp(time + lag, time, c) for c in expected.T]).T
     before_end = time < time[-1] - lag
     np.testing.assert_allclose(found[before_end], ahead[before_end], atol=0.01)
 
     steady = np.outer(time, np.arange(1.0, 7.0)) - 2.0
-    np.testing.assert_allclose(_filtered(time, steady, lag), steady, atol=1e-9)
+    np.testing.assert_allclose(filtering.filtered(time, steady, lag), steady, atol=1e-9)
 
 
 def test_a_recording_too_long_for_its_lag_is_left_alone():
     time = np.linspace(0.0, 2e4, 300)
-    assert _filtered(time, np.ones((300, 6)), 0.03) is None
-    assert _filtered(time, np.ones((300, 6)), LONGEST_LAG) is None
+    assert filtering.filtered(time, np.ones((300, 6)), 0.03) is None
+    assert filtering.filtered(time, np.ones((300, 6)), LONGEST_LAG) is None
 
 
 def test_a_filter_that_the_residuals_show_is_said():

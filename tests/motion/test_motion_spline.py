@@ -5,11 +5,11 @@ from dataclasses import fields, replace
 
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 from hefting.core.errors import InputError
 from hefting.motion.curve import fresh_rows
-from hefting.motion.spline import fit_poses, smooth
+from hefting.motion.spline import aligned, fit_poses, smooth
 from motions import noisy, normalised_errors, random_smooth
 
 
@@ -146,6 +146,27 @@ def test_held_values_count_once():
     )
     # the last hold included
     assert np.isfinite(smooth(truth.time, p[held], q[held]).linear_acceleration).all()
+
+
+@pytest.mark.parametrize("step", [2.0, 7.0, 8.7, 100.0])
+def test_of_values_that_were_interpolated_linearly_those_count(step):
+    """Turns at a steady rate along arcs, too; written with seven digits, knots between
+    rows by the row before. Rests whose noise is small beside the moves are none."""
+    truth, p, q = noisy(12, 10.0, 1000.0)
+    at = np.arange(0.0, len(p) - 1, step)
+    rows = np.arange(len(p))
+    position = np.stack([np.interp(rows, at, np.interp(at, rows, x)) for x in p.T], 1)
+    turns = Rotation.from_quat(q[at.astype(int)])
+    inside = rows[rows <= at[-1]]
+    arcs = Slerp(at, turns)(inside).as_quat()
+    for values in (position[inside], aligned(arcs)):
+        kept = np.flatnonzero(fresh_rows(truth.time[inside], np.round(values, 7)))
+        assert len(kept) == pytest.approx(len(at), rel=0.2)
+        off = np.abs(kept - step * np.round(kept / step))
+        assert np.mean(off <= 1.0) > 0.9
+    rests = np.where(rows[:, None] % 400 < 397, p[rows // 400 * 400], p)
+    rests += 1e-5 * np.random.default_rng(0).normal(size=p.shape)
+    assert fresh_rows(truth.time, rests).all()
 
 
 def test_single_repeats_and_rests_are_kept():

@@ -7,13 +7,19 @@ from dataclasses import dataclass, field
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 
 Complex = NDArray[np.complexfloating]
 
 DECAYS = 8.0
 """Length of what is appended, in times in which the response decays by a factor of e:
 what is left after it is a part in 3000."""
+
+SHORTEST_LAG = 0.02
+"""[s] Lag of a wrench from which on its response matters."""
+INSTANTS_PER_LAG, MOST_INSTANTS = 20, 100_000
+"""Instants at which the wrench is filtered."""
+FEWEST_INSTANTS_PER_LAG = 3
 
 
 Response = Callable[[Complex], Complex]
@@ -45,3 +51,21 @@ class Signal:
             self._spectra[size] = s, np.fft.rfft(change, size, axis=0)
         s, spectrum = self._spectra[size]
         return np.fft.irfft(spectrum * response(s)[:, None], size, axis=0)[:K]
+
+
+def filtered(time: Array, wrench: Array, lag: float) -> Array | None:
+    """(K, 6) a wrench through a filter of first order and ahead by the lag that it has
+    in steady motion; None where the recording is too long for so short a lag.
+
+    Before it began it changed steadily, which passes unchanged.
+    """
+    span = float(time[-1] - time[0]) + lag
+    step = max(lag / INSTANTS_PER_LAG, span / MOST_INSTANTS)
+    if step * FEWEST_INSTANTS_PER_LAG > lag:
+        return None
+    start = np.gradient(wrench[:2], time[:2], axis=0)[0]
+    steady = wrench[0] + (time - time[0])[:, None] * start
+    grid = np.arange(time[0], time[-1] + lag + step, step)
+    change = Signal(interpolated(grid, time, wrench - steady), 1.0 / step)
+    late = change.change_through(lambda s: 1.0 / (1.0 + lag * s), lag)
+    return steady + interpolated(time + lag, grid, late)

@@ -16,25 +16,21 @@ import numpy as np
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
 from hefting.core.regressor import predict_wrench
-from hefting.core.spatial import Array, interpolated
+from hefting.core.spatial import Array
 from hefting.estimators.ols import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
-from hefting.ingest.filtering import Signal
+from hefting.ingest.filtering import SHORTEST_LAG, filtered
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.systematic import OFFSET_ERROR_RATIO
 
-SHORTEST_LAG, LONGEST_LAG = 0.02, 0.5
-"""[s] Lag of a wrench from which on its response matters, and the longest filter's: a
-longer lag is that of a clock."""
+LONGEST_LAG = 0.5
+"""[s] The longest filter's: a longer lag is that of a clock."""
 SHARE_STD = 0.6
 """Root mean square of c before the residuals are seen: evenly from 0 to 1."""
 LAG_SHARE_STD = 0.3
 """Standard deviation of the lag over itself, if it is a filter's: between a delay and a
 filter the lag that fits best changes by up to a quarter."""
-INSTANTS_PER_LAG, MOST_INSTANTS = 20, 100_000
-"""Instants at which the wrench is filtered."""
-FEWEST_INSTANTS_PER_LAG = 3
 
 
 @dataclass(frozen=True, eq=False)
@@ -86,10 +82,10 @@ def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response |
     if found.offset_std is None or lag < SHORTEST_LAG or len(z) < 3:
         return None
     predicted = predict_wrench(z, fit.vector)
-    filtered = _filtered(z.time, predicted, lag)
-    if filtered is None:
+    late = filtered(z.time, predicted, lag)
+    if late is None:
         return None
-    directions = (filtered - predicted, lag * np.gradient(predicted, z.time, axis=0))
+    directions = (late - predicted, lag * np.gradient(predicted, z.time, axis=0))
     fits = [_explained(z, direction, fit) for direction in directions]
     effects = np.array([effect for effect, _ in fits]).T
     X = np.array([_whitened(rest, z, fit) for _, rest in fits]).T
@@ -108,24 +104,6 @@ def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response |
         np.tensordot(shares, directions, 1),
         effects @ np.linalg.cholesky(spread),
     )
-
-
-def _filtered(time: Array, wrench: Array, lag: float) -> Array | None:
-    """(K, 6) a wrench through a filter of first order and ahead by the lag that it has
-    in steady motion; None where the recording is too long for so short a lag.
-
-    Before it began it changed steadily, which passes unchanged.
-    """
-    span = float(time[-1] - time[0]) + lag
-    step = max(lag / INSTANTS_PER_LAG, span / MOST_INSTANTS)
-    if step * FEWEST_INSTANTS_PER_LAG > lag:
-        return None
-    start = np.gradient(wrench[:2], time[:2], axis=0)[0]
-    steady = wrench[0] + (time - time[0])[:, None] * start
-    grid = np.arange(time[0], time[-1] + lag + step, step)
-    change = Signal(interpolated(grid, time, wrench - steady), 1.0 / step)
-    late = change.change_through(lambda s: 1.0 / (1.0 + lag * s), lag)
-    return steady + interpolated(time + lag, grid, late)
 
 
 def _explained(z: Measurements, wrench: Array, fit: FreeFit) -> tuple[Array, Array]:

@@ -43,20 +43,53 @@ to 1.8 rad/s at 100 and 500 Hz, where the accelerations' errors were 0.71 to 0.8
 model's standard deviations."""
 
 
+STRAIGHT = 0.05
+"""Bend over the largest ones, below which there is none."""
+
+
 def fresh_rows(time: Array, values: Array) -> Mask:
-    """Mask (K,) of the rows with new values; False for repeats of a slower stream.
+    """Mask (K,) of the rows with new values; False for repeats of a slower stream, and
+    for what was interpolated linearly between its values.
 
     Equal rows count as repeats only if the median run of equal rows is at least two
     rows long. Runs longer than twice the median occur at rest: of these, one row in
     twice the median is kept, and at least one per 0.1 s.
     """
-    changed = changed_rows(values)
+    changed = _changed_lines(time, values)
     begins = np.flatnonzero(changed)
     usual = int(np.median(np.diff(np.append(begins, len(values)))))
-    at_most = max(int(0.1 / np.median(np.diff(time))), 1)
+    at_most = int(0.1 / np.median(np.diff(time))) + 1
     stride = min(2 * usual, at_most) if usual > 1 else 1
     age = np.arange(len(values)) - begins[np.cumsum(changed) - 1]
     return age % stride == 0
+
+
+def _changed_lines(time: Array, values: Array) -> Mask:
+    """Mask (K,) of the rows that are new: of a stream that was interpolated linearly those
+    at which it bends, which are alone or two together, evenly."""
+    changed = changed_rows(values)
+    if len(time) < 30:
+        return changed
+    slope = np.diff(values, axis=0) / np.diff(time)[:, None]
+    bend = np.diff(slope, axis=0)
+    if values.shape[1] == 4:  # a steady turn is an arc
+        q = values[1:-1]
+        bend -= np.sum(bend * q, axis=1)[:, None] * q
+    size, speed = (np.linalg.norm(x, axis=1) for x in (bend, slope))
+    bent = np.pad(size > STRAIGHT * np.quantile(size, 0.995), 1)
+    begins = bent & ~np.roll(bent, 1)
+    gaps = np.diff(np.flatnonzero(begins))
+    usual = np.median(gaps) if len(gaps) else 0.0
+    apart = usual > 3.0  # values may lie between rows
+    if (
+        usual < 2.0
+        or np.mean(np.abs(gaps - usual) <= apart) < 0.6
+        or bent.sum() > (1.1 + apart) * begins.sum()
+        or np.median(size) >= STRAIGHT * np.median(speed)
+    ):
+        return changed
+    begins[0] = True
+    return begins
 
 
 @dataclass(frozen=True)

@@ -23,6 +23,11 @@ and not as something to be explained."""
 AVERAGES_VARIANCE = (13.0 / 12.0) ** 2 + 2.0 / 24.0**2
 """Variance of a mean from which its neighbours' second difference is taken (`_averages`),
 over that of the mean."""
+COLOUR_STEP, COLOUR_AVERAGES = 0.12, 1500
+"""[s] Step of fourth differences, which have 3 % of a motion of 1 Hz; averages that are
+looked at."""
+CLEAR_COLOUR = 1.15
+"""Ratio to the floor from which on noise is coloured: of white noise it is found to 6 %."""
 COARSE_OFFSETS = 0.02 * np.arange(-5.0, 6.0)
 """[s] Clock offsets that are tried with every explanation, besides those near the one
 that conditioning found."""
@@ -67,6 +72,8 @@ class Case:
     """[s] clock offset that conditioning found"""
     biased: bool
     """whether a bias is possible: False where one was given, or excluded"""
+    consecutive: tuple[Array, Array]
+    """times (B,) [s] and wrenches (B, 6) of the first averages, none left out"""
 
     @classmethod
     def of(
@@ -100,6 +107,7 @@ class Case:
             noise,
             offset,
             biased,
+            (time[:COLOUR_AVERAGES], values[:COLOUR_AVERAGES]),
         )
 
     def every(self, nth: int) -> "Case":
@@ -119,6 +127,30 @@ class Case:
         size = np.sqrt(np.mean(self.wrench**2, axis=0).reshape(2, 3).mean(axis=1))
         error = SMALLEST_SENSOR_ERROR * changes
         return np.maximum(np.hypot(self.noise, error), 1e-9 * np.maximum(size, 1e-9))
+
+    @cached_property
+    def level(self) -> Array:
+        """(2,) size of a residual that noise explains: the floor, or more of coloured
+        noise, by the fourth differences of the wrench that no linear function of the
+        motion has."""
+        time, wrench = self.consecutive
+        if not self.path.moves:
+            return self.floor
+        step = max(round(COLOUR_STEP / max(float(np.median(np.diff(time))), 1e-9)), 1)
+        motion = self.motion_at(time[None] - self.offset)
+        known = np.where(
+            motion.known[0, :, None], motion.features(self.modelled_gravity)[0], np.nan
+        )
+        both = np.concatenate((known, wrench), axis=1)
+        for _ in range(4):
+            both = both[step:] - both[:-step]
+        both = both[np.isfinite(both).all(axis=1)]
+        if len(both) < 40:
+            return self.floor
+        known, wrench = both[:, :-6], both[:, -6:]
+        left = wrench - known @ np.linalg.lstsq(known, wrench, rcond=1e-9)[0]
+        found = _size(left) / 70.0**0.5
+        return np.where(found > CLEAR_COLOUR * self.floor, found, self.floor)
 
     @cached_property
     def offsets(self) -> Array:
@@ -201,7 +233,11 @@ def _high_frequency_noise(wrench: Array) -> Array:
     differences of the wrench (B, 6), which a slow motion does not show in."""
     if len(wrench) < 4:
         return np.zeros(2)
-    bend = np.diff(wrench, 2, axis=0)
+    return _size(np.diff(wrench, 2, axis=0)) / 6.0**0.5
+
+
+def _size(values: Array) -> Array:
+    """(2,) robust standard deviations of force and torque, of values (B, 6)."""
     # the median of |x| is 0.6745 standard deviations
-    size = np.median(np.abs(bend), axis=0) / (0.6745 * 6.0**0.5)
+    size = np.median(np.abs(values), axis=0) / 0.6745
     return np.sqrt(np.mean(np.square(size).reshape(2, 3), axis=1))

@@ -8,7 +8,7 @@ from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.judge import Judged, judge
+from hefting.ingest.rivals.judge import Judged, judge, unexplained_share
 from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_MASS_CHANGE = 0.03
@@ -99,16 +99,17 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
     share = judged.unexplained
     factor = 1.0 if case.path.moves else STATIC_FACTOR
     noticed = share / NOTICED_UNEXPLAINED
-    # of a quantised wrench the noise is not known, nor of static poses
-    if judged.given is not None and case.noise[1] > 1e-3 * case.floor[1]:
-        fitted = judged.given.fitted
-        multiple = fitted.scale[fitted.best, 1] / case.floor[1]
-        noticed = max(noticed, multiple / NOTICED_MULTIPLE)
+    noticed = max(noticed, _multiple(case, judged, case.floor))
     if noticed <= factor:
         return None
     vibration = Vibration.of(case) if case.path.moves else None
     if vibration is not None and noticed * (1.0 - vibration.share) ** 0.5 <= 1.0:
         return Doubt(_vibrates(vibration), False)
+    if judged.given is not None and case.path.moves:
+        share = unexplained_share(case, judged.given.fitted, case.level)
+        noticed = share / NOTICED_UNEXPLAINED
+        if max(noticed, _multiple(case, judged, case.level)) <= 1.0:
+            return None
     what = (
         f"{100.0 * share:.0f} % of the wrench's changes are neither noise nor what a "
         "body on this motion needs: is the object fixed and free, and are clocks, axes "
@@ -119,6 +120,16 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
         what += f" {zeros:.0f} % of the readings are 0: are small ones written so?"
     say = error if share > factor * LARGE_UNEXPLAINED else warning
     return Doubt(say("unexplained", what), False)
+
+
+def _multiple(case: Case, judged: Judged, level: Array) -> float:
+    """The torque that is left over a level (2,) that noise explains, and that over the
+    multiple that is noticed."""
+    # of a quantised wrench the noise is not known, nor of static poses
+    if judged.given is None or not case.noise[1] > 1e-3 * case.floor[1]:
+        return 0.0
+    fitted = judged.given.fitted
+    return float(fitted.scale[fitted.best, 1] / level[1] / NOTICED_MULTIPLE)
 
 
 def _vibrates(vibration: Vibration) -> Message:

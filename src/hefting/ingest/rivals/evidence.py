@@ -125,7 +125,7 @@ def correlation(fitted: RobustRows, index: int) -> float:
 def missing(case: Case, fitted: RobustRows) -> float:
     """Log-likelihood of a sample that is missing to that of noise alone."""
     ideal = -TYPICAL_DEVIATION - 3.0 * float(
-        np.log(np.maximum(case.floor, 1e-12)).sum()
+        np.log(np.maximum(case.level, 1e-12)).sum()
     )
     return ideal - float(fitted.likelihood[fitted.best])
 

@@ -9,12 +9,14 @@ where next to nothing is unexplained, and errors as on data sheets explain that 
 """
 
 import itertools
-from dataclasses import dataclass
+from collections.abc import Callable
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from hefting.core.progress import each as each_of
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask, interpolated
+from hefting.ingest.filtering import SHORTEST_LAG, filtered
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
@@ -90,7 +92,7 @@ class Judged:
     """What was found."""
 
     unexplained: float
-    """residual beyond noise over the wrench's changes, the larger of force's and
+    """residual beyond white noise over the wrench's changes, the larger of force's and
     torque's, as given"""
     named: Explanation | None = None
     """the mistake that explains the recording far better"""
@@ -103,20 +105,52 @@ class Judged:
 
 
 def judge(case: Case) -> Judged:
-    """Look for a mistake where the recording as given is not explained by noise."""
+    """Look for a mistake where the recording as given is not explained by noise; where
+    none is found, beside a filter that makes the wrench as late as it is."""
+    found = _judge(case, EXPLANATIONS)
+    if found.named is not None or found.given is None or case.offset < SHORTEST_LAG:
+        return found
+    slow = _as_filtered(case)
+    named = None if slow is None else _judge(slow, ()).named
+    if named is None or not _is_told(case, found.given, named):
+        return found
+    certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
+    return replace(found, named=named, certain=certain)
+
+
+def _as_filtered(case: Case) -> Case | None:
+    """The case with its motion through a filter of the wrench's lag; None where it is too
+    long for that."""
+    lag, path = case.offset, case.path
+    step = max(0.1 * lag, 5e-5 * (path.last - path.first))
+    grid = np.arange(path.first, path.last, step)
+    value = filtered(grid, path.read(grid, False)[0], lag)
+    if value is None:
+        return None
+
+    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
+        return interpolated(time, grid, value), *path.read(time, spread)[1:]
+
+    return replace(case, path=replace(path, read=read))
+
+
+def _judge(
+    case: Case, candidates: tuple[Callable[[Case], Explanation | None], ...]
+) -> Judged:
+    """Look for a mistake among those that are always looked for and those that are where
+    they may explain enough."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
     if len(case.time) < fewest:
         return Judged(0.0)
     quick = fit_rows(case, newton_euler(case, case.motion_as_found))
     if not np.isfinite(quick.likelihood[0]):  # the motion is hardly known
         return Judged(0.0)
-    share = _unexplained_share(case, quick)
+    share = unexplained_share(case, quick, case.floor)
     if not _is_worth_a_search(case, quick, share):
         return Judged(share)
     given = as_given(case)
     if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
-    candidates = EXPLANATIONS
     if _is_explained(case, given, explained_by_motion(case), BOUND_MARGIN):
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
@@ -227,16 +261,16 @@ def _simplest(
     return max(simpler, key=lambda each: evidence(case, given, each), default=best)
 
 
-def _unexplained_share(case: Case, fitted: Fitted) -> float:
-    """Residual beyond the floor of what is to be explained, over the wrench's changes;
-    the larger of force's and torque's."""
-    floor = np.square(case.floor)
+def unexplained_share(case: Case, fitted: Fitted, level: Array) -> float:
+    """Residual of the best alternative beyond a level (2,) that noise explains, over the
+    wrench's changes; the larger of force's and torque's."""
+    fitted = fitted.of_best()
     changes = np.var(case.wrench, axis=0).reshape(2, 3).mean(axis=1)
     used = fitted.weights[0] > 0.0
     square = np.square(fitted.residual[0][used]).reshape(-1, 2, 3).sum(axis=2)
     # the median of chi-squared with three degrees of freedom is 2.37
     left = np.maximum(np.square(fitted.scale[0]), np.median(square, axis=0) / 2.37)
-    excess = np.maximum(left - NOISE_ALLOWANCE * floor, 0.0)
+    excess = np.maximum(left - NOISE_ALLOWANCE * np.square(level), 0.0)
     size = np.mean(case.wrench**2, axis=0).reshape(2, 3).mean(axis=1)
     varies = changes > SMALLEST_CHANGE * size
     share = np.where(varies, excess / np.maximum(changes, 1e-300), 0.0)
