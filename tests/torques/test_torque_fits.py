@@ -16,14 +16,14 @@ from benchmarks.torques_simulated import dynamics_of, runs
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.estimators import OLS
-from hefting.identification.torque_checks import of_unit
+from hefting.identification.torque_checks import of_joints, of_unit
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.physics import inverse_dynamics
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import OWN, Rows, TorqueScales
 from hefting.torques.noise import fit
-from hefting.torques.runs import drifting
+from hefting.torques.runs import EmptyRuns, drifting
 
 BODY = InertialParameters.from_com(
     0.8, [0.01, 0.02, 0.08], np.diag([2e-3, 2.2e-3, 1e-3])
@@ -140,10 +140,38 @@ def test_a_unit_is_told_unless_the_arm_was_taken_out(name, gain):
     own = dynamics(name)
     run = runs(name, own, BODY, 3).loaded[0]
     scaled = replace(run, torque=gain * run.torque)
-    assert len(list(of_unit(own, [scaled]))) == (gain != 1.0)
+    said = [m.code for m in of_unit(own, [EmptyRuns.of(own, [scaled]).fit])]
+    assert said == ["torque-unit"] * (gain != 1.0)
     arm = own.regressor(run.position, run.velocity, run.acceleration) @ own.arm
-    external = replace(run, torque=gain * (run.torque - arm))
-    assert not of_unit(own, [external])
+    external = replace(run, torque=run.torque - arm)
+    said = [m.code for m in of_unit(own, [EmptyRuns.of(own, [external]).fit])]
+    assert said == ["torque-unit-untold"]
+
+
+@pytest.mark.parametrize("noise", [0.0, 1.0])
+def test_a_unit_is_told_beside_much_noise(noise):
+    """Of 1 N m in each joint, as of a large arm with strain wave gears."""
+    own = dynamics("ur5e")
+    run = runs("ur5e", own, BODY, 3).loaded[0]
+    noisy = run.torque + noise * np.random.default_rng(1).normal(size=run.torque.shape)
+    fits = [EmptyRuns.of(own, [replace(run, torque=0.01 * noisy)]).fit]
+    assert [m.code for m in of_unit(own, fits)] == ["torque-unit"]
+
+
+@pytest.mark.parametrize("name", list(TORQUE_ARMS))
+def test_a_joint_of_another_gain_is_named(name):
+    """Of robots whose links are some percent from the published ones, none is when all
+    are right; the second joint moves most of the arm."""
+    own = dynamics(name)
+    for seed in range(4):
+        run = runs(name, own, BODY, seed).empty[0]
+        assert not of_joints(own, [EmptyRuns.of(own, [run]).fit])
+    run = runs(name, own, BODY, 0).empty[0]
+    gains = np.where(np.arange(own.joints) == 1, 1.3, 1.0)
+    fits = [EmptyRuns.of(own, [replace(run, torque=run.torque * gains)]).fit]
+    (said,) = of_joints(own, fits)
+    assert said.code == "torque-gain"
+    assert f"needs: {own.names[1]} 1." in said
 
 
 def test_bad_robots_are_refused(tmp_path):

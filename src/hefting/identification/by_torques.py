@@ -28,6 +28,7 @@ from hefting.identification.torque_checks import (
     cause_of_no_load,
     of_arm,
     of_gains,
+    of_joints,
     of_load,
     of_rivals,
     of_torques,
@@ -115,8 +116,9 @@ class ByTorques:
             )
             if isinstance(message, Message)
         ]
-        messages += of_unit(dynamics, (*loaded, *bare))
-        messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found))
+        each = runs.alone()
+        messages += (*of_unit(dynamics, each), *of_joints(dynamics, each[1:]))
+        messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found, each))
         return cls(
             dynamics,
             found,
@@ -230,9 +232,11 @@ def calibrate_arm(
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
     _check_runs(dynamics, recordings, samples)
-    for doubt in (*of_unit(dynamics, samples), *of_rivals(dynamics, samples)):
-        raise InputError(str(doubt), recordings[0].source)
-    return dynamics, EmptyRuns.of(dynamics, samples)
+    runs = EmptyRuns.of(dynamics, samples)
+    for doubt in (*of_unit(dynamics, [runs.fit]), *of_rivals(dynamics, samples)):
+        if doubt.severity == "error":
+            raise InputError(str(doubt), recordings[0].source)
+    return dynamics, runs
 
 
 def _check_runs(

@@ -12,14 +12,14 @@ from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
-from hefting.core.torque_moments import PAYLOAD
+from hefting.core.torque_moments import PAYLOAD, pseudo_inverse_half
 from hefting.identification.checks import mass_undetermined
 from hefting.robots.joint_log import angle_doubts
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.noise import TorqueFit
 from hefting.torques.rivals import better_rival
-from hefting.torques.runs import TYPICAL_PAYLOAD, EmptyRuns, LoadedRuns
+from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns
 from hefting.torques.samples import LEAST_TURN, UR_JOINT, TorqueSamples
 
 LARGEST_MISFIT = 2.0
@@ -38,9 +38,18 @@ of simulated and real runs they were 0.9 to 1.8."""
 UNIT = 0.3, 5.0
 """The same, least and most, of what no payload, offset or Coulomb friction explains:
 of simulated and real runs it was 0.7 to 1.4."""
-ALIKE = 0.75
+ALIKE = 0.75, 0.975
 """Correlation of both from which on that ratio tells the unit: of right runs mostly
-above 0.9, of external or compensated torques at most 0.63."""
+above 0.98; and where the torques are small, as of external or compensated ones, of
+which it was at most 0.97."""
+ANY_GAIN = 10.0
+"""Standard deviation of a joint's gain before anything is known of it."""
+GAIN_ERROR = 0.1
+"""Error of a joint's gain that is no mistake, and standard deviation above which
+nothing is said of it."""
+LINK_ERROR = 0.05, 0.01
+"""Standard deviation of each parameter of a link from the URDF's, over its own and over
+the link's mass [m, m²]."""
 OPPOSED = -0.8
 """Correlation of both below which torques or gravity have another sign: of right runs
 it was at least 0.85."""
@@ -88,38 +97,75 @@ def require_arms_torques(
         )
 
 
-def of_unit(
-    dynamics: JointDynamics, runs: Iterable[TorqueSamples]
-) -> Iterable[Message]:
+def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> Iterable[Message]:
     """An error where the torques are in proportion to those of the URDF's arm, but far
-    from them."""
-    ratios = [share_of_arm(dynamics, samples) for samples in runs]
-    ratio = max(ratios, key=lambda value: abs(np.log(value)), default=1.0)
-    if UNIT[0] < ratio < UNIT[1]:
+    from them; a note where nothing tells."""
+    shares = [share_of_arm(dynamics, each) for each in fits]
+    told = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
+    if not told:
+        what = (
+            "the torques' unit cannot be checked: the arm moves too little for its "
+            "noise, or its own torques are taken out"
+        )
+        return [Message("torque-unit-untold", what, "note")]
+    far = [share for share in told if not UNIT[0] < share < UNIT[1]]
+    if not far:
         return []
     what = (
-        f"the torques are {ratio:.2g} times those of the URDF's arm: give N m, not kgf m, "
-        "kgf cm or N mm, and check `torque_gains` and the URDF's inertias"
+        f"the torques are {far[0]:.2g} times those of the URDF's arm: give N m, not kgf "
+        "m, kgf cm or N mm, and check `torque_gains` and the URDF's inertias"
     )
     return [error("torque-unit", what, "torque_gains")]
 
 
-def share_of_arm(dynamics: JointDynamics, samples: TorqueSamples) -> float:
+def share_of_arm(dynamics: JointDynamics, fit: TorqueFit) -> tuple[float, float]:
     """Torques over those of the URDF's arm, without what any payload, offset and
-    Coulomb friction explain of both; 1 where the rest is not alike."""
-    part = samples[:: max(1, len(samples.time) // CHECKED)]
-    W = dynamics.regressor(part.position, part.velocity, part.acceleration)
-    one = np.eye(dynamics.joints)
-    friction = np.sign(part.velocity)[:, :, None] * one
-    offset = np.broadcast_to(one, friction.shape)
-    others = np.concatenate((W[:, :, -PAYLOAD:], offset, friction), axis=2)
-    A = others.reshape(-1, others.shape[2])
-    both = np.column_stack(((W @ dynamics.arm).ravel(), part.torque.ravel()))
-    left = both - A @ np.linalg.lstsq(A, both, rcond=None)[0]
-    (square, product), (_, own) = left.T @ left
-    if not product > ALIKE * (square * own) ** 0.5:
-        return 1.0
-    return float(product / square)
+    friction explain of both; and the correlation of the rest."""
+    size = len(dynamics.base)
+    links = fit.shared[:size, :size] @ dynamics.links
+    both = np.column_stack((links @ dynamics.arm, fit.shared[:size, -1]))
+    free = links[:, -PAYLOAD:]
+    left = both - free @ np.linalg.lstsq(free, both, rcond=None)[0]
+    (square, product), (_, own) = left.T @ left + 1e-99
+    return float(product / square), float(product / (square * own) ** 0.5)
+
+
+def of_joints(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> Iterable[Message]:
+    """A warning about joints whose torques are clearly not those that the URDF's arm
+    needs, by runs without the payload."""
+    for each in fits:
+        gain, std = joint_gains(dynamics, each)
+        if not UNIT[0] < share_of_arm(dynamics, each)[0] < UNIT[1]:
+            continue
+        z = np.where(std < GAIN_ERROR, (np.abs(gain - 1.0) - GAIN_ERROR) / std, 0.0)
+        far = [j for j in np.argsort(-z) if z[j] > 2.0]
+        if far:
+            names = ", ".join(f"{dynamics.names[j]} {gain[j]:.2g}" for j in far)
+            what = (
+                f"torques over those that the URDF's arm needs: {names}: check "
+                "`torque_gains`, signs, joint zeros and the URDF's inertias"
+            )
+            return [warning("torque-gain", what, "torque_gains")]
+    return []
+
+
+def joint_gains(dynamics: JointDynamics, fit: TorqueFit) -> tuple[Array, Array]:
+    """(n,) torques over those of the URDF's arm, of each joint, and (n,) standard
+    deviations, which allow for links other than the URDF's and any last one."""
+    n, size = dynamics.joints, len(dynamics.base)
+    slow = np.maximum(fit.slow_std / fit.std, 1.0)
+    rows = fit.moments.without_nuisances[:, :size] / slow[:, None, None]
+    links, torque = rows[:, :, :size] @ dynamics.links, rows[:, :, -1]
+    needed = links @ dynamics.arm
+    arm = dynamics.arm.reshape(n, PAYLOAD)
+    std = LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]
+    std[-1] = TYPICAL_PAYLOAD
+    each = ANY_GAIN * needed[:, :, None] * np.eye(n)[:, None]
+    A = np.concatenate((each, links * std.ravel()), axis=2).reshape(n * size, -1)
+    half = pseudo_inverse_half(np.vstack((A, np.eye(A.shape[1]))))
+    found = ANY_GAIN * half[:n]
+    gain = 1.0 + found @ (half.T @ (A.T @ (torque - needed).ravel()))
+    return gain, np.linalg.norm(found, axis=1)
 
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
@@ -151,8 +197,11 @@ def of_rivals(
     return [error("torques-of-other-arm", what, "gravity")]
 
 
-def of_arm(runs: LoadedRuns, found: TorqueFit) -> list[Message]:
-    """What was taken for the arm, where it may be another."""
+def of_arm(
+    runs: LoadedRuns, found: TorqueFit, each: Sequence[TorqueFit]
+) -> list[Message]:
+    """What was taken for the arm, where it may be another; `each` as of
+    `LoadedRuns.alone`."""
     if runs.arm_known:
         what = (
             "the URDF's inertias stand for the arm's: a published arm was found to put "
@@ -160,19 +209,15 @@ def of_arm(runs: LoadedRuns, found: TorqueFit) -> list[Message]:
             "intervals allow for that: record an empty run (`empty`)"
         )
         return [warning("arm-published", what, "empty")]
-    each = [EmptyRuns.of(runs.dynamics, runs.loaded)]  # with the payload as a link
-    if runs.empty:
-        each.append(EmptyRuns.of(runs.dynamics, runs.empty))
-    if runs.calibration is not None:
-        each.append(runs.calibration)
-    alone = np.max([one.fit.slow_std for one in each], axis=0)
+    alone = np.max([one.slow_std for one in each], axis=0)
     ratio = float((found.slow_std / alone).max())
     if not ratio > LARGEST_MISFIT:
         return []
     what = (
         "empty and loaded runs contradict each other: together their slow residuals "
         f"are {ratio:.1f} times those of each alone: are they of the same robot, with "
-        "the same tool, and in the same order of joints?"
+        "the same tool, in the same order of joints? Is the base level (`gravity`), are "
+        "joint zeros and gains right?"
     )
     return [error("empty-run-contradicts", what, "empty")]
 

@@ -148,12 +148,17 @@ class JointDynamics:
         return self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
 
     @cached_property
-    def base_parameters(self) -> Array:
-        """(b,) parameters of the `base` columns that give the torques of the URDF's
-        arm."""
+    def links(self) -> Array:
+        """(b, 10 n) parameters of the `base` columns that give the torques by each of
+        the links'."""
         W = self._drawn
-        found = np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
+        found = np.linalg.lstsq(W[:, self.base], W, rcond=None)[0]
         return np.asarray(found, dtype=float)
+
+    @cached_property
+    def base_parameters(self) -> Array:
+        """(b,) the same of the URDF's arm."""
+        return self.links @ self.arm
 
     @cached_property
     def payload(self) -> Array:

@@ -106,6 +106,16 @@ class LoadedRuns:
             arm = _arm_of(self.dynamics, first)
         return fit(self._scales(Load(arm, payload)), prior)
 
+    def alone(self) -> list[TorqueFit]:
+        """Fits of the loaded runs, with the payload as part of the last link, of the
+        empty ones, and of the calibration, each by itself."""
+        runs = [EmptyRuns.of(self.dynamics, self.loaded)]
+        if self.empty:
+            runs.append(EmptyRuns.of(self.dynamics, self.empty))
+        if self.calibration is not None:
+            runs.append(self.calibration)
+        return [each.fit for each in runs]
+
     def _scales(self, load: Load) -> TorqueScales:
         own = _folded(self.dynamics, self.loaded, self.empty, load, self.arm_known)
         return own if self.calibration is None else own.merge(self.calibration.scales)
