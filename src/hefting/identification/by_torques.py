@@ -35,6 +35,7 @@ from hefting.identification.torque_checks import (
     of_unit,
     require_arms_torques,
 )
+from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
@@ -73,11 +74,11 @@ class ByTorques:
     @classmethod
     def of(
         cls,
-        recordings: Sequence[Recording],
+        recordings: Sequence[Recording | str | Path],
         urdf: str | Path,
         sensor_frame: str,
         *,
-        empty: Sequence[Recording] = (),
+        empty: Sequence[Recording | str | Path] = (),
         arm: str | Path | None = None,
         torque_gains: Array | None = None,
         gravity: ArrayLike = STANDARD_GRAVITY,
@@ -86,10 +87,10 @@ class ByTorques:
 
         Parameters
         ----------
-        recordings : with joint positions and torques, of one object in one grasp.
+        recordings : or their paths, with joint positions and torques, of one object in one grasp.
         urdf : the robot.
         sensor_frame : link that holds the object; results are in its axes.
-        empty : recordings of the same arm without the object, of any motion.
+        empty : the same, of the same arm without the object, of any motion.
         arm : file that `hefting calibrate --torques` wrote.
         torque_gains : (n,) or one number [N m/A], where currents were recorded.
         gravity : (3,) in the axes of the URDF's root [m/s²].
@@ -98,6 +99,10 @@ class ByTorques:
         be those of the arm (`require_arms_torques`), and as `JointDynamics.from_urdf`,
         `samples_of` and `load_arm`.
         """
+        recordings, empty = (
+            [as_recording(log, wrench_needed=False) for log in logs]
+            for logs in (recordings, empty)
+        )
         dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
         loaded = [samples_of(log, dynamics, torque_gains) for log in recordings]
         bare = [samples_of(log, dynamics, torque_gains) for log in empty]
@@ -117,7 +122,7 @@ class ByTorques:
             if isinstance(message, Message)
         ]
         each = runs.alone()
-        messages += (*of_unit(dynamics, each), *of_joints(dynamics, each[1:]))
+        messages += of_unit(dynamics, each) or of_joints(dynamics, each[1:])
         messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found, each))
         return cls(
             dynamics,

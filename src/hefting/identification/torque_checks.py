@@ -9,7 +9,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.messages import Message, error, warning
+from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.core.torque_moments import PAYLOAD, pseudo_inverse_half
@@ -19,7 +19,12 @@ from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.noise import TorqueFit
 from hefting.torques.rivals import better_rival
-from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns
+from hefting.torques.runs import (
+    FRICTION_CHANGE,
+    LARGEST_CHANGE,
+    TYPICAL_PAYLOAD,
+    LoadedRuns,
+)
 from hefting.torques.samples import LEAST_TURN, UR_JOINT, TorqueSamples
 
 LARGEST_MISFIT = 2.0
@@ -39,11 +44,9 @@ UNIT = 0.3, 5.0
 """The same, least and most, of what no payload, offset or Coulomb friction explains:
 of simulated and real runs it was 0.7 to 1.4."""
 ALIKE = 0.75, 0.975
-"""Correlation of both from which on that ratio tells the unit: of right runs mostly
-above 0.98; and where the torques are small, as of external or compensated ones, of
-which it was at most 0.97."""
-ANY_GAIN = 10.0
-"""Standard deviation of a joint's gain before anything is known of it."""
+"""Correlation of both from which on that ratio tells the unit, and of smaller torques:
+of right runs it was mostly above 0.98, of external or compensated torques at most
+0.97."""
 GAIN_ERROR = 0.1
 """Error of a joint's gain that is no mistake, and standard deviation above which
 nothing is said of it."""
@@ -97,17 +100,17 @@ def require_arms_torques(
         )
 
 
-def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> Iterable[Message]:
-    """An error where the torques are in proportion to those of the URDF's arm, but far
-    from them; a note where nothing tells."""
+def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
+    """An error for torques in proportion to those of the URDF's arm, but far from them;
+    a note where nothing tells."""
     shares = [share_of_arm(dynamics, each) for each in fits]
     told = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
     if not told:
         what = (
-            "the torques' unit cannot be checked: the arm moves too little for its "
-            "noise, or its own torques are taken out"
+            "the URDF's arm does not tell the torques' unit: it moves too little, or its "
+            "own torques are taken out"
         )
-        return [Message("torque-unit-untold", what, "note")]
+        return [note("torque-unit-untold", what)]
     far = [share for share in told if not UNIT[0] < share < UNIT[1]]
     if not far:
         return []
@@ -130,42 +133,38 @@ def share_of_arm(dynamics: JointDynamics, fit: TorqueFit) -> tuple[float, float]
     return float(product / square), float(product / (square * own) ** 0.5)
 
 
-def of_joints(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> Iterable[Message]:
-    """A warning about joints whose torques are clearly not those that the URDF's arm
-    needs, by runs without the payload."""
-    for each in fits:
-        gain, std = joint_gains(dynamics, each)
-        if not UNIT[0] < share_of_arm(dynamics, each)[0] < UNIT[1]:
-            continue
+def of_joints(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
+    """A warning about joints whose torques are not those of the URDF's arm, by runs
+    without the payload."""
+    for fit in fits:
+        gain, std = joint_gains(dynamics, fit)
         z = np.where(std < GAIN_ERROR, (np.abs(gain - 1.0) - GAIN_ERROR) / std, 0.0)
-        far = [j for j in np.argsort(-z) if z[j] > 2.0]
-        if far:
-            names = ", ".join(f"{dynamics.names[j]} {gain[j]:.2g}" for j in far)
+        each = (f"{dynamics.names[j]} {gain[j]:.2g}" for j in np.flatnonzero(z > 2.0))
+        if names := ", ".join(each):
             what = (
-                f"torques over those that the URDF's arm needs: {names}: check "
-                "`torque_gains`, signs, joint zeros and the URDF's inertias"
+                f"torques over those of the URDF's arm are {names}: check "
+                "`torque_gains`, joint zeros and the URDF's inertias"
             )
             return [warning("torque-gain", what, "torque_gains")]
     return []
 
 
 def joint_gains(dynamics: JointDynamics, fit: TorqueFit) -> tuple[Array, Array]:
-    """(n,) torques over those of the URDF's arm, of each joint, and (n,) standard
-    deviations, which allow for links other than the URDF's and any last one."""
+    """(n,) torques over those of the URDF's arm, 1 within 1 beforehand, and (n,)
+    standard deviations, which allow for other links, and any last one."""
     n, size = dynamics.joints, len(dynamics.base)
     slow = np.maximum(fit.slow_std / fit.std, 1.0)
     rows = fit.moments.without_nuisances[:, :size] / slow[:, None, None]
-    links, torque = rows[:, :, :size] @ dynamics.links, rows[:, :, -1]
+    links = rows[:, :, :size] @ dynamics.links
     needed = links @ dynamics.arm
     arm = dynamics.arm.reshape(n, PAYLOAD)
     std = LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]
     std[-1] = TYPICAL_PAYLOAD
-    each = ANY_GAIN * needed[:, :, None] * np.eye(n)[:, None]
+    each = needed[:, :, None] * np.eye(n)[:, None]
     A = np.concatenate((each, links * std.ravel()), axis=2).reshape(n * size, -1)
     half = pseudo_inverse_half(np.vstack((A, np.eye(A.shape[1]))))
-    found = ANY_GAIN * half[:n]
-    gain = 1.0 + found @ (half.T @ (A.T @ (torque - needed).ravel()))
-    return gain, np.linalg.norm(found, axis=1)
+    found = half[:n] @ (half.T @ (A.T @ (rows[:, :, -1] - needed).ravel()))
+    return 1.0 + found, np.linalg.norm(half[:n], axis=1)
 
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
@@ -192,7 +191,7 @@ def of_rivals(
     words, times = better
     what = (
         f"the torques are explained far better {words} (residuals up to {times:.1f} "
-        "times smaller): put the log right, or `gravity`"
+        "times smaller): put the log right, or `gravity`, as of a tilted base"
     )
     return [error("torques-of-other-arm", what, "gravity")]
 
@@ -212,7 +211,15 @@ def of_arm(
     alone = np.max([one.slow_std for one in each], axis=0)
     ratio = float((found.slow_std / alone).max())
     if not ratio > LARGEST_MISFIT:
-        return []
+        wider = float((found.prior[-1] / found.std).max()) / FRICTION_CHANGE
+        if not wider > LARGEST_CHANGE:
+            return []
+        what = (
+            f"offsets or friction changed between empty and loaded runs by {wider:.1f} "
+            "times what is usual, which is in the intervals: record an empty run again, "
+            "and check signs and gains"
+        )
+        return [warning("joints-changed", what, "empty")]
     what = (
         "empty and loaded runs contradict each other: together their slow residuals "
         f"are {ratio:.1f} times those of each alone: are they of the same robot, with "

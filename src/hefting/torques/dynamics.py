@@ -120,9 +120,8 @@ class JointDynamics:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         data = self.model.createData()
-        values = [self._full(each) for each in (q, dq, ddq)]
         # joints that turn without end have two numbers, cosine and sine
-        values[0] = self._configurations(np.asarray(q, dtype=float))
+        values = self._configurations(q), dq, ddq
         W = np.empty((len(q), self.joints, 10 * self.joints))
         for k, (a, b, c) in enumerate(zip(*values, strict=True)):
             W[k] = pin.computeJointTorqueRegressor(self.model, data, a, b, c)
@@ -156,11 +155,6 @@ class JointDynamics:
         return np.asarray(found, dtype=float)
 
     @cached_property
-    def base_parameters(self) -> Array:
-        """(b,) the same of the URDF's arm."""
-        return self.links @ self.arm
-
-    @cached_property
     def payload(self) -> Array:
         """(10, 10) map T of a payload's parameters, in sensor axes about the sensor's
         origin, to those of the last link: Y = W[:, :, -10:] T."""
@@ -175,15 +169,6 @@ class JointDynamics:
         R = np.asarray(joint.rotation)
         place = R.T @ (position[0] - np.asarray(joint.translation))
         return transfer(place, R.T @ rotation_matrices(orientation[0]))
-
-    def _full(self, values: Array) -> Array:
-        found = np.asarray(values, dtype=float)
-        if found.ndim != 2 or found.shape[1] != self.joints:
-            raise InputError(
-                f"joint values have shape {found.shape}, not (K, {self.joints})",
-                self.robot.source,
-            )
-        return found
 
     def _configurations(self, q: Array) -> Array:
         """(K, nq) as Pinocchio wants them."""

@@ -50,9 +50,9 @@ class Rival:
 
     @property
     def residuals(self) -> tuple[float, Array]:
-        """Logarithm of the part of the torques' standard deviation that is left,
-        summed over joints, each by its share of the rows, infinite where there are too
-        few; and (n,) that part, nan of joints with too few.
+        """Logarithm of the residuals' standard deviation over the torques', summed over
+        joints, each by its share of the rows, infinite where there are too few; and
+        (n,) of each, nan where there are too few.
         """
         scales = no_samples(self.dynamics)
         for samples in self.runs:
