@@ -151,6 +151,10 @@ def test_quaternions(tmp_path):
         (HEADER + ",px,py", ("'pz' is missing beside px py",)),
         (HEADER + ",q1,q2,q4", ("'q3' is missing beside q1 q2 q4",)),
         (HEADER + ",q2", ("'q1' is missing beside q2",)),
+        (
+            HEADER + ",q[0],q[1]",
+            ("joints are numbered from 0, by 'q[0]'", "number them from 1"),
+        ),
         (HEADER + ",GyroX,GyroY", ("'GyroX'", "did you mean 'gyro_x'", "rename")),
         (
             HEADER.replace("time", "timestamp") + ",px,py",

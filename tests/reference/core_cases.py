@@ -22,6 +22,7 @@ from hefting.core.quantity import quantity
 from hefting.core.sensor_accuracy import SHEETS, SensorAccuracy
 from hefting.core.torque_moments import TorqueMoments, merged, pseudo_inverse_half
 from random_problems import random_body, random_motion, random_pose, with_wrench
+from torque_rows import folded, payload
 
 
 def body() -> dict[str, Any]:
@@ -139,8 +140,8 @@ def torques() -> dict[str, Any]:
     used = rng.random((120, 3)) < 0.7
     empty = TorqueMoments.empty(3, 3, 4)
     parts = [
-        empty.fold(rows[:70], time[:70]),
-        empty.fold(rows[70:], time[70:], used[70:]),
+        folded(empty, rows[:70], time[:70]),
+        folded(empty, rows[70:], time[70:], used[70:]),
     ]
     both = merged(parts)
     std = np.array((0.1, 0.3, 0.2))
@@ -149,8 +150,8 @@ def torques() -> dict[str, Any]:
         "samples": both.samples,
         "duration": both.duration,
         "shared": {"factor": both.shared(std)},
-        "payload": {"factor": both.payload(std)},
-        "weighed": {"factor": both.weighed(std).payload()},
+        "payload": {"factor": payload(both, std)},
+        "weighed": {"factor": payload(both.weighed(std))},
         "inverse": {"spread": pseudo_inverse_half(rows[:9, 0])},
     }
 

@@ -28,7 +28,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.lapack import lapack
 from hefting.core.moments import REFLECTORS, triangular
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array
 
 PAYLOAD = 10
 """Columns of the payload's parameters, the last but the torque's."""
@@ -46,7 +46,7 @@ one length: the samples leave these open."""
 class TorqueMoments:
     """Triangular factor of each joint's equations, of all samples seen.
 
-    Immutable: `fold` and `merge` return new values. Folding costs the same however many
+    Immutable: `fold_rows` and `merge` return new values. Folding costs the same however many
     samples went before.
     """
 
@@ -98,31 +98,6 @@ class TorqueMoments:
     def duration(self) -> float:
         """Time between the first and the last sample [s]."""
         return max(0.0, self.end - self.start)
-
-    def fold(self, rows: Array, time: Array, used: Mask | None = None) -> Self:
-        """With samples added.
-
-        Parameters
-        ----------
-        rows : (K, n, c) equations of each joint, columns as of `factors`, in N m.
-        time : (K,) [s].
-        used : (K, n) which of them count; None for all.
-
-        Raises `InputError` where the shapes do not agree.
-        """
-        self._check(rows, time, used)
-        if not len(time):
-            return self
-        if used is not None:
-            rows = rows * used[:, :, None]
-        counts = len(time) if used is None else used.sum(axis=0)
-        return replace(
-            self.fold_rows(rows),
-            counts=self.counts + counts,
-            samples=self.samples + len(time),
-            start=min(self.start, float(time.min())),
-            end=max(self.end, float(time.max())),
-        )
 
     def fold_rows(self, rows: Array) -> Self:
         """With rows (K, n, c) that are no samples, as their averages or differences:
@@ -181,20 +156,6 @@ class TorqueMoments:
         std = _positive(std, self.joints)
         rows = self.without_nuisances / std[:, None, None]
         return triangular(rows.reshape(-1, rows.shape[2]))
-
-    def payload(self, std: ArrayLike = 1.0) -> Array:
-        """(11, 11) triangular factor [A | b] of the payload's equations, whatever the
-        nuisances and the arm: |A phi - b|² is the least sum of squared residuals, those
-        of joint j over its `std` (n,) [N m]."""
-        return payload_factor(self.shared(std))
-
-    def _check(self, rows: Array, time: Array, used: Mask | None) -> None:
-        shape = (len(time), *self.factors.shape[:2])
-        if rows.shape != shape or (used is not None and used.shape != shape[:2]):
-            raise InputError(
-                f"rows of shape {rows.shape} are not those of {shape[0]} samples, "
-                f"{shape[1]} joints and {shape[2]} columns"
-            )
 
 
 def merged(several: Sequence[TorqueMoments]) -> TorqueMoments:

@@ -28,12 +28,14 @@ from hefting.identification.torque_checks import (
     cause_of_no_load,
     of_arm,
     of_gains,
+    of_joints,
     of_load,
     of_rivals,
     of_torques,
     of_unit,
     require_arms_torques,
 )
+from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
@@ -72,11 +74,11 @@ class ByTorques:
     @classmethod
     def of(
         cls,
-        recordings: Sequence[Recording],
+        recordings: Sequence[Recording | str | Path],
         urdf: str | Path,
         sensor_frame: str,
         *,
-        empty: Sequence[Recording] = (),
+        empty: Sequence[Recording | str | Path] = (),
         arm: str | Path | None = None,
         torque_gains: Array | None = None,
         gravity: ArrayLike = STANDARD_GRAVITY,
@@ -85,10 +87,10 @@ class ByTorques:
 
         Parameters
         ----------
-        recordings : with joint positions and torques, of one object in one grasp.
+        recordings : or their paths, with joint positions and torques, of one object in one grasp.
         urdf : the robot.
         sensor_frame : link that holds the object; results are in its axes.
-        empty : recordings of the same arm without the object, of any motion.
+        empty : the same, of the same arm without the object, of any motion.
         arm : file that `hefting calibrate --torques` wrote.
         torque_gains : (n,) or one number [N m/A], where currents were recorded.
         gravity : (3,) in the axes of the URDF's root [m/s²].
@@ -97,6 +99,10 @@ class ByTorques:
         be those of the arm (`require_arms_torques`), and as `JointDynamics.from_urdf`,
         `samples_of` and `load_arm`.
         """
+        recordings, empty = (
+            [as_recording(log, wrench_needed=False) for log in logs]
+            for logs in (recordings, empty)
+        )
         dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
         loaded = [samples_of(log, dynamics, torque_gains) for log in recordings]
         bare = [samples_of(log, dynamics, torque_gains) for log in empty]
@@ -115,8 +121,9 @@ class ByTorques:
             )
             if isinstance(message, Message)
         ]
-        messages += of_unit(dynamics, (*loaded, *bare))
-        messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found))
+        each = runs.alone()
+        messages += of_unit(dynamics, each) or of_joints(dynamics, each[1:])
+        messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found, each))
         return cls(
             dynamics,
             found,
@@ -230,9 +237,11 @@ def calibrate_arm(
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
     _check_runs(dynamics, recordings, samples)
-    for doubt in (*of_unit(dynamics, samples), *of_rivals(dynamics, samples)):
-        raise InputError(str(doubt), recordings[0].source)
-    return dynamics, EmptyRuns.of(dynamics, samples)
+    runs = EmptyRuns.of(dynamics, samples)
+    for doubt in (*of_unit(dynamics, [runs.fit]), *of_rivals(dynamics, samples)):
+        if doubt.severity == "error":
+            raise InputError(str(doubt), recordings[0].source)
+    return dynamics, runs
 
 
 def _check_runs(

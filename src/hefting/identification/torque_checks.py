@@ -9,17 +9,22 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
-from hefting.core.messages import Message, error, warning
+from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
-from hefting.core.torque_moments import PAYLOAD
+from hefting.core.torque_moments import PAYLOAD, pseudo_inverse_half
 from hefting.identification.checks import mass_undetermined
 from hefting.robots.joint_log import angle_doubts
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.noise import TorqueFit
 from hefting.torques.rivals import better_rival
-from hefting.torques.runs import TYPICAL_PAYLOAD, EmptyRuns, LoadedRuns
+from hefting.torques.runs import (
+    FRICTION_CHANGE,
+    LARGEST_CHANGE,
+    TYPICAL_PAYLOAD,
+    LoadedRuns,
+)
 from hefting.torques.samples import LEAST_TURN, UR_JOINT, TorqueSamples
 
 LARGEST_MISFIT = 2.0
@@ -38,9 +43,16 @@ of simulated and real runs they were 0.9 to 1.8."""
 UNIT = 0.3, 5.0
 """The same, least and most, of what no payload, offset or Coulomb friction explains:
 of simulated and real runs it was 0.7 to 1.4."""
-ALIKE = 0.75
-"""Correlation of both from which on that ratio tells the unit: of right runs mostly
-above 0.9, of external or compensated torques at most 0.63."""
+ALIKE = 0.75, 0.975
+"""Correlation of both from which on that ratio tells the unit, and of smaller torques:
+of right runs it was mostly above 0.98, of external or compensated torques at most
+0.97."""
+GAIN_ERROR = 0.1
+"""Error of a joint's gain that is no mistake, and standard deviation above which
+nothing is said of it."""
+LINK_ERROR = 0.05, 0.01
+"""Standard deviation of each parameter of a link from the URDF's, over its own and over
+the link's mass [m, m²]."""
 OPPOSED = -0.8
 """Correlation of both below which torques or gravity have another sign: of right runs
 it was at least 0.85."""
@@ -88,38 +100,71 @@ def require_arms_torques(
         )
 
 
-def of_unit(
-    dynamics: JointDynamics, runs: Iterable[TorqueSamples]
-) -> Iterable[Message]:
-    """An error where the torques are in proportion to those of the URDF's arm, but far
-    from them."""
-    ratios = [share_of_arm(dynamics, samples) for samples in runs]
-    ratio = max(ratios, key=lambda value: abs(np.log(value)), default=1.0)
-    if UNIT[0] < ratio < UNIT[1]:
+def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
+    """An error for torques in proportion to those of the URDF's arm, but far from them;
+    a note where nothing tells."""
+    shares = [share_of_arm(dynamics, each) for each in fits]
+    told = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
+    if not told:
+        what = (
+            "the URDF's arm does not tell the torques' unit: it moves too little, or its "
+            "own torques are taken out"
+        )
+        return [note("torque-unit-untold", what)]
+    far = [share for share in told if not UNIT[0] < share < UNIT[1]]
+    if not far:
         return []
     what = (
-        f"the torques are {ratio:.2g} times those of the URDF's arm: give N m, not kgf m, "
-        "kgf cm or N mm, and check `torque_gains` and the URDF's inertias"
+        f"the torques are {far[0]:.2g} times those of the URDF's arm: give N m, not kgf "
+        "m, kgf cm or N mm, and check `torque_gains` and the URDF's inertias"
     )
     return [error("torque-unit", what, "torque_gains")]
 
 
-def share_of_arm(dynamics: JointDynamics, samples: TorqueSamples) -> float:
+def share_of_arm(dynamics: JointDynamics, fit: TorqueFit) -> tuple[float, float]:
     """Torques over those of the URDF's arm, without what any payload, offset and
-    Coulomb friction explain of both; 1 where the rest is not alike."""
-    part = samples[:: max(1, len(samples.time) // CHECKED)]
-    W = dynamics.regressor(part.position, part.velocity, part.acceleration)
-    one = np.eye(dynamics.joints)
-    friction = np.sign(part.velocity)[:, :, None] * one
-    offset = np.broadcast_to(one, friction.shape)
-    others = np.concatenate((W[:, :, -PAYLOAD:], offset, friction), axis=2)
-    A = others.reshape(-1, others.shape[2])
-    both = np.column_stack(((W @ dynamics.arm).ravel(), part.torque.ravel()))
-    left = both - A @ np.linalg.lstsq(A, both, rcond=None)[0]
-    (square, product), (_, own) = left.T @ left
-    if not product > ALIKE * (square * own) ** 0.5:
-        return 1.0
-    return float(product / square)
+    friction explain of both; and the correlation of the rest."""
+    size = len(dynamics.base)
+    links = fit.shared[:size, :size] @ dynamics.links
+    both = np.column_stack((links @ dynamics.arm, fit.shared[:size, -1]))
+    free = links[:, -PAYLOAD:]
+    left = both - free @ np.linalg.lstsq(free, both, rcond=None)[0]
+    (square, product), (_, own) = left.T @ left + 1e-99
+    return float(product / square), float(product / (square * own) ** 0.5)
+
+
+def of_joints(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
+    """A warning about joints whose torques are not those of the URDF's arm, by runs
+    without the payload."""
+    for fit in fits:
+        gain, std = joint_gains(dynamics, fit)
+        z = np.where(std < GAIN_ERROR, (np.abs(gain - 1.0) - GAIN_ERROR) / std, 0.0)
+        each = (f"{dynamics.names[j]} {gain[j]:.2g}" for j in np.flatnonzero(z > 2.0))
+        if names := ", ".join(each):
+            what = (
+                f"torques over those of the URDF's arm are {names}: check "
+                "`torque_gains`, joint zeros and the URDF's inertias"
+            )
+            return [warning("torque-gain", what, "torque_gains")]
+    return []
+
+
+def joint_gains(dynamics: JointDynamics, fit: TorqueFit) -> tuple[Array, Array]:
+    """(n,) torques over those of the URDF's arm, 1 within 1 beforehand, and (n,)
+    standard deviations, which allow for other links, and any last one."""
+    n, size = dynamics.joints, len(dynamics.base)
+    slow = np.maximum(fit.slow_std / fit.std, 1.0)
+    rows = fit.moments.without_nuisances[:, :size] / slow[:, None, None]
+    links = rows[:, :, :size] @ dynamics.links
+    needed = links @ dynamics.arm
+    arm = dynamics.arm.reshape(n, PAYLOAD)
+    std = LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]
+    std[-1] = TYPICAL_PAYLOAD
+    each = needed[:, :, None] * np.eye(n)[:, None]
+    A = np.concatenate((each, links * std.ravel()), axis=2).reshape(n * size, -1)
+    half = pseudo_inverse_half(np.vstack((A, np.eye(A.shape[1]))))
+    found = half[:n] @ (half.T @ (A.T @ (rows[:, :, -1] - needed).ravel()))
+    return 1.0 + found, np.linalg.norm(half[:n], axis=1)
 
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
@@ -146,13 +191,16 @@ def of_rivals(
     words, times = better
     what = (
         f"the torques are explained far better {words} (residuals up to {times:.1f} "
-        "times smaller): put the log right, or `gravity`"
+        "times smaller): put the log right, or `gravity`, as of a tilted base"
     )
     return [error("torques-of-other-arm", what, "gravity")]
 
 
-def of_arm(runs: LoadedRuns, found: TorqueFit) -> list[Message]:
-    """What was taken for the arm, where it may be another."""
+def of_arm(
+    runs: LoadedRuns, found: TorqueFit, each: Sequence[TorqueFit]
+) -> list[Message]:
+    """What was taken for the arm, where it may be another; `each` as of
+    `LoadedRuns.alone`."""
     if runs.arm_known:
         what = (
             "the URDF's inertias stand for the arm's: a published arm was found to put "
@@ -160,19 +208,23 @@ def of_arm(runs: LoadedRuns, found: TorqueFit) -> list[Message]:
             "intervals allow for that: record an empty run (`empty`)"
         )
         return [warning("arm-published", what, "empty")]
-    each = [EmptyRuns.of(runs.dynamics, runs.loaded)]  # with the payload as a link
-    if runs.empty:
-        each.append(EmptyRuns.of(runs.dynamics, runs.empty))
-    if runs.calibration is not None:
-        each.append(runs.calibration)
-    alone = np.max([one.fit.slow_std for one in each], axis=0)
+    alone = np.max([one.slow_std for one in each], axis=0)
     ratio = float((found.slow_std / alone).max())
     if not ratio > LARGEST_MISFIT:
-        return []
+        wider = float((found.prior[-1] / found.std).max()) / FRICTION_CHANGE
+        if not wider > LARGEST_CHANGE:
+            return []
+        what = (
+            f"offsets or friction changed between empty and loaded runs by {wider:.1f} "
+            "times what is usual, which is in the intervals: record an empty run again, "
+            "and check signs and gains"
+        )
+        return [warning("joints-changed", what, "empty")]
     what = (
         "empty and loaded runs contradict each other: together their slow residuals "
         f"are {ratio:.1f} times those of each alone: are they of the same robot, with "
-        "the same tool, and in the same order of joints?"
+        "the same tool, in the same order of joints? Is the base level (`gravity`), are "
+        "joint zeros and gains right?"
     )
     return [error("empty-run-contradicts", what, "empty")]
 

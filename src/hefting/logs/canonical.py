@@ -103,6 +103,10 @@ def known_columns(
     absent = [name for name in candidates if name not in present]
 
     guessed = {name: _guess_column(name, absent) for name in unknown}
+    first = next((n for n in unknown if _letters(n) == "q0"), None)
+    if first and "q1" in guessed.values():
+        what = f"joints are numbered from 0, by {quote_name(first)}"
+        raise InputError(what, source, f"number them from 1; or {MAPPED}")
     meant = {name: match for name, match in guessed.items() if match}
     there = present | set(meant.values())
     strange = [name for name in unknown if name not in meant]
@@ -240,10 +244,14 @@ def _group_columns(present: set[str]) -> dict[str, tuple[str, ...]]:
     return groups
 
 
+def _letters(name: str) -> str:
+    return re.sub(r"[\W_]", "", name).lower()
+
+
 def _guess_column(name: str, absent: Sequence[str]) -> str | None:
     """The absent column that `name` surely stands for: the same letters, or another
     word for time."""
-    letters = re.sub(r"[\W_]", "", name).lower()
+    letters = _letters(name)
     from difflib import get_close_matches
 
     for column in absent:

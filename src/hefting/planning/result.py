@@ -290,7 +290,7 @@ def out_of_reach(asked: Accuracy, forecast: Forecast, longer: Forecast) -> Input
         return InputError(f"{what}, nor by any longer motion", fix=fix)
     longest = SLACK * needed
     return InputError(
-        what, fix=f"plan for about {needed:.2g} to {longest:.2g} s, or ask for less"
+        what, fix=f"plan for about {needed:.0f} to {longest:.0f} s, or ask for less"
     )
 
 

@@ -120,9 +120,8 @@ class JointDynamics:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         data = self.model.createData()
-        values = [self._full(each) for each in (q, dq, ddq)]
         # joints that turn without end have two numbers, cosine and sine
-        values[0] = self._configurations(np.asarray(q, dtype=float))
+        values = self._configurations(q), dq, ddq
         W = np.empty((len(q), self.joints, 10 * self.joints))
         for k, (a, b, c) in enumerate(zip(*values, strict=True)):
             W[k] = pin.computeJointTorqueRegressor(self.model, data, a, b, c)
@@ -148,11 +147,11 @@ class JointDynamics:
         return self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
 
     @cached_property
-    def base_parameters(self) -> Array:
-        """(b,) parameters of the `base` columns that give the torques of the URDF's
-        arm."""
+    def links(self) -> Array:
+        """(b, 10 n) parameters of the `base` columns that give the torques by each of
+        the links'."""
         W = self._drawn
-        found = np.linalg.lstsq(W[:, self.base], W @ self.arm, rcond=None)[0]
+        found = np.linalg.lstsq(W[:, self.base], W, rcond=None)[0]
         return np.asarray(found, dtype=float)
 
     @cached_property
@@ -170,15 +169,6 @@ class JointDynamics:
         R = np.asarray(joint.rotation)
         place = R.T @ (position[0] - np.asarray(joint.translation))
         return transfer(place, R.T @ rotation_matrices(orientation[0]))
-
-    def _full(self, values: Array) -> Array:
-        found = np.asarray(values, dtype=float)
-        if found.ndim != 2 or found.shape[1] != self.joints:
-            raise InputError(
-                f"joint values have shape {found.shape}, not (K, {self.joints})",
-                self.robot.source,
-            )
-        return found
 
     def _configurations(self, q: Array) -> Array:
         """(K, nq) as Pinocchio wants them."""

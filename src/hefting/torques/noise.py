@@ -108,6 +108,12 @@ class TorqueFit:
             ]
         )
 
+    @property
+    def changes(self) -> float:
+        """Largest change under load of an offset or friction, over its prior."""
+        best = self.nuisances @ np.append(-self.common, 1.0)
+        return float(np.abs(best[:, -2:].T / self.prior[-2:]).max())
+
     @cached_property
     def squares(self) -> Array:
         """(levels, n) of the residuals [N² m²]."""
