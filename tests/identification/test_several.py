@@ -203,6 +203,16 @@ def test_recordings_of_one_object_do_not_contradict():
     assert not contradictions(ingest_all([recording(i) for i in range(1, 11)]))
 
 
+def test_recordings_of_one_sensor_do_not_differ_by_its_gain():
+    """Masses 1.5 % apart, some 4.5 standard deviations: with a gain of its own for each
+    recording they would be 3 apart."""
+    assert contradictions(ingest_all([recording(1), recording(3, mass=1.015 * MASS)]))
+    logs = [recording(1), recording(3, mass=1.01 * MASS)]
+    assert not contradictions(ingest_all(logs))
+    found = identify(logs, method="OLS", sensor_accuracy="0.0001%")
+    assert "recordings-contradict" in codes(found.warnings)
+
+
 def test_messages_say_which_recording_they_are_about(tmp_path):
     stuck = recording(2)
     wrench = stuck["wrench"]
