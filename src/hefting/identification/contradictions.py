@@ -50,14 +50,16 @@ class Contradiction:
     def message(self) -> Message:
         """What is said of it."""
         largest = self.agreement.largest
-        at = largest.quantity
-        own, theirs = (
-            _shown(self.agreement, name, at) for name in (self.name, self.others)
-        )
+        at, values = largest.quantity, ""
+        if at < 4:  # those along common axes are not at hand
+            own, theirs = (
+                _shown(self.agreement, name, at) for name in (self.name, self.others)
+            )
+            values = f" {own} against {theirs},"
         what = (
-            f"{self.name} contradicts {self.others}: {largest.name} {own} against "
-            f"{theirs}, {largest.deviations:.0f} standard deviations apart (another "
-            "object or grasp, or a sensor that changed?): identify it alone"
+            f"{self.name} contradicts {self.others}: {largest.name}{values} "
+            f"{largest.deviations:.0f} standard deviations apart (another object or "
+            "grasp, or a sensor that changed?): identify it alone"
         )
         found = error("recordings-contradict", what)
         names = [name for name in (self.name, self.others) if name != OTHERS]
