@@ -561,7 +561,10 @@ def test_what_is_said_of_a_shape_that_is_not_given_is_refused(
 def test_shapes_that_cannot_be(run, folder, tmp_path):
     log = folder / "log.csv"
     assert refused(
-        run("identify", log, "--shape", folder / "mesh.stl"), "m long", "--unit mm"
+        run("identify", log, "--shape", folder / "mesh.stl"),
+        "m long",
+        "its --unit cm",
+        "or in (",
     )
     (tmp_path / "empty.stl").write_bytes(b"")
     assert refused(run("identify", log, "--shape", tmp_path / "empty.stl"), "empty.stl")

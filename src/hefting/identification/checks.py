@@ -109,18 +109,15 @@ def _of_method(checked: Checked) -> Iterable[str]:
 def _alone(checked: Checked) -> Iterable[Message]:
     """Recordings that contradict the shape alone, where together they do not."""
     found, estimator = checked.found, checked.estimator
-    several = isinstance(found, JointIngested) and isinstance(estimator, Bayes)
-    if not several or checked.shape is None:
+    contradicted = CONTRADICTED in codes(checked.estimate.warnings)
+    if checked.shape is None or contradicted or not isinstance(estimator, Bayes):
         return
-    if CONTRADICTED in codes(checked.estimate.warnings):
+    if not isinstance(found, JointIngested):
         return
     for name, part in zip(found.names, found.parts, strict=True):
         alone = estimator.estimate(state_of(estimator, part))
         if CONTRADICTED in codes(alone.warnings):
-            what = (
-                f"{name} alone contradicts the shape (turned in the grasp?): "
-                "identify it alone"
-            )
+            what = f"{name} alone contradicts the shape: turned in the grasp?"
             yield Message("recordings-contradict", what, "error", None, [name])
 
 

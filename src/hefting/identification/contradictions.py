@@ -67,17 +67,19 @@ class Contradiction:
 
 
 class _SameSensor(SensorAccuracy):
-    """The errors that may differ between recordings of one sensor: not the gain that
-    all its channels share."""
+    """Without the gain that all channels share, the same in all recordings."""
 
-    gain_std = 0.0
+    @property
+    def gain_std(self) -> float:
+        """None."""
+        return 0.0
 
 
 def with_contradictions(
     found: Ingested, accuracy: SensorAccuracy | str | None = None
 ) -> Ingested:
-    """Recordings as they are, with a message for each that contradicts the others;
-    `accuracy` is that of the sensor, None the typical one.
+    """Recordings as they are, with a message for each that contradicts the others, by
+    the sensor's `accuracy`.
 
     Raises `InputError` for two that hold the same samples.
     """
@@ -135,7 +137,7 @@ def _against_the_rest(
     name: str,
     parts: dict[str, Ingested],
     alone: dict[str, Estimate],
-    of_sensor: SensorAccuracy = TYPICAL,
+    of_sensor: SensorAccuracy,
 ) -> Contradiction:
     """How a recording agrees with the rest of `parts`."""
     rest = [other for other in parts if other != name]
@@ -156,7 +158,7 @@ def _shown(agreement: Agreement, name: str, at: int) -> str:
     return f"{scale * agreement.values[name][at]:.4g} ± {0.5 * (high - low):.2g} {unit}"
 
 
-def least_squares_of(found: Ingested, of_sensor: SensorAccuracy = TYPICAL) -> Estimate:
+def least_squares_of(found: Ingested, of_sensor: SensorAccuracy) -> Estimate:
     """Unconstrained least squares with the intervals of all errors that may differ
     between recordings."""
     own = replace(found, gravity_error=None)
@@ -172,7 +174,7 @@ def least_squares_of(found: Ingested, of_sensor: SensorAccuracy = TYPICAL) -> Es
 def deviations_from_rest(
     parts: Mapping[str, Ingested],
     alone: Mapping[str, Estimate],
-    of_sensor: SensorAccuracy = TYPICAL,
+    of_sensor: SensorAccuracy,
 ) -> dict[str, float]:
     """About how many standard deviations each recording is from all others, largest
     first; `alone` is the least squares of each."""

@@ -37,8 +37,8 @@ def understand(
     **reading: Any,
 ) -> Ingested:
     """One recording, or several of the same object, as estimators take them; with a
-    message for each that contradicts the others, the sensor having an `accuracy`. For
-    other arguments and errors see `hefting.identify`."""
+    message for each that contradicts the others. For arguments and errors see
+    `hefting.identify`; `accuracy` is the sensor's."""
     return with_contradictions(ingest_all(recording, **reading), accuracy)
 
 

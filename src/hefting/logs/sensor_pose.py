@@ -21,8 +21,7 @@ SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
 MOTION_OF_A_POINT = ("linear_velocity", "linear_acceleration")
 """Streams that are of one point of the moving frame, in world axes."""
 FARTHEST_SENSOR = 3.0
-"""[m] Distance of the sensor from the logged frame beyond which its pose is in another
-unit."""
+"""[m] Distance from the logged frame that is in another unit."""
 
 
 def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
@@ -45,7 +44,7 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     Raises
     ------
     InputError
-        If the pose is no rigid motion, or metres away, or the recording has no orientation.
+        If the pose is no rigid motion, or the recording has no orientation.
 
     Examples
     --------
@@ -58,8 +57,10 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     arm = matrix[:3, 3]
     far = float(np.linalg.norm(arm))
     if far > FARTHEST_SENSOR:
-        what = f"the sensor's pose is {far:.3g} m from the logged frame"
-        raise InputError(what, fix="give it in metres")
+        raise InputError(
+            f"the sensor is {far:.3g} m from the logged frame",
+            fix="give its pose in metres",
+        )
     orientation = recording["orientation"]
     from scipy.spatial.transform import Rotation
 

@@ -83,8 +83,6 @@ NEARLY = 0.9
 named in its place."""
 SIMPLER = 3
 """Difference of unknowns that counts as much simpler."""
-FARTHEST_COM, LEAST_MASS = 10.0, 0.001
-"""[m, kg] COM beyond which no object is held, and mass down to which it is known where."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -125,7 +123,7 @@ def judge(case: Case) -> Judged:
         candidates += LARGE_EXPLANATIONS
     stage = "looking for mistakes in the recording"
     found = [explain(case) for explain in each_of(stage, candidates)]
-    tried = [each for each in found if each is not None and not _impossible(each)]
+    tried = [each for each in found if each is not None and not _too_heavy(each)]
     if not tried:
         return Judged(share, None, given)
     best = max(tried, key=lambda each: evidence(case, given, each))
@@ -136,7 +134,7 @@ def judge(case: Case) -> Judged:
     both = [
         each
         for each in (best, other)
-        if each is not None and not _impossible(each) and _is_told(case, given, each)
+        if each is not None and not _too_heavy(each) and _is_told(case, given, each)
     ]
     if not both:
         return Judged(share, None, given)
@@ -150,12 +148,10 @@ def judge(case: Case) -> Judged:
     return Judged(share, best, given, certain, whole)
 
 
-def _impossible(other: Explanation) -> bool:
-    """Whether an explanation makes the object heavier than a wrist holds, or its COM far
-    away, or leaves it so: then another mistake is to be found first."""
-    mass = abs(float(other.vector[0]))
-    far = FARTHEST_COM * max(mass, LEAST_MASS)
-    return mass > HEAVIEST_HELD or float(np.linalg.norm(other.vector[1:4])) > far
+def _too_heavy(other: Explanation) -> bool:
+    """Whether an explanation makes the object heavier than a wrist holds, or leaves it
+    so: then another mistake is to be found first."""
+    return abs(other.vector[0]) > HEAVIEST_HELD
 
 
 def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
