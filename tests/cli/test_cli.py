@@ -344,7 +344,7 @@ def test_usage_errors(run, folder):
         said = run("identify", folder / "log.csv", "--gravity", size)
         assert refused(said, "no place where robots hold things", "0,0,-9.81")
     for box in (("--box", "100,450,150"), ("--shape", "box:0,100,0,450,0,150")):
-        assert refused(run("identify", folder / "log.csv", *box), "the box in metres")
+        assert refused(run("identify", folder / "log.csv", *box), "give it in metres")
     assert refused(run("identify", folder / "log.csv", "--bias", "tare:1"), "tare")
     assert refused(run("identify", folder / "log.csv", "--wrench", "up"), "on-sensor")
     assert refused(run("identify", folder / "log.csv", "--motion", "up"), "smooth")
