@@ -564,7 +564,7 @@ def test_shapes_that_cannot_be(run, folder, tmp_path):
         run("identify", log, "--shape", folder / "mesh.stl"),
         "m long",
         "its --unit cm",
-        "or in (",
+        "or mm (0.",
     )
     (tmp_path / "empty.stl").write_bytes(b"")
     assert refused(run("identify", log, "--shape", tmp_path / "empty.stl"), "empty.stl")
