@@ -344,7 +344,7 @@ def test_usage_errors(run, folder):
         said = run("identify", folder / "log.csv", "--gravity", size)
         assert refused(said, "no place where robots hold things", "0,0,-9.81")
     for box in (("--box", "100,450,150"), ("--shape", "box:0,100,0,450,0,150")):
-        assert refused(run("identify", folder / "log.csv", *box), "the box in metres")
+        assert refused(run("identify", folder / "log.csv", *box), "give it in metres")
     assert refused(run("identify", folder / "log.csv", "--bias", "tare:1"), "tare")
     assert refused(run("identify", folder / "log.csv", "--wrench", "up"), "on-sensor")
     assert refused(run("identify", folder / "log.csv", "--motion", "up"), "smooth")
@@ -561,7 +561,10 @@ def test_what_is_said_of_a_shape_that_is_not_given_is_refused(
 def test_shapes_that_cannot_be(run, folder, tmp_path):
     log = folder / "log.csv"
     assert refused(
-        run("identify", log, "--shape", folder / "mesh.stl"), "m long", "--unit mm"
+        run("identify", log, "--shape", folder / "mesh.stl"),
+        "m long",
+        "its --unit cm",
+        "or mm (0.",
     )
     (tmp_path / "empty.stl").write_bytes(b"")
     assert refused(run("identify", log, "--shape", tmp_path / "empty.stl"), "empty.stl")

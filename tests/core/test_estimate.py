@@ -360,6 +360,8 @@ def test_missing_files_and_folders(estimate, tmp_path):
     (tmp_path / "folder").mkdir()
     with pytest.raises(InputError, match="cannot be written"):
         estimate.save(tmp_path / "folder")
+    with pytest.raises(InputError, match="saved as JSON"):
+        estimate.save(tmp_path / "robot.urdf")
     assert os.listdir(tmp_path) == ["folder"]
 
 

@@ -10,8 +10,10 @@ import pytest
 from disturbances import NOISE, body
 from hefting import InputError, calibrate, identify
 from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
 from hefting.core.recording import Recording
+from hefting.core.spatial import pose_matrix
 from hefting.estimators import METHODS, OLS
 from hefting.identification.compare import compare
 from hefting.identification.contradictions import contradictions
@@ -201,6 +203,40 @@ def test_two_that_contradict_are_named_one_after_the_other():
 def test_recordings_of_one_object_do_not_contradict():
     """Ten recordings, in one of a thousand sets by chance."""
     assert not contradictions(ingest_all([recording(i) for i in range(1, 11)]))
+
+
+def test_recordings_of_one_sensor_do_not_differ_by_its_gain():
+    """Masses 1.5 % apart, some 4.5 standard deviations: with a gain of its own for each
+    recording they would be 3 apart."""
+    assert contradictions(ingest_all([recording(1), recording(3, mass=1.015 * MASS)]))
+    logs = [recording(1), recording(3, mass=1.01 * MASS)]
+    assert not contradictions(ingest_all(logs))
+    found = identify(logs, method="OLS", sensor_accuracy="0.0001%")
+    assert "recordings-contradict" in codes(found.warnings)
+
+
+def test_one_that_is_turned_about_its_com_contradicts_the_shape():
+    """A rod, once held across: mass and COM are the same, the inertia is not."""
+
+    def rod(seed: int, sides: tuple[float, float, float]) -> Recording:
+        square = np.square(sides)
+        inertia = MASS / 12.0 * np.diag(square.sum() - square)
+        held = InertialParameters.from_com(MASS, (0.0, 0.0, 0.1), inertia)
+        motion = UR5.motion(random_smooth(5.0, 100.0, 0.9, seed=seed))
+        log = simulate(motion, held, noise=NOISE, pose_noise=(1e-4, 3.5e-4), seed=seed)
+        return replace(log, source=f"run{seed}.csv")
+
+    sides = np.array((0.24, 0.03, 0.03))
+    logs = [rod(1, tuple(sides)), rod(2, tuple(sides)), rod(3, tuple(sides[[1, 0, 2]]))]
+    trimesh = pytest.importorskip("trimesh")
+    shape = Shape.from_mesh(
+        trimesh.creation.box(sides), pose=pose_matrix((0, 0, 0.1, 0, 0, 0, 1))
+    )
+    assert identify(logs[:2], shape).verdict.level == "good"
+    found = identify(logs, shape)
+    (said,) = (m for m in found.warnings if "alone contradicts the shape" in m)
+    assert codes([said]) == {"recordings-contradict"}
+    assert said.recordings == ("run3.csv",)
 
 
 def test_messages_say_which_recording_they_are_about(tmp_path):

@@ -8,6 +8,7 @@ import pytest
 
 from disturbances import NOISE, body
 from hefting.core.messages import codes
+from hefting.core.sensor_accuracy import TYPICAL
 from hefting.estimators.quadratic import Quadratic
 from hefting.identification.contradictions import (
     FEW,
@@ -69,12 +70,14 @@ def test_the_worst_of_many_is_that_of_comparing_each():
 
     all_ = several(1.25, 1.40)
     parts = dict(zip(all_.names, all_.parts, strict=True))
-    alone = {name: least_squares_of(part) for name, part in parts.items()}
+    alone = {name: least_squares_of(part, TYPICAL) for name, part in parts.items()}
     exact = {
-        name: _against_the_rest(name, parts, alone).agreement.largest.deviations
+        name: _against_the_rest(
+            name, parts, alone, TYPICAL
+        ).agreement.largest.deviations
         for name in parts
     }
-    about = deviations_from_rest(parts, alone)
+    about = deviations_from_rest(parts, alone, TYPICAL)
     assert list(about) == sorted(about, key=about.get, reverse=True)
     assert next(iter(about)) == max(exact, key=exact.get) == "run10"
     # leaving out one of twelve changes intervals little; the two that are of other

@@ -111,9 +111,7 @@ def test_the_tool_is_in_the_spread(clean):
 
 
 def test_a_shape_no_robot_holds(clean):
-    with pytest.raises(
-        InputError, match="the shape is 200 m long; is its file in millimetres"
-    ):
+    with pytest.raises(InputError, match="the shape is 200 m long; give it in metres"):
         identify(clean, Shape(200.0 * np.eye(3)))
 
 

@@ -86,7 +86,7 @@ def test_a_shape_holds_no_more_than_osmium(denser):
     )
     if denser > 1.0:
         with pytest.raises(
-            InputError, match="in a shape of at most 800 cm³; give force in newtons"
+            InputError, match="in a shape of at most 800 cm³; check the shape"
         ):
             identify(log, BOX, method="OLS")
     else:

@@ -67,6 +67,11 @@ def test_logged_velocities_of_another_point_are_dropped(recording):
     assert with_sensor_pose(logged, sensor_turned("z:45")).has("linear_velocity")
 
 
+def test_a_pose_in_millimetres_is_refused(recording):
+    with pytest.raises(InputError, match=r"54\.8 m from the logged frame"):
+        with_sensor_pose(recording, pose_matrix((10, -20, 50, 0, 0, 0, 1)))
+
+
 @pytest.mark.parametrize("text", ["", "z", "w:3", "z:", "z:nan", "z:1e9", "z:45:3"])
 def test_what_is_no_turn(text):
     with pytest.raises(InputError, match="z:45"):

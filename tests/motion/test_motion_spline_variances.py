@@ -6,7 +6,7 @@ from scipy.linalg import block_diag
 
 from hefting.motion.bspline import Knots, Normal, Observation
 from hefting.motion.curve import SMOOTHER_THAN_MODEL
-from hefting.motion.inverse_bands import STRETCHES_TOGETHER, inverse_bands
+from hefting.motion.local import STRETCHES_TOGETHER, inverse_bands
 from hefting.motion.spline import smooth
 from hefting.motion.tuning import ORDERS, Likelihood, tune
 from motions import noisy, normalised_errors, random_smooth, stop_and_go

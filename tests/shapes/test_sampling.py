@@ -99,3 +99,10 @@ def test_random_points_are_uniform():
     p = Shape.from_mesh(SOLIDS["ell"], points=20_000, sampling="random").positions
     share = (p[:, 1] < 0.01).mean()  # the long arm: 40 of 70 unit squares
     assert abs(share - 4 / 7) < 5 * np.sqrt(0.25 / 20_000)  # five standard errors
+
+
+def test_a_wire_has_points_along_it():
+    """A ray within rounding of the corner that 32 triangles share."""
+    trimesh = pytest.importorskip("trimesh")
+    shape = Shape.from_mesh(trimesh.creation.cylinder(0.0002, 0.5))
+    assert np.ptp(shape.positions[:, 2]) > 0.45

@@ -11,7 +11,7 @@ import numpy as np
 
 from hefting import __version__
 from hefting.core.accuracy import Accuracy
-from hefting.core.certificate import Certificate as Certificate
+from hefting.core.accuracy import Certificate as Certificate
 from hefting.core.display import Shown
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
@@ -286,8 +286,12 @@ class Estimate(Shown):
         )
 
     def save(self, path: str | Path) -> None:
-        """Write as JSON that `load` reads back; the file appears whole or not at
-        all."""
+        """Write as JSON that `load` reads back; the file appears whole or not at all.
+
+        Raises `InputError` for the name of another kind of file."""
+        if Path(path).suffix.lower() not in ("", ".json"):
+            what, fix = "an estimate is saved as JSON", "name it .json, or use `export`"
+            raise InputError(what, path, fix)
         write_atomically(path, json.dumps(self.to_dict(), indent=1) + "\n")
 
     @classmethod

@@ -10,8 +10,7 @@ from typing import Any, cast, get_args
 
 import numpy as np
 
-from hefting.core.accuracy import Accuracy
-from hefting.core.certificate import Certificate
+from hefting.core.accuracy import Accuracy, Certificate
 from hefting.core.errors import encodable, printable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE, SMALLEST_MASS

@@ -266,7 +266,7 @@ class SensorAccuracy:
         between a force and the torques, or a torque and the forces, together have as
         much again.
         """
-        own = self.gain_std * OWN_GAIN_RATIO
+        own = self.share / Z95 * OWN_GAIN_RATIO
         stds = np.full((6, 6), own / 3.0**0.5)
         stds[:3, :3] = stds[3:, 3:] = own
         return stds * np.outer(self.scale, 1.0 / self.scale)

@@ -19,7 +19,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from hefting.core.certificate import Certificate
+from hefting.core.accuracy import Certificate
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
 from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, vec

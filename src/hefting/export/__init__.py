@@ -112,7 +112,7 @@ def export(
     estimate : in sensor axes about the sensor origin; or what `hefting.identify`
         returns, whose estimate it is.
     target : a name in `TARGETS`.
-    sensor_pose_in_flange : (4, 4) pose of the sensor frame in the flange frame [m];
+    sensor_pose_in_flange : pose of the sensor in the flange frame, as for `identify`;
         with it the text is in flange axes about the flange origin, without it in sensor
         axes, which controllers do not expect: a warning says so. JSON and CSV are
         always in sensor axes.

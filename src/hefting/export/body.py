@@ -12,13 +12,14 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.rounding import decimals, rounded
-from hefting.core.spatial import Array, check_pose, frozen
+from hefting.core.spatial import Array, frozen
 from hefting.export.principal import (
     angle_decimals,
     principal,
     rounded_inertia,
     with_thickness,
 )
+from hefting.shapes.loading import as_pose
 
 ROUNDING = 1e-12
 """Inertia at the COM below this share of that about the origin is rounding: the body is
@@ -133,7 +134,7 @@ class Body:
         Moves the second moments about the COM, so that no digits are lost by way of a
         distant origin.
         """
-        pose = check_pose(pose_old_in_new)
+        pose = as_pose(pose_old_in_new)
         rotation = pose[:3, :3]
         second = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
         second = rotation @ second @ rotation.T

@@ -65,8 +65,9 @@ class Difference:
 
     @property
     def name(self) -> str:
-        """Name of the quantity."""
-        return QUANTITIES[self.quantity][0]
+        """Name of the quantity, as a sentence has it."""
+        own = QUANTITIES[self.quantity][0]
+        return "moment about a common axis" if "moment" in own else own
 
 
 @dataclass(frozen=True, eq=False)
@@ -161,7 +162,7 @@ class Agreement(Shown):
                 ],
                 "largest": {
                     "between": [self.largest.first, self.largest.second],
-                    "quantity": self.largest.name,
+                    "quantity": QUANTITIES[self.largest.quantity][0],
                     "deviations": self.largest.deviations,
                 },
                 "limit": self.limit,

@@ -19,10 +19,12 @@ from hefting.core.mass_reading import EXAMPLE, MassReading
 from hefting.core.messages import Message, codes, error, warning
 from hefting.core.spatial import Array
 from hefting.core.undetermined import Undetermined, undetermined_mass
-from hefting.estimators import Estimator
+from hefting.estimators import Bayes, Estimator
+from hefting.identification.estimator import state_of
 from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.joint import JointIngested
 from hefting.ingest.plausibility import (
     com_warnings,
     density_warnings,
@@ -104,6 +106,21 @@ def _of_method(checked: Checked) -> Iterable[str]:
     return (error("tool-contradicts-wrench", what, "tool"), *left)
 
 
+def _alone(checked: Checked) -> Iterable[Message]:
+    """Recordings that contradict the shape alone, where together they do not."""
+    found, estimator = checked.found, checked.estimator
+    contradicted = CONTRADICTED in codes(checked.estimate.warnings)
+    if checked.shape is None or contradicted or not isinstance(estimator, Bayes):
+        return
+    if not isinstance(found, JointIngested):
+        return
+    for name, part in zip(found.names, found.parts, strict=True):
+        alone = estimator.estimate(state_of(estimator, part))
+        if CONTRADICTED in codes(alone.warnings):
+            what = f"{name} alone contradicts the shape: turned in the grasp?"
+            yield Message("recordings-contradict", what, "error", None, [name])
+
+
 def mass_undetermined(estimate: Estimate) -> Iterable[Message]:
     """A mass whose interval is about as wide as itself."""
     said = undetermined_mass(estimate.parameters.mass, estimate.intervals)
@@ -163,6 +180,7 @@ CHECKS: list[Check] = [
     lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,
     _of_method,
+    _alone,
     lambda c: misfit_warnings(c.estimate, c.residual, c.found),
     _undetermined,
     lambda checked: mass_undetermined(checked.estimate),

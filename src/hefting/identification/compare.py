@@ -131,7 +131,7 @@ def compare(
     for key in wanted:
         if not any(key in known for known in taken.values()):
             raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
-    found = understand(recording, **reading)
+    found = understand(recording, wanted.get("sensor_accuracy"), **reading)
     require_object(found, shape)
     results, seconds, skipped, seen, made = {}, {}, {}, {}, {}
     for name, (kind, settings) in each("identifying", list(kinds.items())):

@@ -1,12 +1,13 @@
 """Contradictions: recordings that cannot be of the same object, held in the same way,
 as the others.
 
-Each recording's least squares, with all that may be wrong in its interval, is compared
-with that of all others. The one that differs most is named and left out, until the rest
-agree: one that is wrong does not make the others look wrong."""
+Each recording's least squares, with all that may be wrong in its interval but what one
+sensor does alike to all, is compared with that of all others. The one that differs most
+is named and left out, until the rest agree: one that is wrong does not make the others
+look wrong."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import astuple, dataclass, replace
 
 import numpy as np
 
@@ -14,6 +15,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message, error
+from hefting.core.sensor_accuracy import TYPICAL, SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators import OLS
 from hefting.estimators.quadratic import Quadratic
@@ -48,22 +50,36 @@ class Contradiction:
     def message(self) -> Message:
         """What is said of it."""
         largest = self.agreement.largest
-        at = largest.quantity
-        own, theirs = (
-            _shown(self.agreement, name, at) for name in (self.name, self.others)
-        )
+        at, values = largest.quantity, ""
+        if at < 4:  # those along common axes are not at hand
+            own, theirs = (
+                _shown(self.agreement, name, at) for name in (self.name, self.others)
+            )
+            values = f" {own} against {theirs},"
         what = (
-            f"{self.name} contradicts {self.others}: {largest.name} {own} against "
-            f"{theirs}, {largest.deviations:.0f} standard deviations apart (another "
-            "object or grasp, or a sensor that changed?): identify it alone"
+            f"{self.name} contradicts {self.others}: {largest.name}{values} "
+            f"{largest.deviations:.0f} standard deviations apart (another object or "
+            "grasp, or a sensor that changed?): identify it alone"
         )
         found = error("recordings-contradict", what)
         names = [name for name in (self.name, self.others) if name != OTHERS]
         return Message(found.code, what, found.severity, None, names)
 
 
-def with_contradictions(found: Ingested) -> Ingested:
-    """Recordings as they are, with a message for each that contradicts the others.
+class _SameSensor(SensorAccuracy):
+    """Without the gain that all channels share, the same in all recordings."""
+
+    @property
+    def gain_std(self) -> float:
+        """None."""
+        return 0.0
+
+
+def with_contradictions(
+    found: Ingested, accuracy: SensorAccuracy | str | None = None
+) -> Ingested:
+    """Recordings as they are, with a message for each that contradicts the others, by
+    the sensor's `accuracy`.
 
     Raises `InputError` for two that hold the same samples.
     """
@@ -75,17 +91,20 @@ def with_contradictions(found: Ingested) -> Ingested:
         if first != name:
             what = f"holds the same samples as {first}"
             raise InputError(what, name, "give each recording once: it counts once")
-    messages = tuple(each.message for each in contradictions(found))
+    messages = tuple(each.message for each in contradictions(found, accuracy))
     return replace(found, warnings=(*messages, *found.warnings))
 
 
-def contradictions(found: JointIngested) -> list[Contradiction]:
+def contradictions(
+    found: JointIngested, accuracy: SensorAccuracy | str | None = None
+) -> list[Contradiction]:
     """Recordings that contradict the others, the worst first."""
     left = dict(zip(found.names, found.parts, strict=True))
-    alone = {name: least_squares_of(part) for name, part in left.items()}
+    of_sensor = SensorAccuracy.of(accuracy) or TYPICAL
+    alone = {name: least_squares_of(part, of_sensor) for name, part in left.items()}
     named: list[Contradiction] = []
     while len(left) > 1:
-        worst = _worst(left, alone)
+        worst = _worst(left, alone, of_sensor)
         pairs = 1 if len(left) == 2 else len(left)
         if worst.agreement.largest.deviations <= limit_of(pairs):
             break
@@ -94,18 +113,20 @@ def contradictions(found: JointIngested) -> list[Contradiction]:
     return named
 
 
-def _worst(parts: dict[str, Ingested], alone: dict[str, Estimate]) -> Contradiction:
+def _worst(
+    parts: dict[str, Ingested], alone: dict[str, Estimate], of_sensor: SensorAccuracy
+) -> Contradiction:
     """The recording that differs most from the rest; of many, one of the
     `MOST_SUSPECTS` that seem to."""
     about = dict.fromkeys(parts, np.inf)
     if len(parts) > FEW:
-        ranked = deviations_from_rest(parts, alone)
+        ranked = deviations_from_rest(parts, alone, of_sensor)
         about = dict(list(ranked.items())[:MOST_SUSPECTS])
     worst, largest = None, -1.0
     for name, expected in about.items():
         if largest >= expected:
             break
-        each = _against_the_rest(name, parts, alone)
+        each = _against_the_rest(name, parts, alone, of_sensor)
         if each.agreement.largest.deviations > largest:
             worst, largest = each, each.agreement.largest.deviations
     assert worst is not None
@@ -113,14 +134,18 @@ def _worst(parts: dict[str, Ingested], alone: dict[str, Estimate]) -> Contradict
 
 
 def _against_the_rest(
-    name: str, parts: dict[str, Ingested], alone: dict[str, Estimate]
+    name: str,
+    parts: dict[str, Ingested],
+    alone: dict[str, Estimate],
+    of_sensor: SensorAccuracy,
 ) -> Contradiction:
     """How a recording agrees with the rest of `parts`."""
     rest = [other for other in parts if other != name]
     others = rest[0] if len(rest) == 1 else OTHERS
     theirs = alone.get(rest[0]) if len(rest) == 1 else None
     if theirs is None:
-        theirs = least_squares_of(together([parts[other] for other in rest], rest))
+        found = together([parts[other] for other in rest], rest)
+        theirs = least_squares_of(found, of_sensor)
     agreement = Agreement.of({name: alone[name], others: theirs})
     return Contradiction(name, others, agreement)
 
@@ -133,10 +158,12 @@ def _shown(agreement: Agreement, name: str, at: int) -> str:
     return f"{scale * agreement.values[name][at]:.4g} ± {0.5 * (high - low):.2g} {unit}"
 
 
-def least_squares_of(found: Ingested) -> Estimate:
-    """Unconstrained least squares with the intervals of all errors that are allowed
-    for."""
-    estimator = OLS(**OLS.settings(known_of(found, None)))
+def least_squares_of(found: Ingested, of_sensor: SensorAccuracy) -> Estimate:
+    """Unconstrained least squares with the intervals of all errors that may differ
+    between recordings."""
+    own = replace(found, gravity_error=None)
+    differing = _SameSensor(*astuple(of_sensor))
+    estimator = OLS(**OLS.settings(known_of(own, None)), sensor_accuracy=differing)
     states = [state_of(estimator, part) for part in found.recordings]
     state = estimator.merge_all(states)
     estimate = replace(estimator, intervals=False).estimate(state)
@@ -145,12 +172,14 @@ def least_squares_of(found: Ingested) -> Estimate:
 
 
 def deviations_from_rest(
-    parts: Mapping[str, Ingested], alone: Mapping[str, Estimate]
+    parts: Mapping[str, Ingested],
+    alone: Mapping[str, Estimate],
+    of_sensor: SensorAccuracy,
 ) -> dict[str, float]:
     """About how many standard deviations each recording is from all others, largest
     first; `alone` is the least squares of each."""
     found = together(list(parts.values()), list(parts))
-    whole = least_squares_of(found)
+    whole = least_squares_of(found, of_sensor)
     phi, free_bias = whole.parameters.vector, found.bias == "estimate"
     each = {
         name: Quadratic.of(part.state, found.fit.noise, free_bias)

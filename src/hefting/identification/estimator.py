@@ -3,11 +3,13 @@ sees of the recording."""
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
 from hefting.core.errors import InputError, NeedError, nearest
 from hefting.core.measurements import Measurements
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.estimators import Estimator, default_method, method_named, methods_with
 from hefting.estimators.base import Known
 from hefting.estimators.joint_state import State
@@ -123,6 +125,14 @@ def known_of(found: Ingested, shape: Shape | None) -> Known:
         carried=None if found.tool is None else found.tool.parameters.vector,
         shape=shape,
     )
+
+
+def accuracy_of(
+    method: Any, hyperparameters: Mapping[str, Any]
+) -> SensorAccuracy | str | None:
+    """The sensor's, of a method or an estimator; None where nothing is said."""
+    own = getattr(method, "sensor_accuracy", None)
+    return hyperparameters.get("sensor_accuracy", own)
 
 
 def shape_of(

@@ -16,7 +16,7 @@ from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS, Estimator
 from hefting.identification.compare import Comparison, compare
-from hefting.identification.estimator import shape_of
+from hefting.identification.estimator import accuracy_of, shape_of
 from hefting.identification.identify import Identification, identify_understood
 from hefting.identification.run import understand
 from hefting.ingest.tool import load_tool
@@ -199,7 +199,8 @@ def identify(
     one = method.__name__ if isinstance(method, type) else method
     if isinstance(one, Estimator):
         known = shape_of(one, known, hyperparameters)
-    found = understand(recording, **options)
+    accuracy = accuracy_of(one, hyperparameters)
+    found = understand(recording, accuracy, **options)
     return identify_understood(found, known, cast("Any", one), hyperparameters)
 
 

@@ -23,7 +23,7 @@ from hefting.core.errors import InputError
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.sample_state import SampleState
 from hefting.identification.contradictions import with_contradictions
-from hefting.identification.estimator import estimator_of, shape_of
+from hefting.identification.estimator import accuracy_of, estimator_of, shape_of
 from hefting.identification.identify import Identification, identify_understood
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
@@ -126,7 +126,7 @@ def identify_parts(
     if isinstance(method, Estimator):
         shape = shape_of(method, shape, settings)
     called = names_of([part.log for part in parts]) if names is None else list(names)
-    found = with_contradictions(joint(parts, called))
+    found = with_contradictions(joint(parts, called), accuracy_of(method, settings))
     return identify_understood(found, shape, method, settings)
 
 

@@ -12,6 +12,7 @@ from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
+from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.estimators.base import Estimator
 from hefting.estimators.joint_state import State
 from hefting.identification.contradictions import with_contradictions
@@ -30,11 +31,15 @@ CHECK_INTERVAL_SHARE = 0.02
 longer."""
 
 
-def understand(recording: Log | Sequence[Log], **reading: Any) -> Ingested:
+def understand(
+    recording: Log | Sequence[Log],
+    accuracy: SensorAccuracy | str | None = None,
+    **reading: Any,
+) -> Ingested:
     """One recording, or several of the same object, as estimators take them; with a
     message for each that contradicts the others. For arguments and errors see
-    `hefting.identify`."""
-    return with_contradictions(ingest_all(recording, **reading))
+    `hefting.identify`; `accuracy` is the sensor's."""
+    return with_contradictions(ingest_all(recording, **reading), accuracy)
 
 
 def run(

@@ -62,9 +62,9 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
     """
     if shape is not None and float(shape.extents.max()) > LONGEST_OBJECT:
         what = f"the shape is {shape.extents.max():.3g} m long"
-        of_file = "is its file in millimetres? give `unit` mm"
-        fix = of_file if shape.known == "object" else "give the box in metres"
-        raise InputError(what, fix=fix)
+        if shape.known == "object" and shape.warnings:
+            raise InputError(shape.warnings[0])
+        raise InputError(what, fix="give it in metres")
     away = 0.0 if shape is None else np.linalg.norm(shape.positions, axis=1).min()
     if away > LONGEST_OBJECT:
         what = f"the shape is {away:.3g} m away from the sensor"
@@ -159,9 +159,8 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
         volume = float(np.prod(shape.extents))
         if 0.0 < DENSEST_MATERIAL * volume < mass:
             what = f"the force would need {mass:.3g} kg in a shape of at most {1e6 * volume:.3g} cm³"
-            raise InputError(
-                what, source, "give force in newtons; check the shape's unit"
-            )
+            fix = "check the shape's `unit`, and give force in newtons"
+            raise InputError(what, source, fix)
         reach = 1.5 * float(
             np.linalg.norm(shape.positions, axis=1).max()
         ) + 2.0 * float(np.linalg.norm(shape.extents))

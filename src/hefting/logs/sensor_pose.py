@@ -20,6 +20,8 @@ SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
 """Keys of a column map that say where the sensor is in the logged frame."""
 MOTION_OF_A_POINT = ("linear_velocity", "linear_acceleration")
 """Streams that are of one point of the moving frame, in world axes."""
+FARTHEST_SENSOR = 3.0
+"""[m] Distance from the logged frame that is in another unit."""
 
 
 def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
@@ -52,6 +54,13 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     >>> identified = hefting.identify(sensor)
     """
     matrix = check_pose(pose)
+    arm = matrix[:3, 3]
+    far = float(np.linalg.norm(arm))
+    if far > FARTHEST_SENSOR:
+        raise InputError(
+            f"the sensor is {far:.3g} m from the logged frame",
+            fix="give its pose in metres",
+        )
     orientation = recording["orientation"]
     from scipy.spatial.transform import Rotation
 
@@ -59,7 +68,6 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     there = turned * Rotation.from_matrix(matrix[:3, :3])
     streams = dict(recording.streams)
     streams["orientation"] = replace(orientation, values=there.as_quat())
-    arm = matrix[:3, 3]
     if arm.any():
         for name in MOTION_OF_A_POINT:
             streams.pop(name, None)

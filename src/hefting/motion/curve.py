@@ -16,11 +16,11 @@ from hefting.motion.bspline import (
     Observation,
     basis,
 )
-from hefting.motion.inverse_bands import inverse_bands
 from hefting.motion.local import (
     LOCAL_KNOT_SPACING,
     LocalSmoothness,
     fit_locally,
+    inverse_bands,
     is_white,
 )
 from hefting.motion.tuning import (

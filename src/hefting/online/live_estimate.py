@@ -17,7 +17,7 @@ from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording
 from hefting.estimators import Estimator
-from hefting.identification.estimator import shape_of
+from hefting.identification.estimator import accuracy_of, shape_of
 from hefting.identification.identify import identify_understood
 from hefting.identification.run import understand
 from hefting.logs.given import as_recording
@@ -137,7 +137,8 @@ def final_estimate(
         whole = logs[0] if len(logs) == 1 else logs
         if isinstance(settings.method, Estimator):
             shape = shape_of(settings.method, shape, hyperparameters)
-        understood = understand(whole, start=start, **settings.reading)
+        accuracy = accuracy_of(settings.method, hyperparameters)
+        understood = understand(whole, accuracy, start=start, **settings.reading)
         found = identify_understood(
             understood, shape, settings.method, hyperparameters, stop=False
         )

@@ -18,7 +18,12 @@ from hefting.estimators import Estimator, default_method
 from hefting.estimators.joint_state import State
 from hefting.identification.checks import with_diagnostics
 from hefting.identification.contradictions import with_contradictions
-from hefting.identification.estimator import estimator_of, shape_of, state_of
+from hefting.identification.estimator import (
+    accuracy_of,
+    estimator_of,
+    shape_of,
+    state_of,
+)
 from hefting.identification.identifiability import identifiability
 from hefting.identification.partials import part_of
 from hefting.ingest.free_fit import TYPICAL_SIZE
@@ -160,7 +165,11 @@ class Understander:
         if unknown and not self._parts:
             raise _too_little(recent, unknown[0])
         parts = [*self._parts, recent]
-        found = recent if len(parts) == 1 else _together(parts)
+        found = recent
+        if len(parts) > 1:
+            names = [f"part {i}" for i in range(1, len(parts) + 1)]
+            accuracy = accuracy_of(self._method, self._hyperparameters)
+            found = with_contradictions(joint(parts, names), accuracy)
         require_object(found, self._shape)
         estimator = estimator_of(
             self._method, found, self._shape, dict(self._hyperparameters)
@@ -206,12 +215,6 @@ def long_enough(recording: Recording) -> bool:
         len(stream) >= FEWEST_ROWS and stream.time[-1] - stream.time[0] >= SHORTEST
         for stream in (recording["wrench"], recording["orientation"])
     )
-
-
-def _together(parts: list[Ingested]) -> Ingested:
-    """The parts of a stream as recordings of one object."""
-    names = [f"part {i}" for i in range(1, len(parts) + 1)]
-    return with_contradictions(joint(parts, names))
 
 
 def _changed(found: Ingested, recording: Recording) -> float | None:

@@ -13,6 +13,8 @@ from hefting.core.spatial import Array, frozen, inverse_pose, own
 from hefting.shapes.sampling import MAX_POINTS
 from hefting.shapes.solid import Solid
 
+SHORTEST, LONGEST = 1e-3, 3.0
+"""[m] Lengths between which a held object is likely."""
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 """Length units [m] of a shape's file."""
 KNOWN = ("object", "bounds", "reach")
@@ -146,23 +148,24 @@ def check_hull(hull: Array) -> None:
         )
 
 
+def _in_other_units(longest: float, unit: str | None) -> str:
+    """In which units a file of so many metres by `unit` has a likely length."""
+    lengths = {u: longest * x / unit_scale(unit) for u, x in UNITS.items()}
+    likely = [f"{u} ({x:.3g} m)" for u, x in lengths.items() if SHORTEST < x < LONGEST]
+    return f"is its `unit` {' or '.join(likely)}?" if likely else "is that its size?"
+
+
 def suspicions(
     low: Array, extents: Array, pose: Array, unit: str | None
 ) -> tuple[Message, ...]:
     """Warnings about a bounding box, its lower corner and sides in object axes, that is
     unlikely for a held object."""
     longest, found = float(extents.max()), []
-    if longest > 3:
-        what = f"the shape is {longest:.3g} m long: is its file in millimetres? pass `unit`='mm'"
-        found.append(warning("shape-long", what, "unit"))
-    if longest < 1e-3:
-        size = f"{longest * 1e3:.3g} mm"
-        what = f"the shape is only {size} long: is that its size?"
-        if unit not in (None, "m"):
-            what = (
-                f"the shape is only {size} long: is its file in metres? pass `unit`='m'"
-            )
-        found.append(warning("shape-small", what, "unit"))
+    size = f"the shape is {longest:.3g} m long: {_in_other_units(longest, unit)}"
+    if longest > LONGEST:
+        found.append(warning("shape-long", size, "unit"))
+    if longest < SHORTEST:
+        found.append(warning("shape-small", size, "unit"))
     origin = inverse_pose(pose)[:3, 3]
     distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
     if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):

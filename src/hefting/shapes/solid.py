@@ -76,7 +76,7 @@ def solid_from_mesh(
         raise InputError(
             "the mesh has no triangles",
             where,
-            "give a mesh with faces, or a point cloud as .xyz",
+            "is the file whole? give a mesh with faces, or a point cloud as .xyz",
         )
     f = f.astype(np.int64)
     if f.min() < 0 or f.max() >= len(v):

@@ -142,7 +142,11 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
         one, other = first + alone, first + (alone + step) % 3
         low, high = np.where(is_low, one, other), np.where(is_low, other, one)
         share = (y - y_of[low]) / (y_of[high] - y_of[low])
-        edges.append((low, high, share, x_of[low] + share * (x_of[high] - x_of[low])))
+        ends = x_of[low], x_of[high]
+        edge_x = ends[0] + share * (ends[1] - ends[0])
+        # rounded out of the triangle's box it would be told otherwise than by that
+        edge_x = np.clip(edge_x, np.minimum(*ends), np.maximum(*ends))
+        edges.append((low, high, share, edge_x))
     ahead, last_ahead = (x < edge_x for *_, edge_x in edges)
     hit = np.flatnonzero(ahead != last_ahead)
     ahead = ahead[hit]

@@ -69,7 +69,9 @@ def _changes() -> dict[str, Array]:
         mirror[i] = -1.0
         # a torque is a pseudovector: mirrored, the two other components change sign
         left = np.diag(np.concatenate((mirror, -mirror)))
-        found[f"axes of a left-handed system, {axis} mirrored, seem to be"] = left
+        found[
+            f"axes of a left-handed system, {axis} mirrored, seem to be in the poses or"
+        ] = left
         j, k = (i + 1) % 3, (i + 2) % 3
         order = np.eye(3)
         order[[j, k]] = order[[k, j]]
