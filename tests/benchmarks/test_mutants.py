@@ -92,7 +92,7 @@ def test_comparisons_become_others_and_back():
 
 
 def test_samples_are_the_same_for_the_same_seed():
-    found = candidates(["core"], ["core/rounding.py"], None)
+    found = candidates(["core"], ["core/quantity.py"], None)
     assert draw(found, 5, 1) == draw(found, 5, 1) != draw(found, 5, 2)
 
 
@@ -107,7 +107,7 @@ from benchmarks.mutation.run import failing_without, run_mutants
 choice.PACKAGES = ("core",)
 forks.IMPORTED = ("coverage", "pytest", "numpy.testing")  # no more is used
 tests = TestMap(Path(sys.argv[1]), ["tests/core/test_rounding.py"], 1)
-found = candidates(["core"], ["core/rounding.py"], "half")
+found = candidates(["core"], ["core/quantity.py"], "half")
 found = [mutant for mutant in found if "1.0" in mutant.change]
 outcomes = list(run_mutants(found, tests, 1, 20.0, {}))
 assert not failing_without({o.test for o in outcomes if o.test}, 1)

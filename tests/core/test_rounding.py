@@ -5,7 +5,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from hefting.core.rounding import MOST_DIGITS, decimals, rounded
+from hefting.core.quantity import MOST_DIGITS, decimals, rounded
 
 
 @pytest.mark.parametrize(

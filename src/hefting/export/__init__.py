@@ -103,7 +103,7 @@ def export(
 ) -> Exported:
     """Text of an estimate for a target; nothing is written.
 
-    Numbers have as many digits as their intervals are worth (`hefting.core.rounding`);
+    Numbers have as many digits as their intervals are worth (`hefting.core.quantity`);
     comments repeat the verdict and the warnings. An inertia that neither the recording
     nor a shape determines is left out where a controller takes mass and COM alone.
 

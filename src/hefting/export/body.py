@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.core.rounding import decimals, rounded
+from hefting.core.quantity import decimals, rounded
 from hefting.core.spatial import Array, frozen
 from hefting.export.principal import (
     angle_decimals,
@@ -149,7 +149,7 @@ class Body:
 
     def rounded(self) -> Self:
         """The same body with as many digits as its intervals are worth
-        (`hefting.core.rounding`), and more of the inertia where a body can have it only
+        (`hefting.core.quantity`), and more of the inertia where a body can have it only
         so."""
         half, com = self.half_widths, self.center_of_mass
         mass = rounded(self.mass, decimals(half.mass, self.mass, LEAST_DIGITS))

@@ -3,7 +3,7 @@
 import numpy as np
 
 from hefting.core.messages import Message, warning
-from hefting.core.rounding import rounded
+from hefting.core.quantity import rounded
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.export.body import Body
 from hefting.export.controller import comment, in_single

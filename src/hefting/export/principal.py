@@ -5,7 +5,7 @@ import itertools
 
 import numpy as np
 
-from hefting.core.rounding import rounded
+from hefting.core.quantity import rounded
 from hefting.core.spatial import Array, skew
 
 THINNEST = 1e-6

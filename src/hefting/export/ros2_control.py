@@ -1,6 +1,6 @@
 """ros2_control: parameters that compensate gravity, as a YAML file of parameters."""
 
-from hefting.core.rounding import decimals, rounded
+from hefting.core.quantity import decimals, rounded
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.export.body import LEAST_DIGITS, Body
 from hefting.export.controller import in_double, remarks
