@@ -156,15 +156,13 @@ class GEO(PointEstimator):
                 np.vstack((A, pull * T)), np.concatenate((b, pull * prior.vector))
             )
         vector = T @ solution.q
-        found = Estimate(
-            method=self.name,
-            parameters=InertialParameters(vector),
-            samples=state.samples,
-            duration=state.duration,
+        return self.answer(
+            vector,
+            state,
+            row,
             certificate=solution.certificate,
             bias=problem.bias(vector),
         )
-        return self.with_intervals(found, state, row)
 
     @cached_property
     def _unit(self) -> tuple[InertialParameters, Array]:

@@ -10,7 +10,6 @@ import numpy as np
 
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Certificate, Estimate
-from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel
@@ -162,17 +161,15 @@ class HPS(PointEstimator):
             )
         vector = self._matrix @ masses
         r = G @ masses - g
-        found = Estimate(
-            method=self.name,
-            parameters=InertialParameters(vector),
-            samples=state.samples,
-            duration=state.duration,
+        return self.answer(
+            vector,
+            state,
+            row,
             certificate=Certificate(float(r @ r), _bound(G, g, masses), iterations=1),
             bias=problem.bias(vector),
             point_masses=self._shares @ masses,
             warnings=_warnings(len(lengths), told),
         )
-        return self.with_intervals(found, state, row)
 
     def possible_bodies(self, center: Array) -> PossibleBodies:
         """Bodies of these parts, each homogeneous."""

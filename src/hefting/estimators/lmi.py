@@ -100,16 +100,14 @@ class LMI(PointEstimator):
         T = PARAMETERS_OF @ congruence(G)
         solution = solve(problem.A @ T, problem.b, half_space=half_space)
         vector = T @ solution.q
-        found = Estimate(
-            method=self.name,
-            parameters=InertialParameters(vector),
-            samples=state.samples,
-            duration=state.duration,
+        return self.answer(
+            vector,
+            state,
+            row,
             certificate=solution.certificate,
             bias=problem.bias(vector),
             warnings=warnings_of(problem.svd.open, "those of a compact body"),
         )
-        return self.with_intervals(found, state, row)
 
     def possible_bodies(self, center: Array) -> PossibleBodies | None:
         """Any body; in the box of the ellipsoid, where one is given."""

@@ -9,7 +9,6 @@ from typing import ClassVar
 import numpy as np
 
 from hefting.core.estimate import Certificate, Estimate
-from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.joint_state import JointState, State, WhitenedState, as_one
@@ -75,17 +74,15 @@ class OLS(PointEstimator):
         free_bias = self.bias == "estimate"
         row = self.mass_row(state, Quadratic.of(state, self.noise, free_bias).A)
         fit = least_squares(state, free_bias, self.noise, row.equation)
-        found = Estimate(
-            method=self.name,
-            parameters=InertialParameters(fit.solution[:10]),
-            samples=state.samples,
-            duration=state.duration,
+        return self.answer(
+            fit.solution[:10],
+            state,
+            row,
             covariance=fit.covariance[:10, :10],
             certificate=Certificate(fit.square, fit.bound, iterations=1),
             bias=fit.bias,
             warnings=fit.warnings,
         )
-        return self.with_intervals(found, state, row)
 
 
 @dataclass(frozen=True, eq=False)

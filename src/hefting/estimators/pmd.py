@@ -11,7 +11,6 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
-from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, own
 from hefting.estimators.base import BiasModel, require_samples
 from hefting.estimators.cone import ConeProblem, solve
@@ -118,11 +117,10 @@ class PMD(PointEstimator):
         norms = rows.norms(vector, bias).tolist()
         objective = sum(norms) + self.regularization * _norm(solution.masses)
         scale = max(objective, 1e-6 * rows.size)
-        found = Estimate(
-            method=self.name,
-            parameters=InertialParameters(own(vector)),
-            samples=state.samples,
-            duration=state.duration,
+        return self.answer(
+            own(vector),
+            state,
+            row,
             certificate=Certificate(
                 objective=objective,
                 bound=solution.bound,
@@ -132,7 +130,6 @@ class PMD(PointEstimator):
             bias=bias,
             point_masses=own(solution.masses),
         )
-        return self.with_intervals(found, state, row)
 
     def possible_bodies(self, center: Array) -> PossibleBodies:
         """Bodies of any density in the shape."""

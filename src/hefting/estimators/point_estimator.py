@@ -233,6 +233,20 @@ class PointEstimator(Estimator):
         samples = self._require_samples(state)
         return MassRow.of(reading, samples, self.systematic, A)
 
+    def answer(
+        self, vector: Array, state: State, row: MassRow, **more: Any
+    ) -> Estimate:
+        """The estimate of a vector (10,), with `more` of its fields, as of
+        `with_intervals`."""
+        found = Estimate(
+            method=self.name,
+            parameters=InertialParameters(vector),
+            samples=state.samples,
+            duration=state.duration,
+            **more,
+        )
+        return self.with_intervals(found, state, row)
+
     def with_intervals(
         self, estimate: Estimate, state: State, row: MassRow = NO_ROW
     ) -> Estimate:

@@ -9,7 +9,6 @@ import numpy as np
 
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Certificate, Estimate
-from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.spatial import Array
 from hefting.estimators.base import BiasModel, Known, require_samples
@@ -112,16 +111,14 @@ class RTLS(PointEstimator):
         vector[noisy] = y / levels
         if svd is not None:
             vector[exact] = svd.solve(b - A @ y)
-        found = Estimate(
-            method=self.name,
-            parameters=InertialParameters(vector),
-            samples=state.samples,
-            duration=state.duration,
+        return self.answer(
+            vector,
+            state,
+            row,
             certificate=Certificate(square, bound, iterations=1),
             bias=problem.bias(vector),
             warnings=warnings_of(problem.svd.open, "the smallest values that fit"),
         )
-        return self.with_intervals(found, state, row)
 
 
 def column_levels(noise: Noise) -> Array:
