@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from hefting.cli.report.printing import Worth, aligned, decimals_of, fixed, with_reach
+from hefting.cli.report import Worth, aligned, decimals_of, fixed, with_reach
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 

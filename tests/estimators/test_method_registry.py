@@ -245,9 +245,10 @@ def test_an_option_of_several_methods_says_what_it_is_of_each(monkeypatch):
             default=1.0, metadata={"help": "its own", "metavar": "G"}
         )
 
-    monkeypatch.setitem(METHODS, "Toy", Toy)
+    more = {**METHODS, "Toy": Toy}
+    monkeypatch.setattr("hefting.estimators.METHODS", more)
     both = options()["gamma"]
     assert both.help == f"{one.help}; Toy: its own"
     assert both.metavar == one.metavar
-    monkeypatch.delitem(METHODS, "GEO")
+    del more["GEO"]
     assert options()["gamma"].metavar == "G"

@@ -8,7 +8,7 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hammers import noisy
-from hefting.core import regressor, rounding, spatial
+from hefting.core import regressor, spatial
 from hefting.core.accuracy import Accuracy
 from hefting.core.covariance import Covariance
 from hefting.core.estimate import com_jacobian
@@ -18,7 +18,7 @@ from hefting.core.mass_reading import MassReading
 from hefting.core.measurements import Noise
 from hefting.core.metrics import errors_between
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
-from hefting.core.quantity import quantity
+from hefting.core.quantity import decimals, quantity, rounded
 from hefting.core.sensor_accuracy import SHEETS, SensorAccuracy
 from hefting.core.torque_moments import TorqueMoments, merged, pseudo_inverse_half
 from random_problems import random_body, random_motion, random_pose, with_wrench
@@ -188,9 +188,9 @@ def readings() -> dict[str, Any]:
         "place": [Gravity.at(51.0), Gravity.at(51.0, 300.0).relative_std],
         "claimed": claimed,
         "met": [asked.met_by(claimed), claimed.met_by(claimed)],
-        "places": rounding.decimals(widths, 34.0),
-        "fewest": rounding.decimals(widths, 34.0, 3),
-        "rounded": rounding.rounded(widths * 1.2345678, rounding.decimals(widths, 3.4)),
+        "places": decimals(widths, 34.0),
+        "fewest": decimals(widths, 34.0, 3),
+        "rounded": rounded(widths * 1.2345678, decimals(widths, 3.4)),
         "units": [
             quantity(text, cast(Any, kind))
             for text, kind in (

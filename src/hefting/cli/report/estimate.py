@@ -11,8 +11,7 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hefting.cli.parser import WIDTH, wrapped
-from hefting.cli.report import other_warnings, verdict_lines
-from hefting.cli.report.printing import Worth, aligned
+from hefting.cli.report import Worth, aligned, other_warnings, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.cli.parser import say
-from hefting.cli.report.printing import with_reach
+from hefting.cli.report import with_reach
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate

@@ -11,8 +11,9 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
+from hefting.cli.report import with_reach
 from hefting.cli.report.estimate import MORE, Line, _table, assumptions, plain_errors
-from hefting.cli.report.printing import doubt_lines, plain_table, with_reach
+from hefting.cli.report.printing import doubt_lines, plain_table
 from hefting.core.inertia import EXPLANATIONS
 from hefting.core.spatial import Array
 from hefting.estimators import VARIANTS, describe_methods
