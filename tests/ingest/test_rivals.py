@@ -486,6 +486,24 @@ def test_no_wrong_sign_is_half_a_turn_with_the_other_sign():
             assert not np.array_equal(matrix, -np.kron(np.eye(2), turn)), what
 
 
+@pytest.mark.parametrize("column", range(3))
+def test_an_angle_in_radians_beside_degrees_is_told_by_its_number(column):
+    given = correct(1)
+    read, streams = orientation(given).as_euler("xyz"), given.recording.streams
+    read[:, column] = np.radians(read[:, column])
+    first = streams["orientation"]
+    q = replace(first, values=Rotation.from_euler("xyz", read).as_quat())
+    recording = replace(
+        given.recording,
+        angles=replace(first, values=read),
+        streams={**streams, "orientation": q},
+    )
+    doubt = doubt_of(case_of(replace(given, recording=recording)))
+    assert doubt is not None
+    assert doubt.is_fatal
+    assert f"but number {column + 1} in radians" in doubt.message
+
+
 @pytest.mark.parametrize(
     ("names", "form", "order"),
     [

@@ -25,6 +25,7 @@ from hefting.ingest.rivals import (
     calibration_matrix,
     consequence,
     hysteresis,
+    orientation_form,
     sloshing,
     wrench_filtered,
 )
@@ -52,8 +53,9 @@ from reference.recorded import (
 RIVALS = {
     explain.__module__.rpartition(".")[2]: explain
     for explain in (*EXPLANATIONS, *LINEAR_EXPLANATIONS, *LARGE_EXPLANATIONS)
-}
-"""Explanations by the names of their files."""
+    if explain is not orientation_form.explain_order
+} | {"quaternion_order": orientation_form.explain_order}
+"""Explanations by the names of their files, of which one has two."""
 OWN = {
     "turned about z, 30°": "axes_turned",
     "turned about a diagonal, 120°": "axes_turned",

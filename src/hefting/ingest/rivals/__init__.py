@@ -22,7 +22,6 @@ from hefting.ingest.rivals import (
     pose_inverse,
     position_axes,
     position_unit,
-    quaternion_order,
     short_drift,
     sloshing,
     time_unit,
@@ -33,6 +32,7 @@ from hefting.ingest.rivals import (
 EXPLANATIONS = (
     bias_wrong.explain,
     position_axes.explain,
+    orientation_form.explain,
     wrench_filtered.explain,
     clock_rate.explain,
     hysteresis.explain,
@@ -58,8 +58,7 @@ are looked for only where those explain enough."""
 LARGE_EXPLANATIONS = (
     base_axes.explain,
     position_unit.explain,
-    quaternion_order.explain,
-    orientation_form.explain,
+    orientation_form.explain_order,
     pose_inverse.explain,
 )
 """Mistakes that leave much unexplained: they are looked for only then."""

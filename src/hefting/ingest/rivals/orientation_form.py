@@ -1,10 +1,13 @@
-"""The three angles of the orientation are of another form than they were read in."""
+"""The orientation is of another form than it was read in: three angles, one of which may
+be in radians, or a quaternion whose real part was logged first."""
 
 from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.recording import Stream
 from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Fitted
 from hefting.ingest.rivals.explanation import Explanation, explained_by_poses
 from hefting.logs.orientations import quaternions
 
@@ -26,21 +29,53 @@ def explain(case: Case) -> Explanation | None:
     within = (recording.start, recording.start + recording.duration)
     first, last = np.searchsorted(angles.time, within)
     angles, found = angles[first : last + 1], []
-    for form, order in FORMS:
-        logged = replace(angles, values=quaternions(angles.values, form, order))
-        other = replace(recording, streams={**recording.streams, "orientation": logged})
-        fitted = explained_by_poses(case, other)
-        if fitted is not None:
-            found.append((fitted, form, order))
+    read = angles.values
+    # degrees that may have been radians
+    small = np.abs(read).max(axis=0, initial=0.0) <= np.radians(np.pi)
+    radians = np.where(small, np.degrees(read), read)
+    for values in (read, radians) if small.any() != small.all() else (read,):
+        for form, order in FORMS:
+            logged = replace(angles, values=quaternions(values, form, order))
+            fitted = _explained(case, logged)
+            if fitted is not None:
+                found.append((fitted, form, order, values is radians))
     if not found:
         return None
-    fitted, form, order = max(found, key=lambda each: each[0].likelihood.max())
+    best = max(found, key=lambda each: each[0].likelihood.max())
+    fitted, form, order, in_radians = best
     said = f'form = "{form}"' + (f', order = "{order}"' if order else "")
+    what, fix = "seem to be of another form than they are read in", said
+    if in_radians:
+        what = f"seem to be in degrees, but number {np.argmax(small) + 1} in radians"
+        fix = f"all in degrees, and {said}"
     return Explanation(
         CODE,
-        "the angles of the orientation seem to be of another form than they are read in",
-        f"give {said} of the orientation in a column map",
+        f"the angles of the orientation {what}",
+        f"give {fix} of the orientation in a column map",
         fitted,
         0,
         argument="column_map",
+        is_grave=in_radians,
     )
+
+
+def explain_order(case: Case) -> Explanation | None:
+    """The poses with the quaternion's parts in the other order."""
+    orientation = case.recording["orientation"]
+    q = np.roll(orientation.values, -1, axis=1)
+    fitted = _explained(case, replace(orientation, values=q))
+    if fitted is None:
+        return None
+    return Explanation(
+        "quaternion-order",
+        "the quaternions seem to be logged as w, x, y, z",
+        "put the real part last, as qw",
+        fitted,
+        0,
+    )
+
+
+def _explained(case: Case, orientation: Stream) -> Fitted | None:
+    """The fit with other orientations."""
+    streams = {**case.recording.streams, "orientation": orientation}
+    return explained_by_poses(case, replace(case.recording, streams=streams))
