@@ -194,10 +194,10 @@ def eliminated(R: Array, first: int) -> Array:
 
 
 def scaled(N: Array) -> tuple[Array, Array]:
-    """Columns of N (r, c) scaled to one length, and their lengths (c,); those that
-    vanish stay zero, of the length 1."""
-    lengths = np.sqrt((N * N).sum(axis=0))
-    vanish = lengths <= 1e-13 * lengths.max(initial=0.0)
+    """Columns of N (..., r, c) scaled to one length, and their lengths (..., 1, c);
+    those that vanish stay zero, of the length 1."""
+    lengths = np.sqrt((N * N).sum(axis=-2, keepdims=True))
+    vanish = lengths <= 1e-13 * lengths.max(axis=-1, keepdims=True, initial=0.0)
     lengths = np.where(vanish, 1.0, lengths)
     return np.where(vanish, 0.0, N / lengths), lengths
 
@@ -210,9 +210,9 @@ def _positive(std: ArrayLike, joints: int) -> Array:
 
 
 def pseudo_inverse_half(A: Array) -> Array:
-    """X (c, k) with X X' = (A'A)^+ for A (r, c), its columns scaled to one length;
-    combinations that A leaves open are left out."""
+    """X (..., c, k) with X X' = (A'A)^+ for A (..., r, c), its columns scaled to one
+    length; a combination that A leaves open has a column of zeros."""
     N, lengths = scaled(A)
     _, S, V = np.linalg.svd(N, full_matrices=False)
-    kept = S > OPEN
-    return (V[kept].T / S[kept]) / lengths[:, None]
+    inverse = np.divide(1.0, S, out=np.zeros_like(S), where=S > OPEN)
+    return np.swapaxes(V * inverse[..., None] / lengths, -1, -2)

@@ -230,6 +230,11 @@ class TorqueScales:
         """Of all rows, as of white noise."""
         return merged(self.levels)
 
+    @cached_property
+    def factors(self) -> Array:
+        """(LEVELS + 1, n, c, c) those of all scales."""
+        return np.array([each.factors for each in self.levels])
+
     @property
     def counts(self) -> Array:
         """(LEVELS + 1, n) coefficients that count."""

@@ -96,17 +96,20 @@ class TorqueFit:
         return right @ self.half @ self.half[-PAYLOAD:].T
 
     @cached_property
+    def nuisances_half(self) -> Array:
+        """(n, own, k) X with X X' the inverse of each joint's normal matrix, of its
+        nuisances alone."""
+        own = self.moments.own
+        return pseudo_inverse_half(self.moments.factors[:, :own, :own])
+
+    @cached_property
     def nuisances(self) -> Array:
         """(n, own, m + 1): the nuisances of each joint at their best are this
         times (-arm, -payload, 1)."""
-        own = self.moments.own
-        inverse = [pseudo_inverse_half(R[:own, :own]) for R in self.moments.factors]
-        return np.array(
-            [
-                X @ (X.T @ (R[:own, :own].T @ R[:own, own:]))
-                for X, R in zip(inverse, self.moments.factors, strict=True)
-            ]
-        )
+        own, X = self.moments.own, self.nuisances_half
+        R = self.moments.factors[:, :own]
+        right = np.swapaxes(R[:, :, :own], 1, 2) @ R[:, :, own:]
+        return X @ (np.swapaxes(X, 1, 2) @ right)
 
     @property
     def changes(self) -> float:
@@ -119,28 +122,21 @@ class TorqueFit:
         """(levels, n) of the residuals [N² m²]."""
         s = np.append(-self.common, 1.0)
         x = np.concatenate((-self.nuisances @ s, np.tile(s, (len(self.std), 1))), 1)
-        factors = np.array([m.factors for m in self.scales.levels])
-        return ((factors @ x[:, :, None])[..., 0] ** 2).sum(axis=2)
+        return ((self.scales.factors @ x[:, :, None])[..., 0] ** 2).sum(axis=2)
 
     @cached_property
     def regressors(self) -> Array:
         """(levels, n, c, m) Z: of arm and payload, the nuisances taken out."""
-        own = self.moments.own
-        factors = np.array([m.factors for m in self.scales.levels])
+        own, factors = self.moments.own, self.scales.factors
         M = self.nuisances[:, :, :-1]
         return factors[..., own:-1] - factors[..., :own] @ M
 
     @cached_property
     def freedoms(self) -> Array:
         """(levels, n) of the residuals: rows less the share of the unknowns."""
-        own = self.moments.own
+        own = self.scales.factors[..., : self.moments.own] @ self.nuisances_half
         shared = self.regressors @ self.half
-        taken = (shared * shared).sum(axis=(2, 3))
-        for j, R in enumerate(self.moments.factors):
-            X = pseudo_inverse_half(R[:own, :own])
-            for level, moments in enumerate(self.scales.levels):
-                nuisances = moments.factors[j][:, :own] @ X
-                taken[level, j] += (nuisances * nuisances).sum()
+        taken = (shared * shared).sum(axis=(2, 3)) + (own * own).sum(axis=(2, 3))
         return np.maximum(self.scales.counts - taken / self.std**2, 0.0)
 
     @cached_property
