@@ -80,7 +80,7 @@ def whole(path: Path) -> dict:
 
 def windowed(path: Path) -> dict:
     """Identify a log as `hefting batch` does one that is too large to be read whole."""
-    from hefting.batches.parts import estimate_of
+    from hefting.batches.one import estimate_of
     from hefting.logs import windows
     from hefting.request.request import request_of
 

@@ -40,6 +40,7 @@ _HOME = {
     "calibrate": "identification",
     "Identification": "identification",
     "Comparison": "identification",
+    "compare": "identification.agreement",
     "Live": "identification.live",
     "LiveState": "identification.live",
     "live": "sources.live",

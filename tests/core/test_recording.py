@@ -83,6 +83,13 @@ def test_unknown_and_absent_streams_are_named():
         recording(wrench=[0, 1])["position"]
 
 
+def test_streams_that_are_none_are_refused():
+    with pytest.raises(InputError, match=r"dictionary of hefting.Stream.*as_recording"):
+        Recording(np.arange(3.0))
+    with pytest.raises(InputError, match=r"dictionary of hefting.Stream"):
+        Recording({"position": np.zeros((3, 3))})
+
+
 def test_joint_streams_must_agree():
     with pytest.raises(InputError, match="differ in number"):
         Recording(

@@ -10,7 +10,7 @@ from scipy import stats
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.identification.agreement import FALSE_ALARM, Agreement, limit_of
+from hefting.identification.agreement import FALSE_ALARM, Agreement, compare, limit_of
 from random_problems import random_body
 
 BODY = random_body(np.random.default_rng([16, 9]), 1.2, 0.08)
@@ -109,3 +109,34 @@ def test_of_several_the_pair_that_differs_most_is_told():
     assert len(found.apart) == 3
     with pytest.raises(InputError, match="two estimates or more"):
         Agreement.of({"a": heavy})
+
+
+def test_compare_takes_estimates_and_paths_by_name(tmp_path):
+    rng = np.random.default_rng([16, 14])
+    C = covariance(rng, 1e-3)
+    one, other = drawn(rng, C), drawn(rng, C)
+    heavy = replace(one, parameters=InertialParameters(1.5 * BODY.vector))
+    path = tmp_path / "other.json"
+    other.save(path)
+    assert list(compare(one, path, later=heavy).values) == ["1", str(path), "later"]
+    assert list(compare(one, saved=path).values) == ["1", "saved"]
+    expected = Agreement.of({"1": one, "2": other})
+    np.testing.assert_array_equal(
+        compare(one, other).apart["1", "2"], expected.apart["1", "2"]
+    )
+    differ = f"by {expected.largest.deviations:.1f} standard deviations (limit 3.8)"
+    assert repr(compare(one, other)).endswith(differ)
+    assert "they agree; 1 and 2" in repr(compare(one, other))
+    assert "contradict" in repr(compare(one, heavy))
+    open_ = replace(other, covariance=None)
+    assert repr(compare(open_, open_)).endswith("nothing to compare by")
+
+
+def test_what_cannot_be_compared_is_named():
+    one = drawn(np.random.default_rng(0), covariance(np.random.default_rng(0), 1e-3))
+    with pytest.raises(InputError, match="float is no estimate"):
+        compare(one, 1.2)
+    with pytest.raises(InputError, match="1: is given twice"):
+        compare(one, **{"1": one})
+    with pytest.raises(InputError, match="two estimates or more"):
+        compare(one)

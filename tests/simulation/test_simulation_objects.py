@@ -9,7 +9,7 @@ import trimesh
 
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
-from hefting.identification.agreement import load_truth
+from hefting.identification.truth import load_truth
 from hefting.simulation import (
     MODULAR,
     HeldObject,

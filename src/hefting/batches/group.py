@@ -15,14 +15,15 @@ from hefting.batches.columns import STAGES, Row, filled
 from hefting.batches.content import Kept, hash_of
 from hefting.batches.one import (
     attempted,
+    estimate_of_parts,
     failure,
     lost,
+    parts_of,
     read_unchanged,
     shape_once,
     start_row,
     stopwatch,
 )
-from hefting.batches.parts import estimate_of_parts, parts_of
 from hefting.batches.recordings import Entry, Recordings
 from hefting.core.errors import InputError
 from hefting.core.messages import warning

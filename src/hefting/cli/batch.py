@@ -9,9 +9,15 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters, add_reading
-from hefting.cli.options import add_json, add_log_options, add_mass, add_workers
+from hefting.cli.options import (
+    add_json,
+    add_log_options,
+    add_mass,
+    add_shape,
+    add_shape_details,
+    add_workers,
+)
 from hefting.cli.outputs import check_report, page_context, print_object
-from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 

@@ -7,6 +7,7 @@ from hefting.cli import option_of, render
 from hefting.cli.options import (
     add_part,
     add_recording,
+    add_shape,
     check_output,
     part_of,
     read_estimate,
@@ -14,7 +15,6 @@ from hefting.cli.options import (
 )
 from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
-from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
 from hefting.request.settings import shape_of
 

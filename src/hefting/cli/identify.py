@@ -19,6 +19,8 @@ from hefting.cli.options import (
     add_recording,
     add_sensor_accuracy,
     add_sensor_pose,
+    add_shape,
+    add_shape_details,
     add_tool,
     add_verbose,
     check_output,
@@ -39,7 +41,6 @@ from hefting.cli.outputs import (
 )
 from hefting.cli.progress import progress
 from hefting.cli.report.results import Results, print_json, print_results
-from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.cli.torques import add_empty, add_torques, require_torques
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
@@ -56,9 +57,9 @@ if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
     from hefting.core.metrics import Errors
     from hefting.core.recording import Recording
-    from hefting.identification.agreement import Truth
     from hefting.identification.compare import Comparison
     from hefting.identification.identify import Identification
+    from hefting.identification.truth import Truth
     from hefting.shapes import Shape
 
 
@@ -317,7 +318,7 @@ def _estimates(
 def _truth(path: str | None) -> "Truth | None":
     if not path:
         return None
-    from hefting.identification.agreement import load_truth
+    from hefting.identification.truth import load_truth
 
     return load_truth(path)
 

@@ -20,6 +20,8 @@ from hefting.cli.options import (
     add_output,
     add_sensor_accuracy,
     add_sensor_pose,
+    add_shape,
+    add_shape_details,
     add_tool,
     add_verbose,
     check_output,
@@ -30,7 +32,6 @@ from hefting.cli.parser import say
 from hefting.cli.report import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results
-from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.request.settings import (
     bias_said,

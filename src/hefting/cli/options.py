@@ -20,8 +20,6 @@ if TYPE_CHECKING:
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as one writes it on the command line."""
 POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
-
-
 ESTIMATE = "written by hefting identify --output; - reads standard input"
 
 
@@ -289,3 +287,58 @@ def check_output(path: str, *inputs: str | None) -> None:
 def is_same(path: str, other: str) -> bool:
     """Whether two paths are of one file, by whatever link."""
     return Path(path).resolve() == Path(other).resolve()
+
+
+def add_shape(parser: argparse._ActionsContainer) -> None:
+    """The shape, and where it is."""
+    parser.add_argument(
+        "--shape",
+        metavar="FILE",
+        help="mesh, point cloud or labelled parts; or box:X0,X1,Y0,Y1,Z0,Z1 in the "
+        "sensor frame [m]",
+    )
+    parser.add_argument(
+        "--unit", metavar="m|cm|mm|in", help="length unit of its file; default m"
+    )
+    parser.add_argument(
+        "--object-pose",
+        metavar="POSE",
+        help=f"the file's frame in the sensor frame: {POSE}",
+    )
+    parser.add_argument(
+        "--box",
+        metavar="X,Y,Z",
+        help="instead of a file: the sides [m] of a box that holds the object, its "
+        "centre at --object-pose, else at the sensor; --box 10cm,20cm,5cm works too",
+    )
+    parser.add_argument(
+        "--hull",
+        action="store_true",
+        help="take the convex hull of the shape's file, as where its mesh has holes",
+    )
+
+
+def add_shape_details(group: argparse._ActionsContainer) -> None:
+    """How well the shape is known, and of how many points it is made."""
+    from hefting.estimators import methods_with
+
+    pose, shape = (", ".join(methods_with(name)) for name in ("pose_std", "shape_std"))
+    group.add_argument(
+        "--pose-std",
+        metavar="LENGTH,ANGLE",
+        help=f"{pose}: how well --object-pose is known, as in 5mm,5deg; 0mm,0deg: "
+        "exactly; default perhaps exactly, perhaps some 5 mm and 5° off",
+    )
+    group.add_argument(
+        "--shape-std",
+        metavar="SHARE",
+        help=f"{shape}: how well the shape is known, as in 20%%; default exactly, "
+        "20%% for a hull, less for a mesh with holes; a box only holds the object",
+    )
+    group.add_argument(
+        "--points",
+        type=int,
+        metavar="N",
+        help="about how many point masses; default 56",
+    )
+    add_number(group, "--points-per-cm3", "D", "their density instead")

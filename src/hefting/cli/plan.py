@@ -11,13 +11,13 @@ from hefting.cli.options import (
     add_json,
     add_number,
     add_output,
+    add_shape,
     add_verbose,
     check_output,
     read_estimate,
 )
 from hefting.cli.outputs import is_picture, print_object
 from hefting.cli.progress import progress
-from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.core.quantity import numbers

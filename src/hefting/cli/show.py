@@ -4,10 +4,15 @@ import argparse
 from typing import TYPE_CHECKING
 
 from hefting.cli import render
-from hefting.cli.options import add_gravity, add_recording, check_output, read_recording
+from hefting.cli.options import (
+    add_gravity,
+    add_recording,
+    add_shape,
+    check_output,
+    read_recording,
+)
 from hefting.cli.parser import WIDTH, wrapped
 from hefting.cli.progress import progress
-from hefting.cli.shapes import add_shape
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.request.settings import gravity_of, shape_of

@@ -11,13 +11,14 @@ from hefting.cli.identify import add_hyperparameters, add_reading
 from hefting.cli.options import (
     add_mass,
     add_recording,
+    add_shape,
+    add_shape_details,
     add_tool,
     check_output,
     read_recording,
 )
 from hefting.cli.outputs import open_page
 from hefting.cli.progress import progress
-from hefting.cli.shapes import add_shape, add_shape_details
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.request.settings import hyperparameters_of, shape_of
@@ -104,7 +105,7 @@ def _session(
     a: argparse.Namespace,
 ) -> "tuple[Session, Playback, Recording, Settings]":
     """The recording as read and understood, and what is to be shown at first."""
-    from hefting.identification.agreement import load_truth
+    from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest
     from hefting.request.request import reading_of_one
     from hefting.viewer import Playback, Session

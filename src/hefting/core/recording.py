@@ -212,6 +212,13 @@ class Recording:
     """(N, 3) the orientation as it was logged, where by three angles of some form [rad]."""
 
     def __post_init__(self):
+        given = self.streams.values() if isinstance(self.streams, Mapping) else [None]
+        if not all(isinstance(stream, Stream) for stream in given):
+            raise InputError(
+                "streams must be a dictionary of hefting.Stream by name",
+                where=self.source,
+                fix="hefting.as_recording takes arrays",
+            )
         for name in self.streams:
             if name not in COLUMNS:
                 raise InputError(

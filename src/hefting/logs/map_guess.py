@@ -14,7 +14,6 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.logs.map_angles import UNTOLD, angles_of, turned
 from hefting.logs.map_sample import (
     OTHER,
     Groups,
@@ -23,7 +22,15 @@ from hefting.logs.map_sample import (
     read_sample,
     words_of,
 )
-from hefting.logs.map_text import Guess, map_text, summary_of, unit_entry
+from hefting.logs.map_text import (
+    UNTOLD,
+    Guess,
+    angles_of,
+    map_text,
+    summary_of,
+    turned,
+    unit_entry,
+)
 from hefting.logs.table import SINCE_1970
 from hefting.logs.units import UNITS
 

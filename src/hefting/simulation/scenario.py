@@ -46,7 +46,7 @@ class Simulated:
     """the log, faults and all"""
     facts: dict[str, Any]
     """the truth, ready for JSON, with the keys that
-    `hefting.identification.agreement.load_truth` reads"""
+    `hefting.identification.truth.load_truth` reads"""
     warnings: tuple[str, ...]
     """what the real arm would not do"""
 
