@@ -114,7 +114,9 @@ def test_band_algebra_equals_dense(m):
     square, again = normal.minimum(m, penalty)
     assert square == pytest.approx(objective, rel=1e-9)
     np.testing.assert_array_equal(again, factor)
-    np.testing.assert_allclose(knots.roughened(c, m), D.T @ D @ c, atol=1e-12)
+    np.testing.assert_allclose(
+        knots.roughened(c, m, 2.0), 2.0 * D.T @ D @ c, atol=1e-12
+    )
     inverse, bands = np.linalg.inv(A), inverse_bands(factor, int(12 / h_wc))
     # cut into stretches: a few times exp(-2 * 12 sin(pi/2m)), 0.06 % for m = 5
     for b in range(6):

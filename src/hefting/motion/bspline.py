@@ -153,12 +153,16 @@ class Knots:
         pieces = (coefficients.T[:, start:stop] for start, stop in pairs)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
-    def roughened(self, coefficients: Array, m: int) -> Array:
-        """D^m' D^m c of coefficients (n, d): by differences, as of smooth curves the
-        products of `penalty` cancel."""
+    def roughened(self, coefficients: Array, m: int, penalty: float | Array) -> Array:
+        """D^m' L D^m c of coefficients (n, d), as in `Normal.solve`: by differences, as
+        of smooth curves the products of `penalty` cancel."""
         out = np.zeros(coefficients.T.shape)
+        each = np.broadcast_to(penalty, len(self.rows_of_differences(m)))
+        first = 0
         for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
             rows = np.diff(coefficients.T[:, start:stop], m)
+            rows = rows * each[first : first + rows.shape[1]]
+            first += rows.shape[1]
             for a, factor in enumerate(np.diff(np.eye(m + 1), m)[:, 0], start):
                 out[:, a : a + rows.shape[1]] += factor * rows
         return out.T
@@ -330,12 +334,12 @@ class Normal:
         from the pilot."""
         if isinstance(penalty, np.ndarray):
             roughness = self.knots.penalty(m, penalty)
-            rough_pilot = multiply(roughness, self.pilot)
+            rough_pilot = self.knots.roughened(self.pilot, m, penalty)
         else:
             if m not in self._penalties:
                 self._penalties[m] = self.knots.penalty(m)
             if m not in self._rough_pilot:
-                self._rough_pilot[m] = self.knots.roughened(self.pilot, m)
+                self._rough_pilot[m] = self.knots.roughened(self.pilot, m, 1.0)
                 self._pilot_roughness[m] = self.knots.roughness(self.pilot, m)
             roughness = penalty * self._penalties[m]
             rough_pilot = penalty * self._rough_pilot[m]

@@ -49,6 +49,9 @@ SMALLEST_DETERMINED_SHARE = 1e-3
 """Lower bound of g_j."""
 STIFFEST_ROW = 1e4
 """Largest lambda_j over the median; where the motion is at rest nothing bounds it."""
+STIFFEST = 1e11
+"""Largest lambda_j over the weight of the samples of a coefficient: a stiffer row would
+lose them in rounding."""
 LARGEST_BANDWIDTH_RATIO = 1.5
 """Largest local bandwidth over the global one. On trapezoids 1.4 suffices; the bound
 limits what a glitch of the poses can do."""
@@ -121,6 +124,7 @@ def fit_locally(
     penalty = np.full(len(per_row), start.penalty(normal, dt))
     neighbours = _neighbour_weights(knots.h * found.bandwidth)
     freest = float(penalty[0]) * LARGEST_BANDWIDTH_RATIO ** (-2 * m)
+    stiffest = STIFFEST * float(normal.bands[0].mean())
     try:
         normal.refine_pilot(m, penalty)
         for round_ in range(LOCAL_ROUNDS):
@@ -139,7 +143,7 @@ def fit_locally(
             step = np.log(wanted / penalty)
             penalty = penalty * np.exp(np.clip(step, -LARGEST_STEP, LARGEST_STEP))
             middle = float(np.median(penalty))
-            penalty = np.clip(penalty, freest, STIFFEST_ROW * middle)
+            penalty = np.clip(penalty, freest, min(STIFFEST_ROW * middle, stiffest))
         c, factor = normal.solve(m, penalty)
     except np.linalg.LinAlgError:
         return None
