@@ -1,7 +1,7 @@
 """`python -m benchmarks.clean [--recordings N]`: the verdict on recordings without any
 mistake.
 
-Ten kinds of motion, objects of 50 g to 5 kg, three levels of noise, a biased sensor;
+Thirteen kinds of motion, from 0.1 to 2.5 rad/s, objects of 50 g to 5 kg, three levels of noise, a biased sensor;
 every other one with a shape. Printed is how many get a verdict below good, by cause, and
 how much of the time of an identification the search for mistakes takes.
 """
@@ -25,6 +25,7 @@ MOTIONS = (
     *("sinusoids 0.5", "sinusoids 1", "sinusoids 2"),
     *("random 0.7", "random 1.5", "random 2.5"),
     *("stop-and-go", "trapezoids", "static", "slow"),
+    *("random 0.1", "random 0.3", "slow trapezoids"),
 )
 LEVELS = ("low", "moderate", "high")
 UNDETERMINED = frozenset({"mass-undetermined", "sign-uncertain", "bias-unknown"})
@@ -66,18 +67,20 @@ def simulated(number: int, duration: float, wrench_delay: float = 0.0):
     from hefting.simulation.record import record
 
     rng = np.random.default_rng([17, number])
-    motion, level = MOTIONS[number % 10], LEVELS[(number // 10) % 3]
+    motion, level = MOTIONS[number % len(MOTIONS)], LEVELS[(number // len(MOTIONS)) % 3]
     body = random_body(list(FILLINGS)[number % len(FILLINGS)], 70_000 + number)
     # as heavy as things of its size are
     densest = 3_000.0 * float(body.mesh.convex_hull.volume)
     mass = min(float(np.exp(rng.uniform(np.log(0.05), np.log(5.0)))), densest)
     thing = InertialParameters(body.parameters.vector * mass / body.parameters.mass)
     kind, _, speed = motion.partition(" ")
+    kind = motion if motion == "slow trapezoids" else kind
     joints = {
         "sinusoids": lambda: sinusoids(duration, RATE, float(speed or 1.0)),
         "random": lambda: random_smooth(duration, RATE, float(speed or 1.0), number),
         "stop-and-go": lambda: stop_and_go(duration, RATE, seed=number),
         "trapezoids": lambda: trapezoids(duration, RATE, seed=number),
+        "slow trapezoids": lambda: trapezoids(duration, RATE, 0.2, 0.3, seed=number),
         "static": lambda: random_smooth(duration, RATE, 2.0, number),
         "slow": lambda: sinusoids(duration, RATE, 1.0, speed_limit=0.25),
     }[kind]()

@@ -1,7 +1,7 @@
 """`python -m benchmarks.warm [--recordings N] [--repeats N] [--suffix .parquet]`:
 processor time of an identification in a process that has made some before.
 
-Recordings of 10 s at 100 Hz (poses and wrench) of the ten kinds of motion of
+Recordings of 10 s at 100 Hz (poses and wrench) of the kinds of motion of
 `benchmarks.clean`, with a bias and a clock offset, are read from files and identified,
 each with its own shape, which is built before. Printed are the median milliseconds of
 processor time for each recording and their average, by stage.
