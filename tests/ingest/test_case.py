@@ -15,6 +15,7 @@ from hefting.ingest.rivals.case import (
     _averages,
     _high_frequency_noise,
 )
+from hefting.motion.weighting import sample_weights
 
 
 @pytest.fixture(scope="module")
@@ -129,6 +130,28 @@ def test_the_level_is_that_of_coloured_noise(case, memory, found):
     assert np.array_equal(turned.level, case.floor)
     assert np.array_equal(
         replace(case, consecutive=(time[:50], added[:50])).level, case.floor
+    )
+
+
+def test_averages_count_by_the_errors_of_their_motion(case):
+    """As samples do of an estimate; every other one for half as many of an error; all
+    alike where the motion has none."""
+    np.testing.assert_array_equal(case.worth, np.ones(len(case.time)))
+    recording, path, offset = case.recording, case.path, 0.003
+    body = correct(0).truth.vector
+    found = Case.of(recording, path, case.gravity, offset, biased=True, parameters=body)
+    inside = path.known_at(case.time - offset)
+    motion = path.curves.alone.at(case.time[inside] - offset)
+    expected = sample_weights(body, motion, *found.floor)
+    np.testing.assert_allclose(found.worth[inside], expected, rtol=1e-9)  # rounding
+    assert found.worth.min() < 0.9 < found.worth.max() < 1.0
+    np.testing.assert_array_equal(found.every(2).worth, found.worth[::2])
+    heavy = Case.of(
+        recording, path, case.gravity, offset, biased=True, parameters=1e3 * body
+    )
+    # of an error a million times as large the ratio alone is left
+    np.testing.assert_allclose(
+        heavy.worth, 1e-6 * found.worth / (1.0 - found.worth), rtol=1e-3
     )
 
 

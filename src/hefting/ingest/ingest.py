@@ -277,7 +277,12 @@ def _doubt(
     if found.path is None or may_be_acceleration(recording, found):
         return None
     case = Case.of(
-        recording, found.path, found.gravity, found.offset, biased=may_be_biased
+        recording,
+        found.path,
+        found.gravity,
+        found.offset,
+        biased=may_be_biased,
+        parameters=found.parameters,
     )
     return doubt_of(case, with_tool=tool is not None)
 

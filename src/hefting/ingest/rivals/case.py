@@ -11,6 +11,7 @@ from hefting.ingest.blocks import Blocks
 from hefting.ingest.channels import rounding_error
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
 from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
+from hefting.motion.weighting import excess_variance, samples_per_error
 
 MOST_BLOCKS = 250
 """Largest number of averages of the wrench that explanations are compared on."""
@@ -74,6 +75,9 @@ class Case:
     """whether a bias is possible: False where one was given, or excluded"""
     consecutive: tuple[Array, Array]
     """times (B,) [s] and wrenches (B, 6) of the first averages, none left out"""
+    worth: Array
+    """(K,) what each average counts beside errors of the motion as logged, as of
+    `hefting.motion.weighting.sample_weights`; the same for all explanations"""
 
     @classmethod
     def of(
@@ -84,8 +88,13 @@ class Case:
         offset: float,
         *,
         biased: bool,
+        parameters: Array | None = None,
     ) -> "Case":
-        """Of a recording and its motion; see the fields."""
+        """Of a recording and its motion; see the fields.
+
+        Errors of the motion count by what they do to the wrench of an object of these
+        `parameters` (10,); by default there are none.
+        """
         wrench = recording["wrench"]
         blocks = Blocks.of(wrench.time, wrench.values, smooth=path.kind != "static")
         # static poses follow no order
@@ -98,7 +107,7 @@ class Case:
         # neither noise of averages nor differences of samples that rest on one step
         noise = np.hypot(noise, rounding_error(wrench.values))
         step = -(-len(time) // MOST_BLOCKS)
-        return cls(
+        case = cls(
             recording,
             path,
             np.array(gravity, dtype=float),
@@ -108,11 +117,22 @@ class Case:
             offset,
             biased,
             (time[:COLOUR_AVERAGES], values[:COLOUR_AVERAGES]),
+            np.ones(len(time[::step])),
         )
+        if parameters is None:
+            return case
+        reading = path.at(case.time - offset)
+        excess = excess_variance(parameters, reading.variances, *case.floor)
+        lasting = samples_per_error(case.time, path.bandwidth)
+        worth = 1.0 / (1.0 + lasting * excess)
+        return replace(case, worth=worth) if worth.any() else case
 
     def every(self, nth: int) -> "Case":
         """Of every n-th average alone."""
-        return replace(self, time=self.time[::nth], wrench=self.wrench[::nth])
+        parts = {
+            name: getattr(self, name)[::nth] for name in ("time", "wrench", "worth")
+        }
+        return replace(self, **parts)
 
     @property
     def modelled_gravity(self) -> Array:

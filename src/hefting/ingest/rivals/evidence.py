@@ -110,7 +110,8 @@ def fit_rows(case: Case, rows: Rows, iterations: int = ITERATIONS) -> Fitted:
     wrench = np.broadcast_to(wrench, (*rows.known.shape[:2], 6))
     both = np.concatenate((rows.known, wrench), axis=2)
     floor = np.maximum(case.floor, SMALLEST_FLOOR)
-    fits = fit_each(both, rows.maps, rows.used, floor, iterations)
+    used = rows.used * (case.worth / case.worth.mean())
+    fits = fit_each(both, rows.maps, used, floor, iterations)
     return Fitted(**vars(fits), rows=rows)
 
 

@@ -182,7 +182,7 @@ def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:
     known += [np.broadcast_to(x, (len(motion.known), *x.shape)) for x in shared]
     return fit_channels(
         np.concatenate(known, axis=2),
-        motion.known.astype(float),
+        motion.known * (case.worth / case.worth.mean()),
         np.maximum(case.floor, SMALLEST_FLOOR),
         iterations,
     )

@@ -62,6 +62,9 @@ CLEAR_EVIDENCE = 12.0
 doubt."""
 POSSIBLE_EVIDENCE = 5.0
 """The same from which on it is possible enough to be told."""
+LEAST_WORTH = 0.3
+"""Share of the samples that counts at least, however wrong the motion may be: in a wrong
+unit its errors are as large as itself."""
 EXPLAINED_SHARE = 0.5
 """Share of what is unexplained that a mistake must explain to be named."""
 EXPLAINED_IF_WHITE = 1.0 / 3.0
@@ -206,7 +209,8 @@ def evidence(case: Case, given: Explanation, other: Explanation) -> float:
     """Log of the ratio of likelihoods to that of the recording as given, less the cost
     of unknowns."""
     fitted = other.fitted
-    samples = max(len(case.time) / correlation(fitted, fitted.best), 2.0)
+    worth = max(float(case.worth.sum()), LEAST_WORTH * len(case.time))
+    samples = max(worth / correlation(fitted, fitted.best), 2.0)
     gain = samples * (other.likelihood - given.likelihood)
     cost = other.cost
     if cost is None:
