@@ -2,7 +2,8 @@
 object are identified together.
 
 An answer is that of all samples, with a bias, a clock and a drift of each recording's
-own; it is no average of estimates. A recording that fails is left out, and named.
+own; it is no average of estimates. A recording that fails, or is wrong alone where
+others are not, is left out, and named.
 """
 
 import warnings
@@ -29,6 +30,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import warning
 from hefting.identification.partials import what_others_tell
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.plausibility import mistake_in
 from hefting.jobs import Jobs, Lost
 from hefting.request.request import request_of
 
@@ -57,6 +59,8 @@ class Condensed:
     """One; of a recording that is read in windows, each of them."""
     error: Row = field(default_factory=dict)
     """`error` and `error_text`, where it failed"""
+    mistake: Row = field(default_factory=dict)
+    """the same of what makes it wrong alone"""
     hash: str | None = None
     seconds: dict[str, float] = field(
         default_factory=lambda: dict.fromkeys(STAGES, 0.0)
@@ -147,6 +151,8 @@ def _condensed(
     """The recordings of each object, those again of which others tell something."""
     tasks: list[Task] = [(entry, []) for group in groups for entry in group]
     parts = _run(tasks, workers)
+    for group in groups:
+        parts |= _left_out([parts[entry.identity] for entry in group])
     again = [
         (each.entry, told)
         for group in groups
@@ -167,6 +173,14 @@ def _run(tasks: Sequence[Task], workers: Jobs) -> dict[str, Condensed]:
     return found
 
 
+def _left_out(recordings: Sequence[Condensed]) -> dict[str, Condensed]:
+    """Those that are wrong alone, as failed, where others are right."""
+    if all(each.mistake or not each.parts for each in recordings):
+        return {}
+    wrong = (each for each in recordings if each.mistake)
+    return {e.entry.identity: replace(e, parts=(), error=e.mistake) for e in wrong}
+
+
 def _told(recordings: Sequence[Condensed]) -> Iterator[tuple[Condensed, Told]]:
     """What to read again of the parts of each recording, as the others tell it."""
     usable = [each for each in recordings if each.parts]
@@ -181,17 +195,20 @@ def condensed(task: Task) -> Condensed:
     with stopwatch() as watch, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            key, parts = attempted(lambda: _condense(entry, told))
+            found = attempted(lambda: _condense(entry, told))
         except Exception as error:
             return Condensed(entry, error=failure(error), seconds=watch.seconds)
-    return Condensed(entry, parts, hash=key, seconds=watch.seconds)
+    return replace(found, seconds=watch.seconds)
 
 
-def _condense(entry: Entry, told: Told) -> tuple[str, list[Ingested]]:
-    def do(key: str) -> tuple[str, list[Ingested]]:
+def _condense(entry: Entry, told: Told) -> Condensed:
+    def do(key: str) -> Condensed:
         request = request_of(entry.options)
         shape = shape_once(request)
-        return key, list(parts_of(request, entry.recording, shape, told))
+        parts = list(parts_of(request, entry.recording, shape, told))
+        own = (mistake_in(part, shape) for part in parts)
+        wrong = next((failure(e) for e in own if e is not None), {})
+        return Condensed(entry, parts, mistake=wrong, hash=key)
 
     return read_unchanged(entry, do)
 

@@ -80,15 +80,40 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
     try:
         _require_mass(found, shape)
     except InputError as obstacle:
-        raise named_instead(obstacle, found) from None
+        raise named_instead(obstacle, found, shape) from None
 
 
-def named_instead(obstacle: InputError, found: Ingested) -> InputError:
-    """An error that names the mistake in the recording, where one makes the answer
-    wrong, in the place of one that tells what came of it."""
+def named_instead(
+    obstacle: InputError, found: Ingested, shape: Shape | None = None
+) -> InputError:
+    """An error that names the mistake in the recording, or the recordings that are
+    wrong alone where others are not, in the place of one that tells what came of it."""
+    own = [mistake_in(part, shape) for part in found.recordings]
+    wrong = [mistake for mistake in own if mistake is not None]
+    if len(wrong) == len(own):
+        return _mistake_named(found) or obstacle
+    if len(wrong) > 1:
+        also = ", ".join(str(mistake.where) for mistake in wrong[1:])
+        return type(wrong[0])(f"{wrong[0]}; wrong, too: {also}")
+    return wrong[0] if wrong else obstacle
+
+
+def mistake_in(found: Ingested, shape: Shape | None) -> InputError | None:
+    """What makes a recording wrong whatever others of the object tell: a mistake that
+    was named, or a wrench that no object explains."""
+    named = _mistake_named(found)
+    if named is None and not found.fit.mass_is_open:
+        try:
+            _require_mass(found, shape)
+        except InputError as obstacle:
+            return obstacle
+    return named
+
+
+def _mistake_named(found: Ingested) -> InputError | None:
     if found.doubt is None or not found.doubt.is_fatal:
-        return obstacle
-    return type(obstacle)(str(found.doubt.message), found.log)
+        return None
+    return NotIdentifiableError(str(found.doubt.message), found.log)
 
 
 def _require_mass(found: Ingested, shape: Shape | None) -> None:
@@ -113,8 +138,8 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
     check_wrench(found, shape)  # of a mass of nothing it would take a wrong unit
     if fit.mass_is_open:
         beside = " beside a bias" if bias == "free" else ""
-        duration = float(np.ptp(found.measurements.time))
-        if not found.static and duration < SHORTEST_RECORDING:
+        duration = found.duration
+        if duration is not None and duration < SHORTEST_RECORDING:
             what = f"the recording lasts {duration:.3g} s, too short to determine even the mass{beside}"
             raise NotIdentifiableError(what, found.log, "is its time in seconds?")
         hints = {
