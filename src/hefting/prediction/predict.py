@@ -84,8 +84,9 @@ def predict(
     True
     """
     alone = estimate = estimate_given(estimate)
-    if tool is not None:
-        estimate = with_tool(alone, load_tool(tool))
+    carried = None if tool is None else load_tool(tool)
+    if carried is not None:
+        estimate = with_tool(alone, carried)
     trajectory = as_recording(trajectory, wrench_needed=False)
     if start or duration is not None:
         trajectory = trajectory.slice(start, duration)
@@ -130,6 +131,7 @@ def predict(
         gravity=frozen(gravity),
         source=measured.source,
         motion_std=motion_spread(estimate.parameters.vector, measured.motion),
+        tool=None if carried is None else carried.parameters.mass,
         agreement=agreed,
         warnings=(
             *trajectory.warnings,

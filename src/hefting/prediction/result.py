@@ -28,6 +28,8 @@ of it, from which on it is not the object of the estimate."""
 LARGELY = 0.1
 """Share of the wrench's changes that such a difference leaves unpredicted from which on the
 prediction is not to be used: 8 % more mass, or a COM that is 1 cm elsewhere."""
+TINY = 1e-9
+"""[N, N m] Difference that is rounding."""
 MOSTLY = 0.5
 """Share of the squared difference that varies below which its constant part is worth a
 word."""
@@ -41,8 +43,8 @@ class Agreement:
     time: Array
     """(L,) [s], on the motion's clock"""
     wrench: Array
-    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias
-    and what drifts"""
+    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias,
+    of one for each recording that which fits best, and what drifts"""
     difference: Array
     """(L, 6) that wrench minus the predicted one"""
     rms: Array
@@ -85,10 +87,13 @@ def agreement(
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
     difference = z.wrench - predicted
-    bias = estimate.common_bias
-    if bias is not None:
-        difference = difference - bias
-    rms, varying = _rms(difference), _rms(difference - difference.mean(axis=0))
+    varying = _rms(difference - difference.mean(axis=0))
+    bias = min(
+        np.atleast_2d(np.zeros(6) if estimate.bias is None else estimate.bias),
+        key=lambda own: float(np.sum(_rms(difference - own) / (varying + TINY))),
+    )
+    difference = difference - bias
+    rms = _rms(difference)
     own = within = wide = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
@@ -127,10 +132,9 @@ def agreement(
             "other than the estimate's? was the sensor zeroed in between?"
         )
         warnings.append(warning("constant-difference", what))
-    wrench = z.wrench if bias is None else z.wrench - bias
     noted = found.conditioned.findings, tuple(warnings)
     return Agreement(
-        z.time, wrench, difference, rms, varying, own, within, sign, *noted
+        z.time, z.wrench - bias, difference, rms, varying, own, within, sign, *noted
     )
 
 
@@ -173,9 +177,10 @@ class Prediction:
     """Wrench along a motion, exerted by the sensor on the object, in sensor axes about
     the sensor's origin.
 
-    The band is where the wrench of the object itself lies with 95 % probability, each
-    component and instant by itself, if the motion is as given and only the ten
-    parameters are uncertain. What a sensor shows has its noise and bias besides.
+    With a `tool` it is that on both. The band is where that wrench itself lies with
+    95 % probability, each component and instant by itself, if the motion is as given
+    and only the parameters are uncertain. What a sensor shows has its noise and bias
+    besides.
 
     Examples
     --------
@@ -207,6 +212,8 @@ class Prediction:
     """(2,) what errors of a smoothed motion add, force [N] and torque [N m], root mean
     square an axis; not part of the band. By smoothing's own account, which is too low
     for motion without noise. None where the log gave the motion."""
+    tool: float | None = None
+    """[kg] Mass of a tool whose wrench is in it as well; None without one."""
     agreement: Agreement | None = None
     """With the wrench that the log holds as well, if it does."""
     warnings: tuple[str, ...] = ()
@@ -233,6 +240,13 @@ class Prediction:
 
     def __len__(self) -> int:
         return len(self.time)
+
+    @property
+    def held(self) -> str:
+        """What the wrench is exerted on, in words."""
+        if self.tool is None:
+            return "the object"
+        return f"object and tool ({self.tool:.4g} kg)"
 
     @property
     def verdict(self) -> Verdict:
@@ -292,6 +306,7 @@ class Prediction:
                 "motion": self.source,
                 "motion_std": self.motion_std,
                 "static": self.static,
+                "tool": self.tool,
                 "samples": len(self),
                 "peaks": {name: peak.to_dict() for name, peak in self.peaks.items()},
                 "extremes": {
