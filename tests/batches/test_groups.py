@@ -76,7 +76,10 @@ def test_a_recording_that_is_wrong_alone_is_left_out_where_others_are_right(tmp_
     """Positions in millimetres, forces 10,000 times too large; where all are wrong
     nothing is left out."""
     data = recorded(tmp_path)
-    scales = dict.fromkeys(("px", "py", "pz"), 1e3), dict.fromkeys("fx fy fz".split(), 1e4)
+    scales = (
+        dict.fromkeys(("px", "py", "pz"), 1e3),
+        dict.fromkeys(("fx", "fy", "fz"), 1e4),
+    )
     for k, scale in enumerate(scales, start=1):
         head, *rows = data.whole[k].read_text().splitlines()
         sizes = [scale.get(name, 1.0) for name in head.split(",")]
@@ -97,7 +100,8 @@ def test_a_recording_that_is_wrong_alone_is_left_out_where_others_are_right(tmp_
     assert mug["mass"] == pytest.approx(alone.mass, rel=1e-9)  # of the same samples
     assert mug["verdict"] == alone.verdict.level
     texts = [each["error_text"] for each in mug["left_out"]]
-    assert "in millimetres" in texts[0] and "the force" in texts[1]
+    assert "in millimetres" in texts[0]
+    assert "the force" in texts[1]
     assert table["cup"]["left_out"] == []
 
 
