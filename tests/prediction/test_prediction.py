@@ -429,7 +429,9 @@ def test_another_bias_is_no_other_object():
 
 def test_of_several_biases_that_of_the_recording_is_subtracted():
     """An estimate of several recordings has a bias of each."""
-    biases = np.array(((4.0, -7.0, 12.0, 0.2, -0.3, 0.1), (1.0, 2.0, 3.0, 0.0, 0.1, 0.2)))
+    biases = np.array(
+        ((4.0, -7.0, 12.0, 0.2, -0.3, 0.1), (1.0, 2.0, 3.0, 0.0, 0.1, 0.2))
+    )
     estimate = estimate_of(covariance=1e-6 * covariance(), bias=biases)
     for bias, right in ((biases[0], True), (biases[1], True), (-biases[1], False)):
         a = predict(estimate, recorded(bias=bias)).agreement
