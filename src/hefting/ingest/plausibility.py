@@ -91,7 +91,8 @@ def named_instead(
     own = [mistake_in(part, shape) for part in found.recordings]
     wrong = [mistake for mistake in own if mistake is not None]
     if len(wrong) == len(own):
-        return _mistake_named(found) or obstacle
+        named = _mistake_named(found)
+        return type(obstacle)(named.what, named.where) if named else obstacle
     if len(wrong) > 1:
         also = ", ".join(str(mistake.where) for mistake in wrong[1:])
         return type(wrong[0])(f"{wrong[0]}; wrong, too: {also}")
