@@ -287,13 +287,11 @@ def test_a_bias_for_each_or_one_for_all():
         identify(logs, bias=np.zeros((3, 6)))
 
 
-def test_of_those_that_fail_together_the_ones_that_are_wrong_alone_are_named():
+def test_of_those_that_fail_together_the_one_that_is_wrong_alone_is_named():
     right, *wrong = recording(1), recording(2, sign=-1.0), recording(3, sign=-1.0)
     said = ": no positive mass explains the wrench; check"
-    with pytest.raises(InputError) as found:
+    with pytest.raises(InputError, match=f"^run2.csv{said}"):
         identify([right, *wrong], sign="on-object", bias="estimate")
-    assert str(found.value).startswith(f"run2.csv{said}")
-    assert str(found.value).endswith("; wrong, too: run3.csv")
     with pytest.raises(InputError, match=f"^run2.csv, run3.csv{said}"):
         identify(wrong, sign="on-object", bias="estimate")
 

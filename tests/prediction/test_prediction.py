@@ -407,9 +407,7 @@ def test_a_tool_that_the_sensor_bears_as_well():
     np.testing.assert_allclose(found.wrench, whole.wrench, atol=1e-9)  # [N], rounding
     assert found.std is not None
     np.testing.assert_allclose(found.std, whole.std, rtol=1e-5)  # 1e-6 of variance
-    assert "object and tool (0.51 kg)" in found.held
-    assert found.to_dict()["tool"] == tool.mass
-    assert whole.held == "the object"
+    assert found.method == "OLS with the tool of 0.51 kg"
 
 
 def test_another_bias_is_no_other_object():

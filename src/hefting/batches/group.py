@@ -59,8 +59,6 @@ class Condensed:
     """One; of a recording that is read in windows, each of them."""
     error: Row = field(default_factory=dict)
     """`error` and `error_text`, where it failed"""
-    mistake: Row = field(default_factory=dict)
-    """the same of what makes it wrong alone"""
     hash: str | None = None
     seconds: dict[str, float] = field(
         default_factory=lambda: dict.fromkeys(STAGES, 0.0)
@@ -175,10 +173,14 @@ def _run(tasks: Sequence[Task], workers: Jobs) -> dict[str, Condensed]:
 
 def _left_out(recordings: Sequence[Condensed]) -> dict[str, Condensed]:
     """Those that are wrong alone, as failed, where others are right."""
-    if all(each.mistake or not each.parts for each in recordings):
-        return {}
-    wrong = (each for each in recordings if each.mistake)
-    return {e.entry.identity: replace(e, parts=(), error=e.mistake) for e in wrong}
+    found = {}
+    for each in recordings:
+        mistake = next(filter(None, map(mistake_in, each.parts)), None)
+        if mistake is not None:
+            failed = replace(each, parts=(), error=failure(mistake))
+            found[each.entry.identity] = failed
+    usable = [each for each in recordings if each.parts]
+    return found if len(found) < len(usable) else {}
 
 
 def _told(recordings: Sequence[Condensed]) -> Iterator[tuple[Condensed, Told]]:
@@ -195,20 +197,17 @@ def condensed(task: Task) -> Condensed:
     with stopwatch() as watch, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         try:
-            found = attempted(lambda: _condense(entry, told))
+            key, parts = attempted(lambda: _condense(entry, told))
         except Exception as error:
             return Condensed(entry, error=failure(error), seconds=watch.seconds)
-    return replace(found, seconds=watch.seconds)
+    return Condensed(entry, parts, hash=key, seconds=watch.seconds)
 
 
-def _condense(entry: Entry, told: Told) -> Condensed:
-    def do(key: str) -> Condensed:
+def _condense(entry: Entry, told: Told) -> tuple[str, list[Ingested]]:
+    def do(key: str) -> tuple[str, list[Ingested]]:
         request = request_of(entry.options)
         shape = shape_once(request)
-        parts = list(parts_of(request, entry.recording, shape, told))
-        own = (mistake_in(part, shape) for part in parts)
-        wrong = next((failure(e) for e in own if e is not None), {})
-        return Condensed(entry, parts, mistake=wrong, hash=key)
+        return key, list(parts_of(request, entry.recording, shape, told))
 
     return read_unchanged(entry, do)
 

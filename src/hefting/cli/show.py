@@ -80,12 +80,8 @@ def run(arguments: argparse.Namespace) -> None:
         gravity = None
         if a.log:
             tool = a.tool or _tool_beside(found.get("estimate"))
-            name = (
-                BY_LEAST_SQUARES
-                if tool is None
-                else f"{BY_LEAST_SQUARES}, less the tool"
-            )
-            found[name], gravity = _of_log(a, tool)
+            beside = ", less the tool" if tool else ""
+            found[BY_LEAST_SQUARES + beside], gravity = _of_log(a, tool)
         picture = picture_of(plot_shape(shape, found, gravity), suffix)
     write_atomically(a.output, picture)
     for line in (*place_of(shape), *_depths(shape, found)):
@@ -96,20 +92,16 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _tool_beside(estimate: "Estimate | None") -> "Estimate | None":
-    """The tool that an estimate was made with."""
+    """The tool that was subtracted for an estimate."""
     from hefting.core.estimate import Estimate
     from hefting.core.estimate_json import subtracted_tool
     from hefting.core.inertia import InertialParameters
 
-    vector = None if estimate is None else subtracted_tool(estimate.provenance)
-    if vector is None:
-        return None
-    return Estimate("tool", InertialParameters(vector), samples=0)
+    vector = subtracted_tool(estimate.provenance if estimate else {})
+    return vector if vector is None else Estimate("", InertialParameters(vector), 0)
 
 
-def _of_log(
-    a: argparse.Namespace, tool: "Estimate | str | None"
-) -> "tuple[Estimate, Array]":
+def _of_log(a: argparse.Namespace, tool: "Estimate | None") -> "tuple[Estimate, Array]":
     """What least squares finds without the shape, and gravity (K, 3) in sensor axes."""
     from hefting.identification import identify
 

@@ -227,7 +227,7 @@ def _put_into(
     element = with_comment(target.inertial(body), body.notes)
     text, before = put_inertial(into, link, element, target.place)
     what = f"the frame of '{link}' is taken to be the {body.frame} frame"
-    warnings = [warning("link-frame-assumed", what), *target.file_warnings(body, text)]
+    warnings = [warning("link-frame-assumed", what), *target.file_warnings(text)]
     if before:
         what = f"'{link}' had {before}: it was replaced, not added to"
         warnings.append(warning("inertial-replaced", what))

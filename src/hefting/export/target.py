@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
 
 
-def _no_warnings(body: Body, file: str = "") -> list[Message]:
+def _no_warnings(of: Body | str) -> list[Message]:
     return []
 
 
@@ -54,6 +54,5 @@ class Target:
     """Text of that inertial; there is one wherever there is a `place`."""
     warnings: Callable[[Body], list[Message]] = _no_warnings
     """What to know of a body written so."""
-    file_warnings: Callable[[Body, str], list[Message]] = _no_warnings
-    """What to know of a body whose inertial was put into the text of an existing
-    file."""
+    file_warnings: Callable[[str], list[Message]] = _no_warnings
+    """What to know of the text of an existing file that an inertial was put into."""

@@ -80,41 +80,30 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
     try:
         _require_mass(found, shape)
     except InputError as obstacle:
-        raise named_instead(obstacle, found, shape) from None
+        raise named_instead(obstacle, found) from None
 
 
-def named_instead(
-    obstacle: InputError, found: Ingested, shape: Shape | None = None
-) -> InputError:
-    """An error that names the mistake in the recording, or the recordings that are
-    wrong alone where others are not, in the place of one that tells what came of it."""
-    own = [mistake_in(part, shape) for part in found.recordings]
-    wrong = [mistake for mistake in own if mistake is not None]
-    if len(wrong) == len(own):
-        named = _mistake_named(found)
-        return type(obstacle)(named.what, named.where) if named else obstacle
-    if len(wrong) > 1:
-        also = ", ".join(str(mistake.where) for mistake in wrong[1:])
-        return type(wrong[0])(f"{wrong[0]}; wrong, too: {also}")
-    return wrong[0] if wrong else obstacle
+def named_instead(obstacle: InputError, found: Ingested) -> InputError:
+    """An error that names the mistake in the recording, or of several the one that is
+    wrong alone, in the place of one that tells what came of it."""
+    own = [mistake_in(part) for part in found.recordings]
+    if all(own) and found.doubt is not None and found.doubt.is_fatal:
+        return type(obstacle)(str(found.doubt.message), found.log)
+    wrong = next(filter(None, own), obstacle)
+    return obstacle if all(own) else wrong
 
 
-def mistake_in(found: Ingested, shape: Shape | None) -> InputError | None:
+def mistake_in(found: Ingested) -> InputError | None:
     """What makes a recording wrong whatever others of the object tell: a mistake that
     was named, or a wrench that no object explains."""
-    named = _mistake_named(found)
-    if named is None and not found.fit.mass_is_open:
-        try:
-            _require_mass(found, shape)
-        except InputError as obstacle:
-            return obstacle
-    return named
-
-
-def _mistake_named(found: Ingested) -> InputError | None:
-    if found.doubt is None or not found.doubt.is_fatal:
-        return None
-    return NotIdentifiableError(str(found.doubt.message), found.log)
+    if found.doubt is not None and found.doubt.is_fatal:
+        return NotIdentifiableError(str(found.doubt.message), found.log)
+    try:
+        if not found.fit.mass_is_open:
+            _require_mass(found, None)
+    except InputError as obstacle:
+        return obstacle
+    return None
 
 
 def _require_mass(found: Ingested, shape: Shape | None) -> None:

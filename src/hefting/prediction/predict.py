@@ -84,9 +84,8 @@ def predict(
     True
     """
     alone = estimate = estimate_given(estimate)
-    carried = None if tool is None else load_tool(tool)
-    if carried is not None:
-        estimate = with_tool(alone, carried)
+    if tool is not None:
+        estimate = with_tool(alone, load_tool(tool))
     trajectory = as_recording(trajectory, wrench_needed=False)
     if start or duration is not None:
         trajectory = trajectory.slice(start, duration)
@@ -131,7 +130,6 @@ def predict(
         gravity=frozen(gravity),
         source=measured.source,
         motion_std=motion_spread(estimate.parameters.vector, measured.motion),
-        tool=None if carried is None else carried.parameters.mass,
         agreement=agreed,
         warnings=(
             *trajectory.warnings,

@@ -28,8 +28,6 @@ of it, from which on it is not the object of the estimate."""
 LARGELY = 0.1
 """Share of the wrench's changes that such a difference leaves unpredicted from which on the
 prediction is not to be used: 8 % more mass, or a COM that is 1 cm elsewhere."""
-TINY = 1e-9
-"""[N, N m] Difference that is rounding."""
 MOSTLY = 0.5
 """Share of the squared difference that varies below which its constant part is worth a
 word."""
@@ -90,7 +88,7 @@ def agreement(
     varying = _rms(difference - difference.mean(axis=0))
     bias = min(
         np.atleast_2d(np.zeros(6) if estimate.bias is None else estimate.bias),
-        key=lambda own: float(np.sum(_rms(difference - own) / (varying + TINY))),
+        key=lambda own: float(np.sum(_rms(difference - own) / (varying + 1e-9))),
     )
     difference = difference - bias
     rms = _rms(difference)
@@ -177,10 +175,9 @@ class Prediction:
     """Wrench along a motion, exerted by the sensor on the object, in sensor axes about
     the sensor's origin.
 
-    With a `tool` it is that on both. The band is where that wrench itself lies with
-    95 % probability, each component and instant by itself, if the motion is as given
-    and only the parameters are uncertain. What a sensor shows has its noise and bias
-    besides.
+    The band is where that wrench itself lies with 95 % probability, each component and
+    instant by itself, if the motion is as given and only the parameters are uncertain.
+    What a sensor shows has its noise and bias besides.
 
     Examples
     --------
@@ -192,7 +189,7 @@ class Prediction:
     trajectory: str
     """Where the motion came from."""
     method: str
-    """That made the estimate."""
+    """That made the estimate, and the tool that is counted in."""
     static: bool
     """Whether the rows are static poses; ``time`` then counts them from 0."""
     time: Array
@@ -212,8 +209,6 @@ class Prediction:
     """(2,) what errors of a smoothed motion add, force [N] and torque [N m], root mean
     square an axis; not part of the band. By smoothing's own account, which is too low
     for motion without noise. None where the log gave the motion."""
-    tool: float | None = None
-    """[kg] Mass of a tool whose wrench is in it as well; None without one."""
     agreement: Agreement | None = None
     """With the wrench that the log holds as well, if it does."""
     warnings: tuple[str, ...] = ()
@@ -240,13 +235,6 @@ class Prediction:
 
     def __len__(self) -> int:
         return len(self.time)
-
-    @property
-    def held(self) -> str:
-        """What the wrench is exerted on, in words."""
-        if self.tool is None:
-            return "the object"
-        return f"object and tool ({self.tool:.4g} kg)"
 
     @property
     def verdict(self) -> Verdict:
@@ -306,7 +294,6 @@ class Prediction:
                 "motion": self.source,
                 "motion_std": self.motion_std,
                 "static": self.static,
-                "tool": self.tool,
                 "samples": len(self),
                 "peaks": {name: peak.to_dict() for name, peak in self.peaks.items()},
                 "extremes": {

@@ -34,10 +34,7 @@ def prediction_report(found: Prediction, verbose: bool = False) -> Group:
     )
     lines: list[RenderableType] = [
         *doubt_lines(found.verdict, found.warnings),
-        Text(
-            f"{found.method}: wrench{'' if found.tool is None else f' on {found.held}'} "
-            f"in sensor axes, {lasts} of {found.trajectory}"
-        ),
+        Text(f"{found.method}: wrench in sensor axes, {lasts} of {found.trajectory}"),
         _table(found),
     ]
     if verbose:
@@ -97,7 +94,7 @@ def _assumed(found: Prediction) -> Iterable[Text]:
         f"assumed: gravity ({g}) m/s² in world axes; motion from {DESCRIPTIONS[found.source]}"
     )
     yield Text(
-        f"the sensor exerts it on {found.held}, about the sensor's origin; an on-sensor log has minus this"
+        "the sensor exerts it on what it holds, about the sensor's origin; an on-sensor log has minus this"
     )
     if found.std is not None:
         yield Text(
