@@ -72,6 +72,49 @@ def test_broken_recordings_are_left_out_and_named(tmp_path):
     assert cup["error_text"].startswith("none of 2 recordings can be used: ")
 
 
+def test_a_recording_that_is_wrong_alone_is_left_out_where_others_are_right(tmp_path):
+    """Positions in millimetres, forces 10,000 times too large; where all are wrong
+    nothing is left out."""
+    data = recorded(tmp_path)
+    scales = (
+        dict.fromkeys(("px", "py", "pz"), 1e3),
+        dict.fromkeys(("fx", "fy", "fz"), 1e4),
+    )
+    for k, scale in enumerate(scales, start=1):
+        head, *rows = data.whole[k].read_text().splitlines()
+        sizes = [scale.get(name, 1.0) for name in head.split(",")]
+        scaled = (
+            ",".join(cell and repr(size * float(cell)) for cell, size in cells)
+            for cells in (zip(row.split(","), sizes, strict=True) for row in rows)
+        )
+        data.whole[k].write_text("\n".join((head, *scaled)) + "\n")
+    rows = [(log.name, "mug", "") for log in data.whole[:3]]
+    again = data.whole[1].with_name("again.csv")
+    again.write_bytes(data.whole[1].read_bytes())
+    rows.append((again.name, "cup", ""))
+    found = batch(written(data.folder, rows), tmp_path / "r", group_by="object")
+    table = {row["object"]: row for row in found.table().to_pylist()}
+    alone = hefting.identify(data.whole[0]).estimate
+    mug = table["mug"]
+    assert mug["recordings"] == [str(data.whole[0])]
+    assert mug["mass"] == pytest.approx(alone.mass, rel=1e-9)  # of the same samples
+    assert mug["verdict"] == alone.verdict.level
+    texts = [each["error_text"] for each in mug["left_out"]]
+    assert "in millimetres" in texts[0]
+    assert "the force" in texts[1]
+    assert table["cup"]["left_out"] == []
+
+
+def test_recordings_too_short_to_tell_the_mass_say_so(tmp_path):
+    data = recorded(tmp_path)
+    rows = [(log.name, "mug", "") for log in data.whole[:2]]
+    path = written(data.folder, rows)
+    options = {"duration": 0.1, "bias": "estimate"}
+    found = batch(path, tmp_path / "r", group_by="object", **options)
+    (row,) = found.table().to_pylist()
+    assert row["error"] == "NotIdentifiableError", row["error_text"]
+
+
 def test_recordings_of_an_object_say_the_same_of_it(tmp_path):
     data = recorded(tmp_path)
     logs = enumerate(data.whole[:2], start=5)

@@ -157,7 +157,10 @@ def test_truth_has_the_names_of_results_and_needs_no_size(run, folder, tmp_path)
     plain.write_text(json.dumps({own: known[other] for own, other in keys.items()}))
     less.write_text(json.dumps({"mass": 0.5}))
     identify = "identify", folder / "log.csv", "--truth"
-    for more, said in (((), "errors: mass"), (("--method", "OLS,LMI"), "COM, mm")):
+    for more, said in (
+        ((), "that of the inertia"),
+        (("--method", "OLS,LMI"), "COM, mm"),
+    ):
         status, out, err = run(*identify, plain, *more)
         assert (status, err) == (0, "")
         assert said in out

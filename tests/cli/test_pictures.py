@@ -2,6 +2,7 @@
 identified."""
 
 import json
+import re
 import sys
 from xml.etree import ElementTree
 
@@ -15,6 +16,7 @@ pytest.importorskip(
 from commands import refused
 from hasty_pictures import draw_hastily
 from hefting.core.estimate import Estimate
+from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
 from hefting.logs import read_log, write_log
@@ -211,6 +213,26 @@ def test_show_tells_a_wrong_pose_by_the_log(run, folder, tmp_path):
     wrong = run("show", folder / "log.csv", *turned, *end)
     assert wrong[0] == 0
     assert "outside the convex hull: are pose and unit right?" in wrong[1]
+
+
+def test_show_tells_of_the_log_less_the_tool(run, folder, tmp_path):
+    """Of a tool that is given, or of the one that the estimate was made beside."""
+    tool = InertialParameters.from_com(0.3, (0.0, 0.0, -0.2), 1e-3 * np.eye(3))
+    Estimate("OLS", tool, 100).save(tmp_path / "tool.json")
+    made = {"tool": list(tool.vector)}
+    body = hammer().parameters.moved(POSE)
+    Estimate("OLS", body, 100, provenance=made).save(tmp_path / "e.json")
+    left = InertialParameters(body.vector - tool.vector).center_of_mass
+    for word, name in (("--tool", "tool.json"), ("--estimate", "e.json")):
+        more = (word, tmp_path / name, "--output", tmp_path / "a.png")
+        status, out, _ = run("show", folder / "log.csv", *shape_of(folder), *more)
+        assert status == 0
+        said = " ".join(out.split()).partition("less the tool: ")[2]
+        told = re.findall(r"[xyz] (\S+)(?: ±|,)", said)[:3]
+        # mm: of a log without noise, smoothed
+        np.testing.assert_allclose(
+            [float(x.replace("−", "-")) for x in told], 1e3 * left, atol=1.0
+        )
 
 
 def test_show_draws_an_estimate(run, folder, tmp_path):

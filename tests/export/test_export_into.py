@@ -155,6 +155,12 @@ def test_mjcf_body(tmp_path):
         scaled = ignoring.replace('inertiafromgeom="true"', f'settotalmass="{mass}"')
         codes = {w.code for w in put(tmp_path, scaled, "mjcf", "outer").warnings}
         assert ("masses-scaled" in codes) == scales
+    for bound, raised in (("boundmass='1'", True), ("boundinertia='0.0'", False)):
+        text = ignoring.replace('inertiafromgeom="true"', bound)
+        exported = put(tmp_path, text, "mjcf", "outer")
+        mass = mujoco.MjModel.from_xml_string(exported.text).body_mass[1]
+        assert (mass > 0.932) == raised
+        assert ("inertials-raised" in {w.code for w in exported.warnings}) is raised
 
 
 def test_sdf_link_in_flange_axes(tmp_path):

@@ -287,6 +287,15 @@ def test_a_bias_for_each_or_one_for_all():
         identify(logs, bias=np.zeros((3, 6)))
 
 
+def test_of_those_that_fail_together_the_one_that_is_wrong_alone_is_named():
+    right, *wrong = recording(1), recording(2, sign=-1.0), recording(3, sign=-1.0)
+    said = ": no positive mass explains the wrench; check"
+    with pytest.raises(InputError, match=f"^run2.csv{said}"):
+        identify([right, *wrong], sign="on-object", bias="estimate")
+    with pytest.raises(InputError, match=f"^run2.csv, run3.csv{said}"):
+        identify(wrong, sign="on-object", bias="estimate")
+
+
 def test_nothing_and_the_same_twice_are_refused(tmp_path):
     with pytest.raises(InputError, match="no recording is given"):
         identify([])

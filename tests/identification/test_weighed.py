@@ -82,6 +82,18 @@ def test_a_gripper_that_is_not_mentioned_is_asked_for():
     assert found.parameters.mass == pytest.approx(BODY.mass + TOOL.mass, rel=0.01)
 
 
+def test_a_reading_with_the_tool_on_the_scale_is_told_from_other_wrong_ones():
+    both = InertialParameters(TOOL.vector + BODY.vector)
+    tool, recording = calibrate(recorded(TOOL, 2)), recorded(both, 3)
+    for mass, asked in ((both.mass, True), (0.9 * both.mass, False)):
+        found = identify(recording, tool=tool, mass=(mass, 1e-3)).estimate
+        (message,) = (
+            w for w in found.warnings if codes([w]) & {"mass-contradicts-wrench"}
+        )
+        assert ("with the tool of" in message) is asked
+        assert ("is its unit right" in message) is not asked
+
+
 def test_the_last_digit_is_said_aloud_and_gives_no_doubt(loud):
     found = identify(loud, mass="0.670kg", sensor_accuracy="2%").estimate
     assert codes(found.warnings) & {"mass-deviation-assumed"}

@@ -13,6 +13,7 @@ import pytest
 from rich.console import Console
 from scipy.spatial.transform import Rotation
 
+from hefting import identify
 from hefting.cli import main
 from hefting.cli.report.inspection import inspection_report
 from hefting.core.errors import InputError
@@ -360,6 +361,19 @@ def test_what_is_printed_are_the_verdict_the_findings_and_the_advice():
     first, *others = str(found).split("\n- ")
     assert first == f"{found.log}: {found.verdict}"
     assert tuple(others) == (*found.findings, *found.advice)
+
+
+def test_a_part_is_inspected_as_it_is_identified():
+    log = log_of()
+    part = {"start": 2.0, "duration": 5.0}
+    found, used = inspect(log, **part), identify(log, method="OLS", **part)
+    assert found.duration == pytest.approx(5.0 - 1.0 / RATE)
+    assert found.streams["wrench"].samples == 5.0 * RATE
+    np.testing.assert_array_equal(
+        found.ingested.measurements.wrench, used.measurements.wrench
+    )
+    with pytest.raises(InputError, match="no sample from 20 s on"):
+        inspect(log, start=20.0)
 
 
 def test_beside_a_tool_the_object_alone_is_told():

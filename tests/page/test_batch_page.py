@@ -95,6 +95,15 @@ def test_outliers_have_a_link_and_a_command_that_can_be_typed(mixed):
         assert (typed.shape, typed.gravity) == ("a mug.stl", "-1,0,-9.7")
 
 
+def test_of_recordings_that_are_alike_none_is_far_off(tmp_path):
+    """Copies of one, and one with 1.4 times their residual; 1.6 times is."""
+    for times, told in ((1.4, 0), (1.6, 1)):
+        rows = [identified(f"{k}.csv", residual=(0.1, 0.005)) for k in range(30)]
+        rows.append(identified("far.csv", residual=(0.1, times * 0.005)))
+        found = batch_of(tmp_path / str(times), rows)
+        assert len(found.summary.outliers) == told
+
+
 def test_a_recording_is_worth_a_look_once(tmp_path):
     """Also where its verdict and its residual are."""
     never = doubted("never.csv", "wrong", "it is wrong", "do not use")

@@ -407,6 +407,7 @@ def test_a_tool_that_the_sensor_bears_as_well():
     np.testing.assert_allclose(found.wrench, whole.wrench, atol=1e-9)  # [N], rounding
     assert found.std is not None
     np.testing.assert_allclose(found.std, whole.std, rtol=1e-5)  # 1e-6 of variance
+    assert found.method == "OLS with the tool of 0.51 kg"
 
 
 def test_another_bias_is_no_other_object():
@@ -422,6 +423,18 @@ def test_another_bias_is_no_other_object():
     assert a.within is not None
     assert codes(a.warnings) == {"constant-difference"}
     assert (a.within > 0.9).all()
+
+
+def test_of_several_biases_that_of_the_recording_is_subtracted():
+    """An estimate of several recordings has a bias of each."""
+    biases = np.array(
+        ((4.0, -7.0, 12.0, 0.2, -0.3, 0.1), (1.0, 2.0, 3.0, 0.0, 0.1, 0.2))
+    )
+    estimate = estimate_of(covariance=1e-6 * covariance(), bias=biases)
+    for bias, right in ((biases[0], True), (biases[1], True), (-biases[1], False)):
+        a = predict(estimate, recorded(bias=bias)).agreement
+        assert a is not None
+        assert ("constant-difference" not in codes(a.warnings)) is right
 
 
 def test_a_wrench_that_cannot_be_compared_is_said_or_left():

@@ -2,7 +2,8 @@
 object are identified together.
 
 An answer is that of all samples, with a bias, a clock and a drift of each recording's
-own; it is no average of estimates. A recording that fails is left out, and named.
+own; it is no average of estimates. A recording that fails, or is wrong alone where
+others are not, is left out, and named.
 """
 
 import warnings
@@ -29,6 +30,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import warning
 from hefting.identification.partials import what_others_tell
 from hefting.ingest.ingested import Ingested
+from hefting.ingest.plausibility import mistake_in
 from hefting.jobs import Jobs, Lost
 from hefting.request.request import request_of
 
@@ -147,6 +149,8 @@ def _condensed(
     """The recordings of each object, those again of which others tell something."""
     tasks: list[Task] = [(entry, []) for group in groups for entry in group]
     parts = _run(tasks, workers)
+    for group in groups:
+        parts |= _left_out([parts[entry.identity] for entry in group])
     again = [
         (each.entry, told)
         for group in groups
@@ -165,6 +169,18 @@ def _run(tasks: Sequence[Task], workers: Jobs) -> dict[str, Condensed]:
             result = Condensed(entry, error=lost(result))
         found[entry.identity] = result
     return found
+
+
+def _left_out(recordings: Sequence[Condensed]) -> dict[str, Condensed]:
+    """Those that are wrong alone, as failed, where others are right."""
+    found = {}
+    for each in recordings:
+        mistake = next(filter(None, map(mistake_in, each.parts)), None)
+        if mistake is not None:
+            failed = replace(each, parts=(), error=failure(mistake))
+            found[each.entry.identity] = failed
+    usable = [each for each in recordings if each.parts]
+    return found if len(found) < len(usable) else {}
 
 
 def _told(recordings: Sequence[Condensed]) -> Iterator[tuple[Condensed, Told]]:

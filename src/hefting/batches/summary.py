@@ -93,6 +93,9 @@ def _without_path(text: str, recording: str | None) -> str:
 FAR = 5.0
 """Robust standard deviations of the logarithm of the residual from which on a recording
 is far above the rest: of a Gaussian one in four million."""
+LEAST_FACTOR = 1.5
+"""Residual over the median up to which none is far above the rest, however alike these
+are: copies, or one sensor's."""
 FEWEST = 20
 """Residuals that say how large residuals are."""
 MOST_OUTLIERS = 20
@@ -284,7 +287,8 @@ def _far_residuals(found: _Found) -> list[Outlier]:
             continue
         middle = np.median(known)
         spread = MAD * np.median(np.abs(known - middle))
-        for row in np.flatnonzero(size - middle > FAR * max(spread, 1e-3)):
+        least = max(FAR * spread, np.log(LEAST_FACTOR))
+        for row in np.flatnonzero(size - middle > least):
             times = float(np.exp(size[row] - middle))
             why = (
                 f"{what} residual of {values[row, column]:.2g} {unit}, "

@@ -7,6 +7,7 @@ from hefting.cli import render
 from hefting.cli.options import (
     add_gravity,
     add_json,
+    add_part,
     add_recording,
     add_tool,
     add_verbose,
@@ -35,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     group = add_recording(parser)
     add_gravity(group)
     add_tool(group)
+    add_part(group, do="inspect")
     add_report(parser)
     add_json(parser)
     add_verbose(parser)
@@ -47,7 +49,13 @@ def run(arguments: argparse.Namespace) -> None:
     a = arguments
     check_report(a.report, a.log, a.map, a.urdf, a.tool)
     with progress("inspecting", a.json):
-        found = inspect(read_recording(a), gravity_of(a), a.tool)
+        found = inspect(
+            read_recording(a),
+            gravity_of(a),
+            a.tool,
+            start=a.start,
+            duration=a.duration,
+        )
         page = None
         if a.report is not None:
             from hefting.page import inspection_page

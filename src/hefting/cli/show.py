@@ -8,6 +8,7 @@ from hefting.cli.options import (
     add_gravity,
     add_recording,
     add_shape,
+    add_tool,
     check_output,
     read_recording,
 )
@@ -44,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         count="?",
     )
     add_gravity(log)
+    add_tool(log)
     results = parser.add_argument_group("results")
     results.add_argument(
         "--estimate",
@@ -66,7 +68,7 @@ def run(arguments: argparse.Namespace) -> None:
 
     a = arguments
     suffix = picture_suffix(a.output)
-    inputs = a.shape, a.object_pose, a.log, a.estimate, a.map, a.urdf
+    inputs = a.shape, a.object_pose, a.log, a.estimate, a.map, a.urdf, a.tool
     check_output(a.output, *inputs)
     with progress("drawing"):
         shape = shape_of(a)
@@ -77,7 +79,9 @@ def run(arguments: argparse.Namespace) -> None:
         found = {"estimate": Estimate.load(a.estimate)} if a.estimate else {}
         gravity = None
         if a.log:
-            found[BY_LEAST_SQUARES], gravity = _of_log(a)
+            tool = a.tool or _tool_beside(found.get("estimate"))
+            beside = ", less the tool" if tool else ""
+            found[BY_LEAST_SQUARES + beside], gravity = _of_log(a, tool)
         picture = picture_of(plot_shape(shape, found, gravity), suffix)
     write_atomically(a.output, picture)
     for line in (*place_of(shape), *_depths(shape, found)):
@@ -87,11 +91,21 @@ def run(arguments: argparse.Namespace) -> None:
     print(f"wrote {a.output}")
 
 
-def _of_log(a: argparse.Namespace) -> "tuple[Estimate, Array]":
+def _tool_beside(estimate: "Estimate | None") -> "Estimate | None":
+    """The tool that was subtracted for an estimate."""
+    from hefting.core.estimate import Estimate
+    from hefting.core.estimate_json import subtracted_tool
+    from hefting.core.inertia import InertialParameters
+
+    vector = subtracted_tool(estimate.provenance if estimate else {})
+    return vector if vector is None else Estimate("", InertialParameters(vector), 0)
+
+
+def _of_log(a: argparse.Namespace, tool: "Estimate | None") -> "tuple[Estimate, Array]":
     """What least squares finds without the shape, and gravity (K, 3) in sensor axes."""
     from hefting.identification import identify
 
-    found = identify(read_recording(a), method="OLS", gravity=gravity_of(a))
+    found = identify(read_recording(a), method="OLS", gravity=gravity_of(a), tool=tool)
     return found.estimate, found.ingested.measurements.gravity
 
 

@@ -55,11 +55,7 @@ def remarks(mark: str, body: Body, *lines: str, doubt: str = "") -> str:
     """The same for a target that does not want flange axes; `doubt` stands behind the
     frame."""
     where = f"{body.frame} axes, from the {body.frame} origin{doubt}"
-    what = (
-        f"the object, without {body.without}"
-        if body.without
-        else "what the sensor carries"
-    )
+    what = "the object" if body.without else "what the sensor carries"
     what += "; the mass of the sensor itself and of an adapter is not in it"
     said = (where, what, *wrapped(body.notes), *lines)
     return "".join(f"{mark} {line}\n" for line in said)

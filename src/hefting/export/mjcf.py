@@ -56,6 +56,9 @@ def file_warnings(model: str) -> list[Message]:
             "the model says settotalmass, by which MuJoCo scales every mass and inertia"
         )
         warnings.append(warning("masses-scaled", what))
+    if re.search(r"""\bbound(mass|inertia)\s*=\s*["']\s*[0.]*[1-9]""", model):
+        what = "the model says boundmass or boundinertia, to which MuJoCo raises what is less"
+        warnings.append(warning("inertials-raised", what))
     return warnings
 
 

@@ -84,11 +84,26 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
 
 
 def named_instead(obstacle: InputError, found: Ingested) -> InputError:
-    """An error that names the mistake in the recording, where one makes the answer
-    wrong, in the place of one that tells what came of it."""
-    if found.doubt is None or not found.doubt.is_fatal:
+    """An error that names the mistake in the recording, or of several the one that is
+    wrong alone, in the place of one that tells what came of it."""
+    own = [mistake_in(part) for part in found.recordings]
+    if all(own) and found.doubt is not None and found.doubt.is_fatal:
+        return type(obstacle)(str(found.doubt.message), found.log)
+    wrong = next(filter(None, own), obstacle)
+    return obstacle if all(own) else wrong
+
+
+def mistake_in(found: Ingested) -> InputError | None:
+    """What makes a recording wrong whatever others of the object tell: a mistake that
+    was named, or a wrench that no object explains."""
+    if found.doubt is not None and found.doubt.is_fatal:
+        return NotIdentifiableError(str(found.doubt.message), found.log)
+    try:
+        if not found.fit.mass_is_open:
+            _require_mass(found, None)
+    except InputError as obstacle:
         return obstacle
-    return type(obstacle)(str(found.doubt.message), found.log)
+    return None
 
 
 def _require_mass(found: Ingested, shape: Shape | None) -> None:
@@ -113,8 +128,8 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
     check_wrench(found, shape)  # of a mass of nothing it would take a wrong unit
     if fit.mass_is_open:
         beside = " beside a bias" if bias == "free" else ""
-        duration = float(np.ptp(found.measurements.time))
-        if not found.static and duration < SHORTEST_RECORDING:
+        duration = found.duration
+        if duration is not None and duration < SHORTEST_RECORDING:
             what = f"the recording lasts {duration:.3g} s, too short to determine even the mass{beside}"
             raise NotIdentifiableError(what, found.log, "is its time in seconds?")
         hints = {

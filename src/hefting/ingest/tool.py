@@ -48,6 +48,7 @@ def with_tool(estimate: Estimate, tool: Estimate) -> Estimate:
         covariance = covariance + added
     return replace(
         estimate,
+        method=f"{estimate.method} with the tool of {tool.parameters.mass:.4g} kg",
         parameters=InertialParameters(
             estimate.parameters.vector + tool.parameters.vector
         ),

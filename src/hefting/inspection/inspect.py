@@ -43,6 +43,9 @@ def inspect(
     recording: Recording | str | Path | Any,
     gravity: GravityLike = ON_EARTH,
     tool: Estimate | Answered | str | Path | None = None,
+    *,
+    start: float = 0.0,
+    duration: float | None = None,
 ) -> Inspection:
     """Collect all that can be said of a recording before an object is identified.
 
@@ -55,6 +58,8 @@ def inspect(
         (3,) in world axes [m/s²], or ``"estimate"`` to find its direction.
     tool : Estimate, what `calibrate` or `identify` returns, or path, optional
         What the sensor holds besides the object, to subtract.
+    start, duration : float, optional
+        Part of the recording to inspect [s].
 
     Returns
     -------
@@ -64,8 +69,8 @@ def inspect(
     Raises
     ------
     InputError
-        Only for what is no recording, if `gravity` is not a valid gravity, or `tool`
-        no estimate.
+        Only for what is no recording or no part of it, if `gravity` is not a valid
+        gravity, or `tool` no estimate.
 
     Examples
     --------
@@ -73,7 +78,9 @@ def inspect(
     >>> found.verdict.level, round(found.facts.mass, 2)
     ('good', 0.67)
     """
-    recording = as_recording(recording, wrench_needed=False)
+    whole = as_recording(recording, wrench_needed=False)
+    part: dict[str, Any] = {"start": start, "duration": duration}
+    recording = whole.slice(**part) if start or duration is not None else whole
     g = check_gravity(Gravity.of(gravity).vector)
     held = None if tool is None else load_tool(tool)
     missing: dict[str, str] = {}
@@ -81,7 +88,7 @@ def inspect(
     obstacle = _obstacle(recording)
     try:
         if not obstacle:
-            ingested = ingest(recording, gravity=gravity, hint=True, tool=held)
+            ingested = ingest(whole, gravity=gravity, hint=True, tool=held, **part)
             motion = movement(recording, ingested)
         elif obstacle == EMPTY:
             missing["conditioning"] = obstacle

@@ -218,9 +218,9 @@ def predicted(found: Prediction, say: Say) -> Iterable[Section]:
     shown = [row("largest", name, peak) for name, peak in found.peaks.items()]
     for name, (lowest, highest) in found.extremes.items():
         shown += [row("lowest", name, lowest), row("highest", name, highest)]
-    meaning = "The sensor exerts it on the object, in sensor axes about its origin."
+    meaning = f"By {found.method}; exerted by the sensor, in its axes about its origin."
     if found.std is not None:
-        meaning += " ± is half the 95 % band of the object's own wrench."
+        meaning += " ± is half the 95 % band of that wrench itself."
     content = join(
         verdict_box(found.verdict, found.warnings, say),
         table(("", "value", "unit", when), shown),

@@ -41,8 +41,8 @@ class Agreement:
     time: Array
     """(L,) [s], on the motion's clock"""
     wrench: Array
-    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias
-    and what drifts"""
+    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias,
+    of one for each recording that which fits best, and what drifts"""
     difference: Array
     """(L, 6) that wrench minus the predicted one"""
     rms: Array
@@ -85,10 +85,13 @@ def agreement(
         warnings.append(warning("sign-uncertain", what, "wrench"))
     predicted = predict_wrench(z, estimate.parameters.vector)
     difference = z.wrench - predicted
-    bias = estimate.common_bias
-    if bias is not None:
-        difference = difference - bias
-    rms, varying = _rms(difference), _rms(difference - difference.mean(axis=0))
+    varying = _rms(difference - difference.mean(axis=0))
+    bias = min(
+        np.atleast_2d(np.zeros(6) if estimate.bias is None else estimate.bias),
+        key=lambda own: float(np.sum(_rms(difference - own) / (varying + 1e-9))),
+    )
+    difference = difference - bias
+    rms = _rms(difference)
     own = within = wide = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
@@ -127,10 +130,9 @@ def agreement(
             "other than the estimate's? was the sensor zeroed in between?"
         )
         warnings.append(warning("constant-difference", what))
-    wrench = z.wrench if bias is None else z.wrench - bias
     noted = found.conditioned.findings, tuple(warnings)
     return Agreement(
-        z.time, wrench, difference, rms, varying, own, within, sign, *noted
+        z.time, z.wrench - bias, difference, rms, varying, own, within, sign, *noted
     )
 
 
@@ -173,9 +175,9 @@ class Prediction:
     """Wrench along a motion, exerted by the sensor on the object, in sensor axes about
     the sensor's origin.
 
-    The band is where the wrench of the object itself lies with 95 % probability, each
-    component and instant by itself, if the motion is as given and only the ten
-    parameters are uncertain. What a sensor shows has its noise and bias besides.
+    The band is where that wrench itself lies with 95 % probability, each component and
+    instant by itself, if the motion is as given and only the parameters are uncertain.
+    What a sensor shows has its noise and bias besides.
 
     Examples
     --------
@@ -187,7 +189,7 @@ class Prediction:
     trajectory: str
     """Where the motion came from."""
     method: str
-    """That made the estimate."""
+    """That made the estimate, and the tool that is counted in."""
     static: bool
     """Whether the rows are static poses; ``time`` then counts them from 0."""
     time: Array

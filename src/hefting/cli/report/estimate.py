@@ -77,7 +77,8 @@ def estimate_report(
         lines.append(Line(_describe_errors(errors, verbose)))
     elif truth is not None:
         mass, com = plain_errors(estimate.parameters, truth)
-        lines.append(Line(f"errors: mass {mass:.2g} %, COM {1e3 * com:.2g} mm"))
+        text = f"errors: mass {mass:.2g} %, COM {1e3 * com:.2g} mm; that of the inertia"
+        lines.append(Line(f"{text} is told in shares of the size: give `shape`"))
     if verbose:
         return lines + [Line(line) for line in facts(estimate)]
     return [*lines, *map(Line, summary(estimate)), Line(MORE)]

@@ -94,11 +94,11 @@ def _assumed(found: Prediction) -> Iterable[Text]:
         f"assumed: gravity ({g}) m/s² in world axes; motion from {DESCRIPTIONS[found.source]}"
     )
     yield Text(
-        "the sensor exerts it on the object, about the sensor's origin; an on-sensor log has minus this"
+        "the sensor exerts it on what it holds, about the sensor's origin; an on-sensor log has minus this"
     )
     if found.std is not None:
         yield Text(
-            "95 %: the object's own wrench, by the estimate's covariance; not a sensor's noise and bias"
+            "95 %: that wrench itself, by the estimate's covariance; not a sensor's noise and bias"
         )
     peaks = np.array([peak.value for peak in found.peaks.values()])
     if found.motion_std is not None and (found.motion_std > NOTICED * peaks).any():

@@ -190,16 +190,20 @@ def scale_doubts(
     off = (reading.mass - mass) / deviation
     if not abs(off) > LARGEST_DEVIATION:
         return ()
+    tool = 0.0 if carried is None else float(carried[0])
     if off > 0.0:
         causes = "does the controller subtract a part of it already"
-    elif carried is None or not carried.any():
+    elif not tool:
         causes = "does the sensor carry a gripper that was not weighed (`tool`)"
     else:
         causes = "was it weighed without all that the sensor carries beside the tool"
+    ask = f"is its unit right, {causes}, and is the force in newtons?"
+    if tool and abs(reading.mass - tool - mass) < LARGEST_DEVIATION * deviation:
+        ask = f"with the tool of {tool:.4g} kg? give `mass` of the object alone"
     what = (
         f"the scale shows {reading.mass:.4g} kg, the wrench {mass:.4g} ± "
         f"{variance**0.5:.2g} kg, {abs(off):.0f} standard deviations apart, so the "
-        f"scale is left out: is its unit right, {causes}, and is the force in newtons?"
+        f"scale is left out: {ask}"
     )
     return (error("mass-contradicts-wrench", what, "mass"),)
 
