@@ -47,10 +47,9 @@ from hefting.ingest.rivals import (
     wrench_filtered,
 )
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.consequence import doubt_of
+from hefting.ingest.rivals.consequence import Vibration, doubt_of
 from hefting.ingest.rivals.explanation import as_given
 from hefting.ingest.rivals.judge import evidence, judge
-from hefting.ingest.rivals.vibration import Vibration
 from hefting.logs import read_log, write_log
 from hefting.logs.sensor_pose import with_sensor_pose
 from hefting.simulation import UR5, hammer, random_smooth, simulate

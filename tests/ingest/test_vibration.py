@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import butter, sosfilt
 
 from hefting.ingest.rivals import vibration
-from hefting.ingest.rivals.vibration import Vibration
+from hefting.ingest.rivals.consequence import Vibration
 
 AXES = np.array((1.0, 2.0, -2.0, 0.1, 0.0, -0.2))
 
