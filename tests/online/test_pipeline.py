@@ -12,6 +12,7 @@ from benchmarks.online_streams import faulty, swapped
 from playing import play
 
 import hefting
+from benchmarks import online_streams
 from hefting.online import history, identifier, pipeline
 from hefting.online.folding import Folded
 from hefting.online.pipeline import Pipeline
@@ -247,6 +248,22 @@ def test_two_seconds_of_silence_do_no_harm(longer):
     assert deviations(said[-1].estimate, whole).max() < 0.5
 
 
+@pytest.mark.parametrize("names", [("wrench",), ("position", "orientation")])
+def test_a_stream_that_stops_while_others_go_on_is_told_by_name(clean, names):
+    """After 2 s, and a step; its stamps may be of another clock."""
+    case, _ = clean
+    _, said = play(
+        case.recording, lambda s, k: [] if s.stream in names and 7 <= k < 22 else [s]
+    )
+    lost = [each for each in said if each.state == "lost source"]
+    begin = case.recording.start + 1.4
+    assert 2.0 < lost[0].time - begin < 2.5
+    assert lost[-1].time - begin < 3.1
+    assert f"no {' and '.join(names)} for 2 s" in lost[0].messages[-1]
+    assert lost[0].messages[-1].code == "source-silent"
+    assert said[-1].state == "identified"
+
+
 def test_a_wrench_that_stands_still_is_no_other_object(longer):
     """For two of seven seconds, as of a driver that repeats its last message."""
     case, whole = longer
@@ -272,6 +289,25 @@ def test_a_wrench_that_stands_still_is_no_other_object(longer):
     assert "contradicted" not in {each.state for each in said}
     assert said[-1].state == "identified"
     assert np.abs(deviations(said[-1].estimate, whole)).max() < 1.5
+
+
+def test_poses_that_repeat_are_no_other_object():
+    """For more than the 6 s after which a deviation had been another object."""
+    case = swapped(3, change=False, duration=12.0)
+    begin = case.recording.start + 4.0
+
+    def repeat(samples, _):
+        stream = case.recording[samples.stream]
+        if samples.stream == "wrench":
+            return [samples]
+        last = stream.values[stream.time <= begin][-1]
+        stands = (samples.time > begin)[:, None]
+        return [samples._replace(values=np.where(stands, last, samples.values))]
+
+    _, said = play(case.recording, repeat)
+    assert {each.object for each in said} == {1}
+    assert said[-1].state == "contradicted"
+    assert "do the poses repeat?" in said[-1].messages[-1]
 
 
 def test_malformed_samples_are_skipped_and_counted(clean):
@@ -348,6 +384,23 @@ def test_the_final_answer_is_of_all_samples_whatever_was_asked_for(clean):
     assert estimate.samples == whole.estimate.samples
     assert estimate.provenance["used"] == estimate.provenance["of"]
     assert estimate.half_widths["mass"] < 1.05 * said[-1].estimate.half_widths["mass"]
+
+
+def test_what_was_put_down_before_the_end_is_the_final_answer(monkeypatch):
+    """What follows is a millionth of it. The answer had been of that: do not use."""
+    monkeypatch.setattr(online_streams, "STEPS", (1.0 - 1e-6,) * 2)
+    case = next(
+        each
+        for each in (swapped(k, duration=9.0, time=4.0) for k in range(9))
+        if each.other.mass < each.body.mass
+    )
+    live, said = play(case.recording)
+    assert said[-1].object == 2
+    last = live.close()
+    assert (last.state, last.object) == ("nothing held", 1)
+    assert last.estimate.mass == pytest.approx(case.body.mass, rel=0.03)
+    assert last.messages[-1].code == "live-nothing-held"
+    assert "Measurements" not in repr(said[-1])
 
 
 def test_the_final_answer_of_several_objects_is_of_the_last():

@@ -65,6 +65,9 @@ FASTEST = 100.0
 ROLES = ("wrench", "pose", "joint", "imu")
 """Roles whose topics can be named."""
 
+TOLD_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept")
+"""Messages that say what the final answer is of."""
+
 STEP = 0.2
 """Longest wait for an estimate before it is looked what the source does [s]."""
 
@@ -264,6 +267,9 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
     if a.json:
         print_object(found)
     else:
+        for message in found.messages:
+            if message.code in TOLD_AT_END:
+                say(render(message))
         results = Results({method: estimate}, method, None, None, {}, written)
         print_results(results, render, a.verbose)
     if a.export_to:

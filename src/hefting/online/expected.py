@@ -60,7 +60,9 @@ INERTIA_ARM = 0.3
 """[m] Standard deviation of another body's moments of inertia over its mass, as a
 length: they are many times the noise where a heavy one is turned quickly."""
 LONGEST = 6.0
-"""[s] A deviation that lasts longer is no touch, whatever explains it."""
+"""[s] A deviation that lasts longer is no touch, whatever explains it but rest."""
+REST = 1e-3
+"""Change of gravity in sensor axes, over its size, below which the poses rest."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -234,6 +236,8 @@ class Watch:
     """[s] When a deviation was seen first; None while there is none."""
     changed: bool = False
     """Whether it is another object."""
+    rests: bool = False
+    """Whether the poses have rested all the while, or repeat."""
 
     def looked(self, expected: Expected, z: Measurements) -> Self:
         """After a look at the latest samples (K,)."""
@@ -242,16 +246,24 @@ class Watch:
             return self
         now = float(z.time[-1])
         if deviation.size <= LARGEST:
-            return replace(self, onset=None)
+            return replace(self, onset=None, rests=False)
         onset = now if self.onset is None else self.onset
         lasted = now - onset
         changed = lasted >= PERSISTS and _is_body(expected, z, lasted)
-        return replace(self, onset=onset, changed=changed or lasted >= LONGEST)
+        rests = lasted >= PERSISTS and _rests(z.gravity[z.time >= onset])
+        changed |= lasted >= LONGEST and not rests
+        return replace(self, onset=onset, changed=changed, rests=rests)
 
     @property
     def trusted_until(self) -> float | None:
         """[s] Samples up to here are of the object; None where all are."""
         return None if self.onset is None else self.onset - LENGTHS[-1]
+
+
+def _rests(gravity: Array) -> bool:
+    """Whether gravity (K, 3) keeps its direction in sensor axes."""
+    change = np.abs(gravity - gravity[-1]).max()
+    return bool(change <= REST * np.linalg.norm(gravity[-1]))
 
 
 def _is_body(expected: Expected, z: Measurements, lasted: float) -> bool:

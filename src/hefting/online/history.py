@@ -25,6 +25,10 @@ messages."""
 STRAGGLERS = 2.0
 """[s] Stamps so near to the last one before a clock jumped are of the clock before."""
 
+LONGEST_AHEAD = 1.0
+"""[s] Most that one part of a stream counts as silence of the others: after an
+interruption of all, or where parts are long, the others are on their way."""
+
 MOST_NUMBERS = 1_000_000
 """Most numbers that are kept: 8 MB, one minute of wrench and poses at 1 kHz."""
 
@@ -42,6 +46,8 @@ class History:
         """Number of all samples."""
         self.latest = -np.inf
         """[s] Newest stamp of any stream."""
+        self.silence: dict[str, float] = {}
+        """[s] How far the others went on since a stream's last sample."""
         self._before_jump: dict[str, float] = {}
         self._far = 0
 
@@ -78,6 +84,9 @@ class History:
         if len(time):
             series = self._series(name)
             series.add(time, values)
+            ahead = min(max(series.latest - self.latest, 0.0), LONGEST_AHEAD)
+            self.silence = {n: each + ahead for n, each in self.silence.items()}
+            self.silence[name] = 0.0
             self.latest = max(self.latest, series.latest)
             self.kept.add(Samples(name, time, values))
         return None

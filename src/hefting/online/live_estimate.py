@@ -11,6 +11,8 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, Literal
 
+import numpy as np
+
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
@@ -32,6 +34,12 @@ LiveStateName = Literal[
     "contradicted",
     "lost source",
 ]
+
+
+LEAST_SPREAD = 1.0
+"""[m/s²] Spread of the acceleration beside gravity that shows whether a body is held."""
+UNSEEN_SHARE = 0.05
+"""Share of the mass of the object before below which what is not told is nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -59,7 +67,7 @@ class LiveEstimate:
     """Number of the object, which counts up where another is held."""
     previous: Estimate | None = None
     """The last estimate of the object before."""
-    recent: Measurements | None = None
+    recent: Measurements | None = field(default=None, repr=False)
     """Samples since the stream was last looked at as a whole, put right as it was: the
     newest that the estimate includes."""
     messages: tuple[Message, ...] = ()
@@ -118,7 +126,8 @@ def final_estimate(
     Returns
     -------
     LiveEstimate
-        `last` where the whole cannot be identified, or is not there.
+        `last` where the whole cannot be identified, or is not there; with the estimate
+        of the object before where nothing is held at the end.
     """
     if recordings is None:
         what = (
@@ -127,7 +136,7 @@ def final_estimate(
         return replace(last, messages=(*last.messages, note("live-not-kept", what)))
     if not recordings:
         return last
-    start = 0.0
+    start, understood, before = 0.0, None, last.previous
     shape, hyperparameters = settings.shape, dict(settings.hyperparameters)
     try:
         logs = [as_recording(each) for each in recordings]
@@ -143,12 +152,48 @@ def final_estimate(
             understood, shape, settings.method, hyperparameters, stop=False
         )
     except InputError as error:
+        if understood is not None and _is_empty(understood.measurements, before):
+            return _of_object_before(last, since)
         said = note("live-little-motion", f"no final answer: {error}")
         return replace(last, messages=(*last.messages, said))
-    messages = last.messages
+    estimate, messages = found.estimate, last.messages
+    doubted = not estimate.verdict.usable
+    if doubted and _is_empty(understood.measurements, before):
+        return _of_object_before(last, since)
     if since is not None:
-        what = f"the final answer is of what is held from {start:.3f} s on: `start`"
+        what = f"the final answer is of object {last.object}, held from {start:.3f} s on: `start`"
         messages = (*messages, note("live-part-used", what, "start"))
-    estimate = found.estimate
     state = "sufficient" if estimate.sufficient else "identified"
     return replace(last, estimate=estimate, state=state, messages=messages)
+
+
+def _is_empty(z: Measurements, before: Estimate | None) -> bool:
+    """Whether the force, but for a constant one, is that of no body beside the object
+    `before`, where the motion would show it."""
+    if before is None or not len(z):
+        return False
+    load = z.linear_acceleration - z.gravity
+    load, force = load - load.mean(axis=0), z.force - z.force.mean(axis=0)
+    spread = float(np.square(load).sum())
+    shows = spread > len(z) * LEAST_SPREAD**2
+    return (
+        shows and abs(float((load * force).sum())) < UNSEEN_SHARE * before.mass * spread
+    )
+
+
+def _of_object_before(last: LiveEstimate, since: float | None) -> LiveEstimate:
+    """The answer for what was put down before the end."""
+    number, before = last.object - 1, last.previous
+    assert before is not None
+    when = "" if since is None else f" since {since:.2f} s"
+    what = f"nothing is held{when}: the final answer is of object {number}, before"
+    said = note("live-nothing-held", f"{what} ({before.mass:.4g} kg)")
+    messages = tuple(m for m in last.messages if m.code != "live-little-motion")
+    return replace(
+        last,
+        state="nothing held",
+        estimate=before,
+        object=number,
+        previous=None,
+        messages=(*messages, said),
+    )

@@ -32,6 +32,10 @@ NOTABLE_SHARE = 0.02
 understandings."""
 FOLLOWED = ("smooth", "inertial", "orientation")
 """Sources of motion that a filter of poses stands for between understandings."""
+NEEDED = ("wrench", "position", "orientation")
+"""Streams without which, once they came, no new sample counts."""
+SILENT = 2.0
+"""[s] How long one of them may be silent while others go on."""
 MOST_MESSAGES = 20
 """Most messages on the stream that are kept."""
 
@@ -127,6 +131,8 @@ class Pipeline:
         self._older = self._older[-MOST_PARTS:]
         if self._asker.busy or self._watch.onset is not None or self._stall.lasts:
             return
+        if self._silent:
+            return
         if not self.history.latest - self._last_asked >= EVERY:
             return
         recording = self.history.recording()
@@ -208,6 +214,12 @@ class Pipeline:
         what = f"the wrench is no longer that of object {before}{was}"
         said = f"{what}: object {self.object} since {since:.2f} s"
         self._messages.append(warning("new-object", said))
+
+    @property
+    def _silent(self) -> dict[str, float]:
+        """Needed streams that stopped, and for how long [s]."""
+        silence = self.history.silence
+        return {n: silence[n] for n in NEEDED if silence.get(n, 0.0) > SILENT}
 
     def _understood_by(self, end: float) -> Understanding | None:
         """The last understanding of samples no later than `end` [s]."""
@@ -292,13 +304,21 @@ class Pipeline:
 
     def _state(self, said: list[Message]) -> LiveStateName:
         """The state; what is to be said of it is added."""
+        if silent := self._silent:
+            what = f"no {' and '.join(silent)} for {min(silent.values()):.0f} s"
+            said.append(warning("source-silent", f"{what}: does its driver run?"))
+            return "lost source"
         if self._stall.lasts:
             what = f"the wrench stands still since {self._stall.since:.2f} s"
             said.append(warning("wrench-stalled", f"{what}: does its driver run?"))
             return "lost source"
         if self._watch.onset is not None:
             when = f"since {self._watch.onset:.2f} s"
-            what = f"the wrench is not that of the object {when}: touched, slipped or swapped?"
+            why = "touched, slipped or swapped, or was the sensor zeroed?"
+            if self._watch.rests:
+                when += ", while the poses rest"
+                why = "touched, or do the poses repeat?"
+            what = f"the wrench is not that of the object {when}: {why}"
             said.append(warning("live-contradicted", what))
             return "contradicted"
         if self._estimate is not None:
