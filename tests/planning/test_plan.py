@@ -142,7 +142,7 @@ def test_what_is_asked_is_reached_and_told_when(bench):
 
 @pytest.mark.usefixtures("_briefly")
 def test_out_of_reach_says_how_long_it_would_take(bench):
-    text = refused(bench, until="inertia=1%", duration=1.0)
+    text = refused(bench, until="inertia=20%", duration=1.0)
     assert "out of reach within 1 s" in text
     assert "plan for about" in text
 
@@ -151,6 +151,17 @@ def test_out_of_reach_says_how_long_it_would_take(bench):
 def test_what_no_motion_tells_is_said(bench):
     text = refused(bench, until="mass=0.05%", duration=1.0)
     assert "nor by any longer motion" in text
+
+
+def test_a_long_motion_is_a_shorter_one_there_and_back(bench):
+    """Which keeps its limits, and leaves no more than it does once."""
+    given = {"effort": "quick", "until": "inertia=100%"}
+    short, long = (bench.plan(duration=T, **given)[0] for T in (4.0, 60.0))
+    assert long.duration == pytest.approx(60.0)
+    q = long.motion.position
+    np.testing.assert_allclose(q[:1501], q[1500:3001][::-1], atol=1e-9)
+    assert max(long.usage.values()) <= 1.0
+    assert long.forecast.accuracy[-1].inertia < short.forecast.accuracy[-1].inertia
 
 
 def test_a_start_out_of_range_is_named(bench):

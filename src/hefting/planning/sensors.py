@@ -96,6 +96,13 @@ class WristSensor:
         covariance = noise_covariance(self.noise, MOTION_NOISE, vector, self.rate)
         return Information.of(covariance, self.rate)
 
+    def kept(self, held: Held) -> Array:
+        """(10, 10) covariance of errors that no motion lessens: of the gain, now and
+        when the tool was identified."""
+        tool = GAIN * held.tool
+        both = GAIN * held.body.vector + tool
+        return np.outer(both, both) + np.outer(tool, tool)
+
     def forecast(
         self,
         trajectory: Trajectory,
@@ -126,8 +133,7 @@ class WristSensor:
             both = _without(held.information, own + tool)
             both = _without(both, tool)
             both = both + _without(np.asarray(np.linalg.inv(C), float), own)
-            kept = np.linalg.inv(both) + np.outer(own + tool, own + tool)
-            return kept + np.outer(tool, tool)
+            return np.linalg.inv(both) + self.kept(held)
 
         return forecast_by(after, held, trajectory.duration, instants)
 
@@ -236,6 +242,10 @@ class JointTorques:
         """Of the loaded run less the empty one, as if all samples counted twice the
         variance."""
         return JointInformation(2.0**0.5 * self.noise, self.rate)
+
+    def kept(self, held: Held) -> Array:
+        """(10, 10) None is known: the forecast counts the gains of the joints."""
+        return np.zeros((10, 10))
 
     def forecast(
         self,
