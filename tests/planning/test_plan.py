@@ -133,6 +133,18 @@ def test_no_motion_tells_the_mass_beside_a_tool_better_than_the_sensors_gain(ben
 
 
 @pytest.mark.usefixtures("_briefly")
+def test_the_sensors_range_holds_object_and_tool(bench):
+    """As heavy as the object, in its place: of a range of 1.5 weights nothing is left."""
+    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    tool = first.parameters.vector.tolist()
+    beside = replace(first, provenance={**first.provenance, "tool": tool})
+    force = 1.5 * 9.81 * first.mass
+    plan, _ = bench.plan(estimate=first, duration=2.0, effort="quick", force=force)
+    assert plan.usage["force"] <= 1.0
+    assert "range of force" in refused(bench, estimate=beside, force=force)
+
+
+@pytest.mark.usefixtures("_briefly")
 def test_what_is_asked_is_reached_and_told_when(bench):
     plan, _ = bench.plan(until="inertia=20%,com=3mm", duration=4.0, effort="quick")
     assert plan.reached

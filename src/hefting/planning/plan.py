@@ -126,12 +126,12 @@ class Planner:
     def problem(self, duration: float, copies: int = 1) -> Problem:
         """The problem of one of so many motions that last `duration` [s] in all, with
         all joints at zero at the start."""
-        vector = self.held.body.vector
+        vector, tool = self.held.body.vector, self.held.tool
         information = self.sensor.information(vector)
         once = duration / copies
         asked = asked_of_tour(self.asked) if self.stop_and_go else self.asked
         # the gain acts on the tool, too
-        gain = self.sensor.gain * (1.0 + self.held.tool[0] / vector[0])
+        gain = self.sensor.gain * (1.0 + tool[0] / vector[0])
         corners = np.vstack((np.zeros(3), self.held.corners))
         return Problem(
             Chain.of(self.robot, self.gravity),
@@ -140,7 +140,7 @@ class Planner:
             self.held.information,
             replace(information, rate=copies * information.rate),
             Objective.of(self.held.body, asked, gain),
-            Constraints.of(self.limits, corners, vector, self.space.half_spaces),
+            Constraints.of(self.limits, corners, vector + tool, self.space.half_spaces),
         )
 
     def _starts(self, problem: Problem, searcher: Searcher) -> Array:
@@ -209,7 +209,8 @@ def plan(
         recording, else moderate ones.
     acceleration, jerk : limits of all joints, or of each (n,) [rad/s²], [rad/s³].
     force, torque : range of the sensor along each axis [N], [N m], which the expected
-        wrench of the object keeps.
+        wrench of the object keeps, with that of the tool beside which the estimate was
+        made.
     keep : half-spaces that links and object stay in, in the axes of the robot's root,
         as in ``["z>=0.05", "x<=0.6"]``.
     srdf : file that says which links not to check against each other.
