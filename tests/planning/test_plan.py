@@ -145,6 +145,20 @@ def test_the_sensors_range_holds_object_and_tool(bench):
 
 
 @pytest.mark.usefixtures("_briefly")
+def test_a_short_motion_is_expected_to_tell_less_beside_a_bias(bench):
+    """Of 2 s, by a brief plan: after an estimate without bias, and after one with it."""
+    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    C = 1e4 * first.covariance
+    masses = []
+    for bias in ("none", "estimate"):
+        known = {**first.provenance, "bias": bias}
+        known = replace(first, covariance=C, provenance=known)
+        plan, _ = bench.plan(estimate=known, duration=2.0, effort="quick")
+        masses.append(plan.forecast.accuracy[-1].mass)
+    assert masses[1] > 1.2 * masses[0]
+
+
+@pytest.mark.usefixtures("_briefly")
 def test_what_is_asked_is_reached_and_told_when(bench):
     plan, _ = bench.plan(until="inertia=20%,com=3mm", duration=4.0, effort="quick")
     assert plan.reached

@@ -112,15 +112,20 @@ class WristSensor:
         held: Held,
         seed: int,
     ) -> Forecast:
-        """By `identify`, of the wrench that is expected."""
+        """By `identify`, of the wrench that is expected, in which a bias is found anew
+        unless the estimate's recording had none or a known one."""
         recording = self._recording(trajectory, robot, chain, held, seed)
         shape = None if held.estimate is not None else held.shape
         standard = np.array_equal(chain.gravity, STANDARD_GRAVITY)
         gravity = ON_EARTH if standard else chain.gravity
+        found_before = held.estimate and held.estimate.provenance.get("bias")
+        bias = "auto" if found_before in ("none", "given") else "estimate"
 
         def after(duration: float, before: Array | None) -> Array | None:
             try:
-                found = identify(recording, shape, duration=duration, gravity=gravity)
+                found = identify(
+                    recording, shape, duration=duration, gravity=gravity, bias=bias
+                )
             except HeftingError:
                 return before
             C = found.estimate.covariance
