@@ -47,7 +47,7 @@ def test_how_long_it_takes_lies_between_two_durations():
 def test_only_what_no_motion_lessens_is_out_of_reach_of_any():
     short, *longer = falling(0.02, 5.0, 20.0)
     text = said(short, 0.05, longer)
-    assert "nor by a motion that was found of up to 20 s" in text
+    assert "nor by this motion again and again for 20 s" in text
     assert "any longer" not in text
     text = said(short, 0.12, longer)
     assert "nor by any longer motion: by a sensor's usual accuracy" in text

@@ -21,6 +21,7 @@ from hefting.planning.limits import ACCELERATION, JERK, Constraints, Limits
 from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
 from hefting.planning.result import (
     INSTANTS,
+    LONGEST,
     Forecast,
     Plan,
     accuracy_by,
@@ -41,14 +42,15 @@ from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
 SEARCHED = 15.0
-"""[s] of a motion that is searched, about: a longer one is such a motion there and back,
-the best for being made so often. Ones of 30 and 39 s are found in half the time so, and
-leave as little; many that were searched as a whole were caught in slow turns."""
-LONG = 2.0
-"""[s] of a motion from which on the same again and again tells what longer ones reach."""
+"""[s] of a motion that is searched, about: a longer one is such a motion there and back.
+Of 30 and 39 s they are found in half the time and leave as little; many that were
+searched as a whole were caught in slow turns."""
+SEARCHED_AGAIN = 6.0
+"""[s] the same where what is asked is not reached so: shorter ones are not as good, but
+seldom caught."""
 MOST_SHORT = 3.0
-"""Times what is asked from which on another search is not expected to reach it: plans of
-10 s by different seeds leave an inertia known half as well at worst."""
+"""Times what is asked from which on another search is not tried: plans of 10 s by other
+seeds leave an inertia twice as uncertain."""
 RANDOM_STARTS = 12
 """Places to start from that are tried where none is given."""
 
@@ -80,7 +82,8 @@ class Planner:
         kept = accuracy_by(self.sensor.kept(self.held), body)
         short = share_of(asked, found[1].accuracy[-1])
         if asked.met_by(kept) and short < MOST_SHORT:
-            again = replace(self, seed=self.seed + 1).planned(duration, effort)
+            other = replace(self, seed=self.seed + 1)
+            again = other.planned(duration, effort, SEARCHED_AGAIN)
             found = min(
                 found, again, key=lambda own: share_of(asked, own[1].accuracy[-1])
             )
@@ -90,11 +93,7 @@ class Planner:
         return found
 
     def _longer(self, found: Found) -> Iterator[Forecast]:
-        """Of the ends of the motion, or of one of `SEARCHED` where that is short, again
-        and again, each time twice as often."""
-        if found.trajectory.duration < LONG:
-            found, forecast = self.planned(SEARCHED, "quick")
-            yield forecast
+        """Of the ends of the motion again and again, each time twice as often."""
         copies, most = 1, int(LONGEST / found.trajectory.duration)
         while copies < most:
             copies = min(2 * copies, most)
@@ -107,12 +106,14 @@ class Planner:
             trajectory, instants, self.robot, found.problem.chain, self.held, self.seed
         )
 
-    def planned(self, duration: float, effort: str) -> tuple[Found, Forecast]:
-        """The motion of `duration` [s], and what is expected of it; errors as of
-        `plan`, but that of what is asked."""
+    def planned(
+        self, duration: float, effort: str, searched: float = SEARCHED
+    ) -> tuple[Found, Forecast]:
+        """The motion of `duration` [s], made of ones of about `searched` [s], and what
+        is expected of it; errors as of `plan`, but that of what is asked."""
         rng = np.random.default_rng([self.seed, 7])
         searcher = Searcher(self.robot.joints, self.space, effort_named(effort), rng)
-        copies = 1 if self.stop_and_go else max(round(duration / SEARCHED), 1)
+        copies = 1 if self.stop_and_go else max(round(duration / searched), 1)
         problem = self.problem(duration, copies)
         starts = self._starts(problem, searcher)
         best = (
@@ -161,7 +162,7 @@ class Planner:
 
 DURATION = 10.0
 """[s] of a plan, where nothing is said."""
-SHORTEST, LONGEST = 1.0, 120.0
+SHORTEST = 1.0
 """[s] of a plan."""
 FASTEST = 20.0
 """[m/s] of a corner: no arm moves what it holds as fast."""

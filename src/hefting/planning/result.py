@@ -245,6 +245,8 @@ def accuracy_by(C: Array | None, body: InertialParameters) -> Accuracy:
     return Accuracy.of_draws(body.vector + normal @ half.T, body, LEVEL)
 
 
+LONGEST = 120.0
+"""[s] of a plan."""
 SLACK = 1.3
 """Times the duration by which it may be missed, as motions differ."""
 
@@ -282,12 +284,13 @@ def out_of_reach(
     for after in longer:
         if asked.met_by(after.accuracy[-1]):
             needed = _time_between(before, after, asked)
-            much = f"{needed:.0f} to {SLACK * needed:.0f} s"
+            first, last = np.ceil((needed - 1e-6, min(SLACK * needed, LONGEST) - 1e-6))
+            much = f"{first:.0f} to {last:.0f} s"
             return InputError(what, fix=f"plan for about {much}, or ask for less")
         before = after
     if before is not forecast:
-        what += f", nor by a motion that was found of up to {before.time[-1]:g} s"
-    return InputError(what, fix="ask for less, relax a limit or give another `start`")
+        what += f", nor by this motion again and again for {before.time[-1]:g} s"
+    return InputError(what, fix="ask for less, or try a longer one or another `seed`")
 
 
 def _time_between(before: Forecast, after: Forecast, asked: Accuracy) -> float:
