@@ -231,7 +231,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--sensor-noise", "1,2"), ("--sensor-noise", "N, mN")),
         (("--sensor-range", "1"), ("--sensor-range", "100N,5Nm")),
         (("--sensor-range", "1N,5Nm"), ("the sensor's range of force", "relax")),
-        (("--acceleration", "1,2"), ("acceleration", "6 joints")),
+        (("--acceleration", "1,2"), ("--acceleration: is not", "6 joints")),
         (("--jerk", "x"), ("--jerk", "numbers")),
         (("--gravity", "0,0,0"), ("gravity", "not all zero")),
         (("--output", "motion.txt"), ("'.txt' is not an output format", ".csv")),

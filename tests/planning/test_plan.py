@@ -133,6 +133,32 @@ def test_no_motion_tells_the_mass_beside_a_tool_better_than_the_sensors_gain(ben
 
 
 @pytest.mark.usefixtures("_briefly")
+def test_the_sensors_range_holds_object_and_tool(bench):
+    """As heavy as the object, in its place: of a range of 1.5 weights nothing is left."""
+    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    tool = first.parameters.vector.tolist()
+    beside = replace(first, provenance={**first.provenance, "tool": tool})
+    force = 1.5 * 9.81 * first.mass
+    plan, _ = bench.plan(estimate=first, duration=2.0, effort="quick", force=force)
+    assert plan.usage["force"] <= 1.0
+    assert "range of force" in refused(bench, estimate=beside, force=force)
+
+
+@pytest.mark.usefixtures("_briefly")
+def test_a_short_motion_is_expected_to_tell_less_beside_a_bias(bench):
+    """Of 2 s, by a brief plan: after an estimate without bias, and after one with it."""
+    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    C = 1e4 * first.covariance
+    masses = []
+    for bias in ("none", "estimate"):
+        known = {**first.provenance, "bias": bias}
+        known = replace(first, covariance=C, provenance=known)
+        plan, _ = bench.plan(estimate=known, duration=2.0, effort="quick")
+        masses.append(plan.forecast.accuracy[-1].mass)
+    assert masses[1] > 1.2 * masses[0]
+
+
+@pytest.mark.usefixtures("_briefly")
 def test_what_is_asked_is_reached_and_told_when(bench):
     plan, _ = bench.plan(until="inertia=20%,com=3mm", duration=4.0, effort="quick")
     assert plan.reached
@@ -142,7 +168,7 @@ def test_what_is_asked_is_reached_and_told_when(bench):
 
 @pytest.mark.usefixtures("_briefly")
 def test_out_of_reach_says_how_long_it_would_take(bench):
-    text = refused(bench, until="inertia=1%", duration=1.0)
+    text = refused(bench, until="inertia=20%", duration=1.0)
     assert "out of reach within 1 s" in text
     assert "plan for about" in text
 
@@ -151,6 +177,17 @@ def test_out_of_reach_says_how_long_it_would_take(bench):
 def test_what_no_motion_tells_is_said(bench):
     text = refused(bench, until="mass=0.05%", duration=1.0)
     assert "nor by any longer motion" in text
+
+
+def test_a_long_motion_is_a_shorter_one_there_and_back(bench):
+    """Which keeps its limits, and leaves no more than it does once."""
+    given = {"effort": "quick", "until": "inertia=100%"}
+    short, long = (bench.plan(duration=T, **given)[0] for T in (4.0, 60.0))
+    assert long.duration == pytest.approx(60.0)
+    q = long.motion.position
+    np.testing.assert_allclose(q[:1501], q[1500:3001][::-1], atol=1e-9)
+    assert max(long.usage.values()) <= 1.0
+    assert long.forecast.accuracy[-1].inertia < short.forecast.accuracy[-1].inertia
 
 
 def test_a_start_out_of_range_is_named(bench):

@@ -26,19 +26,29 @@ def test_it_is_reached_between_two_instants():
     assert time_needed(forecast([0.0, 2.0], [np.inf, 0.11]), ASKED) is None
 
 
-def test_how_long_it_takes_follows_from_two_durations():
-    """Variances n / T + f with n = 0.3, f = 0.005: 0.01 is reached after 60 s."""
-    short, long = (
-        forecast([0.0, T], [np.inf, (0.3 / T + 0.005) ** 0.5]) for T in (5.0, 20.0)
-    )
-    text = str(out_of_reach(ASKED, short, long))
+def falling(floor, *durations):
+    """Variances n / T + f with n = 0.3."""
+    return [forecast([0.0, T], [np.inf, (0.3 / T + floor) ** 0.5]) for T in durations]
+
+
+def said(own, kept, longer):
+    return str(out_of_reach(ASKED, own, Accuracy(1e-3, 1e-9, kept), longer))
+
+
+def test_how_long_it_takes_lies_between_two_durations():
+    """With f = 0.005 0.01 is reached after 60 s."""
+    short, *longer = falling(0.005, 5.0, 20.0, 80.0)
+    text = said(short, 0.05, longer)
     assert "out of reach within 5 s" in text
     assert "the inertia is known to" in text
     assert float(re.search(r"about (\S+) to 78 s", text)[1]) == pytest.approx(60.0)
 
 
-def test_what_no_duration_reaches_is_said():
-    short, long = (
-        forecast([0.0, T], [np.inf, (0.3 / T + 0.02) ** 0.5]) for T in (5.0, 20.0)
-    )
-    assert "nor by any longer motion" in str(out_of_reach(ASKED, short, long))
+def test_only_what_no_motion_lessens_is_out_of_reach_of_any():
+    short, *longer = falling(0.02, 5.0, 20.0)
+    text = said(short, 0.05, longer)
+    assert "nor by this motion again and again for 20 s" in text
+    assert "any longer" not in text
+    text = said(short, 0.12, longer)
+    assert "nor by any longer motion: by a sensor's usual accuracy" in text
+    assert text.count("COM") == 0  # which is reached

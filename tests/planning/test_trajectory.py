@@ -50,3 +50,14 @@ def test_samples_hold_start_and_end(trajectory):
     motion = trajectory.sampled(100.0)
     assert len(motion.time) == 401
     assert motion.time[[0, -1]].tolist() == [0.0, 4.0]
+
+
+def test_repeated_it_goes_there_and_back(trajectory):
+    T, often = trajectory.duration, trajectory.repeated(3)
+    time = np.linspace(0.0, 3.0 * T, 301)
+    there = time % (2.0 * T)
+    there = np.where(there > T, 2.0 * T - there, there)
+    own, one = often.at(time), trajectory.at(there)
+    np.testing.assert_allclose(own.position, one.position, atol=1e-9)
+    np.testing.assert_allclose(own.acceleration, one.acceleration, atol=1e-7)
+    assert often.duration == pytest.approx(3.0 * T)

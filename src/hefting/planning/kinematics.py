@@ -78,6 +78,19 @@ class Trajectory:
         """(K, n) [rad/s³] at instants (K,) [s]"""
         return self._derivatives[3](np.asarray(time, dtype=float))
 
+    def repeated(self, copies: int) -> Trajectory:
+        """There, back, there again, so many times in all, at rest between: what a
+        motion back takes of the limits and tells is that of the motion there."""
+        inner, T = self.knots[DEGREE + 1 : -DEGREE - 1], self.duration
+        ways = (inner, self.points), (T - inner[::-1], self.points[::-1])
+        knots, points = [self.knots[: DEGREE + 1]], [self.points[:AT_REST]]
+        for k in range(copies):
+            own, path = ways[k % 2]
+            knots += [k * T + own, np.full(AT_REST, (k + 1) * T)]
+            points.append(path[AT_REST:])
+        knots.append(np.full(DEGREE + 1 - AT_REST, copies * T))
+        return Trajectory(np.concatenate(knots), np.concatenate(points))
+
     def sampled(self, rate: float) -> JointMotion:
         """At `rate` [Hz], from the start to the end, which are both among the
         samples."""

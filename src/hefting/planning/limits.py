@@ -15,8 +15,8 @@ from hefting.core.spatial import SPEED_LIMIT, Array, cross, freeze, frozen
 from hefting.planning.information import expected_wrench
 from hefting.planning.kinematics import TipMotion
 from hefting.planning.space import HalfSpace
-from hefting.robots.robot import Robot
-from hefting.robots.urdf import read_urdf
+from hefting.robots.robot import Robot, resolved
+from hefting.robots.urdf import Tree, read_urdf
 
 ACCELERATION = 5.0
 """[rad/s²] of a joint, where nothing is said: no URDF has it. Cobots reach twice as
@@ -64,8 +64,8 @@ class Limits:
             own = np.asarray(value, dtype=float)
             if own.shape != shape or not (own > 0.0).all():
                 of = f" of each of {n} joints" if shape else ""
-                what = f"{field.name} is not a positive number{of}"
-                raise InputError(what, "Limits")
+                what = f"is not a positive number{of}"
+                raise InputError(what, f"`{field.name}`")
 
     @classmethod
     def from_urdf(
@@ -79,7 +79,7 @@ class Limits:
         torque: float | None = None,
     ) -> Self:
         """Positions and speeds of a URDF's `<limit>` elements, for the joints of
-        `robot`.
+        `robot`, which keep those of the joints that mimic them as well.
 
         Parameters
         ----------
@@ -89,16 +89,17 @@ class Limits:
         corner_speed, force, torque : as in `Limits`.
 
         Raises `InputError` for a joint without limits, naming it, for a joint that
-        slides, and for one that others mimic.
+        slides, and for limits of a joint and one that mimics it that exclude each other.
         """
         tree = read_urdf(path)
+        for joint in tree.chain(robot.sensor_frame):
+            if joint.kind == "prismatic":
+                what = "it slides, and plans are of joints that turn"
+                fix = "make it fixed, where it will stand, in a copy of the URDF"
+                raise InputError(what, f"{path}, joint '{joint.name}'", fix)
         positions, speeds = [], []
         for name in robot.joints:
             joint, where = tree.joints[name], f"{path}, joint '{name}'"
-            if joint.kind == "prismatic":
-                what = "it slides, and plans are of joints that turn"
-                fix = "choose a tip that only turning joints move"
-                raise InputError(what, where, fix)
             if joint.kind == "revolute" and joint.limits is None:
                 fix = (
                     'give <limit lower="..." upper="..." velocity="..."/> [rad, rad/s]'
@@ -112,6 +113,7 @@ class Limits:
         n = len(positions)
         if not n:
             raise InputError(f"no joint moves '{robot.sensor_frame}'", path)
+        _keep_mimics(tree, robot, positions, speeds)
         return cls(
             np.array(positions),
             np.array(speeds),
@@ -121,6 +123,27 @@ class Limits:
             force,
             torque,
         )
+
+
+def _keep_mimics(
+    tree: Tree, robot: Robot, positions: list[tuple[float, float]], speeds: list[float]
+) -> None:
+    """Narrow the limits of the robot's joints to what those that mimic them keep."""
+    for joint in tree.joints.values():
+        if joint.mimic is None:
+            continue
+        name, factor, offset = resolved(joint, tree)
+        if name not in robot.joints or factor == 0.0:
+            continue
+        i = robot.joints.index(name)
+        if joint.limits is not None:
+            low, high = sorted((end - offset) / factor for end in joint.limits)
+            positions[i] = max(low, positions[i][0]), min(high, positions[i][1])
+            if positions[i][0] >= positions[i][1]:
+                what = f"its limits leave no room to '{name}', which it mimics"
+                raise InputError(what, f"{tree.source}, joint '{joint.name}'")
+        if joint.speed is not None:
+            speeds[i] = min(speeds[i], joint.speed / abs(factor))
 
 
 def _of_each(values: ArrayLike, n: int) -> Array:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
@@ -203,7 +203,7 @@ def forecast_by(
     times = np.linspace(first, duration, instants)
     before = _before(held)
     known = [before, *(after(t, before) for t in times)]
-    accuracies = [_accuracy(C, held.body) for C in known]
+    accuracies = [accuracy_by(C, held.body) for C in known]
     widths = [NORMAL_95 * _deviations(C, held.body) for C in known]
     return Forecast(
         frozen([0.0, *times]),
@@ -235,7 +235,7 @@ def _deviations(C: Array | None, body: InertialParameters) -> Array:
     return np.where(open_ones, np.inf, np.sqrt(np.maximum(variances, 0.0)))
 
 
-def _accuracy(C: Array | None, body: InertialParameters) -> Accuracy:
+def accuracy_by(C: Array | None, body: InertialParameters) -> Accuracy:
     """What errors do not exceed with probability `LEVEL`."""
     if C is None or not np.isfinite(C).all():
         return Accuracy(np.inf, np.inf, np.inf)
@@ -245,17 +245,16 @@ def _accuracy(C: Array | None, body: InertialParameters) -> Accuracy:
     return Accuracy.of_draws(body.vector + normal @ half.T, body, LEVEL)
 
 
-LONGER = 4.0
-"""Times the duration of the motion that tells how deviations fall with it."""
-
+LONGEST = 120.0
+"""[s] of a plan."""
 SLACK = 1.3
-"""Times that duration by which it may be missed, as motions differ."""
+"""Times the duration by which it may be missed, as motions differ."""
 
 
 def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
     """[s] after which what is asked is expected to be reached, linear between the
     instants of the forecast; None where it is not."""
-    shares = [_share(asked, each) for each in forecast.accuracy]
+    shares = [share_of(asked, each) for each in forecast.accuracy]
     if shares[0] <= 1.0:
         return 0.0
     for i in range(1, len(shares)):
@@ -267,34 +266,43 @@ def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
     return None
 
 
-def out_of_reach(asked: Accuracy, forecast: Forecast, longer: Forecast) -> InputError:
+def out_of_reach(
+    asked: Accuracy, forecast: Forecast, kept: Accuracy, longer: Iterable[Forecast]
+) -> InputError:
     """The error of an accuracy that is not expected by the end, which says how long it
-    would take, by what a longer motion would reach.
+    would take: as far as `longer` reaches, forecasts of longer and longer motions.
 
-    Variances are taken to fall as n / T + f: f is what the estimator is not sure of
-    however long the recording, as the sensor's own accuracy.
+    No motion is better than `kept`. Between two forecasts variances are taken to fall
+    as n / T + f.
     """
-    last, then = forecast.accuracy[-1], longer.accuracy[-1]
-    T, longer_T = float(forecast.time[-1]), float(longer.time[-1])
-    what = f"out of reach within {T:g} s: {asked.shortfall(last)}"
-    needed = T
-    for name in NAMES.values():
-        limit, got, later = (getattr(own, name) for own in (asked, last, then))
-        if limit is None or got is None or later is None or got <= limit:
-            continue
-        n = max(got**2 - later**2, 0.0) / (1.0 / T - 1.0 / longer_T)
-        f = max(later**2 - n / longer_T, 0.0)
-        needed = max(needed, n / (limit**2 - f) if limit**2 > f else np.inf)
-    if not np.isfinite(needed):
-        fix = "ask for less: what stays is the sensor's own accuracy"
-        return InputError(f"{what}, nor by any longer motion", fix=fix)
-    longest = SLACK * needed
-    return InputError(
-        what, fix=f"plan for about {needed:.0f} to {longest:.0f} s, or ask for less"
-    )
+    lacking = asked.shortfall(forecast.accuracy[-1])
+    what = f"out of reach within {forecast.time[-1]:g} s: {lacking}"
+    if not asked.met_by(kept):
+        what += ", nor by any longer motion: by a sensor's usual accuracy alone "
+        return InputError(what + asked.shortfall(kept), fix="ask for less")
+    before = forecast
+    for after in longer:
+        if asked.met_by(after.accuracy[-1]):
+            needed = _time_between(before, after, asked)
+            first, last = np.ceil((needed - 1e-6, min(SLACK * needed, LONGEST) - 1e-6))
+            much = f"{first:.0f} to {last:.0f} s"
+            return InputError(what, fix=f"plan for about {much}, or ask for less")
+        before = after
+    if before is not forecast:
+        what += f", nor by this motion again and again for {before.time[-1]:g} s"
+    return InputError(what, fix="ask for less, or try a longer one or another `seed`")
 
 
-def _share(asked: Accuracy, got: Accuracy) -> float:
+def _time_between(before: Forecast, after: Forecast, asked: Accuracy) -> float:
+    """[s] at which what is asked is reached between the ends of two forecasts."""
+    rates = [1.0 / own.time[-1] for own in (before, after)]
+    shares = [share_of(asked, own.accuracy[-1]) for own in (before, after)]
+    high, low = np.minimum(shares, 1e3) ** 2
+    part = (high - 1.0) / (high - low)
+    return float(1.0 / (rates[0] + part * (rates[1] - rates[0])))
+
+
+def share_of(asked: Accuracy, got: Accuracy) -> float:
     """Largest of what is known over what is asked."""
     shares = [0.0]
     for name in NAMES.values():

@@ -96,6 +96,13 @@ class WristSensor:
         covariance = noise_covariance(self.noise, MOTION_NOISE, vector, self.rate)
         return Information.of(covariance, self.rate)
 
+    def kept(self, held: Held) -> Array:
+        """(10, 10) covariance of errors that no motion lessens: of the gain, now and
+        when the tool was identified."""
+        tool = GAIN * held.tool
+        both = GAIN * held.body.vector + tool
+        return np.outer(both, both) + np.outer(tool, tool)
+
     def forecast(
         self,
         trajectory: Trajectory,
@@ -105,15 +112,20 @@ class WristSensor:
         held: Held,
         seed: int,
     ) -> Forecast:
-        """By `identify`, of the wrench that is expected."""
+        """By `identify`, of the wrench that is expected, in which a bias is found anew
+        unless the estimate's recording had none or a known one."""
         recording = self._recording(trajectory, robot, chain, held, seed)
         shape = None if held.estimate is not None else held.shape
         standard = np.array_equal(chain.gravity, STANDARD_GRAVITY)
         gravity = ON_EARTH if standard else chain.gravity
+        found_before = held.estimate and held.estimate.provenance.get("bias")
+        bias = "auto" if found_before in ("none", "given") else "estimate"
 
         def after(duration: float, before: Array | None) -> Array | None:
             try:
-                found = identify(recording, shape, duration=duration, gravity=gravity)
+                found = identify(
+                    recording, shape, duration=duration, gravity=gravity, bias=bias
+                )
             except HeftingError:
                 return before
             C = found.estimate.covariance
@@ -126,8 +138,7 @@ class WristSensor:
             both = _without(held.information, own + tool)
             both = _without(both, tool)
             both = both + _without(np.asarray(np.linalg.inv(C), float), own)
-            kept = np.linalg.inv(both) + np.outer(own + tool, own + tool)
-            return kept + np.outer(tool, tool)
+            return np.linalg.inv(both) + self.kept(held)
 
         return forecast_by(after, held, trajectory.duration, instants)
 
@@ -236,6 +247,10 @@ class JointTorques:
         """Of the loaded run less the empty one, as if all samples counted twice the
         variance."""
         return JointInformation(2.0**0.5 * self.noise, self.rate)
+
+    def kept(self, held: Held) -> Array:
+        """(10, 10) None is known: the forecast counts the gains of the joints."""
+        return np.zeros((10, 10))
 
     def forecast(
         self,

@@ -116,7 +116,7 @@ class Robot:
                 what = f"it is {joint.kind}, and lies between '{tree.root}' and '{sensor_frame}'"
                 fix = f"joints there can be {', '.join(SCALAR)} or fixed"
                 raise InputError(what, where=f"{path}, joint '{joint.name}'", fix=fix)
-            moving, multiplier, offset = _resolved(joint, tree)
+            moving, multiplier, offset = resolved(joint, tree)
             axis = frozen(rotation_matrices(orientation) @ joint.axis)
             column = columns.setdefault(moving, len(columns))
             screws.append(
@@ -218,7 +218,7 @@ def _product(first: Array, second: Array) -> Array:
     )
 
 
-def _resolved(joint: Joint, tree: Tree) -> tuple[str, float, float]:
+def resolved(joint: Joint, tree: Tree) -> tuple[str, float, float]:
     """The joint that moves `joint` in the end, and the multiplier and offset of its
     position."""
     multiplier, offset, passed = 1.0, 0.0, {joint.name}
