@@ -23,7 +23,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.identification import Comparison, identify
 from hefting.identification.agreement import Agreement
 from hefting.identification.compare import compare
-from hefting.notebook import KINDS, html, html_of
+from hefting.notebook import KINDS, html_of, kinds
 from hefting.scene import plus_minus
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids
@@ -279,7 +279,7 @@ def test_pictures_are_small_whatever_the_shape(kind):
 
 
 def test_a_picture_that_would_be_larger_is_left_out(found, monkeypatch):
-    monkeypatch.setattr(html, "LARGEST", 1000)
+    monkeypatch.setattr(kinds, "LARGEST", 1000)
     assert Page(found._repr_html_()).pictures == []
 
 
