@@ -197,6 +197,7 @@ def posterior(**more: Any):
                 "disagreement": 0.0,
                 "response": 0.0,
                 "mixture": SimpleNamespace(mean=np.ones(10), mass_std=0.01),
+                "last": SimpleNamespace(likelihood=SimpleNamespace(mass=(1.0, 1e-4))),
                 "settled": True,
                 "shape_known": True,
                 "misfit": 0.0,

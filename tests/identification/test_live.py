@@ -7,6 +7,7 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.core.measurements import Noise
 from hefting.estimators import Bayes
+from hefting.identification.live import Live
 from hefting.logs import read_log
 from hefting.motion import PoseFilter
 from hefting.shapes import Shape
@@ -66,6 +67,29 @@ def test_a_live_loop_finds_the_object():
                 break
     assert len(held) >= 4  # of 6 become sure
     assert np.mean(held) > 0.7
+
+
+@pytest.mark.parametrize("shape", [None, "box:-0.1,0.1,-0.3,0.3,0,0.3"])
+def test_a_wrench_of_the_other_sign_is_not_to_be_used(shape):
+    """Held to be positive its mass is next to nothing, with a narrow interval."""
+    time, position, orientation, wrench = raw(1, 4.0)
+    for sign, codes_of_errors in (
+        ("on-sensor", ["no-positive-mass"]),
+        ("on-object", []),
+    ):
+        live = Live(shape, sign=sign)
+        state = live.update(
+            live.start(),
+            time=time,
+            position=position,
+            orientation=orientation,
+            wrench=wrench,
+        )
+        found = live.estimate(state)
+        errors = [m for m in found.warnings if m.severity == "error"]
+        assert [m.code for m in errors] == codes_of_errors
+        assert all("sign" in m for m in errors)
+        assert found.verdict.usable == (not errors)
 
 
 @needs_recordings

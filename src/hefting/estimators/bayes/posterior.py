@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.colour import (
     FEWEST_SAMPLES_FOR_NOISE,
@@ -156,6 +156,13 @@ def contradiction(posterior: Posterior, distance: float) -> float:
     )
 
 
+def mass_is_negative(posterior: Posterior) -> bool:
+    """Whether the samples alone tell a negative mass, by more than what contradicts a
+    shape."""
+    mass, variance = posterior.last.likelihood.mass
+    return mass < -((CONTRADICTING_LIKELIHOOD_DISTANCE * variance) ** 0.5)
+
+
 def doubtful_shape(posterior: Posterior, distance: float) -> float:
     """Squared distance [standard deviations] of likely bodies in a shape from the
     wrench, where it is more than a right shape leaves; else 0, as where the noise that
@@ -206,8 +213,8 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
                 "intervals allow for it",
             )
         )
-    error = posterior.response * posterior.mixture.mean[0]
-    if error > LARGEST_RESPONSE_SHARE * posterior.mixture.mass_std:
+    uneven = posterior.response * posterior.mixture.mean[0]
+    if uneven > LARGEST_RESPONSE_SHARE * posterior.mixture.mass_std:
         warnings.append(
             warning(
                 "response-uneven",
@@ -224,7 +231,10 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
                 "shape",
             )
         )
-    if far:
+    if far and mass_is_negative(posterior):
+        what = "no positive mass explains the wrench: check `sign` and `gravity`"
+        warnings.append(error("no-positive-mass", what, "sign"))
+    elif far:
         where, so = "near the sensor", "of one that is long or far give `shape`"
         if posterior.shape_known:
             where, so = "inside the shape", "the answer is without the shape"
