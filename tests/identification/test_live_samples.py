@@ -216,10 +216,14 @@ BAD = {
     ),
     "norm": ({"orientation": [0, 0, 0, 2.0]}, "norm 2, not 1"),
     "w first": ({"orientation": [1.0, 0, 0]}, "give quaternions"),
-    "nan": ({"position": [0, 0, np.nan]}, "not finite"),
+    "nan": ({"position": [0, 0, np.nan]}, "position at 7 s is not finite; leave"),
+    "no numbers": ({"position": "abc"}, "position is not an array of numbers"),
     "nan time": ({"time": np.nan}, "time is not"),
     "wrench of five": ({"wrench": np.ones(5)}, r"\(1, 5\), not \(1, 6\)"),
-    "wrench nan": ({"wrench": np.full(6, np.nan)}, "the wrench is not finite"),
+    "wrench nan": (
+        {"wrench": np.full(6, np.nan)},
+        "wrench at 7 s is not finite; leave",
+    ),
     "no position any more": ({"position": None}, "at some times and not at others"),
     "several wrenches, one time": ({"wrench": np.ones((2, 6))}, "shape"),
 }

@@ -58,6 +58,22 @@ def test_the_final_answer_may_be_that_of_a_log(recording, tmp_path):
     assert live.close(path).estimate.mass == hefting.identify(path).mass
 
 
+def test_of_a_log_whose_clock_begins_anew_the_last_object_s_part_is_used():
+    """The stream's stamps begin at 4 s, those of its record at zero."""
+    log = swapped(0, duration=7.0, time=4.0).recording
+    found = []
+    for record in (None, log):
+        live = hefting.LiveIdentifier(in_process=False)
+        for together in parts(log, 0.1):
+            for name, time, values in together:
+                live.add(Samples(name, time + 4.0, values))
+            live.step()
+        assert live.latest.object == 2
+        found.append(live.close(record).estimate)
+    # the same samples; the clocks differ by rounding
+    assert found[1].mass == pytest.approx(found[0].mass, rel=1e-6)
+
+
 def test_a_stream_that_is_not_kept_ends_with_the_last_live_answer(
     recording, monkeypatch
 ):

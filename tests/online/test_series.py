@@ -3,7 +3,9 @@
 from collections import Counter
 
 import numpy as np
+import pytest
 
+from hefting.core.errors import InputError
 from hefting.online.history import History
 from hefting.online.samples import Samples, possible
 from hefting.online.series import BIN, Series
@@ -77,6 +79,18 @@ def test_a_clock_is_another_only_when_several_samples_say_so():
     # what is still on its way is of the clock before
     held.add(Samples("wrench", np.array([1.0]), np.zeros((1, 6))))
     assert held.skipped["of the clock before"] == 1
+
+
+@pytest.mark.parametrize("unit", [1e6, 1e9])
+@pytest.mark.parametrize("together", [1, 5])
+def test_a_time_that_is_not_in_seconds_is_refused(unit, together):
+    """Each sample would be of another clock."""
+    held, time = History(), np.arange(12) * 0.01 * unit
+    few, more = np.split(time, [10])
+    for some in np.split(few, len(few) // together):
+        assert held.checked(Samples("wrench", some, np.zeros((together, 6))))
+    with pytest.raises(InputError, match="give time in seconds"):
+        held.checked(Samples("wrench", more, np.zeros((2, 6))))
 
 
 def test_a_history_is_bounded(monkeypatch):

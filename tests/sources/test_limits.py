@@ -40,7 +40,7 @@ def turned(norm: float) -> np.ndarray:
         ),
         (
             Samples("wrench", np.where(TIME == 2, 1e13, TIME), bad(6, 0.0)),
-            "times that cannot be",
+            "times that cannot be seconds",
         ),
     ],
 )

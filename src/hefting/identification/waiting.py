@@ -53,7 +53,10 @@ class Poses:
             raise InputError("there is no orientation", "Live.update", fix)
         else:
             orientation = unit_quaternions(_stacked(orientation, single))
-            position = None if position is None else _stacked(position, single)
+            if position is not None:
+                position = numbers(_stacked(position, single), "position")
+        for name, values in (("position", position), ("orientation", orientation)):
+            _check_finite(name, times, values)
         return cls(*check_poses(times, position, orientation))
 
     def __getitem__(self, index: slice) -> "Poses":
@@ -121,8 +124,7 @@ class Pairing:
         if values.shape != (len(times), 6):
             what = f"wrench has shape {values.shape}, not {(len(times), 6)}"
             raise InputError(what, "Live.update", "give force, then torque")
-        if not np.isfinite(values).all():
-            raise InputError("the wrench is not finite", "Live.update")
+        _check_finite("wrench", times, values)
         if not len(times):
             return self
         if (np.diff(times) <= 0.0).any():
@@ -183,6 +185,17 @@ def _stacked(values: Any, single: bool) -> Any:
     if not single or hasattr(values, "as_quat"):
         return values
     return np.asarray(values)[None]
+
+
+def _check_finite(name: str, time: Array, values: Array | None) -> None:
+    """`InputError` for a sample that is not finite, with its time; values (K, d) of
+    another shape are refused elsewhere."""
+    if values is None or values.ndim != 2 or len(values) != len(time):
+        return
+    bad = ~np.isfinite(values).all(axis=1)
+    if bad.any():
+        what = f"{name} at {time[np.argmax(bad)]:.9g} s is not finite"
+        raise InputError(what, "Live.update", "leave that sample out")
 
 
 def _check_later(last: float, new: float, name: str) -> None:

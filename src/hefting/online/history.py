@@ -50,15 +50,21 @@ class History:
         """[s] How far the others went on since a stream's last sample."""
         self._before_jump: dict[str, float] = {}
         self._far = 0
+        self._leaps: dict[str, tuple[float, int]] = {}
+        """Last stamp of each stream, and how many in succession went ahead too far."""
 
     def checked(self, samples: Samples) -> Samples | None:
         """The samples that can be; None where they are no stream's. The others are
-        counted."""
+        counted.
+
+        Raises `InputError` for a stream in which each sample would be of another clock.
+        """
         name, arrays = samples.stream, arrays_of(samples)
         if arrays is None:
             self.skipped["of no stream"] += max(np.size(samples.time), 1)
             return None
         good = possible(name, *arrays, self.skipped)
+        self._check_unit(name, arrays[0][good])
         return Samples(name, arrays[0][good], arrays[1][good])
 
     def add(self, samples: Samples) -> Message | None:
@@ -137,6 +143,18 @@ class History:
     def _count(self, reason: str, which: Mask) -> None:
         if which.any():
             self.skipped[reason] += int(which.sum())
+
+    def _check_unit(self, name: str, time: Array) -> None:
+        """`InputError` once so many samples of a stream in succession go ahead too far
+        that their time is not in seconds."""
+        for t in time.tolist():
+            before, leaps = self._leaps.get(name, (t, 0))
+            leaps = leaps + 1 if t - before > FORWARD else 0
+            self._leaps[name] = t, leaps
+            if leaps >= CONFIRMED:
+                what = f"samples of {name} are more than {FORWARD:g} s apart"
+                fix = "give time in seconds, not in micro- or nanoseconds"
+                raise InputError(what, "live", fix)
 
     def _jump(self, name: str, time: Array) -> tuple[Mask, Message | None]:
         """Which samples (n,) of a stream are of the clock so far, and a message once so

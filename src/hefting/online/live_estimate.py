@@ -142,7 +142,8 @@ def final_estimate(
         logs = [as_recording(each) for each in recordings]
         if since is not None:  # an object is held in one clock: the last
             logs = logs[-1:]
-            start = max(since - logs[0].start, 0.0)
+            # a record counts from its own start: what the two share is the end
+            start = max(logs[0].duration - (last.time - since), 0.0)
         whole = logs[0] if len(logs) == 1 else logs
         if isinstance(settings.method, Estimator):
             shape = shape_of(settings.method, shape, hyperparameters)

@@ -170,7 +170,7 @@ def _checks(stream: str, time: Array, values: Array):
     """Reasons to leave samples out, each with which of them are good (n,)."""
     everything = np.concatenate([time[:, None], values], axis=1)
     yield "values that are not finite", np.isfinite(everything).all(axis=1)
-    yield "times that cannot be", np.abs(time) <= LARGEST_TIME
+    yield "times that cannot be seconds", np.abs(time) <= LARGEST_TIME
     largest = LARGEST.get(stream, np.inf)
     yield "values that cannot be", (np.abs(values) <= largest).all(axis=1)
     if stream == "orientation":
