@@ -65,8 +65,8 @@ def test_of_a_log_whose_clock_begins_anew_the_last_object_s_part_is_used():
     for record in (None, log):
         live = hefting.LiveIdentifier(in_process=False)
         for together in parts(log, 0.1):
-            for name, time, values in together:
-                live.add(Samples(name, time + 4.0, values))
+            for name, stamps, values in together:
+                live.add(Samples(name, stamps + 4.0, values))
             live.step()
         assert live.latest.object == 2
         found.append(live.close(record).estimate)
