@@ -125,7 +125,7 @@ def test_a_closed_output_is_no_error(folder):
 
 
 def test_memory_is_an_error_of_one_line(run, folder, monkeypatch):
-    def no_memory(*_):
+    def no_memory(*_, **__):
         raise MemoryError
 
     monkeypatch.setattr("hefting.inspection.inspect", no_memory)
