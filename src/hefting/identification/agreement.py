@@ -26,12 +26,7 @@ import numpy as np
 from hefting import __version__
 from hefting.core.display import Shown
 from hefting.core.errors import InputError
-from hefting.core.estimate import (
-    Answered,
-    Estimate,
-    com_jacobian,
-    estimate_given,
-)
+from hefting.core.estimate import Answered, Estimate, com_jacobian, estimate_given
 from hefting.core.estimate_json import json_ready
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Verdict
