@@ -20,6 +20,7 @@ from benchmarks.mistaken_poses import (
     position_glitches,
     positions,
     quaternions,
+    rows_lost,
     scaled_shape,
     starts_with_identity,
     tilted,
@@ -271,6 +272,11 @@ def mistakes() -> list[Mistake]:
             "half as fast": time_scaled(0.5),
             "in milliseconds": time_scaled(1e3),
         },
+    )
+    add(
+        "rows lost",
+        named("rows-lost"),
+        {f"{s:.0%}": rows_lost(s) for s in (0.01, 0.05)},
     )
     add(
         "late clock",

@@ -72,6 +72,19 @@ def pose_clock(rate: float) -> Change:
     )
 
 
+def rows_lost(share: float) -> Change:
+    """Rows are lost at random, and time is made of their number."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        streams = given.recording.streams
+        kept = rng.random(len(streams["wrench"])) >= share
+        time = np.arange(kept.sum()) / RATE
+        left = {n: Stream(time, stream.values[kept]) for n, stream in streams.items()}
+        return replace(given, recording=replace(given.recording, streams=left))
+
+    return make
+
+
 def late(seconds: float) -> Change:
     return lambda given, rng: given.clock(lambda t: t + seconds, "wrench")
 

@@ -21,12 +21,15 @@ def is_tellable(mistake: Mistake, right: Given, seed: int) -> bool:
     A change of the wrench does if it is no wrench of another body, bias or clock offset
     on the same motion, by more than the noise that is in the recording; a wrong shape,
     if no body in it has the wrench, bias and clock offset aside, that some body has. Of
-    mistakes with poses or options it is not known, and taken for granted.
+    mistakes with poses, rows or options it is not known, and taken for granted.
     """
     exact = right.wrench_of(right.truth.vector)
     noiseless = right.wrench(lambda _, w: exact)
     wrong = mistake.make(noiseless, np.random.default_rng([16, seed]))
-    change = np.array(wrong.recording["wrench"].values) - exact
+    given = np.array(wrong.recording["wrench"].values)
+    if len(given) != len(exact):
+        return True
+    change = given - exact
     if wrong.options or not (change.any() or mistake.needs_shape):
         return True
     assert right.exact is not None

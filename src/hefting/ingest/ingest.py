@@ -29,6 +29,7 @@ from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.free_fit import residuals, wrench_sign
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
+from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.case import Case
@@ -85,7 +86,10 @@ def ingest(
     recording, first = _read(recording, start, duration)
     whole = recording
     recording, given_bias = _subtract_given_bias(
-        without_stalled_wrench(without_faulty_poses(recording, motion)), bias
+        without_stalled_wrench(
+            without_faulty_poses(with_time_of_lost_rows(recording, motion), motion)
+        ),
+        bias,
     )
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)

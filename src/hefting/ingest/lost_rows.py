@@ -1,0 +1,168 @@
+"""Rows that a logger lost and whose time it never gave: time that is made of the row
+number is even, yet here and there the poses step by two rows or more."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from hefting.core.messages import note, warning
+from hefting.core.recording import Recording
+from hefting.core.spatial import Array, Indices, own
+from hefting.ingest.poses import where_in_time
+from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
+from hefting.motion.pose_steps import displacement
+
+EVEN = 0.1
+"""Difference of two intervals, over the usual one, up to which time is even."""
+NEIGHBOURS = np.array((-4, -3, -2, -1, 1, 2, 3, 4))
+"""Places, relative to a step, of the steps that it is compared with."""
+ODD = 0.35
+"""Change of a step's length, over that of those beside it, that is looked into."""
+CLEAR_STEP = 10.0
+"""Length of a step, in standard deviations of the noise, from which on a row more or
+less is clear."""
+STEADY = 0.2
+"""Spread of the steps beside one, over their length, up to which they foretell it."""
+ALONG = 0.2
+"""Part of a step across those beside it, over the part along them, of a moving body."""
+WHOLE = 0.25
+"""Difference from a whole number of rows."""
+MOST_IN_A_ROW = 10
+"""Lost rows that a step may hold: more are a jump."""
+OTHERS = 0.25
+"""Odd steps of another kind, over those of lost rows, up to which rows were lost: a
+stream that is read now too early, now too late, has as many that are short. In two
+recordings of a real arm there are three times as many others."""
+FEWEST_FOR_RHYTHM = 5
+"""Steps of lost rows from which on a rhythm is told."""
+RHYTHM = 0.3
+"""Standard deviation of the rows from one to the next, over their mean, below which
+poses of a faster clock were read evenly, and none of the rows is lost."""
+FIRST_LOOKED_AT = 300
+"""Odd steps, of all, that are looked at first."""
+PASSES = 3
+"""Times the rows of a step are counted: then beside steps of one row."""
+MANY_LOST = 0.05
+"""Share of rows lost above which a warning is given."""
+
+
+def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Recording:
+    """The recording with its time shifted where rows were lost, with a note or a warning
+    of them.
+
+    Only time that is even and that all streams share is made of the row number. A
+    recording of static poses, whose motion is logged beside its poses, or that lost no
+    row is returned as it is.
+
+    Parameters
+    ----------
+    recording : as read.
+    source : where the motion comes from, as for `hefting.motion.measure.measure`.
+    """
+    time = next(iter(recording.streams.values())).time
+    if (
+        recording.static
+        or len(time) <= len(NEIGHBOURS)
+        or not recording.has(*POSE_STREAMS)
+        or reads_columns(recording, source)
+        or not all(np.array_equal(s.time, time) for s in recording.streams.values())
+    ):
+        return recording
+    interval = np.diff(time)
+    usual = float(np.median(interval))
+    if np.ptp(interval) > EVEN * usual:
+        return recording
+    lost = _rows_lost(_pose_steps(recording))
+    if not lost.any():
+        return recording
+    later = usual * np.concatenate(([0.0], np.cumsum(lost)))
+    shared = own(time + later)
+    streams = {n: replace(s, time=shared) for n, s in recording.streams.items()}
+    angles = recording.angles
+    if angles is not None:
+        angles = replace(angles, time=np.interp(angles.time, time, shared))
+    found = replace(recording, streams=streams, angles=angles)
+    number, share = int(lost.sum()), float(lost.sum() / len(time))
+    where = where_in_time(time[1:] - time[0], lost > 0)
+    said = warning(
+        "rows-lost",
+        f"{number} rows ({100.0 * share:.2g} %) seem lost, as time is even but the poses "
+        f"step by several rows {where}: each was given {usual:.3g} s; log the time of "
+        "each sample",
+    )
+    if share > MANY_LOST:
+        return replace(found, warnings=(*recording.warnings, said))
+    return replace(found, notes=(*recording.notes, note(said.code, str(said))))
+
+
+def _pose_steps(recording: Recording) -> Array:
+    """(K - 1, 6) steps of position and orientation, over their noise."""
+    streams = (recording[name].values for name in POSE_STREAMS)
+    return np.hstack([_over_noise(values) for values in streams])
+
+
+def _over_noise(values: Array) -> Array:
+    """(K - 1, 3) steps between positions (K, 3) or orientations (K, 4) over the standard
+    deviation of their noise, from second differences, or of their rounding, from the
+    smallest change of a number."""
+    steps = displacement(values[:-1], values[1:])
+    second = np.abs(np.diff(steps, axis=0))
+    white = 1.4826 * float(np.median(second)) / np.sqrt(6.0)
+    changes = np.abs(np.diff(values, axis=0))
+    digit = changes.min(initial=np.inf, where=changes > 0.0)
+    return steps / max(white, 0.5 * digit)
+
+
+def _rows_lost(steps: Array) -> Indices:
+    """(K - 1,) number of rows lost within each step (K - 1, 6)."""
+    rows = _rows_of(steps)
+    for _ in range(PASSES - 1):
+        if rows.max() > 1:
+            rows *= _rows_of(steps / rows[:, None])
+    if _has_rhythm(np.flatnonzero(rows > 1)):
+        rows[:] = 1
+    return rows - 1
+
+
+def _rows_of(steps: Array) -> Indices:
+    """(K - 1,) number of rows that each step (K - 1, 6) is of, beside its neighbours."""
+    rows = np.ones(len(steps), dtype=int)
+    length = np.linalg.norm(steps, axis=1)
+    beside = np.stack((length[:-2], length[2:]))
+    odd = (length[1:-1] > (1.0 + ODD) * beside.min(axis=0)) | (
+        length[1:-1] < (1.0 - ODD) * beside.max(axis=0)
+    )
+    places = 1 + np.flatnonzero(odd)
+    for some in (places[:: 1 + len(places) // FIRST_LOOKED_AT], places):
+        found = _rows_at(steps, some)
+        if (found == 0).sum() > OTHERS * (found > 1).sum():
+            return rows
+    rows[places] = np.maximum(found, 1)
+    return rows
+
+
+def _rows_at(steps: Array, places: Indices) -> Indices:
+    """(n,) number of rows that the steps at some places (n,) are of: none of a step that
+    is no whole number of rows, one where that is not clear."""
+    chosen = steps[places]
+    near = steps[np.clip(places[:, None] + NEIGHBOURS, 0, len(steps) - 1)]
+    expected = np.median(near, axis=1)
+    size = np.linalg.norm(expected, axis=1)
+    spread = np.median(np.abs(np.linalg.norm(near, axis=2) - size[:, None]), axis=1)
+    share = np.einsum("ij,ij->i", chosen, expected) / np.maximum(size, 1e-12) ** 2
+    across = np.linalg.norm(chosen - share[:, None] * expected, axis=1)
+    rows = np.rint(share).astype(int)
+    is_whole = (
+        (rows >= 1)
+        & (rows <= MOST_IN_A_ROW + 1)
+        & (np.abs(share - rows) < np.maximum(WHOLE, ODD * (rows == 1)))
+        & (across < ALONG * share * size)
+    )
+    clear = (size > CLEAR_STEP) & (spread < STEADY * size)
+    return np.where(clear, np.where(is_whole, rows, 0), 1)
+
+
+def _has_rhythm(places: Indices) -> bool:
+    """Whether events at these places (n,) come evenly."""
+    between = np.diff(places)
+    return len(places) >= FEWEST_FOR_RHYTHM and between.std() < RHYTHM * between.mean()

@@ -1,0 +1,108 @@
+"""Rows that were lost from a log whose time is made of the row number."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.given import correct
+
+from disturbances import disturbed
+from hefting import identify
+from hefting.core.messages import codes
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, Mask
+from hefting.ingest.ingest import ingest
+from hefting.ingest.lost_rows import MANY_LOST, with_time_of_lost_rows
+from hefting.logs import read_log
+from recordings import LOGS, needs_recordings
+
+pytestmark = pytest.mark.usefixtures("same_poses")
+
+
+def rows_of(recording: Recording, rows: Mask | Array, interval: float) -> Recording:
+    """The recording of some of its rows, with time made of their number."""
+    streams = {n: stream[rows] for n, stream in recording.streams.items()}
+    made = {
+        n: Stream(interval * np.arange(len(stream)), stream.values)
+        for n, stream in streams.items()
+    }
+    return replace(recording, streams=made)
+
+
+@pytest.mark.parametrize("share", [0.005, 0.02, 0.06])
+def test_time_is_given_back_and_the_answer_is_that_of_the_log_with_time(share):
+    """To the interval's half-width; as logged, the inertia is off by several
+    half-widths. A row that is lost at rest, or where the arm is slow, is not seen."""
+    right = correct(0).recording
+    time = right["wrench"].time
+    kept = np.random.default_rng(1).random(len(time)) >= share
+    logged = rows_of(right, kept, time[1] - time[0])
+    found = with_time_of_lost_rows(logged)
+    (message,) = (*found.notes, *found.warnings)[len(logged.notes + logged.warnings) :]
+    assert message.code == "rows-lost"
+    lost = int(message.split()[0])
+    assert 0.8 * (~kept).sum() <= lost <= (~kept).sum()
+    many = lost > MANY_LOST * kept.sum()
+    assert message.severity == ("warning" if many else "note")
+    true = time[kept] - time[kept][0]
+    # lost rows that are not seen are few
+    assert np.abs(found["wrench"].time - true).max() < 0.2 * (~kept).sum() * time[1]
+    answer, wanted = identify(logged).estimate, identify(right).estimate
+    low, high = (np.array(side) for side in wanted.interval("inertia"))
+    inertia = [each.parameters.inertia_at_com for each in (answer, wanted)]
+    assert (np.abs(inertia[0] - inertia[1]) < 0.5 * (high - low)).all()
+    assert answer.verdict.level == ("usable with care" if many else "good")
+
+
+@pytest.mark.parametrize("kind", ["clean", "drift", "spikes", "dropped", "contact"])
+def test_a_recording_that_lost_none_is_returned_itself(kind):
+    recording = disturbed(kind, 1.5, 1).recording
+    assert with_time_of_lost_rows(recording) is recording
+
+
+def test_poses_of_a_faster_clock_are_no_lost_rows():
+    """Every fifth pose of one that has 125 a second is not read by a logger of 100: its
+    time is right."""
+    right = disturbed("clean", 1.5, 1).recording
+    rows = np.flatnonzero(np.arange(len(right["position"])) % 5 != 2)
+    read = rows_of(right, rows, 0.0125)
+    assert with_time_of_lost_rows(read) is read
+
+
+def test_poses_read_now_early_now_late_are_no_lost_rows():
+    """As many are repeated as are passed over."""
+    right = disturbed("clean", 1.5, 1).recording
+    count = len(right["position"])
+    late = np.random.default_rng(2).random(count) < 0.05
+    held = np.maximum.accumulate(np.where(late, 0, np.arange(count)))
+    read = rows_of(right, held, 0.01)
+    assert with_time_of_lost_rows(read) is read
+
+
+@pytest.mark.parametrize("digit", [1e-4, 1e-3])
+def test_rounded_poses_are_no_lost_rows(digit):
+    """A slow arm changes by one digit of a rounded position, and now and then by two."""
+    right = disturbed("clean", 1.5, 1).recording
+    time, p = 0.01 * np.arange(1000), np.zeros((1000, 3))
+    p[:, 0] = np.round(1.2 * np.arange(1000)) * digit
+    orientation = np.tile(right["orientation"].values[:1], (1000, 1))
+    streams = {"position": Stream(time, p), "orientation": Stream(time, orientation)}
+    recording = Recording({**streams, "wrench": Stream(time, np.ones((1000, 6)))})
+    assert with_time_of_lost_rows(recording) is recording
+
+
+@needs_recordings
+def test_recordings_of_robots_are_returned_themselves():
+    """Two of them have even time, and poses that are read now early, now late."""
+    for path in LOGS:
+        recording = read_log(path)
+        assert with_time_of_lost_rows(recording, "smooth") is recording, path
+
+
+def test_rows_lost_before_the_part_that_is_asked_for_do_not_count():
+    right = correct(0).recording
+    kept = np.ones(len(right["wrench"]), dtype=bool)
+    kept[[120, 150, 180]] = False
+    logged = rows_of(right, kept, 0.01)
+    assert "rows-lost" in codes(ingest(logged).read_notes)
+    assert "rows-lost" not in codes(ingest(logged, start=2.0).read_notes)
