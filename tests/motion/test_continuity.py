@@ -96,6 +96,36 @@ def test_glitches_are_exactly_the_ones_made(kind, size, noise):
         assert not len(each.jumps)
 
 
+@pytest.mark.parametrize("rate", [100.0, 125.0, 500.0])
+def test_angles_interpolated_over_their_end_are_left_out(rate):
+    """Ten a second, joined to a faster log: between -179 and 179 degrees they turn by 358
+    degrees in 0.1 s, at 62 rad/s from one sample to the next."""
+    time = np.arange(0.0, 8.0, 1.0 / rate)
+    known = np.arange(0.0, 8.01, 0.1)
+    yaw = (170.0 + 25.0 * np.sin(known) + 180.0) % 360.0 - 180.0
+    turns = np.outer(np.radians(np.interp(time, known, yaw)), (0.0, 0.0, 1.0))
+    q = Rotation.from_rotvec(turns).as_quat()
+    each = find_discontinuities(time, q, ORIENTATION_LIMITS)
+    wrapped = np.flatnonzero(np.abs(np.diff(yaw)) > 180.0)
+    assert len(wrapped) == 3
+    between = np.zeros(len(time), dtype=bool)
+    for k in wrapped:
+        between |= (time > known[k] + 1e-9) & (time < known[k + 1] - 1e-9)
+    assert each is not None
+    # besides one sample at either end of a spin, which may count as of it
+    assert (each.left_out | ~between).all()
+    assert (each.left_out & ~between).sum() <= 2 * len(wrapped)
+
+
+def test_a_stop_within_a_sample_is_no_fault():
+    """Of a robot at its full speed, as by its brakes."""
+    time = np.arange(0.0, 4.0, 0.002)
+    run = np.minimum(time, 2.0)
+    p = np.outer(2.0 * run, (1.0, 0.0, 0.0))
+    q = Rotation.from_rotvec(np.outer(3.0 * run, (0.0, 0.0, 1.0))).as_quat()
+    assert found(time, p, q) == (None, None)
+
+
 @pytest.mark.parametrize("noise", NOISES)
 def test_a_stall_is_where_the_body_moves_on(noise):
     """0.2 s of the same pose in motion are left out but for the first; where they begin

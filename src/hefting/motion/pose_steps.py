@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask, changed_rows
+from hefting.core.spatial import Array, Indices, Mask, changed_rows, runs_of
 
 TIMING_ERROR = 0.005
 """[s] Error of a pose's time stamp that is not a fault of the pose. Rows of recordings
@@ -29,6 +29,11 @@ NEARBY_INTERVALS = 2.5
 the other: not across a rest."""
 NEARBY = 0.02
 """[s] The same where the intervals are shorter."""
+KINK_STEPS, KINK_TIME = 3, 0.02
+"""Smallest number of steps, and time [s], of the velocities before and after a kink."""
+KINK_ACCELERATION = 3.0
+"""Acceleration over its limit that makes a kink. Angles that were interpolated over
+their end at 180 degrees turn for some steps at tens of radians per second."""
 STEPS_OF_VELOCITY = 4
 """Largest number of steps from which the velocity at the end of a piece is found."""
 NOISE_OF_JUMP = 5.0
@@ -189,7 +194,38 @@ class Steps:
             explained |= there & (apart <= allowed)
         broken = np.zeros(n, dtype=bool)
         broken[suspect] = ~explained
-        return broken | (length > most)
+        broken |= length > most
+        broken[self._kinks(broken)] = True
+        return broken
+
+    def _kinks(self, broken: Mask) -> Indices:
+        """Steps before which the velocity changes by more than any acceleration does, none
+        of those near it being broken (U - 1,)."""
+        several = max(KINK_STEPS, int(np.ceil(KINK_TIME / self.usual)))
+        way = np.vstack((np.zeros(3), np.cumsum(self.steps, axis=0)))
+        if len(way) <= 2 * several:
+            return np.zeros(0, dtype=int)
+        time = self.runs.time
+        lasts = np.maximum(time[several:] - time[:-several], several * self.usual)
+        velocity = (way[several:] - way[:-several]) / lasts[:, None]
+        before, after = velocity[:-several], velocity[several:]
+        lasts = 0.5 * (lasts[:-several] + lasts[several:])
+        change = np.linalg.norm(after - before, axis=1)
+        slower = np.minimum(
+            np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
+        )
+        allowed = KINK_ACCELERATION * self.limits.acceleration * lasts + (
+            (self.timing_error * slower + NOISE_FACTOR * self.noise) / lasts
+        )
+        faults = np.concatenate(([0], np.cumsum(broken)))
+        whole = faults[2 * several :] == faults[: -2 * several]
+        return np.array(
+            [
+                several + first + int(np.argmax(change[first:end]))
+                for first, end in runs_of(whole & (change > allowed))
+            ],
+            dtype=int,
+        )
 
     def usual_acceleration(self) -> float:
         """Acceleration [m/s²] or [rad/s²] that a body at rest may start with: several
