@@ -155,6 +155,17 @@ def test_averages_count_by_the_errors_of_their_motion(case):
     )
 
 
+def test_averages_without_a_motion_count_as_the_usual_one_with_it(case):
+    """They had counted most of all where the others' motion is in doubt."""
+    body, offset = correct(0).truth.vector, 0.5
+    found = Case.of(
+        case.recording, case.path, case.gravity, offset, biased=True, parameters=body
+    )
+    known = case.path.known_at(case.time - offset)
+    assert (~known).sum() > 5
+    np.testing.assert_allclose(found.worth[~known], found.worth[known].mean())
+
+
 def test_offsets_to_try_are_within_a_tenth_of_a_second_and_near_the_one_found(case):
     np.testing.assert_allclose(case.offsets, 0.02 * np.arange(-5, 6), atol=1e-9)
     late = replace(case, offset=0.203)

@@ -550,6 +550,15 @@ def test_the_form_of_angles_is_told_and_put_right_as_advised(
     )
 
 
+def test_the_form_of_angles_is_told_where_most_poses_are_in_doubt():
+    """Roll, pitch, yaw read as a rotation vector, which wraps: what is left of the motion
+    is so wrong that next to none of its samples counts."""
+    (mistake,) = (m for m in mistakes() if m.strength == "roll, pitch, yaw")
+    found = identify(mistake.make(correct(2), np.random.default_rng([16, 2])).recording)
+    assert found.verdict.level == "do not use"
+    assert found.verdict.reasons[0].code == "orientation-form"
+
+
 SI = {
     "kgf": (scipy.constants.kilogram_force, 1.0),
     "lbf": (scipy.constants.pound_force, 1.0),

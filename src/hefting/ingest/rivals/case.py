@@ -124,8 +124,12 @@ class Case:
         reading = path.at(case.time - offset)
         excess = excess_variance(parameters, reading.variances, *case.floor)
         lasting = samples_per_error(case.time, path.bandwidth)
-        worth = 1.0 / (1.0 + lasting * excess)
-        return replace(case, worth=worth) if worth.any() else case
+        worth, known = 1.0 / (1.0 + lasting * excess), reading.known
+        if not worth[known].any():
+            return case
+        # a sample without motion counts, as one with it, as long as it is not left out
+        usual = float(worth[known].mean())
+        return replace(case, worth=np.where(known, worth, usual))
 
     def every(self, nth: int) -> "Case":
         """Of every n-th average alone."""
