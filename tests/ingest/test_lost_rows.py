@@ -60,11 +60,13 @@ def test_a_recording_that_lost_none_is_returned_itself(kind):
     assert with_time_of_lost_rows(recording) is recording
 
 
-def test_poses_of_a_faster_clock_are_no_lost_rows():
-    """Every fifth pose of one that has 125 a second is not read by a logger of 100: its
-    time is right."""
-    right = disturbed("clean", 1.5, 1).recording
-    rows = np.flatnonzero(np.arange(len(right["position"])) % 5 != 2)
+@pytest.mark.parametrize("nth", [5, 10, 100])
+@pytest.mark.parametrize("seed", [0, 2])
+def test_poses_of_a_faster_clock_are_no_lost_rows(seed, nth):
+    """Every nth pose of one that has 125 a second, or fewer, is not read by a logger of
+    100: its time is right. In the second recording the arm stops and goes."""
+    right = correct(seed).recording
+    rows = np.flatnonzero(np.arange(len(right["position"])) % nth != 2)
     read = rows_of(right, rows, 0.0125)
     assert with_time_of_lost_rows(read) is read
 
