@@ -52,6 +52,7 @@ def explain(case: Case) -> Explanation | None:
         0,
         rarity=next((r for word, r in RARITIES.items() if word in what), 0.0),
         argument="column_map",
+        is_grave=what == APART,
     )
 
 
