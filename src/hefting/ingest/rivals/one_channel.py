@@ -10,8 +10,19 @@ import numpy as np
 from hefting.core.spatial import WRENCH
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows
-from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    LinearPart,
+    Rows,
+    fit_rows,
+    is_hopeless,
+)
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    fit_as_given,
+    newton_euler,
+    over_offsets,
+)
 from hefting.logs.units import UNITS
 
 CODE = "channel-wrong"
@@ -32,10 +43,13 @@ RARITY = 5.0
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest channel, as many times what itself or another should measure."""
+    given = fit_as_given(case)[0]
+    c = _likeliest(given.of_best())
     rows = newton_euler(case, case.motion_late(case.likely_offsets))
-    freed = [fit_rows(case, _freed(rows, c)).of_best() for c in range(6)]
-    c = int(np.argmax([fitted.likelihood[0] for fitted in freed]))
-    of, gain = _measured(freed[c], c)
+    freed = fit_rows(case, _freed(rows, c)).of_best()
+    if is_hopeless(case, freed, given):
+        return None
+    of, gain = _measured(freed, c)
     if of == c and 1.0 / SMALLEST_FACTOR < abs(gain) < SMALLEST_FACTOR:
         return None
     fitted, _ = over_offsets(
@@ -50,6 +64,17 @@ def explain(case: Case) -> Explanation | None:
         rarity=RARITY,
         is_grave=True,
     )
+
+
+def _likeliest(given: Fitted) -> int:
+    """The channel that leaves least beside any function of the motion in its place, to
+    first order."""
+    known = given.rows.known[0, :, :FEATURES]
+    columns = np.einsum("kx,cd->kcdx", known, np.eye(6)).reshape(len(known), 6, -1)
+    S, g = LinearPart.of(given, 0).beside(columns)
+    parts = [slice(first, first + FEATURES) for first in range(0, len(g), FEATURES)]
+    steps = [np.linalg.lstsq(S[p, p], g[p], rcond=1e-9)[0] for p in parts]
+    return int(np.argmax([g[p] @ step for p, step in zip(parts, steps, strict=True)]))
 
 
 def _freed(rows: Rows, c: int) -> Rows:
