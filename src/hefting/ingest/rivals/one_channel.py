@@ -35,8 +35,9 @@ DEAD = 0.5
 """Share of the variance that some channel must explain, or what is found is noise."""
 SMALLEST_GAIN = 5e-3
 """Gain up to which it is cross-talk or chance."""
-NEAR = 0.05
-"""Deviation of a gain from a unit's, as a share of it, up to which it may be that."""
+NEAR = 0.06
+"""Deviation of a gain's logarithm from a unit's, as a share of it, up to which it may be
+that: far from one nothing else is likely, and a small channel is told to some percent."""
 RARITY = 5.0
 """Of which channel it is, and of the other that it may measure."""
 
@@ -118,6 +119,7 @@ def _told(c: int, of: int, gain: float) -> str:
         return f"{name} seems to measure what {WRENCH[of]} should"
     said = f"{name} seems to be {gain:.3g} times what the other channels tell"
     for unit in UNITS["force" if c < 3 else "torque"].values():
-        if abs(gain * float(unit.to_si(np.ones(1))[0]) - 1.0) < NEAR:
+        ratio = abs(gain) * float(unit.to_si(np.ones(1))[0])
+        if abs(np.log(ratio)) < NEAR * abs(np.log(abs(gain))):
             return f"{said}, as if in {unit.name}"
     return said
