@@ -58,7 +58,7 @@ def explain(case: Case) -> Explanation | None:
     )
     return Explanation(
         CODE,
-        _told(c, of, gain),
+        f"the channel {WRENCH[c]} seems to {_told(c, of, gain)}",
         "check its wire, unit and gain, and correct it where the log is written",
         fitted,
         1,
@@ -111,13 +111,12 @@ def _measured(fitted: Fitted, c: int) -> tuple[int, float]:
 
 
 def _told(c: int, of: int, gain: float) -> str:
-    """What a channel seems to measure."""
-    name = WRENCH[c]
+    """What a channel seems to do."""
     if gain == 0.0:
-        return f"the channel {name} does not seem to measure anything"
+        return "measure nothing but noise"
     if of != c:
-        return f"{name} seems to measure what {WRENCH[of]} should"
-    said = f"{name} seems to be {gain:.3g} times what the other channels tell"
+        return f"measure what {WRENCH[of]} should"
+    said = f"be {gain:.3g} times what the other channels tell"
     for unit in UNITS["force" if c < 3 else "torque"].values():
         ratio = abs(gain) * float(unit.to_si(np.ones(1))[0])
         if abs(np.log(ratio)) < NEAR * abs(np.log(abs(gain))):
