@@ -6,21 +6,19 @@ import numpy as np
 from hefting.core.spatial import WRENCH, Array
 from hefting.ingest.rivals.axes_turned import QUARTER_TURNS
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import SMALLEST_FLOOR, Rows
+from hefting.ingest.rivals.evidence import Rows, fit_freely
 from hefting.ingest.rivals.explanation import (
     Explanation,
     newton_euler,
     of_each_wrench,
     over_offsets,
 )
-from hefting.ingest.robust_rows import fit_channels
 
 CODE = "axis-flipped"
 APART = "force and torque seem to be in different axes"
 RARITIES = {APART: 8.0, "axes": 15.0}
-"""Rarity by what is said: of different axes the log of how many there are; two that are
-swapped are with the other sign convention half a turn of the sensor about the line
-between them."""
+"""Rarity by what is said: different axes are many; two that are swapped are with the
+other sign convention half a turn of the sensor about the line between them."""
 ORDERS = 4
 """Orders of the torque's axes that are tried beside one of the force's."""
 
@@ -64,9 +62,7 @@ def _apart(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
     specific force: the force's order is the one nearest to the first, and those of the
     torque make the second antisymmetric.
     """
-    wrench = np.broadcast_to(case.wrench, (*rows.known.shape[:2], 6))
-    both = np.concatenate((rows.known, wrench), axis=2)
-    free = fit_channels(both, rows.used, np.maximum(case.floor, SMALLEST_FLOOR), 6)
+    free = fit_freely(case, rows.known, rows.used)
     force, torque = np.split(free.solution[free.best].reshape(-1, 6)[:3].T, 2)
     first = QUARTER_TURNS[np.abs((QUARTER_TURNS @ force).trace(0, 1, 2)).argmax()]
     lever = QUARTER_TURNS @ torque
