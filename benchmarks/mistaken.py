@@ -34,6 +34,7 @@ from benchmarks.mistaken_wrenches import (
     compensated,
     contact,
     cross_talk,
+    dead,
     dropped_while_moving,
     gains,
     gripper,
@@ -134,6 +135,11 @@ def mistakes() -> list[Mistake]:
             "force and torque": mapped(swap),
         },
     )
+    add(
+        "force swapped, torque not",
+        named("axis-flipped"),
+        {"x and y": mapped(np.eye(6)[[1, 0, 2, 3, 4, 5]])},
+    )
     add("wrench in base axes", named("wrench-in-base-axes"), {"": in_base_axes})
     add(
         "bias none",
@@ -207,6 +213,16 @@ def mistakes() -> list[Mistake]:
         "gain of one axis",
         named("gain-uneven"),
         {f"{g:.0%}": signs(1, 1, 1 + g, 1, 1, 1) for g in (0.03, 0.05, 0.10)},
+    )
+    add(
+        "channel times",
+        named("channel-wrong"),
+        {"fx, 0.5": signs(0.5, 1, 1, 1, 1, 1), "ty, 2": signs(1, 1, 1, 1, 2, 1)},
+    )
+    add(
+        "dead channel",
+        named("channel-wrong"),
+        {"fy": dead(1), "tz": dead(5)},
     )
     add(
         "gains of all axes",

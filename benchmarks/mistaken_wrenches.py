@@ -38,6 +38,17 @@ def units(force: float, torque: float) -> Change:
     return signs(*(force,) * 3, *(torque,) * 3)
 
 
+def dead(channel: int) -> Change:
+    """A channel that shows nothing but its noise and bias."""
+    hidden = np.arange(6) == channel
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        load = given.wrench_of(given.truth.vector)
+        return given.wrench(lambda _, w: w - hidden * load)
+
+    return make
+
+
 def compensated(share: float) -> Change:
     """The controller subtracts the weight of a share of the object."""
 

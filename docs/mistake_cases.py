@@ -183,6 +183,13 @@ CASES = {
             "The calibration matrix again, or bolts that strain the sensor.",
         ),
         Case(
+            "One channel that is wrong by itself",
+            "channel-wrong",
+            ("channel times", "fx, 0.5"),
+            "It is in another unit, of a gauge that has come loose, dead, or at the wire "
+            "of another one.",
+        ),
+        Case(
             "Play or hysteresis",
             "hysteresis",
             ("play", "3%"),

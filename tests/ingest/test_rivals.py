@@ -15,6 +15,7 @@ from benchmarks.mistaken_wrenches import (
     compensated,
     gains,
     low_passed,
+    mapped,
     play,
     tcp,
     turned,
@@ -29,7 +30,7 @@ from benchmarks import given as benchmark
 from given_cases import case_of
 from hefting.core.errors import InputError
 from hefting.core.measurements import NOISE_LEVELS, Noise
-from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.core.spatial import STANDARD_GRAVITY, WRENCH
 from hefting.identification import identify
 from hefting.ingest import condition
 from hefting.ingest.filtering import Signal
@@ -78,6 +79,9 @@ CLEAR = {
     ("gravity", "upwards"): "gravity-reversed",
     ("gain of one axis", "10%"): "gain-uneven",
     ("cross-talk", "3%"): "cross-talk",
+    ("channel times", "fx, 0.5"): "channel-wrong",
+    ("dead channel", "tz"): "channel-wrong",
+    ("force swapped, torque not", "x and y"): "axis-flipped",
     ("cable", "5 N/m"): "cable-force",
     ("sloshing", "30%"): "sloshing",
     ("axes of position", "swapped"): "position-axes",
@@ -136,6 +140,61 @@ def test_gains_that_are_far_apart_are_told_as_such(share, code):
     doubt = doubt_of(case_of(given))
     assert doubt is not None
     assert doubt.message.code == code
+
+
+CHANNELS = {
+    "be 0.5 times what the other channels tell": (0, {0: 0.5}),
+    "be 0.225 times what the other channels tell, as if in lbf": (
+        2,
+        {2: 1.0 / 4.4482216},
+    ),
+    "be 100 times what the other channels tell, as if in N cm": (
+        3,
+        {3: 100.0},
+    ),
+    "measure what fz should": (1, {2: 1.0}),
+    "measure nothing but noise": (5, {}),
+}
+"""What is said of a channel that shows so many times what others, or itself, should."""
+
+
+@pytest.mark.parametrize("said", CHANNELS)
+def test_a_channel_that_is_wrong_by_itself_is_told_by_the_others(said):
+    """Noise of 0.1 N and 5 mN m leaves gains some 0.3 %: numbers are compared to 2 %."""
+    channel, shown = CHANNELS[said]
+    given = correct(2)
+    load = given.wrench_of(given.truth.vector)
+    wrong = sum((gain * load[:, c] for c, gain in shown.items()), np.zeros(len(load)))
+    extra = np.outer(wrong - load[:, channel], np.arange(6) == channel)
+    doubt = doubt_of(case_of(given.wrench(lambda _, w: w + extra)))
+    assert doubt is not None
+    assert (doubt.message.code, doubt.message.severity) == ("channel-wrong", "error")
+    number = re.compile(r"[\d.]+")
+    name, found = str(doubt.message).split(":")[0].split(" seems to ")
+    assert name == f"the channel {WRENCH[channel]}"
+    assert number.sub("#", found) == number.sub("#", said)
+    for one, other in zip(number.findall(found), number.findall(said), strict=True):
+        assert float(one) == pytest.approx(float(other), rel=0.02)
+
+
+APART = {
+    "force": np.kron(np.diag((1, 0)), np.eye(3)[[1, 2, 0]])
+    + np.diag((0, 0, 0, 1, 1, 1)),
+    "torque": np.diag((1, 1, 1, 0, 0, 0))
+    + np.kron(np.diag((0, 1)), np.eye(3)[[2, 1, 0]]),
+}
+"""The force's axes in another order, and the torque's."""
+
+
+@pytest.mark.parametrize("part", APART)
+def test_axes_of_the_force_alone_in_another_order_are_put_right_by_the_columns(part):
+    """Both change the answer by far more than the 1 % of the mass that is left."""
+    given = mapped(APART[part])(correct(2), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.severity == "error"
+    undo = [WRENCH.index(name) for name in re.findall(r'"(\w+)"', str(doubt.message))]
+    assert np.array_equal(APART[part][undo], np.eye(6))
 
 
 @pytest.mark.parametrize("seed", range(6))

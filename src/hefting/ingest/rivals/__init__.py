@@ -18,6 +18,7 @@ from hefting.ingest.rivals import (
     hysteresis,
     lever_arm,
     object_changing,
+    one_channel,
     orientation_form,
     pose_inverse,
     position_axes,
@@ -52,6 +53,7 @@ LINEAR_EXPLANATIONS = (
     base_tilted.explain,
     wrench_compensated.explain,
     calibration_matrix.explain,
+    one_channel.explain,
 )
 """Mistakes of which none explains more than free channels (`explained_by_motion`): they
 are looked for only where those explain enough."""

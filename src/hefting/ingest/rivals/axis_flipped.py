@@ -4,7 +4,9 @@ torque in the place of force."""
 import numpy as np
 
 from hefting.core.spatial import WRENCH, Array
+from hefting.ingest.rivals.axes_turned import QUARTER_TURNS
 from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Rows, fit_freely
 from hefting.ingest.rivals.explanation import (
     Explanation,
     newton_euler,
@@ -13,22 +15,27 @@ from hefting.ingest.rivals.explanation import (
 )
 
 CODE = "axis-flipped"
-RARITY_OF_SWAP = 15.0
-"""Rarity of two axes that are swapped: with the other sign convention it is half a turn
-of the sensor about the line between them."""
+APART = "force and torque seem to be in different axes"
+RARITIES = {APART: 8.0, "axes": 15.0}
+"""Rarity by what is said: different axes are many; two that are swapped are with the
+other sign convention half a turn of the sensor about the line between them."""
+ORDERS = 4
+"""Orders of the torque's axes that are tried beside one of the force's."""
 
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest of all."""
-    changes = _changes()
-    matrices = np.array(list(changes.values()))
-    wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
     offsets = case.likely_offsets
     rows = newton_euler(case, case.motion_late(offsets))
+    changes = _changes()
+    apart = _apart(case, rows, list(changes.values()))
+    whats = [*changes, *[APART] * len(apart)]
+    matrices = [*changes.values(), *apart]
+    wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
     best = of_each_wrench(case, rows, wrenches).best // len(offsets)
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
-    what, matrix = list(changes)[best], matrices[best]
+    what, matrix = whats[best], matrices[best]
     names = [
         ("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()]
         for row in matrix
@@ -41,9 +48,37 @@ def explain(case: Case) -> Explanation | None:
         f"[{columns}] in a column map",
         fitted,
         0,
-        rarity=RARITY_OF_SWAP if "axes" in what else 0.0,
+        rarity=next((r for word, r in RARITIES.items() if word in what), 0.0),
         argument="column_map",
+        is_grave=what == APART,
     )
+
+
+def _apart(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
+    """Matrices (6, 6) that undo orders and signs of the force's axes and others of the
+    torque's, but for those that are taken.
+
+    Of an object of mass m with its COM at c force and torque are m and m [c]x per
+    specific force: the force's order is the one nearest to the first, and those of the
+    torque make the second antisymmetric.
+    """
+    free = fit_freely(case, rows.known, rows.used)
+    force, torque = np.split(free.solution[free.best].reshape(-1, 6)[:3].T, 2)
+    first = QUARTER_TURNS[np.abs((QUARTER_TURNS @ force).trace(0, 1, 2)).argmax()]
+    lever = QUARTER_TURNS @ torque
+    likeliest = np.square(lever + np.swapaxes(lever, 1, 2)).sum(axis=(1, 2)).argsort()
+    found: list[Array] = []
+    for second in QUARTER_TURNS[likeliest[:ORDERS]]:
+        for sign in (1.0, -1.0):
+            undo = np.kron(np.diag((1.0, 0.0)), first)
+            undo += np.kron(np.diag((0.0, sign)), second)
+            undo *= 1.0 if undo.sum() >= 0.0 else -1.0
+            is_turn = sign > 0.0 and np.array_equal(first, second)
+            if not is_turn and not any(
+                np.array_equal(undo, s * each) for each in taken for s in (1.0, -1.0)
+            ):
+                found.append(undo)
+    return found
 
 
 def _changes() -> dict[str, Array]:

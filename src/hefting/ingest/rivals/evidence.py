@@ -16,6 +16,7 @@ from hefting.ingest.rivals.case import Case
 from hefting.ingest.robust_rows import (
     DAMPING,
     RobustRows,
+    fit_channels,
     fit_each,
     normal_equations,
     scaled_to_ones,
@@ -113,6 +114,19 @@ def fit_rows(case: Case, rows: Rows, iterations: int = ITERATIONS) -> Fitted:
     used = rows.used * (case.worth / case.worth.mean())
     fits = fit_each(both, rows.maps, used, floor, iterations)
     return Fitted(**vars(fits), rows=rows)
+
+
+def fit_freely(
+    case: Case, known: Array, used: Array | Mask, iterations: int = ITERATIONS
+) -> RobustRows:
+    """The same where each channel is any linear function of known rows (O, K, z)."""
+    wrench = np.broadcast_to(case.wrench, (*known.shape[:2], 6))
+    return fit_channels(
+        np.concatenate((known, wrench), axis=2),
+        used * (case.worth / case.worth.mean()),
+        np.maximum(case.floor, SMALLEST_FLOOR),
+        iterations,
+    )
 
 
 def correlation(fitted: RobustRows, index: int) -> float:

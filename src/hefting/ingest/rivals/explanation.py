@@ -13,13 +13,13 @@ from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals.case import FINE_OFFSETS, Case, Motion
 from hefting.ingest.rivals.evidence import (
     ITERATIONS,
-    SMALLEST_FLOOR,
     Fitted,
     Rows,
+    fit_freely,
     fit_rows,
     with_bias,
 )
-from hefting.ingest.robust_rows import RobustRows, fit_channels
+from hefting.ingest.robust_rows import RobustRows
 
 OFFSET_STEP = 2e-3
 """[s] Half of the step of the numerical derivative by the clock offset."""
@@ -174,15 +174,11 @@ def explained_by_motion(case: Case) -> RobustRows:
 
 
 def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:
+    shape = motion.known.shape
+    functions = case.bias_functions
     known: list[Array] = [
         motion.features(case.modelled_gravity),
-        motion.axes.reshape(*motion.known.shape, 9),
+        motion.axes.reshape(*shape, 9),
+        np.broadcast_to(functions, (len(motion.known), *functions.shape)),
     ]
-    shared = (case.bias_functions, case.wrench)
-    known += [np.broadcast_to(x, (len(motion.known), *x.shape)) for x in shared]
-    return fit_channels(
-        np.concatenate(known, axis=2),
-        motion.known * (case.worth / case.worth.mean()),
-        np.maximum(case.floor, SMALLEST_FLOOR),
-        iterations,
-    )
+    return fit_freely(case, np.concatenate(known, axis=2), motion.known, iterations)
