@@ -22,9 +22,10 @@ SMALLEST_CHANGE = 0.01
 LARGEST_CHANGE = 1.0
 """The same from which on it is no gain any more."""
 UNKNOWNS = 2
-RARITY = 6.0
-"""See `Explanation.rarity`. Sensors follow such a law a little: of recordings of three real
-ones it explains a fifth of what is unexplained, with a log ratio of up to 3."""
+RARITY = 15.0
+"""See `Explanation.rarity`. Gains that differ are far more common, and sensors follow such
+a law a little: of recordings of three real ones it explains a fifth of what is
+unexplained, with a log ratio of up to 3."""
 
 
 def explain(case: Case) -> Explanation | None:
