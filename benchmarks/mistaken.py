@@ -5,6 +5,12 @@ from collections.abc import Mapping
 import numpy as np
 
 from benchmarks.given import Change, Mistake
+from benchmarks.mistaken_loads import (
+    elastic_mount,
+    gain_by_load,
+    hanging,
+    sliding,
+)
 from benchmarks.mistaken_poses import (
     angles,
     another_shape,
@@ -29,6 +35,7 @@ from benchmarks.mistaken_poses import (
 )
 from benchmarks.mistaken_wrenches import (
     anothers_bias,
+    blank,
     cable,
     changing_gradually,
     compensated,
@@ -319,10 +326,38 @@ def mistakes() -> list[Mistake]:
         named("saturation"),
         {f"{s:.0%}": saturated(s) for s in (0.9, 0.6)},
     )
+    add("blank", named("wrench-blank"), {f"{s:.0%}": blank(s) for s in (0.03, 0.1)})
     add(
         "cable",
         named("cable-force", "unexplained"),
         {f"{k:g} N/m": cable(k) for k in (1.0, 5.0, 20.0)},
+    )
+    add(
+        "hanging cable",
+        named("cable-force"),
+        {f"{k:g} kg/m": hanging(k) for k in (0.1, 0.4)},
+    )
+    by_load = named("gain-by-load")
+    add(
+        "gain by load",
+        by_load,
+        {
+            f"{k:.1%} per N": gain_by_load(lambda f, k=k: f + k * f * np.abs(f))
+            for k in (0.002, 0.006)
+        },
+    )
+    add(
+        "soft end of range",
+        by_load,
+        {
+            f"{end:g} N": gain_by_load(lambda f, end=end: end * np.tanh(f / end))
+            for end in (20.0, 60.0)
+        },
+    )
+    add(
+        "soft mount",
+        named("mount-elastic"),
+        {f"{d:g}° per N m": elastic_mount(d) for d in (1.5, 4.0)},
     )
     add(
         "vibration",
@@ -371,6 +406,11 @@ def mistakes() -> list[Mistake]:
         "soft grip",
         named("grip-elastic"),
         {f"{1e3 * d:.0f} mm": yielding(d) for d in (0.005, 0.02)},
+    )
+    add(
+        "slides between stops",
+        named("grip-elastic", "change-point", "sloshing"),
+        {f"{1e3 * d:.0f} mm": yielding(d, sliding) for d in (0.005, 0.02)},
     )
     add(
         "gripper not mentioned",

@@ -188,6 +188,18 @@ def saturated(share: float) -> Change:
     return make
 
 
+def blank(share: float) -> Change:
+    """-9999 stands for a share of the samples that were lost."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        def lose(t: Array, w: Array) -> Array:
+            return np.where(rng.uniform(size=len(t))[:, None] < share, -9999.0, w)
+
+        return given.wrench(lose)
+
+    return make
+
+
 def cable(stiffness: float) -> Change:
     """A cable from the world pulls at the sensor, by so many N/m."""
 

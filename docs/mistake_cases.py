@@ -196,6 +196,21 @@ CASES = {
             "The sensor or an adapter is loose.",
         ),
         Case(
+            "A gain that changes with the load",
+            "gain-by-load",
+            ("gain by load", "0.6% per N"),
+            "The load is near the end of the sensor's range, or it was calibrated at "
+            "another load.",
+            seed=3,
+        ),
+        Case(
+            "A mount that gives way",
+            "mount-elastic",
+            ("soft mount", "4° per N m"),
+            "The sensor, or all of the hand, is turned by its load: an adapter of plastic, "
+            "a quick changer that is not locked.",
+        ),
+        Case(
             "A sensor that warms up, in a short recording",
             "drift-in-short",
             ("warming up", "6 s"),

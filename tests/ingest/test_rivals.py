@@ -9,6 +9,7 @@ import pytest
 import scipy.constants
 from benchmarks.given import Given, Mistake, gravity_of, orientation
 from benchmarks.mistaken import mistakes
+from benchmarks.mistaken_loads import hanging
 from benchmarks.mistaken_poses import lever, position_axes, positions, time_scaled
 from benchmarks.mistaken_wrenches import (
     changing_gradually,
@@ -39,6 +40,7 @@ from hefting.ingest.path import static_path
 from hefting.ingest.rivals import (
     axes_turned,
     axis_flipped,
+    cable,
     elastic_grip,
     force_unit,
     lever_arm,
@@ -91,6 +93,11 @@ CLEAR = {
     ("leaks", "40%"): "object-changing",
     ("creeps in the gripper", "20 mm"): "object-changing",
     ("soft grip", "20 mm"): "grip-elastic",
+    ("slides between stops", "20 mm"): "grip-elastic",
+    ("hanging cable", "0.4 kg/m"): "cable-force",
+    ("gain by load", "0.6% per N"): "gain-by-load",
+    ("soft end of range", "20 N"): "gain-by-load",
+    ("soft mount", "4° per N m"): "mount-elastic",
 }
 """Mistakes that leave no doubt, and the code that names each."""
 
@@ -262,6 +269,37 @@ def test_of_a_soft_grip_the_mean_place_is_known():
     assert found.vector[1:4] / found.vector[0] == pytest.approx(
         mean.center_of_mass, abs=2e-3
     )
+
+
+@pytest.mark.parametrize(
+    ("name", "strength"),
+    [
+        ("gain by load", "0.6% per N"),
+        ("soft end of range", "60 N"),
+        ("soft mount", "4° per N m"),
+    ],
+)
+def test_of_what_depends_on_the_load_the_mass_is_known(name, strength):
+    """To a percent: noise alone leaves 0.1 %, and what the laws leave out the same."""
+    given = mistake(name, strength).make(correct(3), np.random.default_rng(1))
+    offset = condition(given.recording, STANDARD_GRAVITY, changes=False).offset
+    judged = judge(case_of(given, offset))
+    assert judged.named is not None
+    assert judged.given is not None
+    mass = given.truth.mass
+    assert judged.named.vector[0] == pytest.approx(mass, rel=0.01)
+    assert abs(judged.given.vector[0] - mass) > abs(judged.named.vector[0] - mass)
+
+
+@pytest.mark.parametrize(("per_metre", "fatal"), [(0.01, False), (0.4, True)])
+def test_what_hangs_weighs_something_where_it_is_lightest(per_metre, fatal):
+    """Nothing tells how much: the answer is wrong where the weight changes by much."""
+    given = hanging(per_metre)(correct(3), np.random.default_rng(1))
+    case = case_of(given, 0.0)
+    named = cable.explain(case)
+    assert named is not None
+    assert given.truth.mass < named.vector[0] < as_given(case).vector[0]
+    assert named.is_grave == fatal
 
 
 @pytest.mark.parametrize("metres", [0.003, 0.03])

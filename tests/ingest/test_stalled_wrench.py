@@ -83,3 +83,21 @@ def test_a_body_at_rest_is_no_stall_where_rounding_hides_the_noise(step, noise):
 def test_a_correct_recording_stays_as_it_is():
     recording = correct(0).recording
     assert without_stalled_wrench(recording) is recording
+
+
+@pytest.mark.parametrize("channels", [slice(0, 6), slice(3, 6), slice(2, 4)])
+def test_a_number_that_stands_for_nothing_is_left_out(channels):
+    """The answer is that of a recording that does not have those samples."""
+    given = correct(0)
+    every = given.recording["wrench"]
+    blank = np.random.default_rng(0).uniform(size=len(every)) < 0.07
+
+    def written(_, wrench):
+        wrench[blank, channels] = -9999.0
+        return wrench
+
+    found = identify(given.wrench(written).recording)
+    streams = {**given.recording.streams, "wrench": every[~blank]}
+    assert found.mass == identify(replace(given.recording, streams=streams)).mass
+    assert found.verdict.level == "good"
+    assert "wrench-blank" in [note.code for note in found.ingested.notes]

@@ -34,7 +34,10 @@ from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
-from hefting.ingest.stalled_wrench import without_stalled_wrench
+from hefting.ingest.stalled_wrench import (
+    without_blank_wrench,
+    without_stalled_wrench,
+)
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_estimated_gravity,
@@ -85,11 +88,10 @@ def ingest(
     check_convention(wrench)
     recording, first = _read(recording, start, duration)
     whole = recording
+    recording = with_time_of_lost_rows(recording, motion)
+    recording = without_blank_wrench(without_faulty_poses(recording, motion))
     recording, given_bias = _subtract_given_bias(
-        without_stalled_wrench(
-            without_faulty_poses(with_time_of_lost_rows(recording, motion), motion)
-        ),
-        bias,
+        without_stalled_wrench(recording), bias
     )
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)

@@ -1,13 +1,13 @@
-"""Stretches at which the wrench's stream stood still: before its driver began, after it
-ended, or while it repeated its last message. Left out before anything is made of
-them."""
+"""Samples at which the wrench was not measured, left out before anything is made of
+them: its stream stood still, before its driver began, after it ended, or while it
+repeated its last message; or a number stands for nothing, as -9999 does."""
 
 from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.messages import note, warning
-from hefting.core.recording import Recording
+from hefting.core.messages import Message, note, warning
+from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.ingest.channels import (
     SAMPLES_FOR_NOISE,
@@ -27,6 +27,8 @@ MANY_LEFT_OUT = 0.05
 FEWEST_CHANNELS = 2
 """Channels with noise without which nothing is told: a wrench without noise rests where
 the body does."""
+FAR = 10.0
+"""Size of a number that stands for nothing, over that of all others."""
 
 
 def without_stalled_wrench(recording: Recording) -> Recording:
@@ -42,17 +44,51 @@ def without_stalled_wrench(recording: Recording) -> Recording:
     repeats = stalled(wrench.values)
     if not repeats.any() or repeats.all():
         return recording
-    share = float(repeats.mean())
-    where = where_in_time(wrench.time - wrench.time[0], repeats)
-    what = (
-        f"{int(repeats.sum())} samples of the wrench ({100.0 * share:.2g} %) of a stream "
-        f"that stood still left out, {where}"
+    samples, where = _told(wrench, repeats)
+    what = f"{samples} of a stream that stood still left out, {where}"
+    many = repeats.mean() > MANY_LEFT_OUT
+    said = (
+        warning("wrench-stalled", f"{what}: did its driver run?")
+        if many
+        else note("wrench-stalled", what)
     )
-    kept = replace(recording, streams={**recording.streams, "wrench": wrench[~repeats]})
-    if share > MANY_LEFT_OUT:
-        said = warning("wrench-stalled", f"{what}: did its driver run?")
-        return replace(kept, warnings=(*recording.warnings, said))
-    return replace(kept, notes=(*recording.notes, note("wrench-stalled", what)))
+    return _without(recording, repeats, said)
+
+
+def without_blank_wrench(recording: Recording) -> Recording:
+    """The recording without the samples of the wrench of which the same number, far from
+    all others, stands in several channels, with a note of them; one of static poses, or
+    without such samples, as it is."""
+    wrench = recording["wrench"]
+    values = wrench.values
+    if recording.static or not values.size:
+        return recording
+    low, high = float(values.min()), float(values.max())
+    number = low if -low > high else high
+    at = values == number
+    if np.count_nonzero(at.any(axis=0)) < FEWEST_CHANNELS:
+        return recording
+    blank = at.any(axis=1)
+    if not FAR * np.abs(values[~blank]).max(initial=0.0) < abs(number) or blank.all():
+        return recording
+    samples, where = _told(wrench, blank)
+    what = f"{samples} of {number:g} in several channels left out, {where}"
+    return _without(recording, blank, note("wrench-blank", what))
+
+
+def _told(wrench: Stream, mask: Mask) -> tuple[str, str]:
+    """How many samples (K,) are left out, and where."""
+    samples = f"{int(mask.sum())} samples of the wrench ({100.0 * mask.mean():.2g} %)"
+    return samples, where_in_time(wrench.time - wrench.time[0], mask)
+
+
+def _without(recording: Recording, mask: Mask, said: Message) -> Recording:
+    """The recording without samples of the wrench (K,), with what is said of them."""
+    kept = {**recording.streams, "wrench": recording["wrench"][~mask]}
+    recording = replace(recording, streams=kept)
+    if said.severity == "note":
+        return replace(recording, notes=(*recording.notes, said))
+    return replace(recording, warnings=(*recording.warnings, said))
 
 
 def stalled(values: Array) -> Mask:

@@ -33,6 +33,7 @@ MENDED = {
     "pose-glitches",
     "poses-frozen",
     "poses-held-at-ends",
+    "wrench-blank",
     "wrench-stalled",
 }
 """Codes of notes on what was changed in the recording or found beside the object: they

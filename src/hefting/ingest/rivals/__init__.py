@@ -14,7 +14,9 @@ from hefting.ingest.rivals import (
     calibration_matrix,
     clock_rate,
     elastic_grip,
+    elastic_mount,
     force_unit,
+    gain_by_load,
     hysteresis,
     lever_arm,
     object_changing,
@@ -37,10 +39,12 @@ EXPLANATIONS = (
     wrench_filtered.explain,
     clock_rate.explain,
     hysteresis.explain,
+    gain_by_load.explain,
     cable.explain,
     sloshing.explain,
     object_changing.explain,
     elastic_grip.explain,
+    elastic_mount.explain,
     short_drift.explain,
 )
 """Mistakes that are always looked for."""

@@ -78,10 +78,11 @@ def explain(case: Case) -> Explanation | None:
             is_grave=True,  # weight and inertia have opposite signs
         )
     x, y, z = gravity
+    force = abs(fitted.solution[0, 0]) * np.linalg.norm(gravity - case.gravity)
     what = (
         f"gravity seems to point along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², "
         f"{np.degrees(angle):.1f}° ± {np.degrees(std):.1g}° from where it is given, as on "
-        "a tilted base"
+        f"a tilted base or by a steady force of {force:.2g} N"
     )
     fix = "give `gravity`='estimate'"
     if angle > FAR:

@@ -1,8 +1,9 @@
 """A cable or hose pulls at the sensor: a force that depends on where the sensor is.
 
 The pull is that of an isotropic spring between a point of the world and a point of the
-sensor frame, -k (p - p0). Its part along gravity cannot be told from the object's
-weight, but for its change.
+sensor frame, -k (p - p0), or of a weight that grows with the height of the sensor, as
+of a hanging cable. Its part along gravity cannot be told from the object's weight, but
+for its change: of what hangs there is nothing where it is lightest.
 """
 
 import numpy as np
@@ -18,6 +19,9 @@ UNKNOWNS = 12
 """Stiffness, pull across gravity, and the moments of both about the sensor."""
 BODY_AND_PULLS = 22
 """Unknowns of the body and the spring, which come before those of the bias."""
+GRAVE_CHANGE = 0.03
+"""Change in weight of what hangs, as a share of the object's, from which on the answer is
+wrong: how much of it hangs where it is lightest nothing tells."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -25,30 +29,74 @@ def explain(case: Case) -> Explanation | None:
     if not case.path.moves or not case.recording.has("position"):
         return None
     times = case.time - case.likely_offsets[:, None]
-    fitted = fit_rows(case, _rows(case, case.motion_at(times), times))
+    place = _place(case, times)
+    rows = _rows(case, case.motion_at(times), place)
+    fitted = fit_rows(case, rows)
+    body = fitted.solution[fitted.best, :10].copy()
+    how, grave = "as a cable or a hose does", False
+    if fitted.best >= len(times):
+        how = "as the weight of a cable that hangs"
+        least, most = _hanging(case, fitted, place[fitted.best - len(times)])
+        grave = abs(most[0] - least[0]) > GRAVE_CHANGE * abs(body[0])
+        body[:4] += least
     force, torque = _largest_pull(fitted)
     pull = f"{force:.2g} N" if force > case.floor[0] else f"{torque:.2g} N m"
     what = (
         f"something pulls at the sensor by up to {pull}, depending on where it "
-        "is, as a cable or a hose does"
+        f"is, {how}"
     )
     fix = "fix it to the arm with slack, or off the arm, and record again"
-    return Explanation(CODE, what, fix, fitted, UNKNOWNS, rarity=1.0)
+    return Explanation(
+        CODE,
+        what,
+        fix,
+        fitted,
+        UNKNOWNS,
+        rarity=1.0,
+        parameters=body,
+        is_grave=grave,
+    )
 
 
-def _rows(case: Case, motion: Motion, times: Array) -> Rows:
-    """Rows of a body, a bias, and a spring."""
+def _place(case: Case, times: Array) -> Array:
+    """(O, K, 3) of the sensor at times (O, K), from its mean place."""
     position = case.recording["position"]
-    shape = (*times.shape, 3)
     place = np.stack(
         [np.interp(times, position.time, x) for x in position.values.T], axis=2
     )
-    place -= place.mean(axis=(0, 1))
+    return place - place.mean(axis=(0, 1))
+
+
+def _rows(case: Case, motion: Motion, place: Array) -> Rows:
+    """Rows of a body, a bias, and a spring; then those of what hangs in its place."""
     across = tangents_of(case.gravity)  # (2, 3)
-    pulls = [np.broadcast_to(side, shape) for side in across] + [place]
-    turned = [np.einsum("okij,okj->oki", motion.axes, pull) for pull in pulls]
-    known = np.concatenate((motion.features(case.modelled_gravity), *turned), axis=2)
-    return with_bias(case, known, _maps(len(pulls)), motion.known)
+    down = case.gravity / np.linalg.norm(case.gravity)
+    hanging = (place @ down)[:, :, None] * down
+    sides = [np.broadcast_to(side, place.shape) for side in across]
+    body = motion.features(case.modelled_gravity)
+    known = [
+        np.concatenate(
+            [body]
+            + [
+                np.einsum("okij,okj->oki", motion.axes, pull) for pull in (*sides, last)
+            ],
+            axis=2,
+        )
+        for last in (place, hanging)
+    ]
+    used = np.tile(motion.known, (2, 1))
+    return with_bias(case, np.concatenate(known), _maps(len(sides) + 1), used)
+
+
+def _hanging(case: Case, fitted: Fitted, place: Array) -> tuple[Array, Array]:
+    """(4,) mass and first moment of what hangs at the places (K, 3) where it weighs
+    least and most, less what it does at the mean one."""
+    pull = fitted.solution[fitted.best, 18:BODY_AND_PULLS]
+    size = float(np.linalg.norm(case.gravity))
+    height = place @ case.gravity / -size
+    grows = pull[0] * fitted.solution[fitted.best, 0] > 0.0
+    ends = (height.min(), height.max())[:: 1 if grows else -1]
+    return pull * ends[0] / size, pull * ends[1] / size
 
 
 def _maps(pulls: int) -> Array:

@@ -4,10 +4,9 @@ The centre of mass is c - C s, with the compliance C (3, 3) and the specific for
 the sensor in its axes, which is gravity's where it moves slowly. The force is that of
 the rigid body, the torque has m s x C s besides: of C it does not tell a part that is
 the same along all axes. Of an object with slack, which moves until it meets a stop,
-tanh(s / g0) by axes takes the place of s, with g0 a third of gravity.
+tanh(s / g0) by axes takes the place of s, with g0 a third of gravity; of one that slides
+slowly from stop to stop, the integral of s between them.
 """
-
-from collections.abc import Callable
 
 import numpy as np
 
@@ -22,11 +21,8 @@ SMALLEST_MOVE = 0.001
 """[m] Movement of the COM that is told."""
 STOPPED = 3.3
 """[m/s²] Specific force along an axis from which on slack is used up."""
-LAWS: tuple[Callable[[Array], Array], ...] = (
-    lambda s: s,
-    lambda s: np.asarray(STOPPED * np.tanh(s / STOPPED)),
-)
-"""What the movement of the COM is proportional to, by the specific force."""
+SLIDING = (0.1, 0.2, 0.4, 0.8, 1.6)
+"""[s] Times, as tried, in which gravity slides an object from the middle to a stop."""
 LEVI_CIVITA = np.cross(np.eye(3)[:, None], np.eye(3))
 """(3, 3, 3) by two axes, their cross product."""
 
@@ -43,14 +39,14 @@ def explain(case: Case) -> Explanation | None:
     C = rest[:9].reshape(3, 3) / body[0]
     if not fitted.best:
         C = _with_isotropic(C)
-    place = -LAWS[fitted.best](fitted.rows.known[fitted.best, :, :3]) @ C.T
+    place = -_laws(case, fitted.rows.known[0, :, :3])[fitted.best] @ C.T
     mean = place.mean(axis=0)
     moved = float(np.linalg.norm(place - mean, axis=1).max())
     if not SMALLEST_MOVE < moved < 1.0:
         return None
     body[1:4] += body[0] * mean
     way = (
-        "have slack in the grip"
+        "have slack in the grip, or a part that slides"
         if fitted.best
         else "give way in the grip, as in a suction cup or soft fingers"
     )
@@ -60,7 +56,7 @@ def explain(case: Case) -> Explanation | None:
         "from its mean place",
         "grip it stiffer and record again, or count on its moving so",
         fitted,
-        8 + fitted.best,
+        8 + min(fitted.best, 2),
         parameters=body,
         of_many_laws=True,
     )
@@ -69,24 +65,39 @@ def explain(case: Case) -> Explanation | None:
 def yielding_columns(features: Array) -> Array:
     """(..., 6, 9) derivatives of the wrench by mass times compliance, row by row, from
     features (..., 12)."""
-    return np.tensordot(_products(features), YIELDING, 1)
+    s = features[..., :3]
+    return np.tensordot(_products(s, s), YIELDING, 1)
 
 
 def _rows(case: Case, motion: Motion) -> Rows:
     """Rows of a body, of its mass times the compliance by each law, and of a bias."""
-    features = motion.features(case.modelled_gravity)
-    known = [np.concatenate((features, _products(features, law)), 2) for law in LAWS]
+    features = motion.features(case.modelled_gravity)[0]
+    s = features[:, :3]
+    laws = _laws(case, s)
+    known = [np.concatenate((features, _products(s, law)), 1) for law in laws]
     maps = np.zeros((FEATURES + 9, 6, 19))
     maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
     maps[FEATURES:, :, 10:] = YIELDING
-    used = np.repeat(motion.known, len(LAWS), axis=0)
-    return with_bias(case, np.concatenate(known), maps, used)
+    used = np.repeat(motion.known, len(laws), axis=0)
+    return with_bias(case, np.stack(known), maps, used)
 
 
-def _products(features: Array, law: Callable[[Array], Array] = LAWS[0]) -> Array:
+def _laws(case: Case, s: Array) -> Array:
+    """(L, K, 3) what the movement of the COM is proportional to by each law, by the
+    specific force (K, 3) [m/s²]."""
+    stopped = np.tanh(s / STOPPED)
+    share = np.diff(case.time, prepend=case.time[0])[:, None, None] * s[:, None]
+    share = share / (9.81 * np.array(SLIDING)[:, None])
+    sliding = np.empty_like(share)
+    place = stopped[0]
+    for k, step in enumerate(share):
+        place = sliding[k] = np.clip(place + step, -1.0, 1.0)
+    return np.stack((s, STOPPED * stopped, *(STOPPED * sliding.swapaxes(0, 1))))
+
+
+def _products(s: Array, law: Array) -> Array:
     """(..., 9) products of the components of the specific force and of its law's."""
-    s = features[..., :3]
-    return (s[..., :, None] * law(s)[..., None, :]).reshape(*s.shape[:-1], 9)
+    return (s[..., :, None] * law[..., None, :]).reshape(*s.shape[:-1], 9)
 
 
 YIELDING = np.einsum("irc,jl->ijcrl", LEVI_CIVITA, np.eye(3)).reshape(9, 3, 9)
