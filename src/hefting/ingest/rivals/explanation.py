@@ -17,6 +17,7 @@ from hefting.ingest.rivals.evidence import (
     Fitted,
     Rows,
     fit_rows,
+    is_hopeless,
     with_bias,
 )
 from hefting.ingest.robust_rows import RobustRows, fit_channels
@@ -87,11 +88,10 @@ class Explanation:
 def over_offsets(case: Case, build: Build) -> tuple[Fitted, float]:
     """The fit at the likeliest clock offset near the coarse ones, and that offset
     [s]."""
-    coarse = fit_rows(case, build(case.motion))
-    best = case.offsets[coarse.best]
     if not case.path.moves:
-        return coarse, 0.0
-    near = best + FINE_OFFSETS
+        return fit_rows(case, build(case.motion)), 0.0
+    coarse = fit_rows(case, build(case.motion), FIRST_ITERATIONS)
+    near = case.offsets[coarse.best] + FINE_OFFSETS
     fine = fit_rows(case, build(case.motion_late(near)))
     return fine, float(near[fine.best])
 
@@ -114,6 +114,13 @@ def fit_as_given(case: Case) -> tuple[Fitted, float]:
         found = over_offsets(case, lambda motion: newton_euler(case, motion))
         _FITS_AS_GIVEN[case] = found
     return _FITS_AS_GIVEN[case]
+
+
+def explains_nothing(case: Case, build: Build) -> bool:
+    """Whether a model is hopeless at all of the coarse clock offsets, and with it every
+    mistake that is a special case of it."""
+    quick = fit_rows(case, build(case.motion), FIRST_ITERATIONS)
+    return is_hopeless(case, quick, fit_as_given(case)[0])
 
 
 def as_given(case: Case) -> Explanation:
