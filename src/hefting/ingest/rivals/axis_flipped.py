@@ -6,6 +6,7 @@ import numpy as np
 from hefting.core.spatial import WRENCH, Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import (
+    FIRST_ITERATIONS,
     Explanation,
     newton_euler,
     of_each_wrench,
@@ -25,7 +26,8 @@ def explain(case: Case) -> Explanation | None:
     wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
     offsets = case.likely_offsets
     rows = newton_euler(case, case.motion_late(offsets))
-    best = of_each_wrench(case, rows, wrenches).best // len(offsets)
+    quick = of_each_wrench(case, rows, wrenches, FIRST_ITERATIONS)
+    best = quick.best // len(offsets)
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
     what, matrix = list(changes)[best], matrices[best]

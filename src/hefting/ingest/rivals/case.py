@@ -188,7 +188,7 @@ class Case:
         """(1,) or (2,) [s] none, and the clock offset that conditioning found."""
         return np.unique((0.0, self.offset))
 
-    @cached_property
+    @property
     def motion(self) -> Motion:
         """At the offsets to try."""
         return self.motion_late(self.offsets)

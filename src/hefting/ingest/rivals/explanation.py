@@ -1,6 +1,6 @@
 """Explanation: one way to understand a recording, fitted to it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from weakref import WeakKeyDictionary
 
@@ -129,13 +129,15 @@ def as_given(case: Case) -> Explanation:
     return Explanation(code="as-given", what="", fix="", fitted=fitted, unknowns=0)
 
 
-def of_each_wrench(case: Case, rows: Rows, wrenches: Array) -> Fitted:
+def of_each_wrench(
+    case: Case, rows: Rows, wrenches: Array, iterations: int = ITERATIONS
+) -> Fitted:
     """Fits of each of the wrenches (M, K, 6) at each of the O offsets of rows: the
     offsets of the first wrench, then those of the next."""
     M, O = len(wrenches), len(rows.known)
     known, used = np.tile(rows.known, (M, 1, 1)), np.tile(rows.used, (M, 1))
     repeated = np.repeat(wrenches, O, axis=0)
-    return fit_rows(case, Rows(known, rows.maps, used, repeated))
+    return fit_rows(case, Rows(known, rows.maps, used, repeated), iterations)
 
 
 def offset_columns(case: Case, build: Build, offset: float, solution: Array) -> Array:
@@ -168,16 +170,18 @@ def explained_by_poses(case: Case, recording: Recording) -> Fitted | None:
     return over_offsets(other, lambda motion: newton_euler(other, motion))[0]
 
 
-def explained_by_motion(case: Case) -> RobustRows:
-    """The fit of free channels at the clock offsets about the likeliest one."""
+def explained_by_motion(case: Case) -> Iterator[RobustRows]:
+    """The fits of free channels at clock offsets closer and closer to the likeliest one,
+    each better than the one before."""
     if not case.path.moves:
-        return _fit(case, case.motion, ITERATIONS)
-    offset = case.offsets[_fit(case, case.motion, FIRST_ITERATIONS).best]
+        yield _fit(case, case.motion, ITERATIONS)
+        return
+    near, iterations = case.offsets, FIRST_ITERATIONS
     for step in (FINE_OFFSETS, FINEST_OFFSETS):
-        near = offset + step
-        fitted = _fit(case, case.motion_late(near), ITERATIONS)
-        offset = near[fitted.best]
-    return fitted
+        fitted = _fit(case, case.motion_late(near), iterations)
+        yield fitted
+        near, iterations = near[fitted.best] + step, ITERATIONS
+    yield _fit(case, case.motion_late(near), iterations)
 
 
 def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:

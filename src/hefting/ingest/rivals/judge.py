@@ -154,7 +154,10 @@ def _judge(
     given = as_given(case)
     if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
-    if _is_explained(case, given, explained_by_motion(case), BOUND_MARGIN):
+    if any(
+        _is_explained(case, given, fitted, BOUND_MARGIN)
+        for fitted in explained_by_motion(case)
+    ):
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS

@@ -10,7 +10,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, Rows, missing, with_bias
+from hefting.ingest.rivals.evidence import Fitted, Rows, is_hopeless, with_bias
 from hefting.ingest.rivals.explanation import (
     Explanation,
     at_offset,
@@ -21,9 +21,6 @@ from hefting.ingest.rivals.explanation import (
 CODE = "object-changing"
 KNOTS = 3
 """Instants between which mass and first moment are linear in time."""
-LARGEST_LEFT = 0.8
-"""Share of what noise does not explain that a change may leave at the clock offset of the
-recording as given; it is then looked for at others. Half of it is told."""
 SMALLEST_MASS_CHANGE = 0.02
 """Change of the mass, as a share of it, that is told: gains of sensors drift by less."""
 SMALLEST_MOVE = 0.002
@@ -36,7 +33,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     given, offset = fit_as_given(case)
     quick = at_offset(case, lambda motion: _rows(case, motion), offset)
-    if missing(case, quick) > LARGEST_LEFT * missing(case, given):
+    if is_hopeless(case, quick, given):
         return None
     fitted, offset = over_offsets(case, lambda motion: _rows(case, motion))
     drifting = at_offset(case, lambda motion: _with_drift(case, motion), offset)
@@ -91,7 +88,7 @@ def _rows(case: Case, motion: Motion) -> Rows:
     features = motion.features(case.modelled_gravity)
     hats = HatFunctions.over(case.time, KNOTS).values.T
     at_knots = [hat[:, None] * features for hat in hats]
-    known = np.concatenate((features, *at_knots), axis=2)
+    known = np.concatenate(at_knots, axis=2)
     return with_bias(case, known, _maps(), motion.known)
 
 
@@ -104,11 +101,8 @@ def _with_drift(case: Case, motion: Motion) -> Rows:
 
 def _maps() -> Array:
     """Columns of the inertia, then of mass and first moment at each knot."""
-    maps = np.zeros(((1 + KNOTS) * FEATURES, 6, 6 + 4 * KNOTS))
-    maps[:FEATURES, :, :6] = REGRESSOR_BY_FEATURE[:, :, 4:]
+    maps = np.zeros((KNOTS, FEATURES, 6, 6 + 4 * KNOTS))
+    maps[..., :6] = REGRESSOR_BY_FEATURE[:, :, 4:]  # the hats add up to one
     for i in range(KNOTS):
-        rows, columns = FEATURES * (1 + i), 6 + 4 * i
-        maps[rows : rows + FEATURES, :, columns : columns + 4] = REGRESSOR_BY_FEATURE[
-            :, :, :4
-        ]
-    return maps
+        maps[i, :, :, 6 + 4 * i : 10 + 4 * i] = REGRESSOR_BY_FEATURE[:, :, :4]
+    return maps.reshape(-1, 6, 6 + 4 * KNOTS)
