@@ -57,7 +57,8 @@ def explain(case: Case) -> Explanation | None:
     used = np.repeat(motion.known, len(along_axes), axis=0)
     rows = with_bias(case, along_axes, REGRESSOR_BY_FEATURE, used)
     best = np.argsort(fit_rows(case, rows).likelihood)[-LIKELIEST_STARTS:]
-    chosen = [starts[0]] + [starts[1 + i] for i in best]
+    others = [starts[1 + i] for i in best]
+    chosen = [starts[0]] + [x for x in others if not np.allclose(x, starts[0])]
     found = [_from(case, np.array(start), offset, FIRST_STEPS) for start in chosen]
     gravity, fitted, _ = max(found, key=lambda each: each[1].likelihood[0])
     if is_hopeless(case, fitted, given):

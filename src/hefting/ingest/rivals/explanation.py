@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -85,12 +86,14 @@ class Explanation:
         return float(self.fitted.likelihood[self.fitted.best])
 
 
-def over_offsets(case: Case, build: Build) -> tuple[Fitted, float]:
-    """The fit at the likeliest clock offset near the coarse ones, and that offset
-    [s]."""
+def over_offsets(
+    case: Case, build: Build, iterations: int = FIRST_ITERATIONS
+) -> tuple[Fitted, float]:
+    """The fit at the likeliest clock offset near the coarse ones, which so many
+    reweightings compare, and that offset [s]."""
     if not case.path.moves:
         return fit_rows(case, build(case.motion)), 0.0
-    coarse = fit_rows(case, build(case.motion), FIRST_ITERATIONS)
+    coarse = fit_rows(case, build(case.motion), iterations)
     near = case.offsets[coarse.best] + FINE_OFFSETS
     fine = fit_rows(case, build(case.motion_late(near)))
     return fine, float(near[fine.best])
@@ -111,7 +114,8 @@ def fit_as_given(case: Case) -> tuple[Fitted, float]:
     """The fit of the recording without a mistake at its likeliest clock offset, and that
     offset [s]: many mistakes start from it, so it is made once a case."""
     if case not in _FITS_AS_GIVEN:
-        found = over_offsets(case, lambda motion: newton_euler(case, motion))
+        build = partial(newton_euler, case)
+        found = over_offsets(case, build, ITERATIONS)
         _FITS_AS_GIVEN[case] = found
     return _FITS_AS_GIVEN[case]
 
