@@ -234,11 +234,10 @@ def _extrapolate(reading: Reading, time: Array, variance: Array) -> tuple[Array,
 def _features(rows: Array, gravity: Array) -> Array:
     """(B, 12) features of readings (B, 21): a - g, alpha, vech(w w'). `gravity` is zero
     where a - g was measured."""
-    features = rows[:, :FEATURES].copy()  # the motion's columns come first
-    features[:, :3] -= (rows[:, WORLD_AXES_COLUMNS].reshape(-1, 3) @ gravity).reshape(
-        -1, 3
-    )
-    return features
+    maps = np.eye(rows.shape[1], FEATURES)  # the motion's columns come first
+    for axis in range(3):
+        maps[WORLD_AXES_COLUMNS][3 * axis : 3 * axis + 3, axis] = -gravity
+    return rows @ maps
 
 
 def _tangents_in_sensor_axes(rows: Array, gravity: Array) -> Array:

@@ -26,7 +26,7 @@ TYPICAL_DEVIATION = 4.46
 freedom: what noise alone takes from the log-likelihood of a sample."""
 NEGLIGIBLE_UNEXPLAINED = 0.3
 """Log-likelihood of a sample missing to noise alone that counts as nothing."""
-LARGEST_LEFT = 0.8
+LARGEST_LEFT = 0.9
 """Share of what noise does not explain that a first fit of a mistake may leave: of 300
 recordings with mistakes, those that were told left 0.73 at most, and half of the others
 0.99."""

@@ -10,7 +10,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, Rows, is_hopeless, with_bias
+from hefting.ingest.rivals.evidence import Fitted, Rows, missing, with_bias
 from hefting.ingest.rivals.explanation import (
     Explanation,
     at_offset,
@@ -21,6 +21,9 @@ from hefting.ingest.rivals.explanation import (
 CODE = "object-changing"
 KNOTS = 3
 """Instants between which mass and first moment are linear in time."""
+LARGEST_LEFT = 0.8
+"""Share of what noise does not explain that a change may leave at the clock offset of the
+recording as given; it is then looked for at others. Half of it is told."""
 SMALLEST_MASS_CHANGE = 0.02
 """Change of the mass, as a share of it, that is told: gains of sensors drift by less."""
 SMALLEST_MOVE = 0.002
@@ -33,7 +36,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     given, offset = fit_as_given(case)
     quick = at_offset(case, lambda motion: _rows(case, motion), offset)
-    if is_hopeless(case, quick, given):
+    if missing(case, quick) > LARGEST_LEFT * missing(case, given):
         return None
     fitted, offset = over_offsets(case, lambda motion: _rows(case, motion))
     drifting = at_offset(case, lambda motion: _with_drift(case, motion), offset)
