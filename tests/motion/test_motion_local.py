@@ -8,13 +8,7 @@ from scipy.linalg import block_diag
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import in_sensor_axes
 from hefting.motion import curve as curve_module
-from hefting.motion.bspline import (
-    Knots,
-    Normal,
-    Observation,
-    basis,
-    basis_with_derivatives,
-)
+from hefting.motion.bspline import Knots, Normal, Observation, basis
 from hefting.motion.local import STIFFEST, is_white
 from hefting.motion.spline import fit_poses
 from hefting.motion.state import acceleration_variances, lasting_variances
@@ -198,10 +192,3 @@ def test_gravity_turns_with_the_found_orientation():
     exact = np.einsum("kji,j->ki", motion.rotation, (0.0, 0.0, -9.81))
     # 3.5e-4 rad of 9.81 m/s², averaged over a dozen samples and more
     assert np.sqrt(np.mean((g - exact) ** 2)) < 0.3 * 3.5e-4 * 9.81
-
-
-def test_the_basis_comes_with_its_derivatives_by_time():
-    u, h = np.linspace(0.0, 1.0, 7), 0.02
-    for k, rows in enumerate(basis_with_derivatives(u, h)):
-        # sums of terms up to 20 / h^k, that cancel
-        np.testing.assert_allclose(rows, basis(u, k) / h**k, atol=1e-13 / h**k)

@@ -91,26 +91,11 @@ def basis(u: Array, derivative: int = 0) -> Array:
     `u` (K,) is the position in the interval, from 0 to 1; `derivative` is the order of
     the derivative by u.
     """
-    return DERIVATIVE_COEFFICIENTS[derivative] @ _powers(u, SUPPORT - derivative)
-
-
-def basis_with_derivatives(u: Array, h: float) -> Array:
-    """Values (3, 6, K) of the same, and their first two derivatives by time, for knots
-    at spacing h [s]."""
-    coefficients = np.zeros((3, SUPPORT, SUPPORT))
-    for k, own in enumerate(DERIVATIVE_COEFFICIENTS[:3]):
-        coefficients[k, :, : SUPPORT - k] = own / h**k
-    rows = coefficients.reshape(-1, SUPPORT) @ _powers(u, SUPPORT)
-    return rows.reshape(3, SUPPORT, -1)
-
-
-def _powers(u: Array, count: int) -> Array:
-    """(count, K) powers of u (K,), from the zeroth one on."""
-    powers = np.empty((count, len(u)))
+    powers = np.empty((SUPPORT - derivative, len(u)))
     powers[0] = 1.0
-    for p in range(1, count):
+    for p in range(1, len(powers)):
         np.multiply(powers[p - 1], u, out=powers[p])
-    return powers
+    return DERIVATIVE_COEFFICIENTS[derivative] @ powers
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,6 @@ from hefting.motion.bspline import (
     Mask,
     Observation,
     basis,
-    basis_with_derivatives,
 )
 from hefting.motion.local import (
     LOCAL_KNOT_SPACING,
@@ -210,8 +209,9 @@ class Curve:
             part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
             index, u, covered = self.knots.locate(at[part])
             neighbours = columns.take(index + np.arange(SUPPORT)[:, None], axis=1)
-            rows = basis_with_derivatives(u, self.knots.h)
-            np.einsum("kjl,djl->kdl", rows, neighbours, out=out[:, :, part])
+            rows = [basis(u, k) / self.knots.h**k for k in range(3)]
+            for k in range(3):
+                np.einsum("jl,djl->dl", rows[k], neighbours, out=out[k, :, part])
             out[:, :, part][:, :, ~covered] = np.nan
             if spread:
                 std[:2, part] = np.sqrt(self._variances(index, rows))
@@ -232,13 +232,13 @@ class Curve:
         jump_time = self.local.jump_time[index + SUPPORT // 2 - 1]
         return jump_time * np.sqrt(np.sum(third**2, axis=0) / 3.0)
 
-    def _variances(self, index: Integers, rows: Array) -> Array:
+    def _variances(self, index: Integers, rows: list[Array]) -> Array:
         """(2, L) variances of the first and the second derivative.
 
-        `rows` (3, 6, L) holds the basis functions and their first two derivatives.
+        `rows` holds the basis functions (6, L) and their first two derivatives.
         """
         variances = np.zeros((2, len(index)))
-        both = rows[1:]
+        both = np.stack(rows[1:])
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
                 covariance = self.covariance[b - a].take(index + a)
