@@ -14,22 +14,34 @@ from hefting.core.recording import Stream
 from hefting.core.regressor import full_regressor
 from hefting.core.spatial import rotation_by
 from hefting.ingest.model import tangents_of
-from hefting.ingest.rivals import LINEAR_EXPLANATIONS, judge
+from hefting.ingest.rivals import (
+    LINEAR_EXPLANATIONS,
+    force_unit,
+    judge,
+    time_unit,
+    wrench_compensated,
+)
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
     Fitted,
     LinearPart,
     correlation,
+    fit_rows,
     is_hopeless,
     linear_step,
     missing,
 )
-from hefting.ingest.rivals.explanation import as_given, explained_by_motion
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    as_given,
+    explained_by_motion,
+)
 from hefting.ingest.rivals.judge import (
     POSSIBLE_EVIDENCE,
     _is_told,
     _is_white,
     _is_worth_a_search,
+    _promising,
     _small_mistakes,
     evidence,
 )
@@ -91,10 +103,41 @@ def test_no_mistake_that_is_linear_in_the_motion_explains_more_than_free_channel
         if each.name == name and each.strength == LINEAR_MISTAKES[name]
     )
     case = case_of(mistake.make(correct(0), np.random.default_rng(1)))
-    free = explained_by_motion(case)
+    *_, free = explained_by_motion(case)
     found = [explain(case) for explain in LINEAR_EXPLANATIONS]
     likelihoods = [each.likelihood for each in found if each is not None]
     assert max(likelihoods) < free.likelihood[free.best] + 0.01
+
+
+def test_units_explain_no_more_than_models_of_which_they_are_special_cases(case):
+    """The likelihood of each, less 0.01 for what reweighting leaves."""
+    motion = case.motion_as_found
+    freed = fit_rows(case, wrench_compensated.freed(case, motion))
+    for unit in time_unit.RATIOS:
+        fitted = fit_rows(case, time_unit._builder(case, unit)(motion))
+        assert fitted.likelihood[0] < freed.likelihood[0] + 0.01
+    maps = force_unit._maps_of_two_moments()
+    freed = fit_rows(case, force_unit._with_maps(case, maps, motion))
+    for ratio in (0.1, 0.3, 3.0, 10.0):
+        fitted = fit_rows(case, force_unit._builder(case, ratio)(motion))
+        assert fitted.likelihood[0] < freed.likelihood[0] + 0.01
+
+
+@pytest.mark.parametrize(("memory", "looked_at"), [(0.0, []), (0.9, [63])])
+def test_mistakes_are_first_looked_for_in_some_of_averages_that_are_alike(
+    case, memory, looked_at
+):
+    """Of noise whose correlation is 19 samples in every fourth of 250."""
+    seen: list[int] = []
+
+    def explain(case: Case) -> Explanation | None:
+        seen.append(len(case.time))
+
+    given = as_given(case)
+    coloured = replace(given, fitted=with_residuals(given.fitted, memory))
+    promising = _promising(case, coloured, (explain,))
+    assert seen == looked_at
+    assert promising == (() if looked_at else (explain,))
 
 
 def with_a_push(given: Given, size: float) -> Given:

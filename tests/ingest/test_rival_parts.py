@@ -120,6 +120,7 @@ def test_a_payload_is_told_from_half_a_percent_to_a_hundred_times_the_weight(
     fitted = SimpleNamespace(best=0, solution=solution)
     monkeypatch.setattr(wrench_compensated, "over_offsets", lambda *_: (fitted, 0.0))
     monkeypatch.setattr(wrench_compensated, "_effect", lambda fitted: 7.0)
+    monkeypatch.setattr(wrench_compensated, "explains_nothing", lambda *_: False)
     case = SimpleNamespace(path=SimpleNamespace(moves=True, kind="smooth"))
     found = wrench_compensated.explain(cast(Any, case))
     assert (found is not None) is (words is not None)

@@ -203,17 +203,20 @@ def vector_to_tensor(vector: ArrayLike) -> Array:
 def rotation_matrices(quaternions: ArrayLike) -> Array:
     """Rotation matrices (K, 3, 3) of unit quaternions (K, 4) x, y, z, w: sensor axes to
     world axes."""
-    x, y, z, w = np.moveaxis(np.asarray(quaternions, dtype=float), -1, 0)
+    q = np.asarray(quaternions, dtype=float)
+    x, y, z, w = (q[..., i] for i in range(4))
     twice_x, twice_y, twice_z = 2.0 * x, 2.0 * y, 2.0 * z
     xx, yy, zz = x * twice_x, y * twice_y, z * twice_z
     xy, yz, zx = x * twice_y, y * twice_z, z * twice_x
     xw, yw, zw = w * twice_x, w * twice_y, w * twice_z
-    rows = (
-        (1.0 - (yy + zz), xy - zw, zx + yw),
-        (xy + zw, 1.0 - (xx + zz), yz - xw),
-        (zx - yw, yz + xw, 1.0 - (xx + yy)),
+    rows = np.array(
+        (
+            (1.0 - (yy + zz), xy - zw, zx + yw),
+            (xy + zw, 1.0 - (xx + zz), yz - xw),
+            (zx - yw, yz + xw, 1.0 - (xx + yy)),
+        )
     )
-    return np.moveaxis(np.array(rows), (0, 1), (-2, -1))
+    return rows.transpose(*range(2, rows.ndim), 0, 1)
 
 
 def squared_lengths(wrenches: Array) -> Array:

@@ -284,12 +284,11 @@ def _ridge(columns: Array, values: Array, spreads: tuple[float, ...]) -> Array:
     """
     A, b, scale = columns.reshape(-1, len(spreads)), values.ravel(), np.array(spreads)
     A = A * scale
-    noise = max(
-        float(np.mean((b - A @ np.linalg.lstsq(A, b, rcond=None)[0]) ** 2)), 1e-20
-    )
+    normal, right = A.T @ A, A.T @ b
+    residual = b - A @ np.linalg.lstsq(normal, right, rcond=None)[0]
+    noise = max(float(np.mean(residual**2)), 1e-20)
     return np.asarray(
-        scale * np.linalg.solve(A.T @ A + noise * np.eye(len(scale)), A.T @ b),
-        dtype=float,
+        scale * np.linalg.solve(normal + noise * np.eye(len(scale)), right), dtype=float
     )
 
 

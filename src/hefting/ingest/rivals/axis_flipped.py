@@ -8,6 +8,7 @@ from hefting.ingest.rivals.axes_turned import QUARTER_TURNS
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Rows, fit_freely
 from hefting.ingest.rivals.explanation import (
+    FIRST_ITERATIONS,
     Explanation,
     newton_euler,
     of_each_wrench,
@@ -32,7 +33,8 @@ def explain(case: Case) -> Explanation | None:
     whats = [*changes, *[APART] * len(apart)]
     matrices = [*changes.values(), *apart]
     wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
-    best = of_each_wrench(case, rows, wrenches).best // len(offsets)
+    quick = of_each_wrench(case, rows, wrenches, FIRST_ITERATIONS)
+    best = quick.best // len(offsets)
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
     what, matrix = whats[best], matrices[best]

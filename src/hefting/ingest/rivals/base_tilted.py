@@ -12,6 +12,7 @@ from hefting.ingest.rivals.evidence import (
     Fitted,
     Rows,
     fit_rows,
+    is_hopeless,
     linear_step,
     with_bias,
 )
@@ -26,6 +27,8 @@ from hefting.ingest.rivals.wrench_compensated import OR_HEAVIER
 CODE = "base-tilted"
 STEPS = 8
 """Gauss-Newton steps of gravity's direction from each start."""
+FIRST_STEPS = 3
+"""Of those, after which the best start is known, and whether it explains anything."""
 LIKELIEST_STARTS = 2
 """Starts along the axes from which gravity is found, besides the one given."""
 LARGEST_STEP = 4.0
@@ -48,15 +51,19 @@ def explain(case: Case) -> Explanation | None:
         return None
     size = float(np.linalg.norm(case.gravity))
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
-    _, offset = fit_as_given(case)
+    given, offset = fit_as_given(case)
     motion = case.motion_late(offset)
     along_axes = np.concatenate([motion.features(start) for start in starts[1:]])
     used = np.repeat(motion.known, len(along_axes), axis=0)
     rows = with_bias(case, along_axes, REGRESSOR_BY_FEATURE, used)
     best = np.argsort(fit_rows(case, rows).likelihood)[-LIKELIEST_STARTS:]
-    chosen = [starts[0]] + [starts[1 + i] for i in best]
-    found = [_from(case, np.array(start), offset) for start in chosen]
-    gravity, _, _ = max(found, key=lambda each: each[1].likelihood[0])
+    others = [starts[1 + i] for i in best]
+    chosen = [starts[0]] + [x for x in others if not np.allclose(x, starts[0])]
+    found = [_from(case, np.array(start), offset, FIRST_STEPS) for start in chosen]
+    gravity, fitted, _ = max(found, key=lambda each: each[1].likelihood[0])
+    if is_hopeless(case, fitted, given):
+        return None
+    gravity, _, _ = _from(case, gravity, offset, STEPS - FIRST_STEPS)
     # the clock offset was that of the gravity given
     _, offset = over_offsets(case, lambda m: _rows(case, m, gravity))
     gravity, fitted, std = _from(case, gravity, offset, free_offset=case.path.moves)
@@ -106,14 +113,19 @@ def _rows(case: Case, motion: Motion, gravity: Array) -> Rows:
 
 
 def _from(
-    case: Case, gravity: Array, offset: float, *, free_offset: bool = False
+    case: Case,
+    gravity: Array,
+    offset: float,
+    steps: int = STEPS,
+    *,
+    free_offset: bool = False,
 ) -> tuple[Array, Fitted, float]:
     """Gravity (3,) that fits best near a start, its fit, and its standard deviation
     [rad]; with the clock offset [s] free or held."""
     motion = case.motion_late(offset)
-    fitted, std = fit_rows(case, _rows(case, motion, gravity)), np.inf
+    fitted = fit_rows(case, _rows(case, motion, gravity))
     size = float(np.linalg.norm(gravity))
-    for _ in range(STEPS):
+    for _ in range(steps):
         along = -(motion.axes[0] @ tangents_of(gravity).T)  # (K, 3, 2)
         effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]
         columns = np.einsum("kxt,xc->kct", along, effect)
@@ -122,7 +134,6 @@ def _from(
             late = offset_columns(case, build, offset, fitted.solution[0])
             columns = np.concatenate((columns, late), axis=2)
         step = linear_step(fitted, 0, columns)
-        std = float(np.sqrt(step.covariance[:2, :2].trace() / 2.0)) / size
         change = np.clip(step.change[:2], -LARGEST_STEP, LARGEST_STEP)
         gravity = tilt_gravity(gravity, change)
         if free_offset:
@@ -131,4 +142,5 @@ def _from(
         fitted = fit_rows(case, _rows(case, motion, gravity))
         if np.abs(change).max() < 1e-4 * size:
             break
+    std = float(np.sqrt(step.covariance[:2, :2].trace() / 2.0)) / size
     return gravity, fitted, std

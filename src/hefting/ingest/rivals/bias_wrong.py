@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import correlation, linear_step
+from hefting.ingest.rivals.evidence import linear_step
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "bias-wrong"
@@ -22,8 +22,7 @@ def explain(case: Case) -> Explanation | None:
     step = linear_step(given, given.best, columns)
     # the residuals of a wrong bias are all coloured: of white ones is enough to tell
     # whether the motion determines it
-    white = step.covariance.diagonal() / correlation(given, given.best)
-    std = np.sqrt(np.maximum(white, 1e-300))
+    std = np.sqrt(np.maximum(step.white.diagonal(), 1e-300))
     force, torque = (float(np.linalg.norm(x)) for x in step.change.reshape(2, 3))
     return Explanation(
         CODE,

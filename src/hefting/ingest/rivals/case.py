@@ -1,6 +1,6 @@
 """Case: what rival explanations of a recording are judged by."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
@@ -78,6 +78,9 @@ class Case:
     worth: Array
     """(K,) what each average counts beside errors of the motion as logged, as of
     `hefting.motion.weighting.sample_weights`; the same for all explanations"""
+    _late: dict[tuple[float, ...], Motion] = field(default_factory=dict, init=False)
+    """Motion by the clock offsets it was read at: many explanations read it at the
+    same ones."""
 
     @classmethod
     def of(
@@ -189,7 +192,7 @@ class Case:
         """(1,) or (2,) [s] none, and the clock offset that conditioning found."""
         return np.unique((0.0, self.offset))
 
-    @cached_property
+    @property
     def motion(self) -> Motion:
         """At the offsets to try."""
         return self.motion_late(self.offsets)
@@ -201,7 +204,11 @@ class Case:
 
     def motion_late(self, offsets: float | Array) -> Motion:
         """For wrenches that are late by clock offsets (O,), or by one [s]."""
-        return self.motion_at(self.time - np.atleast_1d(offsets)[:, None])
+        each = np.atleast_1d(offsets)
+        at = tuple(each.tolist())
+        if at not in self._late:
+            self._late[at] = self.motion_at(self.time - each[:, None])
+        return self._late[at]
 
     def motion_at(self, times: Array) -> Motion:
         """At times (O, K) [s]."""

@@ -25,6 +25,8 @@ RATES = np.array(
 """Relative differences of the clocks that are tried; they are refined."""
 OFFSETS = 0.04 * np.arange(-6.0, 7.0)
 """[s] Clock offsets in the middle of the recording that are tried with each."""
+FIRST_SAMPLES = 50
+"""Largest number of averages on which they are compared."""
 FIRST_ITERATIONS = 2
 """Reweightings by which they are compared at first."""
 KEPT = 6
@@ -38,16 +40,16 @@ def explain(case: Case) -> Explanation | None:
     if not case.path.moves or np.ptp(case.time) < 3.0:
         return None
     rate, offset = _coarse(case)
-    (fitted, around), std = _fit(case, rate, offset), np.inf
+    fitted, around = _fit(case, rate, offset)
     given, _ = fit_as_given(case)
     for taken in range(STEPS):
         if taken and is_hopeless(case, fitted, given):
             return None
         step = linear_step(fitted, 0, _columns(case, around, fitted))
-        std = float(np.sqrt(step.covariance[0, 0]))
         rate += float(np.clip(step.change[0], -0.01, 0.01))
         offset += float(np.clip(step.change[1], -0.04, 0.04))
         fitted, around = _fit(case, rate, offset)
+    std = float(np.sqrt(step.covariance[0, 0]))
     what = (
         f"the clock of the poses seems to run {abs(100.0 * rate):.2g} ± "
         f"{100.0 * std:.1g} % {'fast' if rate > 0.0 else 'slow'} against the wrench's"
@@ -66,8 +68,8 @@ def _times(case: Case, rate: Array | float, offset: Array | float) -> Array:
 
 def _coarse(case: Case) -> tuple[float, float]:
     rates, offsets = (x.ravel() for x in np.meshgrid(RATES, OFFSETS, indexing="ij"))
-    # a third of the samples is enough to begin with
-    thin, times = case.every(3), _times(case, rates, offsets)[:, ::3]
+    nth = -(-len(case.time) // FIRST_SAMPLES)
+    thin, times = case.every(nth), _times(case, rates, offsets)[:, ::nth]
     rows = newton_euler(thin, thin.motion_at(times))
     quick = fit_rows(thin, rows, FIRST_ITERATIONS).likelihood
     kept = np.argsort(quick)[-KEPT:]

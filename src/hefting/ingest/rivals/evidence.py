@@ -158,8 +158,15 @@ class Step:
 
     change: Array
     """(q,)"""
-    covariance: Array
-    """(q, q), for coloured residuals"""
+    white: Array
+    """(q, q) covariance, if the residuals were white"""
+    fitted: RobustRows
+    index: int
+
+    @property
+    def covariance(self) -> Array:
+        """(q, q), for coloured residuals."""
+        return self.white * correlation(self.fitted, self.index)
 
 
 def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
@@ -180,9 +187,7 @@ def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
     parts = (rows.known[index], columns.reshape(K, 6 * q), fitted.residual[index])
     maps = np.zeros((z + 6 * q, 6, p + q))
     maps[:z, :, :p] = rows.maps
-    maps[z:, :, p:] = np.einsum("cd,ij->cidj", np.eye(6), np.eye(q)).reshape(
-        6 * q, 6, q
-    )
+    maps[z:, :, p:] = np.eye(6 * q).reshape(6 * q, 6, q)
     part = slice(index, index + 1)
     normal, right = normal_equations(
         np.concatenate(parts, axis=1)[None],
@@ -193,7 +198,7 @@ def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
     scaled, length = scaled_to_ones(normal)
     inverse = np.linalg.inv(scaled[0]) / length[0] / length[0, :, None]
     change = (inverse @ right[0])[p:]
-    return Step(change, inverse[p:, p:] * correlation(fitted, index))
+    return Step(change, inverse[p:, p:], fitted, index)
 
 
 @dataclass(frozen=True, eq=False)

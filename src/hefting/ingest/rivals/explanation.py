@@ -1,7 +1,8 @@
 """Explanation: one way to understand a recording, fitted to it."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from functools import partial
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -17,6 +18,7 @@ from hefting.ingest.rivals.evidence import (
     Rows,
     fit_freely,
     fit_rows,
+    is_hopeless,
     with_bias,
 )
 from hefting.ingest.robust_rows import RobustRows
@@ -84,14 +86,15 @@ class Explanation:
         return float(self.fitted.likelihood[self.fitted.best])
 
 
-def over_offsets(case: Case, build: Build) -> tuple[Fitted, float]:
-    """The fit at the likeliest clock offset near the coarse ones, and that offset
-    [s]."""
-    coarse = fit_rows(case, build(case.motion))
-    best = case.offsets[coarse.best]
+def over_offsets(
+    case: Case, build: Build, iterations: int = FIRST_ITERATIONS
+) -> tuple[Fitted, float]:
+    """The fit at the likeliest clock offset near the coarse ones, which so many
+    reweightings compare, and that offset [s]."""
     if not case.path.moves:
-        return coarse, 0.0
-    near = best + FINE_OFFSETS
+        return fit_rows(case, build(case.motion)), 0.0
+    coarse = fit_rows(case, build(case.motion), iterations)
+    near = case.offsets[coarse.best] + FINE_OFFSETS
     fine = fit_rows(case, build(case.motion_late(near)))
     return fine, float(near[fine.best])
 
@@ -111,9 +114,17 @@ def fit_as_given(case: Case) -> tuple[Fitted, float]:
     """The fit of the recording without a mistake at its likeliest clock offset, and that
     offset [s]: many mistakes start from it, so it is made once a case."""
     if case not in _FITS_AS_GIVEN:
-        found = over_offsets(case, lambda motion: newton_euler(case, motion))
+        build = partial(newton_euler, case)
+        found = over_offsets(case, build, ITERATIONS)
         _FITS_AS_GIVEN[case] = found
     return _FITS_AS_GIVEN[case]
+
+
+def explains_nothing(case: Case, build: Build) -> bool:
+    """Whether a model is hopeless at all of the coarse clock offsets, and with it every
+    mistake that is a special case of it."""
+    quick = fit_rows(case, build(case.motion), FIRST_ITERATIONS)
+    return is_hopeless(case, quick, fit_as_given(case)[0])
 
 
 def as_given(case: Case) -> Explanation:
@@ -122,13 +133,15 @@ def as_given(case: Case) -> Explanation:
     return Explanation(code="as-given", what="", fix="", fitted=fitted, unknowns=0)
 
 
-def of_each_wrench(case: Case, rows: Rows, wrenches: Array) -> Fitted:
+def of_each_wrench(
+    case: Case, rows: Rows, wrenches: Array, iterations: int = ITERATIONS
+) -> Fitted:
     """Fits of each of the wrenches (M, K, 6) at each of the O offsets of rows: the
     offsets of the first wrench, then those of the next."""
     M, O = len(wrenches), len(rows.known)
     known, used = np.tile(rows.known, (M, 1, 1)), np.tile(rows.used, (M, 1))
     repeated = np.repeat(wrenches, O, axis=0)
-    return fit_rows(case, Rows(known, rows.maps, used, repeated))
+    return fit_rows(case, Rows(known, rows.maps, used, repeated), iterations)
 
 
 def offset_columns(case: Case, build: Build, offset: float, solution: Array) -> Array:
@@ -161,16 +174,18 @@ def explained_by_poses(case: Case, recording: Recording) -> Fitted | None:
     return over_offsets(other, lambda motion: newton_euler(other, motion))[0]
 
 
-def explained_by_motion(case: Case) -> RobustRows:
-    """The fit of free channels at the clock offsets about the likeliest one."""
+def explained_by_motion(case: Case) -> Iterator[RobustRows]:
+    """The fits of free channels at clock offsets closer and closer to the likeliest one,
+    each better than the one before."""
     if not case.path.moves:
-        return _fit(case, case.motion, ITERATIONS)
-    offset = case.offsets[_fit(case, case.motion, FIRST_ITERATIONS).best]
+        yield _fit(case, case.motion, ITERATIONS)
+        return
+    near, iterations = case.offsets, FIRST_ITERATIONS
     for step in (FINE_OFFSETS, FINEST_OFFSETS):
-        near = offset + step
-        fitted = _fit(case, case.motion_late(near), ITERATIONS)
-        offset = near[fitted.best]
-    return fitted
+        fitted = _fit(case, case.motion_late(near), iterations)
+        yield fitted
+        near, iterations = near[fitted.best] + step, ITERATIONS
+    yield _fit(case, case.motion_late(near), iterations)
 
 
 def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:

@@ -5,15 +5,25 @@ turning body. With a wrong unit the two differ by its ratio. Both in units that 
 together, as in kgf and kgf m, only change the mass, which no recording can tell.
 """
 
+from functools import partial
+
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
-from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, correlation, fit_rows, with_bias
+from hefting.ingest.rivals.case import Case, Motion
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    Rows,
+    correlation,
+    fit_rows,
+    with_bias,
+)
 from hefting.ingest.rivals.explanation import (
     HEAVIEST_HELD,
     Build,
     Explanation,
+    explains_nothing,
     over_offsets,
 )
 
@@ -46,6 +56,8 @@ ALIKE = 3.0
 def explain(case: Case) -> Explanation | None:
     """The likeliest pair of units."""
     if not case.path.moves or case.path.kind == "orientation":
+        return None
+    if explains_nothing(case, partial(_with_maps, case, _maps_of_two_moments())):
         return None
     found = {what: torque / force for what, (force, torque) in UNITS.items()}
     # at the clock offset of the recording as given, and at none
@@ -90,6 +102,18 @@ def _builder(case: Case, ratio: float) -> Build:
     maps = REGRESSOR_BY_FEATURE.copy()
     # the first moment of the columns is that of the recorded torque
     maps[:, :3, 1:4] *= ratio
-    return lambda motion: with_bias(
-        case, motion.features(case.modelled_gravity), maps, motion.known
+    return partial(_with_maps, case, maps)
+
+
+def _with_maps(case: Case, maps: Array, motion: Motion) -> Rows:
+    return with_bias(case, motion.features(case.modelled_gravity), maps, motion.known)
+
+
+def _maps_of_two_moments() -> Array:
+    """Columns of the ten parameters, with the force's first moment, and of the
+    torque's."""
+    maps = np.concatenate(
+        (REGRESSOR_BY_FEATURE, REGRESSOR_BY_FEATURE[:, :, 1:4]), axis=2
     )
+    maps[:, 3:, 1:4] = maps[:, :3, 10:] = 0.0
+    return maps

@@ -28,6 +28,7 @@ from hefting.ingest.rivals.evidence import (
     LinearPart,
     correlation,
     fit_rows,
+    is_hopeless,
     missing,
 )
 from hefting.ingest.rivals.explanation import (
@@ -43,6 +44,9 @@ FEWEST_POSES = 12
 """Fewest static poses on which explanations are compared."""
 FEWEST_SAMPLES = 60
 """Fewest averages of the wrench of a moving sensor on which they are."""
+LEAST_CORRELATION = 4.0
+"""Samples that count as one in those on which mistakes are first looked for, where it is
+as many in all of them."""
 CLEAR_UNEXPLAINED = 0.5
 """Log-likelihood of a sample that is missing to noise alone, from which on all
 explanations are tried."""
@@ -88,6 +92,9 @@ NEARLY = 0.9
 named in its place."""
 SIMPLER = 3
 """Difference of unknowns that counts as much simpler."""
+
+
+Candidates = tuple[Callable[[Case], Explanation | None], ...]
 
 
 @dataclass(frozen=True, eq=False)
@@ -137,9 +144,7 @@ def _as_filtered(case: Case) -> Case | None:
     return replace(case, path=replace(path, read=read))
 
 
-def _judge(
-    case: Case, candidates: tuple[Callable[[Case], Explanation | None], ...]
-) -> Judged:
+def _judge(case: Case, candidates: Candidates) -> Judged:
     """Look for a mistake among those that are always looked for and those that are where
     they may explain enough."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
@@ -154,12 +159,14 @@ def _judge(
     given = as_given(case)
     if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
-    if _is_explained(case, given, explained_by_motion(case), BOUND_MARGIN):
+    if any(
+        _is_explained(case, given, fitted, BOUND_MARGIN)
+        for fitted in explained_by_motion(case)
+    ):
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
-    stage = "looking for mistakes in the recording"
-    found = [explain(case) for explain in each_of(stage, candidates)]
+    found = [explain(case) for explain in _promising(case, given, candidates)]
     tried = [each for each in found if each is not None and not _too_heavy(each)]
     if not tried:
         return Judged(share, None, given)
@@ -183,6 +190,31 @@ def _judge(
     certain = told > CLEAR_EVIDENCE
     whole = certain and missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
     return Judged(share, best, given, certain, whole)
+
+
+def _promising(case: Case, given: Explanation, candidates: Candidates) -> Candidates:
+    """Those that may be told, by fewer averages where neighbouring ones tell the same."""
+    stage = "looking for mistakes in the recording"
+    alike = correlation(given.fitted, given.fitted.best) / LEAST_CORRELATION
+    nth = min(int(alike), len(case.time) // FEWEST_SAMPLES)
+    if nth < 2:
+        return tuple(each_of(stage, candidates))
+    thin = case.every(nth)
+    given = as_given(thin)
+    return tuple(
+        explain
+        for explain in each_of(stage, candidates)
+        if _may_be_told(thin, given, explain(thin))
+    )
+
+
+def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> bool:
+    """Whether a mistake may be named by more averages than these."""
+    if other is None or evidence(case, given, other) < 0.5 * POSSIBLE_EVIDENCE:
+        return False
+    if other.of_many_laws or other.alternative is not None:
+        return not is_hopeless(case, other.fitted, given.fitted)
+    return _is_explained(case, given, other.fitted, BOUND_MARGIN)
 
 
 def _too_heavy(other: Explanation) -> bool:

@@ -91,7 +91,7 @@ def _rows(case: Case, motion: Motion) -> Rows:
     features = motion.features(case.modelled_gravity)
     hats = HatFunctions.over(case.time, KNOTS).values.T
     at_knots = [hat[:, None] * features for hat in hats]
-    known = np.concatenate((features, *at_knots), axis=2)
+    known = np.concatenate(at_knots, axis=2)
     return with_bias(case, known, _maps(), motion.known)
 
 
@@ -104,11 +104,8 @@ def _with_drift(case: Case, motion: Motion) -> Rows:
 
 def _maps() -> Array:
     """Columns of the inertia, then of mass and first moment at each knot."""
-    maps = np.zeros(((1 + KNOTS) * FEATURES, 6, 6 + 4 * KNOTS))
-    maps[:FEATURES, :, :6] = REGRESSOR_BY_FEATURE[:, :, 4:]
+    maps = np.zeros((KNOTS, FEATURES, 6, 6 + 4 * KNOTS))
+    maps[..., :6] = REGRESSOR_BY_FEATURE[:, :, 4:]  # the hats add up to one
     for i in range(KNOTS):
-        rows, columns = FEATURES * (1 + i), 6 + 4 * i
-        maps[rows : rows + FEATURES, :, columns : columns + 4] = REGRESSOR_BY_FEATURE[
-            :, :, :4
-        ]
-    return maps
+        maps[i, :, :, 6 + 4 * i : 10 + 4 * i] = REGRESSOR_BY_FEATURE[:, :, :4]
+    return maps.reshape(-1, 6, 6 + 4 * KNOTS)

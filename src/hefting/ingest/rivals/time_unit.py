@@ -8,6 +8,7 @@ heavier than the object it seems to have hardly any mass where it is accelerated
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -17,6 +18,7 @@ from hefting.ingest.rivals.evidence import fit_rows
 from hefting.ingest.rivals.explanation import (
     Build,
     Explanation,
+    explains_nothing,
     newton_euler,
     over_offsets,
 )
@@ -40,6 +42,8 @@ RARE_INTERVAL = 0.05
 def explain(case: Case) -> Explanation | None:
     """The likeliest unit [s] of the recorded time."""
     if case.path.kind != "smooth" or case.path.gravity_measured:
+        return None
+    if explains_nothing(case, partial(wrench_compensated.freed, case)):
         return None
     interval = float(np.median(np.diff(case.recording["wrench"].time)))
     faster = (MILLISECONDS, *(1.0 / ratio for ratio in RATIOS))

@@ -5,6 +5,7 @@ Gravity then acts on another mass and first moment than acceleration does.
 """
 
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -12,7 +13,11 @@ from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step, with_bias
-from hefting.ingest.rivals.explanation import Explanation, over_offsets
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    explains_nothing,
+    over_offsets,
+)
 
 CODE = "wrench-compensated"
 SMALLEST_SHARE = 0.005
@@ -32,7 +37,10 @@ def explain(case: Case) -> Explanation | None:
     """The share of the object's weight that is missing."""
     if not case.path.moves or case.path.kind == "orientation":
         return None
-    fitted, _ = over_offsets(case, lambda motion: _rows(case, motion))
+    build = partial(freed, case)
+    if explains_nothing(case, build):
+        return None
+    fitted, _ = over_offsets(case, build)
     solution = fitted.solution[fitted.best]
     mass, weighed = float(solution[0]), float(solution[10])
     if not mass:
@@ -52,7 +60,8 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(CODE, what, fix, fitted, 4, effect=effect)
 
 
-def _rows(case: Case, motion: Motion) -> Rows:
+def freed(case: Case, motion: Motion) -> Rows:
+    """Rows of a body on which gravity acts with another mass and first moment."""
     gravity = -(motion.axes @ case.gravity)
     a = motion.a if not case.path.gravity_measured else motion.a - gravity
     known = np.concatenate((a, motion.rest, gravity), axis=2)

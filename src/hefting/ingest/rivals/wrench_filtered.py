@@ -27,6 +27,8 @@ FILTERED_SHARE = 0.5
 noise through the filter, below which their noise did not pass it."""
 FIRST_ITERATIONS = 2
 """Reweightings by which it is told whether any explains something."""
+KEPT = 8
+"""Likeliest filters after that, which are compared in full."""
 MOST_INSTANTS = 6000
 """Largest number of instants of the filtered motion."""
 
@@ -40,10 +42,12 @@ def explain(case: Case) -> Explanation | None:
     if rows is None:
         return None
     given, _ = fit_as_given(case)
-    if is_hopeless(case, fit_rows(case, rows, FIRST_ITERATIONS), given):
+    quick = fit_rows(case, rows, FIRST_ITERATIONS)
+    if is_hopeless(case, quick, given):
         return None
-    fitted = fit_rows(case, rows)
-    _, bandwidth = names[fitted.best]
+    kept = np.argsort(quick.likelihood)[-KEPT:]
+    fitted = fit_rows(case, rows.part(kept))
+    _, bandwidth = names[kept[fitted.best]]
     interval = float(np.median(np.diff(case.time)))
     expected = np.exp(-2.0 * np.pi * bandwidth * interval)
     if _least_correlation(fitted) < FILTERED_SHARE * expected:
