@@ -656,6 +656,14 @@ def test_the_form_of_angles_is_told_where_most_poses_are_in_doubt():
     assert found.verdict.reasons[0].code == "orientation-form"
 
 
+def test_another_object_is_no_mount_that_gives_way():
+    """By 14 degrees: of an object half as heavy again, the turn explains nearly as much."""
+    (mistake,) = (m for m in mistakes() if (m.name, m.strength) == ("swapped", "1.5"))
+    given = mistake.make(correct(5), np.random.default_rng([16, 5]))
+    found = identify(given.recording).verdict
+    assert "change-point" in {reason.code for reason in found.reasons}
+
+
 SI = {
     "kgf": (scipy.constants.kilogram_force, 1.0),
     "lbf": (scipy.constants.pound_force, 1.0),

@@ -157,9 +157,9 @@ def _rows_at(steps: Array, places: Indices) -> Indices:
         (rows >= 1)
         & (rows <= MOST_IN_A_ROW + 1)
         & (np.abs(share - rows) < np.maximum(WHOLE, ODD * (rows == 1)))
-        & (across < ALONG * share * size)
     )
     clear = (size > CLEAR_STEP) & (spread < STEADY * size)
+    clear &= across < ALONG * np.maximum(share, 1.0) * size
     return np.where(clear, np.where(is_whole, rows, 0), 1)
 
 

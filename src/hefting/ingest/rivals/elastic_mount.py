@@ -21,8 +21,8 @@ PASSES = 2
 """Times the load is predicted, beside better turns."""
 SMALLEST_TURN = np.radians(1.0)
 """Turn from the mean one that is told: arms give way by some tenths of a degree."""
-LARGEST_TURN = np.radians(30.0)
-"""Turn beyond which it is not small."""
+LARGEST_TURN = np.radians(10.0)
+"""Turn of a mount that nobody would miss, beyond which another object is likelier."""
 
 
 def explain(case: Case) -> Explanation | None:
