@@ -206,6 +206,26 @@ def test_coloured_noise_is_taken_from_what_is_told(monkeypatch):
     assert unexplained(monkeypatch, 0.4, multiple=9.0, left=(0.0, 2.2)) is not None
 
 
+@pytest.mark.parametrize(("left", "told"), [(0.13, True), (0.12, False)])
+def test_what_a_little_more_noise_would_explain_is_not_told(left, told, monkeypatch):
+    """Of 1.3 times as much; the share that is told is of the noise itself."""
+    fitted = SimpleNamespace(best=0, scale=np.ones((1, 2)))
+    judged = Judged(0.2, None, cast(Any, SimpleNamespace(fitted=fitted)))
+    monkeypatch.setattr(consequence, "judge", lambda case: judged)
+    monkeypatch.setattr(consequence.Vibration, "of", lambda case: None)
+    monkeypatch.setattr(
+        consequence,
+        "unexplained_share",
+        lambda case, fitted, level: 0.2 if level[0] <= 1.0 else left,
+    )
+    case = SimpleNamespace(path=SimpleNamespace(moves=True))
+    case.recording = {"wrench": SimpleNamespace(values=np.ones((9, 6)))}
+    case.noise = case.floor = case.level = np.ones(2)
+    found = doubt_of(cast(Any, case))
+    assert (found is not None) == told
+    assert found is None or "20 % of" in found.message
+
+
 def test_a_vibration_is_told_where_little_is_left_beside_it(monkeypatch):
     """Of twice what is noticed three quarters of the variance."""
     for share, told in ((0.76, "vibration"), (0.74, "unexplained")):

@@ -7,7 +7,7 @@ import pytest
 from benchmarks.given import correct
 
 from disturbances import disturbed
-from hefting import identify
+from hefting import identify, predict
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
@@ -54,6 +54,53 @@ def test_time_is_given_back_and_the_answer_is_that_of_the_log_with_time(seed, sh
     inertia = [each.parameters.inertia_at_com for each in (answer, wanted)]
     assert (np.abs(inertia[0] - inertia[1]) < 0.5 * (high - low)).all()
     assert answer.verdict.level == ("usable with care" if many else "good")
+
+
+def logged_without(share=0.02, seed=0):
+    """A right recording, and what is logged of it by a logger that loses rows."""
+    right = correct(seed).recording
+    kept = np.random.default_rng(1).random(len(right["wrench"])) >= share
+    return right, rows_of(right, kept, 0.01)
+
+
+def test_nothing_is_said_to_be_left_out():
+    """Where samples are shown that were not used, those of a lost row are none."""
+    _, logged = logged_without()
+    assert ingest(logged).left_out == ()
+
+
+def test_the_wrench_is_predicted_on_the_same_time():
+    """Of all samples and of those of a log that lost rows: to a fifth of the noise, of
+    which the motion of the second has more where a row is not seen."""
+    right, logged = logged_without()
+    estimate = identify(right).estimate
+    whole, some = predict(estimate, right), predict(estimate, logged)
+    rows = np.flatnonzero(np.random.default_rng(1).random(len(right["wrench"])) >= 0.02)
+    off = some.wrench[:, :3] - whole.wrench[rows, :3]
+    assert np.sqrt(np.mean(off**2)) < 0.02
+    assert "rows-lost" in codes(some.notes)
+
+
+def test_angles_keep_their_time_beside_a_part():
+    """They are those of the whole log."""
+    _, logged = logged_without()
+    angles = Stream(logged["wrench"].time, np.zeros((len(logged["wrench"]), 3)))
+    part = replace(logged, angles=angles).slice(2.0, 4.0)
+    found = with_time_of_lost_rows(part)
+    assert found.angles is not None
+    assert (np.diff(found.angles.time) > 0.009).all()
+    inside = np.isin(angles.time, part["wrench"].time)
+    np.testing.assert_allclose(found.angles.time[inside], found["wrench"].time)
+
+
+@pytest.mark.parametrize("scale", [5e-324, 1e-20])
+def test_positions_next_to_nothing_give_no_warning(scale):
+    """And a jump of 1e8 m, as a glitch is not left out yet."""
+    _, logged = logged_without()
+    p = scale * np.round(logged["position"].values)
+    p[500] = 1e8
+    streams = dict(logged.streams) | {"position": Stream(logged["wrench"].time, p)}
+    with_time_of_lost_rows(replace(logged, streams=streams))
 
 
 @pytest.mark.parametrize("kind", ["clean", "drift", "spikes", "dropped", "contact"])

@@ -45,6 +45,7 @@ from hefting.ingest.rivals import (
     force_unit,
     lever_arm,
     object_changing,
+    one_channel,
     position_unit,
     sloshing,
     wrench_filtered,
@@ -664,6 +665,13 @@ def test_another_object_is_no_mount_that_gives_way():
     assert "change-point" in {reason.code for reason in found.reasons}
 
 
+def test_a_wrench_that_never_changes_tells_no_gain_by_load():
+    """Its bias had been the law of a gain."""
+    given = correct(1).wrench(lambda _, w: np.ones_like(w))
+    said = identify(given.recording).verdict.reasons
+    assert "gain-by-load" not in {reason.code for reason in said}
+
+
 SI = {
     "kgf": (scipy.constants.kilogram_force, 1.0),
     "lbf": (scipy.constants.pound_force, 1.0),
@@ -818,22 +826,27 @@ def test_of_a_real_sensor_no_mistake_is_invented(name):
     assert judged.named is None
 
 
-def test_explanations_of_static_poses():
-    """Two dozen poses: a turn of 30° is named, a lever cannot be."""
-    given = correct(0)
+def at_rest(given: Given) -> Given:
+    """With the wrench of an object that rests in each pose, and a little noise."""
     assert given.exact is not None
     still = np.zeros_like(given.exact.gravity)
-    at_rest = replace(
+    exact = replace(
         given.exact,
         linear_acceleration=still,
         angular_velocity=still,
         angular_acceleration=still,
     )
-    wrench = replace(given, exact=at_rest).wrench_of(given.truth.vector)
+    wrench = replace(given, exact=exact).wrench_of(given.truth.vector)
     noise = np.random.default_rng(2).normal(size=wrench.shape) * np.repeat(
         (0.05, 0.003), 3
     )
-    resting = given.wrench(lambda _, __: wrench + noise).recording
+    return given.wrench(lambda _, __: wrench + noise)
+
+
+def test_explanations_of_static_poses():
+    """Two dozen poses: a turn of 30° is named, a lever cannot be."""
+    given = correct(0)
+    resting = at_rest(given).recording
     stride = slice(None, None, 40)
     streams = {name: s[stride] for name, s in resting.streams.items()}
     poses = replace(resting, streams=streams, static=True)
@@ -851,6 +864,24 @@ def test_explanations_of_static_poses():
     named = judge(case).named
     assert named is not None
     assert named.code == "axes-turned"
+
+
+@pytest.mark.parametrize("count", [12, 13, 40])
+def test_a_channel_is_told_of_static_poses(count):
+    """Of as many poses as there are functions of the motion, too, where the bias has one
+    more: fy had been 1.58 times what it is. Noise leaves a tenth."""
+    resting = at_rest(correct(2))
+    stride = np.linspace(0, len(resting.recording["wrench"]) - 1, count).astype(int)
+    wrong = resting.wrench(lambda _, w: w * np.array((1, 3, 1, 1, 1, 1))).recording
+    streams = {name: s[stride] for name, s in wrong.streams.items()}
+    poses = replace(wrong, streams=streams, static=True)
+    gravity = np.array(STANDARD_GRAVITY)
+    case = Case.of(poses, static_path(poses), gravity, 0.0, biased=True)
+    found = one_channel.explain(case)
+    assert found is not None
+    said, factor = re.split(r"(?<=be )", found.what)
+    assert said == "the channel fy seems to be "
+    assert float(factor.split()[0]) == pytest.approx(3.0, rel=0.1)
 
 
 def test_a_bias_is_composed_of_functions_only_where_it_is_possible():

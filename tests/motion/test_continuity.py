@@ -10,6 +10,8 @@ from hefting.motion.continuity import find_discontinuities
 from hefting.motion.pose_steps import (
     ORIENTATION_LIMITS,
     POSITION_LIMITS,
+    Runs,
+    Steps,
     displacement,
 )
 from hefting.simulation import UR5, random_smooth, stop_and_go, trapezoids
@@ -118,12 +120,15 @@ def test_angles_interpolated_over_their_end_are_left_out(rate):
 
 
 def test_a_stop_within_a_sample_is_no_fault():
-    """Of a robot at its full speed, as by its brakes."""
+    """Of a robot at its full speed, as by its brakes; to the half of it no step is even
+    looked into."""
     time = np.arange(0.0, 4.0, 0.002)
     run = np.minimum(time, 2.0)
     p = np.outer(2.0 * run, (1.0, 0.0, 0.0))
     q = Rotation.from_rotvec(np.outer(3.0 * run, (0.0, 0.0, 1.0))).as_quat()
     assert found(time, p, q) == (None, None)
+    for values, limits in ((0.5 * p, POSITION_LIMITS), (q, ORIENTATION_LIMITS)):
+        assert not Steps.of(Runs.of(time, values), limits).broken().any()
 
 
 @pytest.mark.parametrize("noise", NOISES)

@@ -87,8 +87,7 @@ def ingest(
     """
     check_convention(wrench)
     recording, first = _read(recording, start, duration)
-    whole = recording
-    recording = with_time_of_lost_rows(recording, motion)
+    whole = recording = with_time_of_lost_rows(recording, motion)
     recording = without_blank_wrench(without_faulty_poses(recording, motion))
     recording, given_bias = _subtract_given_bias(
         without_stalled_wrench(recording), bias

@@ -29,6 +29,8 @@ WHOLE = 0.25
 """Difference from a whole number of rows."""
 MOST_IN_A_ROW = 10
 """Lost rows that a step may hold: more are a jump."""
+SMALLEST_NOISE = 1e-12
+"""[m] or [rad] Against division by zero."""
 OTHERS = 0.25
 """Odd steps of another kind, over those of lost rows, up to which rows were lost: a
 stream that is read now too early, now too late, has as many that are short. In two
@@ -81,15 +83,16 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     streams = {n: replace(s, time=shared) for n, s in recording.streams.items()}
     angles = recording.angles
     if angles is not None:
-        angles = replace(angles, time=np.interp(angles.time, time, shared))
+        late = np.interp(angles.time, time, later)
+        angles = replace(angles, time=angles.time + late)
     found = replace(recording, streams=streams, angles=angles)
     number, share = int(lost.sum()), float(lost.sum() / len(time))
     where = where_in_time(time[1:] - time[0], lost > 0)
     said = warning(
         "rows-lost",
-        f"{number} rows ({100.0 * share:.2g} %) seem lost, as time is even but the poses "
-        f"step by several rows {where}: each was given {usual:.3g} s; log the time of "
-        "each sample",
+        f"{number} row{'s' if number > 1 else ''} ({100.0 * share:.2g} %) seem lost, as "
+        f"time is even but the poses step by several rows {where}: each was given "
+        f"{usual:.3g} s; log the time of each sample",
     )
     if share > MANY_LOST:
         return replace(found, warnings=(*recording.warnings, said))
@@ -111,7 +114,7 @@ def _over_noise(values: Array) -> Array:
     white = 1.4826 * float(np.median(second)) / np.sqrt(6.0)
     changes = np.abs(np.diff(values, axis=0))
     digit = changes.min(initial=np.inf, where=changes > 0.0)
-    return steps / max(white, 0.5 * digit)
+    return steps / max(white, 0.5 * digit, SMALLEST_NOISE)
 
 
 def _rows_lost(steps: Array) -> Indices:
@@ -152,7 +155,7 @@ def _rows_at(steps: Array, places: Indices) -> Indices:
     spread = np.median(np.abs(np.linalg.norm(near, axis=2) - size[:, None]), axis=1)
     share = np.einsum("ij,ij->i", chosen, expected) / np.maximum(size, 1e-12) ** 2
     across = np.linalg.norm(chosen - share[:, None] * expected, axis=1)
-    rows = np.rint(share).astype(int)
+    rows = np.rint(np.clip(share, 0.0, MOST_IN_A_ROW + 2.0)).astype(int)
     is_whole = (
         (rows >= 1)
         & (rows <= MOST_IN_A_ROW + 1)

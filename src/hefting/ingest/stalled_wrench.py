@@ -63,16 +63,15 @@ def without_blank_wrench(recording: Recording) -> Recording:
     values = wrench.values
     if recording.static or not values.size:
         return recording
-    low, high = float(values.min()), float(values.max())
-    number = low if -low > high else high
-    at = values == number
+    size = np.abs(values)
+    at = size == size.max()
     if np.count_nonzero(at.any(axis=0)) < FEWEST_CHANNELS:
         return recording
     blank = at.any(axis=1)
-    if not FAR * np.abs(values[~blank]).max(initial=0.0) < abs(number) or blank.all():
+    if blank.all() or not FAR * size[~blank].max() < size.max():
         return recording
     samples, where = _told(wrench, blank)
-    what = f"{samples} of {number:g} in several channels left out, {where}"
+    what = f"{samples} of {values[at][0]:g} in several channels left out, {where}"
     return _without(recording, blank, note("wrench-blank", what))
 
 

@@ -22,6 +22,7 @@ from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import Ingested, ingest
+from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.ingest.plausibility import check_wrench, holds_nothing
 from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
@@ -89,7 +90,7 @@ def inspect(
     try:
         if not obstacle:
             ingested = ingest(whole, gravity=gravity, hint=True, tool=held, **part)
-            motion = movement(recording, ingested)
+            motion = movement(with_time_of_lost_rows(recording), ingested)
         elif obstacle == EMPTY:
             missing["conditioning"] = obstacle
             motion = movement(recording, measure(recording, g))

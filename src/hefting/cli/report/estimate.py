@@ -33,6 +33,7 @@ MENDED = {
     "pose-glitches",
     "poses-frozen",
     "poses-held-at-ends",
+    "rows-lost",
     "wrench-blank",
     "wrench-stalled",
 }

@@ -130,7 +130,7 @@ class Case:
         worth, known = 1.0 / (1.0 + lasting * excess), reading.known
         if not worth[known].any():
             return case
-        # a sample without motion counts, as one with it, as long as it is not left out
+        # where the motion is unknown a sample counts as the others do on average
         usual = float(worth[known].mean())
         return replace(case, worth=np.where(known, worth, usual))
 

@@ -31,6 +31,9 @@ is at most 0.1."""
 NOTICED_MULTIPLE = 8.0
 """Residual of torque, by which the COM is found, over what noise and a sensor's errors
 leave from which on it is, too. On those recordings it is at most 5.4."""
+CLEAR_OF_NOISE = 1.3
+"""Factor on the noise that must be left behind, too: averages of little colour have so
+much more of it than their differences tell."""
 STATIC_FACTOR = 2.0
 """Both are so much larger for static poses, whose noise counts as unexplained: of one
 per second nothing tells it."""
@@ -182,8 +185,10 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
     if vibration is not None and noticed * (1.0 - vibration.share) ** 0.5 <= 1.0:
         return Doubt(_vibrates(vibration), False)
     if judged.given is not None and case.path.moves:
-        share = unexplained_share(case, judged.given.fitted, case.level)
-        noticed = share / NOTICED_UNEXPLAINED
+        fitted = judged.given.fitted
+        share = unexplained_share(case, fitted, case.level)
+        clear = unexplained_share(case, fitted, CLEAR_OF_NOISE * case.level)
+        noticed = clear / NOTICED_UNEXPLAINED
         if max(noticed, _multiple(case, judged, case.level)) <= 1.0:
             return None
     what = (

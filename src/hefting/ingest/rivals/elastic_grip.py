@@ -56,7 +56,7 @@ def explain(case: Case) -> Explanation | None:
         "from its mean place",
         "grip it stiffer and record again, or count on its moving so",
         fitted,
-        8 + min(fitted.best, 2),
+        8 + min(fitted.best, 2),  # one more for slack, and for the time of sliding
         parameters=body,
         of_many_laws=True,
     )

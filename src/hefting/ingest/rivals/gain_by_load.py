@@ -18,7 +18,7 @@ CODE = "gain-by-load"
 PASSES = 2
 """Times the reading without noise is predicted, beside better laws."""
 SMALLEST_CHANGE = 0.01
-"""Change of the gain that is told: data sheets allow half."""
+"""Change of the gain within a recording that is told: data sheets allow half."""
 LARGEST_CHANGE = 1.0
 """The same from which on it is no gain any more."""
 UNKNOWNS = 2
@@ -45,11 +45,14 @@ def explain(case: Case) -> Explanation | None:
         known = np.concatenate((each, laws), axis=2)
         fitted = fit_rows(case, with_bias(case, known, _maps(), used))
     best = fitted.best
-    largest = np.abs(from_where[best % 2]).reshape(-1, 2, 3).max(axis=(0, 2))
+    loads = np.abs(from_where[best % 2]).reshape(-1, 2, 3)
+    largest, varies = loads.max(axis=(0, 2)), np.ptp(loads, axis=0).max(axis=1)
     powers = largest if best < 2 else largest**2
     changes = powers * fitted.solution[best, 10:12]
     of = int(np.argmax(np.abs(changes) * largest / fitted.scale[best]))
-    if not SMALLEST_CHANGE < abs(changes[of]) < LARGEST_CHANGE:
+    change = abs(changes[of])
+    seen = change * varies[of] / max(largest[of], 1e-300)
+    if not (seen > SMALLEST_CHANGE and change < LARGEST_CHANGE):
         return None
     what = (
         f"the sensor's gain seems to change with the load, the {('force', 'torque')[of]}'s "

@@ -18,6 +18,8 @@ from hefting.logs.units import UNITS
 CODE = "channel-wrong"
 SMALLEST_FACTOR = 1.2
 """Gain, or its inverse, up to which it is the calibration matrix that is off."""
+RARITY = 5.0
+"""See `Explanation.rarity`: of some 36 pairs of channels, and a gain."""
 ALIKE = 0.8
 """Share of what another channel explains that its own must, or it is the other's."""
 DEAD = 0.5
@@ -42,7 +44,7 @@ def explain(case: Case) -> Explanation | None:
         "check its wire, unit and gain, and correct it where the log is written",
         fitted,
         1,
-        rarity=5.0,  # of some 36 pairs of channels, and a gain
+        rarity=RARITY,
         is_grave=True,
     )
 
@@ -60,7 +62,8 @@ def _measured(free: RobustRows, rows: Rows) -> tuple[int, int, float]:
     best = free.best
     known = np.sqrt(free.weights[best])[:, None] * rows.known[best]
     # of the features that part which no bias has
-    R = np.linalg.qr(np.roll(known, -FEATURES, axis=1)).R[-FEATURES:, -FEATURES:]
+    biases = known.shape[1] - FEATURES
+    R = np.linalg.qr(np.roll(known, -FEATURES, axis=1)).R[biases:, biases:]
     model = np.tensordot(R, REGRESSOR_BY_FEATURE, 1)
     found = R @ free.solution[best].reshape(-1, 6)[:FEATURES]
     scale = np.repeat(free.scale[best], 3)
