@@ -133,9 +133,9 @@ def _rows_of(steps: Array) -> Indices:
     rows = np.ones(len(steps), dtype=int)
     length = np.linalg.norm(steps, axis=1)
     beside = np.stack((length[:-2], length[2:]))
-    odd = (length[1:-1] > (1.0 + ODD) * beside.min(axis=0)) | (
-        length[1:-1] < (1.0 - ODD) * beside.max(axis=0)
-    )
+    low, high = beside.min(axis=0), beside.max(axis=0)
+    odd = (length[1:-1] > (1.0 + ODD) * low) | (length[1:-1] < (1.0 - ODD) * high)
+    odd &= high > 0.5 * CLEAR_STEP
     places = 1 + np.flatnonzero(odd)
     for some in (places[:: 1 + len(places) // FIRST_LOOKED_AT], places):
         found = _rows_at(steps, some)
