@@ -282,7 +282,7 @@ def test_a_lost_scheduler_is_said_and_what_was_done_is_kept(
         threads_per_worker=1,
         processes=False,
         protocol="tcp",
-        dashboard_address=None,
+        dashboard_address="127.0.0.1:0",
         host="127.0.0.1",
         silence_logs=60,
     )
