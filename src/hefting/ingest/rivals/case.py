@@ -142,6 +142,11 @@ class Case:
         return replace(self, **parts)
 
     @property
+    def relative_worth(self) -> Array:
+        """(K,) what each average counts over the usual one."""
+        return self.worth / self.worth.mean()
+
+    @property
     def modelled_gravity(self) -> Array:
         """(3,) in world axes [m/s²]; zero where the specific force was measured."""
         return np.zeros(3) if self.path.gravity_measured else self.gravity

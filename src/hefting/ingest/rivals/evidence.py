@@ -111,7 +111,7 @@ def fit_rows(case: Case, rows: Rows, iterations: int = ITERATIONS) -> Fitted:
     wrench = np.broadcast_to(wrench, (*rows.known.shape[:2], 6))
     both = np.concatenate((rows.known, wrench), axis=2)
     floor = np.maximum(case.floor, SMALLEST_FLOOR)
-    used = rows.used * (case.worth / case.worth.mean())
+    used = rows.used * case.relative_worth
     fits = fit_each(both, rows.maps, used, floor, iterations)
     return Fitted(**vars(fits), rows=rows)
 
@@ -123,7 +123,7 @@ def fit_freely(
     wrench = np.broadcast_to(case.wrench, (*known.shape[:2], 6))
     return fit_channels(
         np.concatenate((known, wrench), axis=2),
-        used * (case.worth / case.worth.mean()),
+        used * case.relative_worth,
         np.maximum(case.floor, SMALLEST_FLOOR),
         iterations,
     )
