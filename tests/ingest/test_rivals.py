@@ -577,7 +577,7 @@ def test_a_wrong_sign_is_put_right_as_advised(tmp_path):
 
 def test_no_wrong_sign_is_half_a_turn_with_the_other_sign():
     """About an axis of the sensor: of 7 such turns 2 had been wrong signs of z."""
-    for what, matrix in axis_flipped._changes().items():
+    for what, matrix, _ in axis_flipped._changes():
         for axis in range(3):
             turn = -np.eye(3)
             turn[axis, axis] = 1.0

@@ -203,7 +203,7 @@ def parts() -> dict[str, Any]:
     values = np.column_stack([np.sin(f * time) for f in (2.0, 5.0, 7.0)]) + 0.3
     six = np.hstack((5.0 * values, 0.2 * values[:, ::-1]))
     from_zero = Signal(np.vstack((np.zeros(3), values)), 100.0)
-    matrices = axis_flipped._changes()
+    matrices = [matrix for _, matrix, _ in axis_flipped._changes()]
     case = case_of("turned about x, 10°")
     rows = newton_euler(case, case.motion)
     scale = np.tile((0.3, 0.02), (len(case.offsets), 1))
@@ -219,7 +219,7 @@ def parts() -> dict[str, Any]:
             wrench_filtered.low_passed(from_zero, order, 1.7)[1:] for order in (1, 2)
         ],
         "lag": list(hysteresis._lags(six, np.array((0.01, 0.2)))),
-        "flips": list(matrices.values()),
+        "flips": matrices,
         "starts": axes_turned.QUARTER_TURNS,
         "fixes": {
             str(turn): list(TYPED.findall(_fix_of(np.array(turn)))) for turn in TURNS

@@ -17,9 +17,11 @@ from hefting.ingest.rivals.explanation import (
 
 CODE = "axis-flipped"
 APART = "force and torque seem to be in different axes"
-RARITIES = {APART: 8.0, "axes": 15.0}
-"""Rarity by what is said: different axes are many; two that are swapped are with the
-other sign convention half a turn of the sensor about the line between them."""
+RARITY_OF_APART = 8.0
+"""Rarity of different axes: they are many."""
+RARITY_OF_SWAP = 15.0
+"""Rarity of two axes that are swapped: with the other sign convention it is half a turn
+of the sensor about the line between them."""
 ORDERS = 4
 """Orders of the torque's axes that are tried beside one of the force's."""
 
@@ -29,15 +31,15 @@ def explain(case: Case) -> Explanation | None:
     offsets = case.likely_offsets
     rows = newton_euler(case, case.motion_late(offsets))
     changes = _changes()
-    apart = _apart(case, rows, list(changes.values()))
-    whats = [*changes, *[APART] * len(apart)]
-    matrices = [*changes.values(), *apart]
+    apart = _apart(case, rows, [matrix for _, matrix, _ in changes])
+    changes += [(APART, matrix, RARITY_OF_APART) for matrix in apart]
+    matrices = np.array([matrix for _, matrix, _ in changes])
     wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
     quick = of_each_wrench(case, rows, wrenches, FIRST_ITERATIONS)
     best = quick.best // len(offsets)
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
-    what, matrix = whats[best], matrices[best]
+    what, matrix, rarity = changes[best]
     names = [
         ("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()]
         for row in matrix
@@ -50,9 +52,9 @@ def explain(case: Case) -> Explanation | None:
         f"[{columns}] in a column map",
         fitted,
         0,
-        rarity=next((r for word, r in RARITIES.items() if word in what), 0.0),
+        rarity=rarity,
         argument="column_map",
-        is_grave=what == APART,
+        is_grave=rarity == RARITY_OF_APART,
     )
 
 
@@ -83,37 +85,42 @@ def _apart(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
     return found
 
 
-def _changes() -> dict[str, Array]:
-    """Matrices (6, 6) that undo a mistake, by what it is. An axis of both force and
+def _changes() -> list[tuple[str, Array, float]]:
+    """What mistakes are, matrices (6, 6) that undo them, and how rare they are. An axis of both force and
     torque that is mirrored is none: with the other sign convention, which is free, it is
     half a turn of the sensor about that axis."""
-    found: dict[str, Array] = {}
+    found: list[tuple[str, Array, float]] = []
     names = ("x", "y", "z")
     for part, quantity in ((0, "force"), (3, "torque")):
         for i, axis in enumerate(names):
             signs = np.ones(6)
             signs[part + i] = -1.0
-            found[f"{quantity} {axis} seems to have the wrong sign"] = np.diag(signs)
+            what = f"{quantity} {axis} seems to have the wrong sign"
+            found.append((what, np.diag(signs), 0.0))
             signs = np.ones(6)
             signs[part : part + 3] = -1.0
             signs[part + i] = 1.0
             others = " and ".join(name for name in names if name != axis)
-            found[f"{quantity} {others} seem to have the wrong sign"] = np.diag(signs)
+            what = f"{quantity} {others} seem to have the wrong sign"
+            found.append((what, np.diag(signs), 0.0))
     signs = np.repeat((1.0, -1.0), 3)
-    found["the torque seems to have the sign opposite to the force's"] = np.diag(signs)
+    what = "the torque seems to have the sign opposite to the force's"
+    found.append((what, np.diag(signs), 0.0))
     for i, axis in enumerate(names):
         mirror = np.ones(3)
         mirror[i] = -1.0
         # a torque is a pseudovector: mirrored, the two other components change sign
         left = np.diag(np.concatenate((mirror, -mirror)))
-        found[
+        what = (
             f"axes of a left-handed system, {axis} mirrored, seem to be in the poses or"
-        ] = left
+        )
+        found.append((what, left, RARITY_OF_SWAP))
         j, k = (i + 1) % 3, (i + 2) % 3
         order = np.eye(3)
         order[[j, k]] = order[[k, j]]
         swap = np.array(np.kron(np.eye(2), order), dtype=float)
-        found[f"axes {names[j]} and {names[k]} seem to be swapped"] = swap
+        what = f"axes {names[j]} and {names[k]} seem to be swapped"
+        found.append((what, swap, RARITY_OF_SWAP))
     exchanged = np.roll(np.eye(6), 3, axis=0)
-    found["force and torque seem to be swapped"] = exchanged
+    found.append(("force and torque seem to be swapped", exchanged, 0.0))
     return found

@@ -22,7 +22,9 @@ SMALLEST_MOVE = 0.001
 STOPPED = 3.3
 """[m/s²] Specific force along an axis from which on slack is used up."""
 SLIDING = (0.1, 0.2, 0.4, 0.8, 1.6)
-"""[s] Times, as tried, in which gravity slides an object from the middle to a stop."""
+"""[s] Times, as tried, in which `WEIGHT` slides an object from the middle to a stop."""
+WEIGHT = 9.81
+"""[m/s²] Specific force of gravity, about."""
 LEVI_CIVITA = np.cross(np.eye(3)[:, None], np.eye(3))
 """(3, 3, 3) by two axes, their cross product."""
 
@@ -87,7 +89,7 @@ def _laws(case: Case, s: Array) -> Array:
     specific force (K, 3) [m/s²]."""
     stopped = np.tanh(s / STOPPED)
     share = np.diff(case.time, prepend=case.time[0])[:, None, None] * s[:, None]
-    share = share / (9.81 * np.array(SLIDING)[:, None])
+    share = share / (WEIGHT * np.array(SLIDING)[:, None])
     sliding = np.empty_like(share)
     place = stopped[0]
     for k, step in enumerate(share):
