@@ -16,6 +16,7 @@ from benchmarks.fuzzing.structure_mutations import (
     XML,
     glb_scene,
     npy_header,
+    npz_member,
 )
 from benchmarks.fuzzing.table_mutations import TABLE, parquet_table
 
@@ -77,6 +78,7 @@ READERS = {
         ("identify {file} --map {folder}/robot.toml",),
     ),
     "parquet": Reader((parquet_table,) * 6 + BYTES, ("inspect {file}",), LOG),
+    "npz": Reader((npz_member,) * 6 + BYTES, ("inspect {file}",), LOG),
     "ur": Reader(TABLE, ("inspect {file}",), LOG),
     "bag": Reader(BAG, ("inspect {file}",), LOG),
     "mcap": Reader(MCAP, ("inspect {file}",), LOG),

@@ -6,6 +6,7 @@ import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -31,6 +32,7 @@ def make_seeds(folder: Path) -> dict[str, list[Seed]]:
         "csv": _read(folder, "log.csv", "exact.csv", "static.csv", "rates.csv"),
         "mapped": [*_read(folder, "robot.csv")],
         "parquet": _read(folder, "log.parquet", "rates.parquet"),
+        "npz": _read(folder, "named.npz", "arrays.npz"),
         "ur": [*_read(folder, "ur.csv"), *_ur_records()],
         "bag": [*_read(folder, "log.bag"), *_bags(folder, "ros1-bz2.bag", "ros1-lz4.bag")],
         "mcap": [*_read(folder, "log.mcap"), *_bags(folder, "bare.mcap", "bare-storage.mcap")],
@@ -104,6 +106,7 @@ def _make_logs(folder: Path) -> None:
     index = np.arange(len(rows["wrench"]), dtype=float)
     static = {name: Stream(index, stream.values) for name, stream in rows.items()}
     write_log(Recording(static, static=True), folder / "static.csv")
+    _make_archives(log, folder)
     rates = dict(exact.streams) | {"wrench": exact["wrench"][::2]}
     rates["gyroscope"] = exact["angular_velocity"][::3]
     for suffix in (".csv", ".parquet"):
@@ -134,6 +137,22 @@ def _make_logs(folder: Path) -> None:
     ):
         (folder / f"{name}.json").write_text(json.dumps(content))
     (folder / "box.stl").write_bytes(_box().export(file_type="stl"))
+
+
+def _make_archives(log: Any, folder: Path) -> None:
+    """Arrays of NumPy by the names of streams, and by other names."""
+    values = {name: log[name].values for name in ("position", "orientation", "wrench")}
+    time = log["wrench"].time
+    np.savez(folder / "named.npz", time=time, **values)
+    poses = np.hstack([values["position"], values["orientation"]])
+    pixels = np.zeros((2, 20, 20), dtype=np.uint8)
+    np.savez_compressed(
+        folder / "arrays.npz",
+        t=time,
+        pose_xyzw=poses,
+        ft=values["wrench"].T,
+        image=pixels,
+    )
 
 
 INERTIALS = """\

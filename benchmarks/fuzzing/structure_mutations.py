@@ -1,8 +1,11 @@
 """Mutations that keep the structure of a file: JSON, TOML, XML, arrays, glTF."""
 
+import io
 import json
 import re
 import struct
+import zipfile
+import zlib
 from typing import Any
 
 import numpy as np
@@ -160,6 +163,46 @@ def npy_header(data: bytes, rng: np.random.Generator) -> bytes:
     text = header.encode().ljust(length) if rng.random() < 0.7 else header.encode()
     head = data[:6] + bytes([int(rng.choice((1, 1, 1, 2, 3, 9))), 0])
     return head + struct.pack("<H", len(text) % 65536) + text + data[10 + length :]
+
+
+def npz_member(data: bytes, rng: np.random.Generator) -> bytes:
+    """An archive of arrays, one of which has other numbers, another header, another
+    name, or is missing."""
+    try:
+        with zipfile.ZipFile(io.BytesIO(data)) as archive:
+            members = {name: archive.read(name) for name in archive.namelist()}
+    except (
+        zipfile.BadZipFile,
+        zlib.error,
+        OSError,
+        ValueError,
+        RuntimeError,
+        EOFError,
+    ):
+        return data
+    if not members:
+        return data
+    name = choice(rng, tuple(members))
+    content = members.pop(name)
+    kind = rng.random()
+    if kind < 0.5 and len(content) > 200:
+        changed = np.frombuffer(content[:-8], np.uint8).copy()
+        for place in 128 + 8 * rng.integers(
+            (len(content) - 136) // 8, size=rng.integers(1, 9)
+        ):
+            odd = np.float64(choice(rng, ODD_DOUBLES))
+            changed[place : place + 8] = np.frombuffer(odd.tobytes(), np.uint8)
+        members[name] = changed.tobytes() + content[-8:]
+    elif kind < 0.7:
+        members[name] = npy_header(content, rng)
+    elif kind < 0.9:
+        members[choice(rng, ("time.npy", "pose.npy", "\x1b[31m.npy", "a"))] = content
+    stream = io.BytesIO()
+    packing = int(rng.choice((zipfile.ZIP_STORED, zipfile.ZIP_DEFLATED)))
+    with zipfile.ZipFile(stream, "w", packing) as archive:
+        for name, content in members.items():
+            archive.writestr(name, content)
+    return stream.getvalue()
 
 
 def glb_scene(data: bytes, rng: np.random.Generator) -> bytes:

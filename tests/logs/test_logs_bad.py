@@ -245,9 +245,9 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     fails(tmp_path / "folder.csv", "is not a file")
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
-    for suffix in (".csv", ".txt", ".tsv", ".parquet", ".bag", ".mcap", ".db3"):
-        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.npz"), "'.npz'", suffix)
-    fails(tmp_path / "log.npz", "`hefting.as_recording` takes arrays or columns")
+    for suffix in (".csv", ".txt", ".tsv", ".parquet", ".npz", ".bag", ".mcap", ".db3"):
+        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.h5"), "'.npz'", suffix)
+    fails(tmp_path / "log.h5", "`hefting.as_recording` takes arrays or columns")
     fails(tmp_path / "log", "does not exist")
     with open(tmp_path / "huge.csv", "wb") as huge:
         huge.truncate(3 * 1024**3)  # sparse: takes no room on the disk
@@ -282,7 +282,7 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
     bag = path.rename(tmp_path / "log.bag")
     fails(
         bag,
-        "column map (`column_map`) is for CSV and Parquet",
+        "column map (`column_map`) is for CSV, Parquet and NumPy",
         column_map=tmp_path / "map.toml",
     )
 

@@ -12,7 +12,8 @@ import pytest
 
 from hefting.core.errors import InputError
 from hefting.logs import read_log
-from hefting.logs.given import MemoryTable, as_recording
+from hefting.logs.given import as_recording
+from hefting.logs.memory_table import MemoryTable
 
 HEADER = ("time", "px", "py", "pz", "qx", "qy", "qz", "qw")
 HEADER += ("fx", "fy", "fz", "tx", "ty", "tz")

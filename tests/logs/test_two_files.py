@@ -146,7 +146,11 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
         (wrench, epoch, "epoch.csv: there are neither poses nor joint angles"),
         (wrench, late, "do not overlap those of ft.csv"),
         (epoch, poses, "only the times of epoch.csv count from 1970"),
-        (wrench, tmp_path / "held.bag", "only CSV and Parquet are read in two files"),
+        (
+            wrench,
+            tmp_path / "held.bag",
+            "only CSV, Parquet and NumPy are read in two files",
+        ),
         (wrench, tmp_path / "none.csv", "none.csv: does not exist"),
     )
     for first, second, words in cases:

@@ -12,6 +12,7 @@ NAME = "standard input"
 
 KINDS = (
     (b"PAR1", ".parquet"),
+    (b"PK\x03\x04", ".npz"),
     (b"\x89MCAP0", ".mcap"),
     (b"#ROSBAG", ".bag"),
     (b"SQLite format 3", ".db3"),

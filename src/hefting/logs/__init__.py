@@ -42,6 +42,8 @@ def read_log(
     .csv, .txt, .tsv                 canonical CSV; a UR real-time record, when its header is one;
                                      other columns by what their names say, or through a column map
     .parquet                         the same in Parquet
+    .npz                             the same as arrays of NumPy, or arrays by the names of
+                                     `hefting.as_recording`
     .bag, .mcap, .db3, or a folder   a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
     ================================ =================================================================
 

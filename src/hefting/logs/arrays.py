@@ -131,7 +131,7 @@ def _filled(arrays: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Mask]]
         if hasattr(arrays[name], "as_quat"):
             continue
         values = numbers(arrays[name], name)
-        if values.ndim < 2:
+        if values.ndim < 2 or not values.size:
             continue
         lacks: Mask = np.isnan(values).reshape(len(values), -1)
         nan = lacks.any(axis=1)

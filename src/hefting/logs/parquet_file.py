@@ -19,7 +19,7 @@ from hefting.core.spatial import Array
 from hefting.logs.canonical import table_from_recording
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
-from hefting.logs.table import Block, label
+from hefting.logs.table import LONGEST_LIST, Block, label
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -30,9 +30,6 @@ ROWS = 65_536
 
 GROUP = 65_536
 """Rows that are written as a group."""
-
-LONGEST_LIST = 100
-"""Most numbers in a list that is taken for columns."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""

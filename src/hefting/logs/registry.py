@@ -21,6 +21,7 @@ READING = "reading the log"
 MODULES = (
     "hefting.logs.csv_file",
     "hefting.logs.parquet_file",
+    "hefting.logs.npz_file",
     "hefting.logs.ur_csv",
     "hefting.logs.ros_bag",
 )
@@ -53,6 +54,9 @@ class Format:
     open_table: "Callable[[str | Path, Layout | None], Table] | None" = None
     """opens a file with named columns; the layout, which a column map may give, matters
     to text only"""
+    in_blocks: bool = True
+    """whether such a file is read block by block, so that one of any size can be cut
+    into windows"""
     read_table: "Callable[[Table, bool], Recording] | None" = None
     """the recording in a table; the second argument says whether a log without a wrench
     is refused"""

@@ -23,6 +23,9 @@ MAX_CELLS = 100_000_000
 """Most numbers that are read from one file (0.8 GB): more than an hour of twenty
 columns at 1 kHz."""
 
+LONGEST_LIST = 100
+"""Most numbers in a list, or in a sample of an array, that are taken for columns."""
+
 EPOCHS = (
     ("nanoseconds", "1e9", 1e17),
     ("microseconds", "1e6", 1e14),

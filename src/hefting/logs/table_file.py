@@ -17,6 +17,7 @@ from hefting.logs.canonical import (
     quote_name,
     read_canonical,
 )
+from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format, formats
 from hefting.logs.table import Table, summarize_list
 
@@ -57,6 +58,8 @@ def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Rec
     missing, wherever names and numbers do not tell a time, a wrench, and an orientation
     or joint angles.
     """
+    if isinstance(table, MemoryTable) and table.holds_streams:
+        return lambda _: table.recording()
     found = _recognise(table) if wrench_needed else None
     if found is None:
         return lambda part: read_canonical(part, wrench_needed)

@@ -90,7 +90,9 @@ def needs_windows(path: str | Path) -> bool:
     """Whether a table holds more numbers than are read whole (`LARGEST_WHOLE`), as far
     as its size tells; False of what is no table."""
     found = find_format(path)
-    if found is None or not found.is_table or not Path(path).is_file():
+    if found is None or not (found.is_table and found.in_blocks):
+        return False
+    if not Path(path).is_file():
         return False
     return _numbers(path) > LARGEST_WHOLE
 
@@ -113,8 +115,8 @@ def _numbers(path: str | Path) -> float:
 def _format_of(path: str | Path) -> Format:
     """The format of a table; `InputError` for what is none, or cannot be read."""
     found = find_format(path)
-    if found is None or not found.is_table:
-        tables = " or ".join(each.name for each in table_formats())
+    if found is None or not (found.is_table and found.in_blocks):
+        tables = " or ".join(each.name for each in table_formats() if each.in_blocks)
         raise InputError(
             f"only {tables} is read window by window",
             path,

@@ -1,0 +1,226 @@
+"""Named arrays in memory, or in a file of such, as a table; an array of several numbers
+a sample is a column of each."""
+
+from __future__ import annotations
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.messages import warning
+from hefting.core.recording import COLUMNS, Recording
+from hefting.core.spatial import Array
+from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
+from hefting.logs.map_guess import names_time
+from hefting.logs.table import LONGEST_LIST, Block, summarize_list
+
+
+@dataclass(frozen=True, eq=False)
+class MemoryTable:
+    """Named columns in memory; rows are counted from 0, and NaN is a blank cell.
+
+    Columns that are not asked for may hold anything.
+    """
+
+    source: str
+    """What messages call it."""
+    names: tuple[str, ...]
+    """Names of all columns, in order."""
+    columns: Mapping[str, Any]
+    """Values (K,) by name."""
+    arrays: Mapping[str, Any]
+    """What was given, by name: one number a sample, or several."""
+
+    @classmethod
+    def of(cls, table: Any) -> MemoryTable | None:
+        """The columns of a table; None for what is no table."""
+        if isinstance(table, Mapping):
+            return cls.of_arrays("dictionary", table)
+        names = getattr(getattr(table, "dtype", None), "names", None)
+        if names is not None:
+            return cls.of_arrays("structured array", {n: table[n] for n in names})
+        if hasattr(table, "collect"):  # of polars, not yet read
+            source = type(table).__name__
+            raise InputError(f"a {source} holds no values yet", fix="give .collect()")
+        # of a PyArrow table `columns` are the values
+        names = getattr(table, "column_names", None)
+        names = getattr(table, "columns", None) if names is None else names
+        if names is None or not hasattr(table, "__getitem__"):
+            return None
+        return cls._of_frame(table, list(names))
+
+    @classmethod
+    def of_arrays(cls, source: str, arrays: Mapping[Any, Any]) -> MemoryTable:
+        """A table of named arrays, and of those in dictionaries among them.
+
+        An array ``ft`` (K, 6) is the columns ``ft_0`` to ``ft_5``, ``pose`` (K, 4, 4)
+        the columns ``pose_0`` to ``pose_15``, row by row; ``robot`` that holds ``q``
+        the columns ``robot.q_0``, ... . An array whose last axis is as long as most
+        are, (6, K), is turned.
+        """
+        flat = dict(_flat(arrays))
+        lengths = Counter(n for values in flat.values() for n in {*_shape(values)})
+        samples = max(lengths, key=lambda n: (lengths[n], n), default=0)
+        columns: dict[str, Any] = {}
+        for name, values in flat.items():
+            columns |= _columns(name, values, samples)
+        return cls(source, tuple(columns), columns, flat)
+
+    @classmethod
+    def _of_frame(cls, frame: Any, names: list[Any]) -> MemoryTable:
+        """The columns of a data frame, before them its index where that has a name or
+        holds times."""
+        columns = _by_text(frame, dict.fromkeys(names))
+        index = getattr(frame, "index", None)
+        name = _index_name(index)
+        unnamed = getattr(index, "name", None) is None
+        if unnamed and any(map(names_time, columns)):
+            name = ""  # the rows have their own time
+        if name and name not in columns:
+            columns, names = {name: index} | columns, [name, *names]
+        return cls(type(frame).__name__, tuple(map(str, names)), columns, columns)
+
+    @property
+    def holds_streams(self) -> bool:
+        """Whether its arrays have the names of `as_recording`, and no time has another
+        name."""
+        others = [name for name in self.arrays if name not in ARRAYS]
+        if not {"pose", *COLUMNS} & self.arrays.keys():
+            return False
+        posed = {"pose", "orientation", "joint_positions"} & self.arrays.keys()
+        timed = "time" in self.arrays or not any(map(names_time, others))
+        return not others or bool(posed and "wrench" in self.arrays and timed)
+
+    def recording(self) -> Recording:
+        """Recording of arrays with the names of `as_recording`, such as a position
+        (K, 3); a warning names the others."""
+        known = {name: self.arrays[name] for name in self.arrays if name in ARRAYS}
+        try:
+            found = recording_from_arrays(known, blanks="left out")
+        except InputError as error:
+            raise InputError(error.what, self.source, error.fix) from error
+        found = replace(found, source=self.source)
+        ignored = [repr(name[:40]) for name in self.arrays if name not in ARRAYS]
+        if not ignored:
+            return found
+        what = f"ignored unknown columns: {summarize_list(ignored)}"
+        said = warning("columns-ignored", what, "column_map")
+        return replace(found, warnings=(*found.warnings, said))
+
+    def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
+        """All rows at once, of the columns at these positions. `InputError` for what is
+        not a number, and for columns of different lengths."""
+        values = {j: self._numbers(self.names[j]) for j in columns}
+        first = columns[0]
+        for j, column in values.items():
+            if len(column) != len(values[first]):
+                what = (
+                    f"column '{self.names[j]}' has {len(column)} values, "
+                    f"but '{self.names[first]}' has {len(values[first])}"
+                )
+                raise InputError(what, self.source, "give columns of one length")
+        if not len(values[first]):
+            raise InputError("there are no samples", self.source)
+        blanks = {j: np.isnan(column) for j, column in values.items()}
+        rows = np.arange(len(values[first]))
+        yield Block(
+            rows, values, {j: b if b.any() else None for j, b in blanks.items()}
+        )
+
+    def _numbers(self, name: str) -> Array:
+        """Column (K,) as numbers, NaN where it is blank."""
+        try:
+            column = _floats(self.columns[name])
+        except (TypeError, ValueError, OverflowError) as error:
+            what = (
+                f"column '{name[:40]}' holds {_kind(self.columns[name])}, not numbers"
+            )
+            raise InputError(what, self.source) from error
+        if column.ndim != 1:
+            what = f"column '{name[:40]}' has shape {column.shape}, not (K,)"
+            raise InputError(what, self.source, "give one number a row")
+        return column
+
+
+def _flat(arrays: Mapping[Any, Any], within: str = "") -> Iterator[tuple[str, Any]]:
+    """Arrays by their names as text, those in a dictionary by ``dictionary.name``."""
+    for name, values in arrays.items():
+        if isinstance(values, Mapping):
+            yield from _flat(values, f"{within}{name}.")
+        else:
+            yield f"{within}{name}", values
+
+
+def _shape(values: Any) -> tuple[int, ...]:
+    """Shape of an array or of nested lists; empty for what is neither."""
+    try:
+        return tuple(getattr(values, "shape", None) or np.shape(values))
+    except ValueError:  # lists of several lengths
+        return ()
+
+
+def _columns(name: str, values: Any, samples: int) -> dict[str, Any]:
+    """The columns of an array: itself, or one for each number of a sample."""
+    shape = _shape(values)
+    if len(shape) not in (2, 3) or hasattr(values, "as_quat"):
+        return {name: values}
+    if shape[0] != samples == shape[-1]:
+        values = np.moveaxis(np.asarray(values), -1, 0)
+        shape = values.shape
+    width = int(np.prod(shape[1:]))
+    if not 0 < width <= LONGEST_LIST:
+        return {name: values}
+    masked = isinstance(values, np.ma.MaskedArray)
+    rows = (values if masked else np.asarray(values)).reshape(shape[0], width)
+    return {name if width == 1 else f"{name}_{j}": rows[:, j] for j in range(width)}
+
+
+def _index_name(index: Any) -> str:
+    """What the index of a data frame is called as a column: by its name, or time where
+    it holds dates, durations or numbers with decimals that grow; empty for others,
+    which count or pick rows."""
+    if (name := getattr(index, "name", None)) is not None:
+        return str(name)
+    kind = getattr(getattr(index, "dtype", None), "kind", "")
+    grows = getattr(index, "is_monotonic_increasing", False)
+    return "time" if kind in "mM" or (kind == "f" and grows) else ""
+
+
+def _by_text(table: Any, names: Any) -> dict[str, Any]:
+    """Columns by their names as text."""
+    return {str(name): table[name] for name in names}
+
+
+def _floats(values: Any) -> Array:
+    """`values` as floats, blanks as NaN, times of a date in seconds from the first.
+
+    Raises `TypeError` or `ValueError` for what is no number.
+    """
+    if getattr(getattr(values, "dtype", None), "tz", None) is not None:
+        values = values.to_numpy("datetime64[ns]")  # of pandas, with a time zone
+    masked = isinstance(values, np.ma.MaskedArray)
+    array = np.ma.asarray(values, dtype=float).filled(np.nan) if masked else values
+    array = np.asarray(array)
+    if array.dtype.kind == "M":
+        return elapsed(array - array[0]) if len(array) else array.astype(float)
+    if array.dtype.kind == "m":
+        return elapsed(array)
+    if array.dtype.kind == "O" and hasattr(values, "to_numpy"):
+        # a series of pandas that has its own mark for blanks
+        return np.asarray(values.to_numpy(dtype=float, na_value=np.nan), dtype=float)
+    if array.dtype.kind not in "iufbO":
+        raise TypeError(str(array.dtype))
+    return array.astype(float)
+
+
+def _kind(values: Any) -> str:
+    """What a column holds, in a word."""
+    dtype = getattr(values, "dtype", None)
+    if dtype is None:
+        array = np.asarray(values, dtype=object).ravel()
+        return f"a {type(array[0]).__name__}" if len(array) else "nothing"
+    return "text" if str(dtype).lower() in ("object", "str", "string") else str(dtype)
