@@ -149,7 +149,7 @@ def _make_archives(log: Any, folder: Path) -> None:
     np.savez_compressed(
         folder / "arrays.npz",
         t=time,
-        pose_xyzw=poses,
+        tcp_pose=poses,
         ft=values["wrench"].T,
         image=pixels,
     )

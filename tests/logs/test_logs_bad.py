@@ -246,7 +246,7 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".npz", ".bag", ".mcap", ".db3"):
-        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.h5"), "'.npz'", suffix)
+        fails(log(tmp_path, *ROWS).rename(tmp_path / "log.h5"), "'.h5'", suffix)
     fails(tmp_path / "log.h5", "`hefting.as_recording` takes arrays or columns")
     fails(tmp_path / "log", "does not exist")
     with open(tmp_path / "huge.csv", "wb") as huge:
