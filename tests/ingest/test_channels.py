@@ -5,10 +5,16 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from benchmarks.given import correct
+from scipy.spatial.transform import Rotation
 
 from hefting import identify
+from hefting.core.errors import InputError
 from hefting.core.recording import Stream
-from hefting.ingest.channels import dead_channel_message, still_pose_message
+from hefting.ingest.channels import (
+    dead_channel_message,
+    require_changing_wrench,
+    still_pose_message,
+)
 from hefting.inspection import inspect
 
 
@@ -49,6 +55,38 @@ def test_nothing_is_said_of_a_correct_recording_nor_of_one_that_rests_without_no
     for values in (held, swinging):
         streams = {**still.streams, "wrench": Stream(wrench.time, values)}
         assert dead_channel_message(replace(still, streams=streams)) is None
+
+
+@pytest.mark.parametrize("value", [1.0, -0.3])
+def test_a_wrench_that_never_changes_is_refused(value):
+    """What a fit made of it depended on how the machine rounds."""
+    given = correct(1).wrench(lambda _, w: np.full_like(w, value))
+    with pytest.raises(InputError, match="never changes, although the sensor turns"):
+        identify(given.recording)
+    assert "never changes" in inspect(given.recording).missing["conditioning"]
+
+
+def test_a_wrench_that_changes_in_one_sample_is_not_refused_as_constant():
+    recording = correct(1).recording
+    values = np.ones_like(recording["wrench"].values)
+    wrench = Stream(recording["wrench"].time, values)
+    require_changing_wrench(resting(replaced(recording, wrench=wrench)))
+    values[7, 2] = 1.5
+    touched = Stream(wrench.time, values)
+    require_changing_wrench(replaced(recording, wrench=touched))
+
+
+def replaced(recording, **streams):
+    return replace(recording, streams={**recording.streams, **streams})
+
+
+def resting(recording):
+    """The same recording of a sensor that is turned by 9 degrees at most."""
+    orientation = recording["orientation"]
+    turn = Rotation.from_rotvec(
+        np.linspace(0.0, np.radians(9.0), len(orientation))[:, None] * (1.0, 0.0, 0.0)
+    )
+    return replaced(recording, orientation=Stream(orientation.time, turn.as_quat()))
 
 
 def test_the_answer_is_not_to_be_used():

@@ -665,13 +665,6 @@ def test_another_object_is_no_mount_that_gives_way():
     assert "change-point" in {reason.code for reason in found.reasons}
 
 
-def test_a_wrench_that_never_changes_tells_no_gain_by_load():
-    """Its bias had been the law of a gain."""
-    given = correct(1).wrench(lambda _, w: np.ones_like(w))
-    said = identify(given.recording).verdict.reasons
-    assert "gain-by-load" not in {reason.code for reason in said}
-
-
 SI = {
     "kgf": (scipy.constants.kilogram_force, 1.0),
     "lbf": (scipy.constants.pound_force, 1.0),

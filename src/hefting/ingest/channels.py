@@ -3,6 +3,7 @@ column that was filled in or copied, a stream that stopped, too few digits."""
 
 import numpy as np
 
+from hefting.core.errors import InputError
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import WRENCH, Array, Mask
@@ -16,6 +17,10 @@ NOISY = 0.5
 """Level of noise by fourth differences over that by second ones, from which on a
 channel has noise; it is 1 for white noise, and next to nothing for a wrench without
 noise, of which a channel may well rest."""
+
+TURNED = np.radians(10.0)
+"""[rad] Turn by which the weight of what is held, if only of the sensor's own plate,
+changes in sensor axes by more than any sensor rounds to."""
 
 NOTICED_SHARE = 0.005
 """Error of rounding over the wrench's changes from which on it is told."""
@@ -47,6 +52,20 @@ def dead_channel_message(recording: Recording) -> Message | None:
         return None
     what = f"{', '.join(said)}: is the channel connected, and its column the right one?"
     return error("channel-dead", what)
+
+
+def require_changing_wrench(recording: Recording) -> None:
+    """`InputError` for a wrench that is the same in all samples although the sensor
+    turns: what a fit would make of it is rounding."""
+    values, q = recording["wrench"].values, recording["orientation"].values
+    if len(values) < FEWEST_SAMPLES or not values.any() or np.ptp(values, axis=0).any():
+        return
+    if np.abs(q @ q[0]).min() < np.cos(0.5 * TURNED):
+        raise InputError(
+            "the wrench never changes, although the sensor turns",
+            recording.source,
+            "is the sensor connected, and are these its columns?",
+        )
 
 
 def has_noise(values: Array) -> Mask:

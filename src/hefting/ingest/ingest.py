@@ -22,6 +22,7 @@ from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
     dead_channel_message,
     quantisation_message,
+    require_changing_wrench,
     still_pose_message,
 )
 from hefting.ingest.condition import condition
@@ -92,6 +93,7 @@ def ingest(
     recording, given_bias = _subtract_given_bias(
         without_stalled_wrench(recording), bias
     )
+    require_changing_wrench(recording)
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)
     tilt = assumed.direction == "estimate"
