@@ -132,14 +132,26 @@ def test_few_samples_may_have_the_error_of_a_poor_sensor(pace, unproven):
 # mixture
 
 
-@pytest.mark.parametrize("precise", [1.0, 1e6])
-def test_members_are_factored_without_eigenvalues(precise, monkeypatch):
-    """Where they are well-conditioned: R of I + F'Lambda F, F R^-T and R^-1 F' left."""
+@pytest.mark.parametrize(
+    ("precise", "fails"), [(1.0, False), (1e6, False), (1.0, True)]
+)
+def test_members_are_factored(precise, fails, monkeypatch):
+    """R of I + F'Lambda F, F R^-T and R^-1 F' left: without eigenvalues where they are
+    well-conditioned, and the same where Cholesky's method fails beyond them."""
+    cholesky = np.linalg.cholesky
+
+    def factor_alone(M):
+        if M.shape[1] > 10:
+            raise np.linalg.LinAlgError
+        return cholesky(M)
 
     def not_needed(*_):
         raise AssertionError("Cholesky's method did not do")
 
-    monkeypatch.setattr(mixture_module, "_cholesky", not_needed)
+    if fails:
+        monkeypatch.setattr(np.linalg, "cholesky", factor_alone)
+    else:
+        monkeypatch.setattr(mixture_module, "_cholesky", not_needed)
     rng = np.random.default_rng(2)
     F = rng.normal(size=(3, 10, 10))
     A = rng.normal(size=(20, 10))

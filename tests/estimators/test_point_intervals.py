@@ -15,9 +15,9 @@ from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.regressor import full_regressor
 from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
-from hefting.estimators.bayes.mixture import NON_NEGATIVE_NUMBERS
+from hefting.estimators.bayes.mixture import NON_NEGATIVE_NUMBERS, Mixture
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.point_intervals import Root, _known, posterior
+from hefting.estimators.point_intervals import Known, Root, _known, posterior
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.state_likelihood import StateSamples
 from hefting.simulation import hammer
@@ -43,6 +43,27 @@ METHODS: dict[str, PointEstimator] = {
     "PMD-reduced": PMD(shape(), model="reduced"),
     "HPS": HPS(labelled(), max_acceleration=100.0, max_angular_acceleration=100.0),
 }
+
+
+@pytest.mark.parametrize("parameter", range(10))
+def test_an_open_parameter_opens_what_depends_on_it(parameter):
+    """The inertia about the COM on mass and COM, as the COM on the mass; the other
+    numbers keep their intervals."""
+    vector = InertialParameters.from_com(1.0, (0.1, 0.0, 0.0), 0.01 * np.eye(3)).vector
+    known = Known(
+        Mixture(np.ones(1), vector[None], 1e-4 * np.eye(10)[None]),
+        np.arange(10) == parameter,
+        bodies=False,
+    )
+    own = np.zeros(16, dtype=bool)
+    own[parameter] = True
+    if parameter < 4:
+        own[1:4] = own[10:] = True
+    else:
+        own[10 + parameter - 4] = True
+    low, high = known.ends
+    assert np.array_equal(np.isinf(low), own)
+    assert np.array_equal(np.isinf(high), own)
 
 
 def ends(estimate) -> np.ndarray:

@@ -126,6 +126,8 @@ def test_the_level_is_that_of_coloured_noise(case, memory, found):
     # of 250 averages whose differences are correlated: to a tenth, and their own noise
     np.testing.assert_allclose(level, expected, rtol=0.2)
     assert np.array_equal(case.level, case.floor)
+    late = replace(case, offset=0.2, consecutive=(time + 0.2, wrench))
+    assert np.array_equal(late.level, case.floor)
     turned = replace(case, consecutive=(time, wrench[:, [1, 0, 2, 3, 4, 5]]))
     assert np.array_equal(turned.level, case.floor)
     assert np.array_equal(

@@ -96,9 +96,6 @@ class TimeScales:
             total = (number**0.5 * total + size**0.5 * waiting) / both
             number = number + size
             at: int = round(0.5 * np.log2((number - size) * size))
-            while at >= len(factors):
-                factors.append(np.zeros((FEATURES, FEATURES)))
-                counts.append(0)
             factors[at] = folded(factors[at], contrast)
             counts[at] += 1
         while counts and not counts[-1]:

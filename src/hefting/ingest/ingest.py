@@ -27,6 +27,10 @@ from hefting.ingest.channels import (
 )
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
+from hefting.ingest.faulty_wrench import (
+    without_blank_wrench,
+    without_stalled_wrench,
+)
 from hefting.ingest.free_fit import residuals, wrench_sign
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
@@ -35,10 +39,6 @@ from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
-from hefting.ingest.stalled_wrench import (
-    without_blank_wrench,
-    without_stalled_wrench,
-)
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_estimated_gravity,

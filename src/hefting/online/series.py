@@ -10,7 +10,7 @@ import numpy as np
 
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
-from hefting.ingest.stalled_wrench import FEWEST_REPEATED, stalled
+from hefting.ingest.faulty_wrench import FEWEST_REPEATED, stalled
 
 BIN = 0.005
 """[s] Samples of a fast stream are averaged over so long. On recordings of a Panda at
