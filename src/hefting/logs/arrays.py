@@ -43,7 +43,7 @@ def recording_from_arrays(
     arrays, blank = _filled(arrays) if blanks == "left out" else (arrays, {})
     values = _streams(arrays)
     if not {"orientation", "joint_positions"} & set(values):
-        fix = "give `orientation`, or `pose`"
+        fix = "give an array orientation (K, 4), or pose (K, 4, 4)"
         raise InputError("there is no orientation", SOURCE, fix)
     streams = {}
     for name, rows in values.items():
