@@ -16,6 +16,7 @@ from hefting.core.spatial import Array, vector_to_tensor
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.densities import MEMBERS, OFF_CENTRE_GROWTH
 from hefting.estimators.bayes.distortion import TYPICAL_POSE_STD, Distortions
+from hefting.estimators.bayes.nearest import _drawn_together
 from hefting.estimators.bayes.prior import Prior, prior_of
 from hefting.shapes import Shape
 from hefting.shapes.checks import ROUGH
@@ -55,6 +56,28 @@ def test_another_recording_of_the_same_shape_has_the_same_answer_as_of_a_new_one
     np.testing.assert_array_equal(
         kept, Bayes(placed()).fit(samples[1]).parameters.vector
     )
+
+
+def test_cells_are_drawn_together_about_the_body_and_inside_the_box():
+    """To three of its standard deviations on each side, of which each is at least a
+    thousandth of the longest side."""
+    box = Shape.from_box(-0.1, 0.1, -0.2, 0.2, 0.0, 0.1)
+    prior = prior_of(box, EXACT, 0.0)
+    low, high = prior.voxels[1:4].min(axis=1), prior.voxels[1:4].max(axis=1)
+    longest = float((high - low).max())
+
+    def ends(com, std):
+        inertia = np.diag(np.sum(np.square(std)) - np.square(std))
+        body = InertialParameters.from_com(1.0, com, inertia)
+        found = _drawn_together(prior, body.vector)
+        return found.voxels[1:4].min(axis=1), found.voxels[1:4].max(axis=1)
+
+    com = np.array((0.02, 0.1, 0.05))
+    for std in ((0.005, 0.01, 0.004), (0.0, 0.0, 0.0), (0.05, 0.01, 0.004)):
+        reach = 3.0 * np.maximum(std, 1e-3 * longest)
+        lower, upper = ends(com, std)
+        np.testing.assert_allclose(lower, np.maximum(com - reach, low), atol=1e-12)
+        np.testing.assert_allclose(upper, np.minimum(com + reach, high), atol=1e-12)
 
 
 # densities

@@ -13,6 +13,7 @@ from hefting.core.recording import Stream
 from hefting.ingest.channels import (
     dead_channel_message,
     require_changing_wrench,
+    rounding_error,
     still_pose_message,
 )
 from hefting.inspection import inspect
@@ -148,3 +149,17 @@ def test_two_channels_of_noise_tell_of_a_third_that_has_none():
             return wrench
 
         assert (changed(still) is not None) is told
+
+
+def test_the_error_of_rounding_is_uniform_over_a_step():
+    """Of a slow wave through many steps, which tells both the step and the error."""
+    time = np.linspace(0.0, 1.0, 20_000)
+    exact = np.sin(2.0 * np.pi * time)[:, None] * (9.0, 8.0, 7.0, 0.9, 0.8, 0.7)
+    steps = np.array((0.1, 0.2, 0.4, 0.01, 0.02, 0.04))
+    rounded = steps * np.round(exact / steps)
+    expected = [
+        np.sqrt(np.mean(np.square((rounded - exact)[:, channels])))
+        for channels in (slice(3), slice(3, 6))
+    ]
+    # the slow wave dwells at its turns: the errors are uniform to a few percent
+    np.testing.assert_allclose(rounding_error(rounded), expected, rtol=0.05)

@@ -21,6 +21,7 @@ from hefting.ingest.rivals import (
     time_unit,
     wrench_compensated,
 )
+from hefting.ingest.rivals import judge as judging
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
     Fitted,
@@ -80,6 +81,16 @@ def test_coloured_residuals_that_noise_does_not_explain_are_worth_a_search(case)
     assert not _is_worth_a_search(case, with_residuals(fitted, 0.6), 0.01)
     assert _is_worth_a_search(case, with_residuals(worse, 0.6), 0.01)
     assert _is_worth_a_search(case, with_residuals(fitted, 0.0), 0.11)
+
+
+@pytest.mark.parametrize(("above", "worth"), [(0.99, False), (1.01, True)])
+def test_what_a_small_mistake_would_explain_is_worth_a_search(
+    case, above, worth, monkeypatch
+):
+    """Though it leaves little, and residuals that are white."""
+    fitted = with_residuals(as_given(case).fitted.of_best(), 0.0)
+    monkeypatch.setattr(judging, "_score", lambda *_: above * judging.CLEAR_SCORE)
+    assert _is_worth_a_search(case, fitted, 0.01) is worth
 
 
 LINEAR_MISTAKES = {

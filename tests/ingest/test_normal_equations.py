@@ -52,6 +52,19 @@ def test_an_unknown_without_a_column_is_open():
     assert not inverse[3].any()
 
 
+@pytest.mark.parametrize("largest", [0.01, 100.0])
+@pytest.mark.parametrize(("share", "open_"), [(3e-12, True), (3e-11, False)])
+def test_a_direction_is_open_by_its_eigenvalue_over_the_largest(largest, share, open_):
+    """Below a hundred billionth of it, however large that is."""
+    scaled = np.diag((largest, largest * share))
+    inverse, undetermined = _invert_semidefinite(
+        scaled, np.ones(2), np.ones(2, dtype=bool)
+    )
+    np.testing.assert_array_equal(undetermined, [False, open_])
+    expected = 0.0 if open_ else 1.0 / (largest * share)
+    np.testing.assert_allclose(inverse[1, 1], expected)
+
+
 @pytest.mark.parametrize(("share", "open_"), [(0.9e-4, False), (1.2e-4, True)])
 def test_an_unknown_is_open_by_its_part_in_an_open_direction(share, open_):
     """From a ten thousandth of its square on."""
