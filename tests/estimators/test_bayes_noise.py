@@ -139,11 +139,13 @@ def test_a_gain_of_a_time_scale_is_what_errors_of_the_motion_do_not_explain():
     information[:, 0, 0] = signal
     phi = np.eye(10)[0]
 
-    def errors(score, details=0.0):
+    def errors(score, details=0.0, unit=1.0):
         scores = np.zeros((4, 10))
-        scores[:, 0] = score
-        found = cast(Any, SimpleNamespace(information=information, scores=scores))
-        return response_errors(found, np.ones(4), np.full(4, details), phi)
+        scores[:, 0] = unit * np.asarray(score)
+        found = cast(
+            Any, SimpleNamespace(information=unit * information, scores=scores)
+        )
+        return response_errors(found, np.full(4, unit), np.full(4, unit * details), phi)
 
     fade = 0.5 ** (1.0 / 3.0)
     assert not errors(np.zeros(4)).any()
@@ -152,6 +154,9 @@ def test_a_gain_of_a_time_scale_is_what_errors_of_the_motion_do_not_explain():
         found = errors(sign * np.array((1e5, 0.0, 0.0, 0.0)))
         expected = (shown, fade * shown, 0.02, fade * 0.02, fade**2 * 0.02)
         np.testing.assert_allclose(found, expected)
+        # in any unit of what is whitened
+        score = sign * np.array((1e5, 0.0, 0.0, 0.0))
+        np.testing.assert_allclose(errors(score, unit=1e-7), expected)
     # by chance a gain of 12 squared deviations is seen
     assert not errors((3.4e3, 0.0, 0.0, 0.0)).any()
     assert errors((3.5e3, 0.0, 0.0, 0.0))[0] > 0.0

@@ -398,6 +398,23 @@ def test_parameters_far_from_every_body_are_projected_by_newtons_method(monkeypa
         projection.projected(phi, covariance, prior.cells, prior.shares, 0.7)
 
 
+def test_where_newtons_method_fails_the_distance_is_still_that_of_the_covariance(
+    monkeypatch,
+):
+    monkeypatch.setattr(projection, "_from_dual", lambda *_: None)
+    rng, prior = np.random.default_rng(8), Prior.of(shape())
+    mixture = prior_mixture(prior, 0.7, False)
+    F = np.linalg.cholesky(mixture.covariance)
+    phi = mixture.mean + 3.0 * F @ rng.normal(size=10)
+    found = projection.projected(
+        phi, mixture.covariance, prior.cells, prior.shares, 0.7
+    )
+    assert found.dual is None
+    off = np.linalg.solve(F, prior.cells @ found.masses - phi)
+    # the metric is kept invertible by 1e-14 of it
+    assert found.distance == pytest.approx(float(off @ off), rel=1e-4)
+
+
 def test_a_projection_that_begins_with_that_of_a_like_body_is_the_same():
     """Also where it begins with that of a body that has nothing to do with it."""
     rng, prior = np.random.default_rng(6), Prior.of(shape())

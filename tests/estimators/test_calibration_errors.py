@@ -243,3 +243,18 @@ def test_it_is_told():
     assert (
         "sensor_accuracy" not in OLS(sensor_accuracy="1%", intervals=False).provenance
     )
+
+
+def test_slow_errors_of_the_sensor_widen_the_mass(monkeypatch):
+    """By what their score adds to that of the noise."""
+    z, slow_score = noisy(3, 600, WHITE), CalibrationErrors.slow_score
+    widths = []
+    for times in (0.0, 1.0, 25.0):
+
+        def scaled(*given, times=times):
+            return times * slow_score(*given)
+
+        monkeypatch.setattr(CalibrationErrors, "slow_score", scaled)
+        found = OLS(bias="estimate", sensor_accuracy="1% 0.3N").fit(z)
+        widths.append(np.ptp(found.intervals["mass"]))
+    assert widths[0] < widths[1] < widths[2]

@@ -1,11 +1,15 @@
 """A bias that the motion cannot tell from the object's weight."""
 
+from types import SimpleNamespace
+from typing import Any, cast
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from hefting import identify
 from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.ingest.bias import choose_bias
 
 COUNT = 600
 MASS, COM = 1.2, np.array((0.02, 0.08, 0.07))
@@ -43,3 +47,23 @@ def test_without_one_the_mass_is_right():
     low, high = found.interval("mass")
     assert low < MASS < high
     assert found.verdict.level == "usable with care"
+
+
+@pytest.mark.parametrize(("samples", "told"), [(19, False), (20, True)])
+def test_what_a_bias_would_explain_is_told_of_twenty_samples_and_more(samples, told):
+    """Of fewer it may be noise."""
+    alone = SimpleNamespace(noise=SimpleNamespace(force=3.0), vector=np.ones(10))
+    beside = SimpleNamespace(
+        noise=SimpleNamespace(force=0.1), bias_is_significant=False, mass_is_open=True
+    )
+    found = SimpleNamespace(
+        bias=SimpleNamespace(kind="constant"),
+        gravity=np.array((0.0, 0.0, -9.81)),
+        rejected=np.zeros(samples, dtype=bool),
+    )
+    fits = SimpleNamespace(alone=alone, beside_bias=beside)
+    free, (message,) = choose_bias(
+        cast(Any, found), cast(Any, fits), may_be_biased=True, is_auto=True
+    )
+    assert not free
+    assert message.code == ("bias-undetermined" if told else "bias-unknown")
