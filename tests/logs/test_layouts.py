@@ -102,6 +102,11 @@ BESIDE = {
         f"{each('link7_position_*')} {each('link7_orientation_*', 'x y z w')} {FT}",
         (TIME, ELSE, POSITION, QUATERNION, WRENCH),
     ),
+    "a base that is called as the wrench is": (
+        f"time {each('robot_base_pose_*', POSE)} {each('tcp_pose_*', POSE)} "
+        f"{each('robot_ft_*', FT)}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
     "angles of the same": (
         f"t {each('/pose/position/*')} {each('/pose/orientation/*', 'x y z w')} "
         f"{each('/pose/orientation/*', 'roll pitch yaw')} "

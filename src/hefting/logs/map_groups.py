@@ -86,9 +86,9 @@ class Choice:
     columns: tuple[int, ...]
     words: tuple[str, ...]
     """of their names"""
-    rank: tuple[int, int] = (0, 0)
-    """how many of these are those of what it belongs to, and of a tool's place less of
-    others"""
+    rank: int = 0
+    """how many of these are those of what it belongs to and of a tool, less those of
+    other places"""
     equals: tuple[int, ...] = ()
     """first columns of others that seem to hold it as well"""
 
@@ -165,12 +165,12 @@ def best_of(choices: Sequence[Choice]) -> Choice | None:
     return Choice(best.columns, best.words, best.rank, tuple(equals))
 
 
-def rank_of(words: Sequence[str], near: Set[str]) -> tuple[int, int]:
-    """How many words are among those `near`, and how many say that this is measured, at
-    a tool, less those of other places."""
+def rank_of(words: Sequence[str], near: Set[str]) -> int:
+    """How many words are among those `near` and say that this is measured, at a tool,
+    less those of other places."""
     plain = {_without_number(word) for word in words}
     there = len(plain & (PLACES | MEASURED | {"raw"})) - len(plain & ELSEWHERE)
-    return len({*words} & near), there
+    return len({*words} & near) + there
 
 
 def is_told(words: Sequence[str], kind: str, *, numbered: bool = False) -> bool:
@@ -180,9 +180,8 @@ def is_told(words: Sequence[str], kind: str, *, numbered: bool = False) -> bool:
         return False
     rest = [word for word in plain if word not in ASIDE]
     if not rest:
-        whose = PLACES if numbered else PLACES | MEASURED
-        bare = bool(set(plain) & PLACES) if numbered else set(plain) <= whose
-        return bare and "" in WORDS[kind]
+        bare = set(plain) & PLACES if numbered else set(plain) <= PLACES | MEASURED
+        return bool(bare) and "" in WORDS[kind]
     if kind == "joint_positions" and "current" in rest:
         return False
     return rest[-1] in WORDS[kind] or "".join(rest[-2:]) in WORDS[kind]
