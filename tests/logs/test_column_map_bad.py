@@ -135,8 +135,8 @@ def path(tmp_path) -> Path:
             ("both unit and rate",),
         ),
         (
-            WRENCH + POSE + "time = { column = 'time', unit = 'msec' }",
-            ("unknown unit of time 'msec'", "s, ms, us, ns"),
+            WRENCH + POSE + "time = { column = 'time', unit = 'ticks' }",
+            ("unknown unit of time 'ticks'", "s, ms, us, ns"),
         ),
         (
             WRENCH + "joint_positions = { columns = ['qx', 'qy'], names = ['a'] }",

@@ -173,7 +173,7 @@ def test_quaternions(tmp_path):
         ("time,px,py,pz,fx,fy,fz,tx,ty,tz", ("there is no orientation",)),
         (HEADER + ",fx", ("column 'fx' is there 2 times",)),
         (HEADER + ",note,note", ("column 'note' is there 2 times",)),
-        (HEADER.replace(",", "|"), ("one column", "commas")),
+        (HEADER.replace(",", ":"), ("one column", "commas")),
         ("0,0,0,0,1,1,2,3,4,5,6", ("row 1", "numbers, not column names", "header row")),
         (HEADER + ',"', ("row 2", "11 cells under 12 column names")),
         (HEADER + ",note" * 2000, ("2011 columns, more than 1000",)),

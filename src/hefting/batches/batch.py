@@ -48,7 +48,8 @@ class Batch:
     unused: tuple[str, ...] = field(default=())
     """Columns of the manifest that say nothing that is understood."""
     texts: int = 0
-    """Files in folders that end in .txt and were left out, as notes end so, too."""
+    """Files in folders that end in .txt, .dat or .log and were left out, as others end
+    so, too."""
 
     def table(self, *names: str) -> "pa.Table":
         """The rows as an Arrow table, of the columns named or of all."""

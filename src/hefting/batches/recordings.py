@@ -34,10 +34,10 @@ if TYPE_CHECKING:
 
 FOLDER = "folder"
 """What recordings may also be grouped by: the folder each is in."""
-NO_LOGS = frozenset({".txt"})
+NO_LOGS = frozenset({".txt", ".dat", ".log"})
 """Endings of logs that are not looked for in folders: notes have them, too."""
 LEFT_OUT_TEXTS = (
-    "files that end in .txt, as notes do, were left out ({}): "
+    "files that end in .txt, .dat or .log, as others than logs do, were left out ({}): "
     "name them, as 'FOLDER/*.txt', if they are logs"
 )
 """How many of these were in folders."""

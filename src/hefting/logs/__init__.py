@@ -39,7 +39,7 @@ def read_log(
     ================================ =================================================================
     suffix                           read as
     ================================ =================================================================
-    .csv, .txt, .tsv                 canonical CSV; a UR real-time record, when its header is one;
+    .csv, .txt, .tsv, .dat, .log     canonical CSV; a UR real-time record, when its header is one;
                                      other columns by what their names say, or through a column map
     .parquet                         the same in Parquet
     .npz                             the same as arrays of NumPy, or arrays by the names of

@@ -99,7 +99,7 @@ def _is_whole(line: str, first: list[str], header: Header) -> bool:
     )
     last = cells[-1].replace(header.decimal, ".")
     is_cut = not line.endswith(("\n", "\r")) and CUT.fullmatch(last)
-    return as_before or (not is_cut and is_numbers(cells, header.separator))
+    return as_before or (not is_cut and is_numbers(cells))
 
 
 def _is_number(cell: str, header: Header) -> bool:

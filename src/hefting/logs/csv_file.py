@@ -24,7 +24,7 @@ from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
 from hefting.logs.csv_end import find_end
 from hefting.logs.csv_header import NOTHING, NUMBER, read_header
-from hefting.logs.csv_times import WRITTEN, Midnights, all_with_year_first, kind_of
+from hefting.logs.csv_times import WRITTEN, Midnights, all_by_iso, kind_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
@@ -63,8 +63,8 @@ class CsvTable:
     dates: Mapping[int, str] = field(default_factory=dict)
     """columns of dates and times of day, read as seconds, and their kind of
     `hefting.logs.csv_times`"""
-    day_first: bool = False
-    """whether dates are written as 31.01.2026"""
+    other_way: bool = False
+    """whether dates and times are written in another way than by ISO 8601"""
     end: int | None = None
     """where the last row ends [bytes]; None: at the end of the file"""
     said: tuple[Message, ...] = ()
@@ -129,8 +129,8 @@ class CsvTable:
         """The rows in `text`, which follows `before` lines, and its number of lines."""
         import pyarrow as pa
 
-        if self.day_first:
-            text = all_with_year_first(text)
+        if self.other_way:
+            text = all_by_iso(text, self.separator)
         if self.separator == " ":
             text = _merge_spaces(text)
         if not text.lstrip(b"\n"):
@@ -296,7 +296,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     """The CSV file at `path`, its header read. `InputError` when that is no header of
     at least two columns."""
     text = next(texts(path), b"")
-    header = read_header(text, path, layout or Layout())
+    header = read_header(text, path, layout)
     rows = text.split(b"\n", header.first)[header.first - 1 : header.first]
     first_row = rows[0].decode(errors="replace") if rows else ""
     return CsvTable(
@@ -306,7 +306,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.first,
         header.decimal,
         header.dates,
-        header.day_first,
+        header.other_way,
         *find_end(path, header, first_row),
     )
 
@@ -391,7 +391,7 @@ def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
 FORMAT = Format(
     name="CSV",
     description="CSV with the columns below, or others that names or a map tell",
-    suffixes=(".csv", ".txt", ".tsv"),
+    suffixes=(".csv", ".txt", ".tsv", ".dat", ".log"),
     help_names=(".csv",),
     open_table=open_csv,
     written=(".csv",),

@@ -7,8 +7,8 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hefting.core.errors import InputError
-from hefting.logs.csv_times import is_day_first, kind_of
-from hefting.logs.layout import Layout
+from hefting.logs.csv_times import by_iso, kind_of
+from hefting.logs.layout import SEPARATORS, Layout
 
 MAX_HEADER = 1_000_000
 """Longest header [bytes]."""
@@ -52,17 +52,21 @@ class Header:
     rule"""
     dates: Mapping[int, str] = field(default_factory=dict)
     """columns of dates and times of day, and their kind of `hefting.logs.csv_times`"""
-    day_first: bool = False
-    """whether dates are written as 31.01.2026"""
+    other_way: bool = False
+    """whether dates and times are written in another way than by ISO 8601"""
+    joined: bool = False
+    """whether the names are those of two lines, groups over columns"""
 
 
-def read_header(text: bytes, path: str | Path, layout: Layout) -> Header:
-    """The header in the `text` that begins a file.
+def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
+    """The header in the `text` that begins a file, laid out as a column map says if one
+    is given; its names are those of one line then.
 
     The names are in a line that has as many cells as the numbers below it; comments and
     other lines may stand before it, units between. What the layout says is not looked
     for. `InputError` when there is no header of at least two columns.
     """
+    layout = given or Layout()
     lines = _first_lines(text, path, layout.header or 0)
     row = layout.header
     if row is None:
@@ -70,20 +74,28 @@ def read_header(text: bytes, path: str | Path, layout: Layout) -> Header:
     elif row > len(lines):
         raise InputError(f"there is no line {row} with the column names", where=path)
     names, separator = _read_names(lines, row or _first_number(lines), path, layout)
-    below = _Rows(lines, separator, len(names))
-    first = below.first_of_numbers(row)
-    between = below.cells(row + 1) if row and first and first > row + 1 else []
+    above = _Rows(lines, separator, len(names))
+    names, below = _fit(lines, row, names, separator, layout)
+    first, units, joined = below.first_of_numbers(row), row + 1, None
+    if given is None and row:
+        joined = _joined(above.cells(row - 1), names)
+        if joined is None and first and first > units:
+            joined = _joined(names, below.cells(units))
+            units += joined is not None
+        names = joined or names
+    between = below.cells(units) if row and first and first > units else []
     if first is None or layout.skip is not None:
         first = row + 1 + (layout.skip or 0)
     sample = [below.cells(k) for k in range(first, first + ROWS_LOOKED_AT)]
     return Header(
         names if row else ("",) * len(names),
-        separator,
+        below.separator,
         first,
-        layout.decimal or ("," if _has_decimal_commas(sample, separator) else "."),
+        layout.decimal or ("," if _has_decimal_commas(sample) else "."),
         tuple(between),
         {j: kind for j, cell in enumerate(sample[0]) if (kind := kind_of(cell))},
-        any(is_day_first(cell) for cell in sample[0]),
+        any(by_iso(cell) != cell for cell in sample[0]),
+        joined is not None,
     )
 
 
@@ -94,7 +106,18 @@ def _first_lines(text: bytes, path: str | Path, header: int) -> list[str]:
         raise InputError("the file is empty", where=path)
     most = max(MOST_LINES_BEFORE, header) + ROWS_LOOKED_AT
     lines = text.split(b"\n", most)[:most]
-    return [line.decode(errors="surrogateescape") for line in lines]
+    return [_text_of(line) for line in lines]
+
+
+def _text_of(line: bytes) -> str:
+    """A line of UTF-8, else of Latin-1, as of a degree sign on an older Windows; bytes
+    that are neither stay marked."""
+    try:
+        return line.decode()
+    except UnicodeDecodeError:
+        text = line.decode("latin-1")
+        printable = text.replace("\t", "").rstrip("\r").isprintable()
+        return text if printable else line.decode(errors="surrogateescape")
 
 
 def _find_names(lines: Sequence[str], layout: Layout) -> int:
@@ -107,15 +130,55 @@ def _find_names(lines: Sequence[str], layout: Layout) -> int:
         line = _without_mark(lines[row - 1])
         separator = layout.separator or _guess_separator(line)
         try:
-            names = split_cells(line, separator)
+            names = _split_names(line, separator)
         except csv.Error:
             continue
-        if len(names) < 2 or is_numbers(names, separator):
+        if len(names) < 2 or is_numbers(names):
             continue
-        below = _Rows(lines, separator, len(names))
+        _, below = _fit(lines, row, names, separator, layout)
         if (first := below.first_of_numbers(row)) is not None:
             return max(range(row, first), key=lambda k: below.distinct_names(k))
     return rows[0]
+
+
+def _fit(
+    lines: Sequence[str],
+    row: int,
+    names: Sequence[str],
+    separator: str,
+    layout: Layout,
+) -> "tuple[tuple[str, ...], _Rows]":
+    """The names in a line, and how the rows below are written: between other separators
+    perhaps, or with one at the end of either that is not in the other."""
+    others = () if layout.separator else SEPARATORS.values()
+    for each in dict.fromkeys((separator, *others)):
+        ends = not names[-1] and _without_mark(lines[row - 1]).endswith(separator)
+        shorter = (names[:-1],) if ends else ()
+        for given in (names, *shorter, (*names, "")):
+            below = _Rows(lines, each, len(given))
+            first = below.first_of_numbers(row)
+            longer = len(given) > len(names)
+            if first is not None and not (longer and below.cells(first)[-1]):
+                return tuple(given), below
+    return tuple(names), _Rows(lines, separator, len(names))
+
+
+def _joined(upper: Sequence[str], lower: Sequence[str]) -> tuple[str, ...] | None:
+    """Names of groups before those of the columns under them, ``Force``, ``X``, where
+    one of the two lines alone does not name each column; else None."""
+    if len(upper) != len(lower) or any(map(_name_each, (upper, lower))):
+        return None
+    joined, group = [], ""
+    for above, name in zip(upper, lower, strict=True):
+        group = above or group
+        joined.append(group if group == name else f"{group} {name}".strip())
+    return tuple(joined) if len({*joined}) == len(joined) else None
+
+
+def _name_each(names: Sequence[str]) -> bool:
+    """Whether a line has different names, and few blanks."""
+    named = [name for name in names if name]
+    return len({*named}) == len(named) > 0.75 * len(names)
 
 
 def _first_number(lines: Sequence[str]) -> int:
@@ -140,7 +203,7 @@ def _read_names(
     separator = layout.separator or _guess_separator(line)
     try:
         line.encode()
-        names = split_cells(line, separator)
+        names = _split_names(line, separator)
     except (UnicodeEncodeError, csv.Error) as error:
         raise InputError(
             "is not CSV text in UTF-8", path, "export the log as CSV"
@@ -151,9 +214,12 @@ def _read_names(
             where,
             "put commas between columns",
         )
-    if layout.header != 0 and all(NUMBER.fullmatch(name) for name in names):
+    if layout.header != 0 and _is_no_header(names, lines, row, separator):
         raise InputError(
-            "is numbers, not column names", where, "give a header row: time,qx,qy,..."
+            "is numbers, not column names",
+            where,
+            "give a header row: time,qx,qy,..., or a column map with header = false and "
+            "the numbers of the columns (`column_map`=FILE)",
         )
     return tuple(names), separator
 
@@ -192,12 +258,28 @@ class _Rows:
             cells = self.cells(row)
             if len(cells) != self.width:
                 return None
-            if is_numbers(cells, self.separator):
+            if is_numbers(cells):
                 return row
             between += 1
             if between > MOST_LINES_BETWEEN:
                 return None
         return None
+
+
+def _is_no_header(
+    names: Sequence[str], lines: Sequence[str], row: int, separator: str
+) -> bool:
+    """Whether a line is a row as the next: all numbers, or most, where it has some."""
+    known = [bool(NUMBER.fullmatch(name)) for name in names]
+    below = _Rows(lines, separator, len(names)).cells(row + 1)
+    same = known == [bool(NUMBER.fullmatch(cell)) for cell in below]
+    return all(known) or (is_numbers(names) and same)
+
+
+def _split_names(line: str, separator: str) -> list[str]:
+    """The cells of a line of names; between spaces, ``Fx [N]`` is one."""
+    line = re.sub(r" +(?=[\[(])", "", line) if separator == " " else line
+    return split_cells(line, separator)
 
 
 def split_cells(line: str, separator: str) -> list[str]:
@@ -207,19 +289,16 @@ def split_cells(line: str, separator: str) -> list[str]:
     return [cell.strip() for cell in next(csv.reader([line], delimiter=separator), [])]
 
 
-def is_numbers(cells: Sequence[str], separator: str) -> bool:
+def is_numbers(cells: Sequence[str]) -> bool:
     """Whether most cells of a row are numbers or dates, and some are not blank."""
-    known = [cell for cell in cells if cell and cell not in NOTHING]
-    if separator != ",":
-        known = [cell.replace(",", ".") for cell in known]
+    known = [cell.replace(",", ".") for cell in cells if cell not in ("", *NOTHING)]
     readable = sum(NUMBER.fullmatch(c) is not None or bool(kind_of(c)) for c in known)
     return bool(known) and readable > len(known) / 2
 
 
-def _has_decimal_commas(rows: Sequence[Sequence[str]], separator: str) -> bool:
-    """Whether rows are written with a decimal comma, more than with a point."""
-    if separator == ",":
-        return False
+def _has_decimal_commas(rows: Sequence[Sequence[str]]) -> bool:
+    """Whether rows are written with a decimal comma, more than with a point; between
+    commas, such cells are in quotes."""
     cells = [cell for row in rows for cell in row]
     commas = sum(
         bool(re.fullmatch(r"[+-]?\d*,\d+(e[+-]?\d+)?", c.lower())) for c in cells
@@ -234,5 +313,5 @@ def _without_mark(line: str) -> str:
 
 def _guess_separator(line: str) -> str:
     """The separator that is there most often; a space where there is none."""
-    separator = max(",;\t", key=line.count)
+    separator = max(",;\t|", key=line.count)
     return separator if separator in line else " "

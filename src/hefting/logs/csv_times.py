@@ -12,8 +12,18 @@ DATE = re.compile(
 )
 """A date with a time of day, by ISO 8601."""
 
-DAY_FIRST = r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d:)"
-"""A date as 31.01.2026 before a time of day."""
+OTHER_WAYS = (
+    (r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d:)", r"\3-\2-\1"),
+    (r"\b(\d{4})/(\d\d)/(\d\d)(?=[T ]\d\d:)", r"\1-\2-\3"),
+    (r"\b0 days (?=\d\d:)", ""),
+    (r"(?<![\d:.T ])(\d:\d\d:\d\d)", r"0\1"),
+    (r"\b(\d\d:\d\d:\d\d):(\d{1,9})\b", r"\1.\2"),
+)
+"""Other ways to write a date or a time of day, and those of ISO 8601: 31.01.2026,
+2026/01/31, ``0 days 00:00:01`` of pandas, 9:05:00 and 12:00:00:123."""
+
+WITH_COMMA = (r"(\d\d:\d\d:\d\d),(\d{1,9})\b", r"\1.\2")
+"""The same of 12:00:00,123, where cells are not separated by commas."""
 
 TIME_OF_DAY = re.compile(r"\s*([01]\d|2[0-3]):([0-5]\d):([0-5]\d(\.\d{1,9})?)\s*")
 """A time of day without a date."""
@@ -31,20 +41,20 @@ WRITTEN = "2026-01-31T12:00:00.000, or 12:00:00.000"
 def kind_of(cell: str) -> str:
     """What a cell holds: a "date", a "date with zone" or a "time of day"; empty for none of
     them."""
-    if TIME_OF_DAY.fullmatch(cell):
+    if TIME_OF_DAY.fullmatch(by_iso(cell)):
         return "time of day"
     if seconds_of(cell) is None:
         return ""
-    zone = DATE.fullmatch(with_year_first(cell))["zone"]  # type: ignore[index]
+    zone = DATE.fullmatch(by_iso(cell))["zone"]  # type: ignore[index]
     return "date with zone" if zone else "date"
 
 
 def seconds_of(cell: str) -> float | None:
     """A date as seconds since 1970, a time of day as seconds since midnight; None for what
     is neither."""
+    cell = by_iso(cell)
     if time := TIME_OF_DAY.fullmatch(cell):
         return 3600.0 * int(time[1]) + 60.0 * int(time[2]) + float(time[3])
-    cell = with_year_first(cell)
     if not DATE.fullmatch(cell):
         return None
     try:
@@ -55,19 +65,20 @@ def seconds_of(cell: str) -> float | None:
     return date.timestamp() if date.year in YEARS else None
 
 
-def is_day_first(cell: str) -> bool:
-    """Whether a cell holds a date as 31.01.2026."""
-    return re.match(DAY_FIRST, cell) is not None
+def by_iso(cell: str) -> str:
+    """A cell with its date and time of day by ISO 8601."""
+    if ":" in cell:
+        for pattern, written in (*OTHER_WAYS, WITH_COMMA):
+            cell = re.sub(pattern, written, cell)
+    return cell
 
 
-def with_year_first(cell: str) -> str:
-    """A cell with its date by ISO 8601."""
-    return re.sub(DAY_FIRST, r"\3-\2-\1", cell)
-
-
-def all_with_year_first(text: bytes) -> bytes:
-    """The same for all of a text."""
-    return re.sub(DAY_FIRST.encode(), rb"\3-\2-\1", text)
+def all_by_iso(text: bytes, separator: str) -> bytes:
+    """The same for all of a text, whose cells are separated so."""
+    ways = OTHER_WAYS if separator == "," else (*OTHER_WAYS, WITH_COMMA)
+    for pattern, written in ways:
+        text = re.sub(pattern.encode(), written.encode(), text)
+    return text
 
 
 class Midnights:

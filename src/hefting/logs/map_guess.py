@@ -14,31 +14,27 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.logs.map_sample import (
+from hefting.logs.map_groups import (
     OTHER,
+    WORDS,
+    Choice,
     Groups,
-    Sample,
     group_columns,
-    read_sample,
     words_of,
 )
+from hefting.logs.map_sample import Sample, read_sample
 from hefting.logs.map_text import (
     UNTOLD,
+    ZYZ,
     Guess,
     angles_of,
+    doubts_of,
     map_text,
     summary_of,
     turned,
     unit_entry,
 )
-from hefting.logs.table import SINCE_1970
-from hefting.logs.units import UNITS
-
-TIMES = (
-    *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
-    *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
-)
-"""Names of the time, without its unit."""
+from hefting.logs.map_time import time_of
 
 TIME_EXAMPLE = (
     'time = { column = "time", unit = "s" }, or { rate = 250 } of rows at 250 Hz'
@@ -49,12 +45,8 @@ ORIENTATION_EXAMPLE = (
 )
 """What a map says of times and orientations that no column seems to be."""
 
-PANDAS_INDEX = "__index_level_0__"
-"""What pandas calls an index without a name in a Parquet file; of rows that were picked
-it holds whole numbers, as a count does."""
-
-NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
-"""Names of what counts on top of the seconds of a stamp."""
+KINDS = frozenset(word for words in WORDS.values() for word in words)
+"""Words that tell a quantity, not whose it is."""
 
 LARGEST_LEVER = 5.0
 """Torque over force [m] above which it is taken for newton-millimetres."""
@@ -77,6 +69,8 @@ class GuessedMap:
     """names of those that the map takes"""
     summary: str
     """what is taken from which columns, in one line"""
+    doubts: tuple[str, ...] = ()
+    """what of it may be another column, or in another unit"""
 
 
 def guess_map(path: str | Path) -> GuessedMap:
@@ -106,27 +100,31 @@ def guess_map_of(sample: Sample) -> GuessedMap:
     summary = "; ".join(summary_of(sample, guess) for guess in guesses)
     columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
     text = map_text(sample, guesses, missing)
-    return GuessedMap(text, tuple(missing), columns, summary)
+    doubts = tuple(doubts_of(sample, guesses))
+    return GuessedMap(text, tuple(missing), columns, summary, doubts)
 
 
 def _guesses(sample: Sample) -> list[Guess]:
     """All that is recognised, without what two guesses would claim."""
     groups = group_columns([sample.words(j) for j in range(len(sample.names))])
-    makers: Sequence[Callable[[Sample, Groups], Guess | list[Guess] | None]] = (
-        _time,
+    makers: Sequence[
+        Callable[[Sample, Groups, set[str]], Guess | list[Guess] | None]
+    ] = (
         _wrench,
         _poses,
-        angles_of,
-        _quaternion,
+        _orientation,
         _position,
         _joints,
         _inertial,
     )
-    found: list[Guess] = []
-    taken: set[int] = set()
+    time = time_of(sample)
+    found: list[Guess] = [time] if time else []
+    taken: set[int] = set(time.columns) if time else set()
     keys: set[str] = set()
     for make in makers:
-        made = make(sample, groups) or []
+        firsts = [guess.columns[0] for guess in found if guess.key != "time"]
+        near = {word for j in firsts for word in words_of(sample.words(j))}
+        made = make(sample, groups, near) or []
         for guess in made if isinstance(made, list) else [made]:
             if guess.key not in keys and not taken & set(guess.columns):
                 found.append(guess)
@@ -135,87 +133,38 @@ def _guesses(sample: Sample) -> list[Guess]:
     return found
 
 
-def names_time(text: str) -> bool:
-    """Whether a name is one of the time, its unit aside."""
-    words = re.findall(r"[a-z0-9]+", text.lower())
-    bare = [word for word in words if word not in UNITS["time"]]
-    return bool(words) and (not bare or bare[-1] in TIMES[1:] or bare == ["t"])
-
-
-def _time(sample: Sample, groups: Groups) -> Guess | None:
-    for column in range(len(sample.names)):
-        text = sample.words(column).lower()
-        words = re.findall(r"[a-z0-9]+", text)
-        if not names_time(text) or not np.isfinite(sample.values[:, column]).any():
-            continue
-        if (more := _nanoseconds(sample, words[:-1])) is not None:
-            how = f"nanoseconds = {sample.toml_name(more)}"
-            return Guess("time", (column, more), (how,))
-        said = sample.said_unit((column,), "time") or next(
-            (word for word in words if word in UNITS["time"]), ""
-        )
-        unit, remark = _time_unit(sample.values[:, column], said)
-        return Guess("time", (column,), (unit_entry(unit),), remark)
-    return _index(sample)
-
-
-def _index(sample: Sample) -> Guess | None:
-    """The index of a data frame, a first column without a name or pandas' own, where it
-    grows and does not just count rows."""
-    own = sample.names.count(PANDAS_INDEX)
-    column = sample.names.index(PANDAS_INDEX) if own else 0
-    values = sample.values[:, column]
-    steps = np.diff(values)
-    if (sample.names[0] and not own) or not len(steps) or not (steps > 0.0).all():
-        return None
-    counts = (values % 1 == 0.0).all() and values[0] < SINCE_1970
-    if counts and (own or (steps == 1.0).all()):
-        return None
-    unit, remark = _time_unit(values, "")
-    return Guess("time", (column,), (unit_entry(unit),), remark)
-
-
-def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
-    """The column of nanoseconds whose name begins with the words that stand before
-    ``sec``."""
-    for column in range(len(sample.names)):
-        words = re.findall(r"[a-z0-9]+", sample.words(column).lower())
-        if words[:-1] == list(before) and words[-1:] and words[-1] in NANOSECONDS:
-            return column
-    return None
-
-
-def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
-    """Unit of the time, by its name or its steps, and why."""
-    if said:
-        return said, ""
-    steps = np.diff(values[np.isfinite(values)])
-    step = float(np.median(np.abs(steps))) if len(steps) else 0.0
-    for unit, least in (("ns", 1e5), ("us", 1e2), ("ms", 1.0)):
-        if step >= least:
-            return unit, f"by its steps of {step:.4g}"
-    return "s", ""
-
-
-def _wrench(sample: Sample, groups: Groups) -> list[Guess] | None:
+def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     six = groups.numbered("wrench", 6) or groups.numbered("force", 6)
-    force, torque = (
-        groups.find(kind, "xyz") or groups.numbered(kind, 3)
-        for kind in ("force", "torque")
-    )
-    torque = torque or groups.find("torque-or-translation", "xyz")
     if six is not None:
-        force, torque = six[:3], six[3:]
-    if force is None or torque is None:
-        return None
+        force, torque, equals = six.columns[:3], six.columns[3:], six.equals
+    else:
+        of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
+        first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
+        second = _torque(groups, {*first.words}) if first else None
+        if first is None or second is None:
+            return None
+        force, torque = first.columns, second.columns
+        equals = first.equals + second.equals
     units, remark = _wrench_units(sample, force, torque)
-    axes = ('axes = "world"',) if _is_in_base(sample.words(force[0])) else ()
-    return [Guess("wrench", (*force, *torque), (units, *axes), remark)]
+    name = "_".join(words_of(sample.words(force[0])))
+    axes = ('axes = "world"',) if re.search(r"(^|_)o_f_ext", name) else ()
+    return Guess("wrench", (*force, *torque), (units, *axes), remark, equals)
 
 
-def _is_in_base(name: str) -> bool:
-    """Whether a wrench is Franka's in the axes of the base, ``O_F_ext_hat_K_0``."""
-    return words_of(name)[:3] == ["o", "f", "ext"]
+def _torque(groups: Groups, near: set[str]) -> Choice | None:
+    """The torque to a force. Of ``tx`` and ``mx`` the first is a translation, unless the
+    position is another; then the second may be of a magnetometer."""
+    torque = groups.find("torque", "xyz", near)
+    kind = "torque-or-translation"
+    either = groups.find(kind, "xyz", near) or groups.numbered(kind, 3, near)
+    if either is None:
+        return torque or groups.numbered("torque", 3, near)
+    if torque is None:
+        return either
+    if groups.find("position", "xyz") or either.rank > torque.rank:
+        doubt = () if groups.find("gyroscope", "xyz") else torque.columns[:1]
+        return Choice(either.columns, either.words, either.rank, doubt)
+    return torque
 
 
 def _wrench_units(
@@ -235,39 +184,61 @@ def _wrench_units(
     return f"unit = {json.dumps([one or 'N', two])}", remark
 
 
-def _poses(sample: Sample, groups: Groups) -> list[Guess] | None:
+def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:
     """Poses in one numbered group: a matrix, or a position with what turns it."""
-    if (matrix := groups.numbered("pose-matrix", 16)) is not None:
-        rows = np.abs(sample.values[:, list(matrix[12:15])]) < 1e-6
+    if (matrix := groups.matrix("matrix", 4, near)) is not None:
+        return [Guess("pose", matrix.columns, ('form = "matrix4"',), "", matrix.equals)]
+    if (matrix := groups.numbered("pose-matrix", 16, near)) is not None:
+        rows = np.abs(sample.values[:, list(matrix.columns[12:15])]) < 1e-6
         form = "matrix4" if rows.all() else "matrix4-columns"
-        return [Guess("pose", matrix, (f'form = "{form}"',))]
-    if (seven := groups.numbered("pose", 7)) is not None:
-        return [_length("position", sample, seven[:3]), _four(sample, seven[3:])]
-    if (six := groups.numbered("pose", 6)) is not None:
+        return [Guess("pose", matrix.columns, (f'form = "{form}"',), "", matrix.equals)]
+    if (seven := groups.numbered("pose", 7, near)) is not None:
+        turn = Choice(seven.columns[3:], seven.words, seven.rank, seven.equals)
+        return [_length("position", sample, seven.columns[:3]), _four(sample, turn)]
+    if (six := groups.numbered("pose", 6, near)) is not None:
+        form = ZYZ if six.words[-1] == "posx" else UNTOLD
         return [
-            _length("position", sample, six[:3]),
-            turned(sample, six[3:], UNTOLD),
+            _length("position", sample, six.columns[:3]),
+            turned(sample, six.columns[3:], form, equals=six.equals),
         ]
     return None
 
 
-def _quaternion(sample: Sample, groups: Groups) -> Guess | None:
-    named = groups.find("orientation", "xyzw")
-    if named is not None:
-        return Guess("orientation", named)
-    numbered = groups.numbered("orientation", 4)
-    if numbered is None or not _has_unit_norm(sample, numbered):
+def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
+    """What turns the sensor: of a quaternion and of angles what is more like the wrench
+    or of a tool, else the quaternion."""
+    quaternion = groups.find("orientation", "xyzw", near)
+    angles = angles_of(sample, groups, near)
+    if quaternion is not None and (angles is None or quaternion.rank >= angles[0].rank):
+        equals = quaternion.equals
+        if angles and angles[0].rank == quaternion.rank:
+            one, two = ({*each.words} - KINDS for each in (quaternion, angles[0]))
+            equals += angles[0].columns[:1] if one != two else ()
+        return Guess("orientation", quaternion.columns, equals=equals)
+    if angles is not None:
+        return angles[1]
+    nine = groups.matrix("rotation-matrix", 3, near)
+    if nine is not None:
+        form = 'form = "matrix"'
+        return Guess("orientation", nine.columns, (form,), "", nine.equals)
+    numbered = groups.numbered("orientation", 4, near)
+    if numbered is None or not _has_unit_norm(sample, numbered.columns):
         return None
     return _four(sample, numbered)
 
 
-def _four(sample: Sample, columns: tuple[int, ...]) -> Guess:
+def _four(sample: Sample, choice: Choice) -> Guess:
     """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` or
-    ``rot.q1`` to ``q4``, the first is w."""
-    bare = re.fullmatch(r"(rot\.)?q\d", sample.words(columns[0]).lower()) is not None
-    form, other = ("wxyz", "xyzw") if bare else ("xyzw", "wxyz")
+    ``rot.q1`` to ``q4`` and ``orient.u0`` to ``u3``, the first is w."""
+    name = sample.words(choice.columns[0]).lower()
+    told = re.fullmatch(r"(rot\.)?q\d|.*orient\Wu\d|.*wxyz.*", name) is not None
+    form, other = ("wxyz", "xyzw") if told else ("xyzw", "wxyz")
     remark = f"or {other}: their numbers do not tell which is w"
-    return Guess("orientation", columns, (f'form = "{form}"',), remark)
+    if {"wxyz", "xyzw"} & set(choice.words):
+        remark = ""
+    return Guess(
+        "orientation", choice.columns, (f'form = "{form}"',), remark, choice.equals
+    )
 
 
 def _has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
@@ -276,26 +247,30 @@ def _has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
     return len(known) > 0 and bool((np.abs(known - 1.0) < UNIT_NORM).all())
 
 
-def _position(sample: Sample, groups: Groups) -> Guess | None:
-    columns = (
-        groups.find("position", "xyz")
-        or groups.numbered("position", 3)
-        or groups.find("torque-or-translation", "xyz")
+def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
+    choice = (
+        groups.find("position", "xyz", near)
+        or groups.numbered("position", 3, near)
+        or groups.beside(near - KINDS)
+        or groups.find("torque-or-translation", "xyz", near)
     )
-    return None if columns is None else _length("position", sample, columns)
+    if choice is None:
+        return None
+    return _length("position", sample, choice.columns, choice.equals)
 
 
-def _joints(sample: Sample, groups: Groups) -> Guess | None:
+def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     if len(named := _named_joints(sample)) >= FEWEST_JOINTS:
         unit, remark = sample.stated_or_by_size(named, "angle")
         names = json.dumps([sample.words(column) for column in named])
         rest = (unit_entry(unit), f"names = {names}")
         return Guess("joint_positions", named, rest, remark)
     for count in range(9, FEWEST_JOINTS - 1, -1):
-        columns = groups.numbered("joint_positions", count)
-        if columns is not None and not (count == 4 and _has_unit_norm(sample, columns)):
-            unit, remark = sample.stated_or_by_size(columns, "angle")
-            return Guess("joint_positions", columns, (unit_entry(unit),), remark)
+        choice = groups.numbered("joint_positions", count, near)
+        if choice is None or (count == 4 and _has_unit_norm(sample, choice.columns)):
+            continue
+        unit, remark = sample.stated_or_by_size(choice.columns, "angle")
+        return Guess("joint_positions", choice.columns, (unit_entry(unit),), remark)
     return None
 
 
@@ -309,20 +284,23 @@ def _named_joints(sample: Sample) -> tuple[int, ...]:
     )
 
 
-def _inertial(sample: Sample, groups: Groups) -> list[Guess] | None:
+def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:
     found = []
     for key, kind in (
         ("gyroscope", "angular speed"),
         ("linear_accelerometer", "acceleration"),
         ("accelerometer", "acceleration"),
     ):
-        columns = groups.find(key, "xyz")
-        if columns is not None:
+        choice = groups.find(key, "xyz", near)
+        if choice is not None:
+            columns = choice.columns
             said = sample.said_unit(columns, kind)
             found.append(Guess(key, columns, (unit_entry(said),) if said else ()))
     return found
 
 
-def _length(key: str, sample: Sample, columns: tuple[int, ...]) -> Guess:
+def _length(
+    key: str, sample: Sample, columns: tuple[int, ...], equals: tuple[int, ...] = ()
+) -> Guess:
     unit, remark = sample.stated_or_by_size(columns, "length")
-    return Guess(key, columns, (unit_entry(unit),), remark)
+    return Guess(key, columns, (unit_entry(unit),), remark, equals)

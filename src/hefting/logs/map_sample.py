@@ -1,9 +1,9 @@
-"""The beginning of a table nobody has described: names, units and numbers of its columns;
-and what the names say: the words of one, and its component x, y, z, w or a number."""
+"""The beginning of a table nobody has described: names, units and numbers of its
+columns."""
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -15,119 +15,24 @@ from hefting.core.spatial import Array
 from hefting.logs.csv_file import CsvTable, open_csv, texts
 from hefting.logs.csv_header import NUMBER, is_numbers, read_header, split_cells
 from hefting.logs.csv_times import seconds_of
-from hefting.logs.layout import Layout
+from hefting.logs.map_groups import ASIDE, OTHER
 from hefting.logs.registry import find_format
 from hefting.logs.table import Table
-from hefting.logs.units import UNITS, find_unit
+from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
 
-WORDS = {
-    "force": ("f", "force", "forces"),
-    "torque": ("m", "torque", "torques", "moment", "moments", "tau", "mom"),
-    "torque-or-translation": ("t",),
-    "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk"),
-    "position": (
-        *("", "p", "pos", "position", "translation", "trans", "xyz", "pose", "posx"),
-        *("tcp", "tcppose", "ee", "eef", "endeffector", "tool", "flange"),
-    ),
-    "orientation": (
-        *("q", "o", "quat", "quaternion"),
-        *("orientation", "ori", "rot", "rotation"),
-    ),
-    "angles": ("r",),
-    "rotation-vector": ("rotvec", "rv", "axisangle"),
-    "roll-pitch-yaw": ("theta", "euler", "rpy"),
-    "pose": ("pose", "tcppose"),
-    "pose-matrix": ("ee", "pose", "matrix", "transform", "tf"),
-    "joint_positions": ("q", "j", "joint", "joints", "jointposition", "jpos"),
-    "gyroscope": ("g", "gyro", "gyroscope"),
-    "linear_accelerometer": ("linearacc", "linearaccel", "linearaccelerometer"),
-    "accelerometer": ("acc", "accel", "accelerometer"),
-}
-"""Words that a column of each kind may have before its component."""
-
-OTHER = {
-    *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
-    *("target", "desired", "des", "cmd", "command", "commanded", "goal", "setpoint"),
-    *("ref", "reference", "error", "err", "bias", "offset", "std", "cov", "covariance"),
-}
-"""Words of columns that are none of those: rates, set points, errors."""
 MOST_ROWS = 2000
 """Rows that are looked at."""
 BRACKETS = re.compile(
     r"^(?![\s\S]{200})(.*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
 )
 """A short name with its unit behind it, as in ``Fx [N]``; a number in brackets is none."""
+UNKNOWN = "is not known"
+"""What is said of a unit that is none of `hefting.logs.units.UNITS`."""
+NO_UNITS = ASIDE | OTHER | {"base", "world", "robot"}
+"""What else stands in brackets behind a name."""
 BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
 """Units of lengths and angles that nobody states: the usual one, and another above a
 size in it."""
-
-
-def squeezed(unit: str) -> str:
-    """A unit as a word of a name: ``nmm``."""
-    return re.sub(r"[^a-z0-9]", "", unit.lower())
-
-
-UNIT_WORDS = frozenset(
-    squeezed(name)
-    for kind in ("length", "angle", "force", "torque")
-    for name in UNITS[kind]
-)
-"""Units as they stand at the end of a name: ``Fx_N``, ``x_mm``."""
-
-
-@dataclass(frozen=True)
-class Groups:
-    """Columns by what stands before their component: ``("ft", "force")`` -> ``{"x":
-    3}``."""
-
-    by_words: Mapping[tuple[str, ...], Mapping[str, int]]
-
-    def find(self, kind: str, components: Sequence[str]) -> tuple[int, ...] | None:
-        """Columns of the first group of a kind that has all these components."""
-        for words, columns in self.by_words.items():
-            last = words[-1] if words else ""
-            told = last in WORDS[kind] or "".join(words[-2:]) in WORDS[kind]
-            told = told and (kind != "accelerometer" or "linear" not in words)
-            if told and not OTHER & set(words) and set(components) <= set(columns):
-                return tuple(columns[c] for c in components)
-        return None
-
-    def numbered(self, kind: str, count: int) -> tuple[int, ...] | None:
-        """The same for components that are numbers, from 0 or from 1."""
-        for first in (0, 1):
-            names = [str(first + k) for k in range(count)]
-            if (columns := self.find(kind, names)) is not None:
-                return columns
-        return None
-
-
-def group_columns(names: Sequence[str]) -> Groups:
-    """The columns of a table by their names, without units in brackets."""
-    groups: dict[tuple[str, ...], dict[str, int]] = {}
-    for column, name in enumerate(names):
-        words = split_name(name)
-        if words:
-            groups.setdefault(tuple(words[:-1]), {}).setdefault(words[-1], column)
-    return Groups(groups)
-
-
-def split_name(name: str) -> list[str]:
-    """Words of a name in small letters, its component as the last: ``Force_X``,
-    ``forceX`` and ``force_x_N`` are ``force``, ``x``."""
-    words = words_of(name)
-    component = next((word for word in words if word in set("xyzw")), None)
-    if component is not None:
-        words.remove(component)
-        return [*words, component]
-    match = re.fullmatch(r"(.*?[a-z])([xyzw]|\d+)", words[-1]) if words else None
-    return [*words[:-1], match[1], match[2]] if match else words
-
-
-def words_of(name: str) -> list[str]:
-    """Words of a name in small letters, without a unit at the end."""
-    name = re.sub(r"(?<=[a-z])(?=[A-Z])", "_", name)
-    words = re.findall(r"[a-z0-9]+", name.lower())
-    return words[:-1] if len(words) > 1 and words[-1] in UNIT_WORDS else words
 
 
 @dataclass(frozen=True, eq=False)
@@ -143,6 +48,8 @@ class Sample:
     """(R, C) of the first rows, NaN where there is no number"""
     has_nan: bool = False
     """whether some cells say that they are no number"""
+    joined: bool = False
+    """whether the names are those of two lines"""
 
     def words(self, column: int) -> str:
         """The name of a column without its unit."""
@@ -158,14 +65,15 @@ class Sample:
             pass
         words = re.findall(r"[a-z0-9]+", self.names[columns[0]].lower())[1:]
         known = {squeezed(name): name for name in UNITS[kind] if name != "m"}
-        return next((known[word] for word in words if word in known), None)
+        known |= {alias: n for alias, n in ALIASES.items() if n in UNITS[kind]}
+        return next((known[word] for word in reversed(words) if word in known), None)
 
     def unknown_unit(self, columns: Sequence[int]) -> str:
         """What is said where the header states a unit of the columns that is not
         known."""
         stated = self.units[columns[0]]
-        known = not re.search("[A-Za-z]", stated)
-        return "" if known else f"its unit {stated[:20]!r} is not known"
+        known = not re.search("[A-Za-z]", stated) or stated.lower() in NO_UNITS
+        return "" if known else f"its unit {stated[:20]!r} {UNKNOWN}"
 
     def size(self, columns: Sequence[int]) -> float:
         """Largest absolute value, spikes aside; 0 where there is none."""
@@ -189,6 +97,7 @@ class Sample:
         name = self.names[column]
         if (
             not name
+            or self.joined
             or self.names.count(name) > 1
             or "{" in name
             or not name.isprintable()
@@ -240,18 +149,18 @@ def _first_numbers(table: Table, column: int) -> Array:
 def _of_text(path: str | Path) -> Sample:
     """The beginning of separated text."""
     text = next(texts(path), b"")
-    header = read_header(text, path, Layout())
+    header = read_header(text, path, None)
     names, separator, decimal = header.names, header.separator, header.decimal
     lines = text.decode(errors="replace").split("\n")
     lines = lines[header.first - 1 : header.first - 1 + MOST_ROWS]
     rows = [split_cells(line, separator) for line in lines]
     rows = [row for row in rows if len(row) == len(names)]
-    if not any(is_numbers(row, separator) for row in rows):
+    if not any(is_numbers(row) for row in rows):
         raise InputError("there are no rows of numbers below the header", path)
     values = np.array([[_number(cell, decimal) for cell in row] for row in rows])
     units = _units(names, header.between)
     has_nan = any(cell.lower() == "nan" for row in rows for cell in row)
-    return Sample(str(path), names, units, values, has_nan)
+    return Sample(str(path), names, units, values, has_nan, header.joined)
 
 
 def _number(cell: str, decimal: str) -> float:

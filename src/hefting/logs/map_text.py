@@ -2,12 +2,22 @@
 
 import json
 import re
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
 from hefting.core.errors import printable
-from hefting.logs.map_sample import OTHER, Groups, Sample, words_of
+from hefting.logs.map_groups import (
+    ASIDE,
+    Choice,
+    Groups,
+    best_of,
+    is_other,
+    is_told,
+    rank_of,
+    words_of,
+)
+from hefting.logs.map_sample import UNKNOWN, Sample
 from hefting.logs.orientations import form_of_angles
 from hefting.logs.units import find_unit
 
@@ -24,6 +34,8 @@ class Guess:
     """more of its table: unit, form"""
     remark: str = ""
     """why, where numbers say it"""
+    equals: tuple[int, ...] = ()
+    """first columns of others that may be meant as well"""
 
 
 def unit_entry(name: str) -> str:
@@ -63,8 +75,21 @@ def summary_of(sample: Sample, guess: Guess) -> str:
     )
 
 
+def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
+    """What of the map may be another column, or in another unit."""
+    for guess in guesses:
+        names = [printable(sample.names[j])[:40] for j in guess.equals[:3]]
+        if names:
+            first = printable(sample.names[guess.columns[0]])[:40]
+            what = f"the {guess.key} may begin with {first} or with"
+            yield f"{what} {' or '.join(names)}, and the first is taken"
+        if UNKNOWN in guess.remark:
+            yield f"of the {guess.key} {guess.remark}"
+
+
 UNTOLD, RPY = "", 'form = "rpy"'
 """Forms of a map; the first is told by the numbers."""
+ZYZ = 'form = "euler", order = "ZYZ"'
 ZYX = 'form = "euler", order = "ZYX"'
 
 ANGLES = {
@@ -72,11 +97,11 @@ ANGLES = {
     ("rx", "ry", "rz"): (UNTOLD, ""),
     ("a", "b", "c"): (ZYX, "as of KUKA; other makes have other orders"),
     ("alpharad", "betarad", "gammarad"): (ZYX, ""),
-    ("posxa", "posxb", "posxc"): ('form = "euler", order = "ZYZ"', ""),
     ("w", "p", "r"): (RPY, ""),
+    ("phi", "theta", "psi"): (RPY, 'or "euler" in another order'),
 }
-"""Names of three angles, what a map says of them, and a doubt; the last three are those
-of KUKA's Sunrise, Doosan and Fanuc."""
+"""Names of three angles, what a map says of them, and a doubt; those with ``rad`` are of
+KUKA's Sunrise, the next of Fanuc."""
 
 ANOTHER_FORM = 'or "rpy", or "euler" with its order: the names do not tell'
 ANOTHER_ORDER = 'or "euler" in another order'
@@ -90,28 +115,53 @@ KINDS = {
 """The same of three components x, y, z, by the kind of what stands before them."""
 
 
-def angles_of(sample: Sample, groups: Groups) -> Guess | None:
-    """Three angles by their names, or a rotation vector."""
-    names: dict[str, int] = {}
-    last: dict[str, int] = {}
-    for column in reversed(range(len(sample.names))):
-        words = words_of(sample.words(column))
-        if words and not OTHER & set(words):
-            names["".join(words)] = last[words[-1]] = column
-            if sample.words(column).endswith("Rad"):
-                last[f"{words[-1]}rad"] = column
-    for angles, form in ANGLES.items():
-        for where in (names, last):
-            if set(angles) <= set(where) and (len(angles[0]) > 1 or where is names):
-                return turned(sample, tuple(where[a] for a in angles), *form)
-    for kind, form in KINDS.items():
-        if (columns := groups.find(kind, "xyz")) is not None:
-            return turned(sample, columns, *form)
+def angles_of(
+    sample: Sample, groups: Groups, near: Set[str]
+) -> tuple[Choice, Guess] | None:
+    """Three angles by their names, or a rotation vector, and which columns they are."""
+    for angles, (form, doubt) in ANGLES.items():
+        if (choice := _named_angles(sample, angles, near)) is not None:
+            form = ZYZ if "posx" in choice.words else form
+            doubt = "" if form == ZYZ else doubt
+            return choice, turned(sample, choice.columns, form, doubt, choice.equals)
+    for kind, (form, doubt) in KINDS.items():
+        choice = groups.find(kind, "xyz", near) or groups.numbered(kind, 3, near)
+        if choice is not None:
+            return choice, turned(sample, choice.columns, form, doubt, choice.equals)
     return None
 
 
+def _named_angles(
+    sample: Sample, angles: Sequence[str], near: Set[str]
+) -> Choice | None:
+    """Columns that end in the names of three angles; those of single letters have
+    nothing before them, or what a position has."""
+    found: dict[tuple[str, ...], dict[str, int]] = {}
+    for column in range(len(sample.names)):
+        name = sample.words(column)
+        words = words_of(name)
+        behind = [word for word in words if word in ASIDE]
+        words = [word for word in words if word not in ASIDE]
+        before = (*behind, *words[:-1])
+        if words and not is_other((*behind, *words)) and not is_told(before, "force"):
+            last = words[-1] + "rad" * name.endswith("Rad")
+            found.setdefault(before, {}).setdefault(last, column)
+    return best_of(
+        [
+            Choice(tuple(columns[a] for a in angles), before, rank_of(before, near))
+            for before, columns in found.items()
+            if set(angles) <= set(columns)
+            and (len(angles[0]) > 1 or not before or is_told(before, "position"))
+        ]
+    )
+
+
 def turned(
-    sample: Sample, columns: tuple[int, ...], form: str, doubt: str = ""
+    sample: Sample,
+    columns: tuple[int, ...],
+    form: str,
+    doubt: str = "",
+    equals: tuple[int, ...] = (),
 ) -> Guess:
     """Three angles. Those of an untold form are a rotation vector, as of UR, or roll,
     pitch and yaw, as of xArm, where that would jump."""
@@ -124,4 +174,5 @@ def turned(
         form = f'form = "{chosen}"'
         doubt = f"{why}; {ANOTHER_ORDER}" if why else ANOTHER_FORM
     remark = "; ".join(filter(None, (remark, doubt)))
-    return Guess("orientation", columns, (form, unit_entry(unit)), remark)
+    rest = (form, unit_entry(unit))
+    return Guess("orientation", columns, rest, remark, equals)

@@ -15,7 +15,7 @@ from hefting.core.messages import warning
 from hefting.core.recording import COLUMNS, Recording
 from hefting.core.spatial import Array
 from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
-from hefting.logs.map_guess import names_time
+from hefting.logs.map_time import names_time
 from hefting.logs.table import LONGEST_LIST, Block, summarize_list
 
 

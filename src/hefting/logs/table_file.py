@@ -1,6 +1,7 @@
 """A file with named columns -> Recording: by a column map, by a header that a format
 knows, by canonical names, or by what other names and numbers tell."""
 
+import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -37,8 +38,9 @@ NEEDED = (
 """Streams of whose canonical columns none may be left over: a header in which some have
 lost the others is a mistake, and is said to be one."""
 
-ESTIMATED = "F_ext_hat_K"
-"""What Franka's names of an external wrench hold, of which the load is taken out."""
+ESTIMATED = re.compile("(?<![a-z])ext(?![a-z])|(?<![a-z])external|External")
+"""What names of an external wrench hold, of which the load is taken out: Franka's
+``K_F_ext_hat_K``, Kinova's ``tool_external_wrench``, ``ft_ext_force`` of xArm."""
 
 RATES = (
     "linear_velocity",
@@ -65,12 +67,13 @@ def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Rec
         return lambda part: read_canonical(part, wrench_needed)
     if isinstance(found, InputError):
         raise found
-    column_map, summary = found
-    return lambda part: _read_recognised(part, column_map, summary)
+    return lambda part: _read_recognised(part, *found)
 
 
-def _recognise(table: Table) -> "tuple[ColumnMap, str] | InputError | None":
-    """A column map of a table with a wrench, and what it says in one line. None where
+def _recognise(
+    table: Table,
+) -> "tuple[ColumnMap, tuple[Message, ...]] | InputError | None":
+    """A column map of a table with a wrench, and what is said of it. None where
     the canonical names tell as much, or no more of them would; an error where names of
     its own tell some of a recording, and not all."""
     check_names(table.names, table.source)
@@ -92,10 +95,9 @@ def _recognise(table: Table) -> "tuple[ColumnMap, str] | InputError | None":
         first = guessed.missing[0].startswith("time")
         told = not streams and (not first or len(guessed.missing) == 1)
         return _lacking(table, guessed) if told else None
-    summary = guessed.summary
-    if left := columns_of_streams(table.names, RATES):
-        summary += f"; {summarize_list(sorted(left))} not read"
-    return column_map, summary
+    left = columns_of_streams(table.names, RATES)
+    more = f"; {summarize_list(sorted(left))} not read" if left else ""
+    return column_map, taken_by_names(guessed, more=more)
 
 
 def map_by_names(
@@ -150,27 +152,36 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
     return InputError(what + told, table.source, fix)
 
 
-def taken_by_names(summary: str, of: str = "") -> Message:
-    """What is said where columns, `of` some file, are taken for what their names say."""
+def taken_by_names(
+    guessed: "GuessedMap", of: str = "", more: str = ""
+) -> tuple[Message, ...]:
+    """What is said where columns, `of` some file, are taken for what their names
+    say."""
     what = (
-        f"the columns{of} are taken by their names: {summary}; "
+        f"the columns{of} are taken by their names: {guessed.summary}{more}; "
         "give `column_map` where that is wrong (hefting map writes one)"
     )
-    return warning("columns-by-name", what, "column_map")
+    said = (warning("columns-by-name", what, "column_map"),)
+    if not guessed.doubts:
+        return said
+    what = f"check the columns{of}, in a column map: {'; '.join(guessed.doubts)}"
+    return (*said, warning("columns-doubtful", what, "column_map"))
 
 
-def _read_recognised(table: Table, column_map: "ColumnMap", summary: str) -> Recording:
-    """The recording in a table by a guessed map, with a warning that says what was taken
+def _read_recognised(
+    table: Table, column_map: "ColumnMap", said: tuple[Message, ...]
+) -> Recording:
+    """The recording in a table by a guessed map, with warnings that say what was taken
     for what."""
     from hefting.logs.mapped import read_mapped
 
     recording = read_mapped(table, column_map)
-    said = (taken_by_names(summary),)
-    if any(ESTIMATED in str(c) for c in column_map.quantities["wrench"].columns):
+    names = [str(column) for column in column_map.quantities["wrench"].columns]
+    if any(map(ESTIMATED.search, names)):
         what = (
-            f"{ESTIMATED} is what the controller estimates, less the load that is "
-            "configured in it, and then the result is not the object: record with a "
-            "load of zero"
+            f"{names[0]} seems to be of a wrench that the controller estimates, less the "
+            "load that is configured in it, and then the result is not the object: "
+            "record with a load of zero"
         )
         said += (warning("payload-unknown", what),)
     return replace(recording, warnings=(*said, *recording.warnings))

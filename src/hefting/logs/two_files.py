@@ -128,7 +128,7 @@ def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
         chosen = column_map_of(only, path, is_part=True)
     elif chosen is None:
         chosen, guessed = map_by_names(table, is_part=True)
-        said += (taken_by_names(guessed.summary, f" of {Path(path).name}"),)
+        said += taken_by_names(guessed, f" of {Path(path).name}")
     found = mapped(table, chosen)
     if found.unit is None or not found.streams:
         raise InputError("there is no time", path, "name its column time, in seconds")

@@ -61,6 +61,7 @@ UNITS: dict[str, dict[str, Unit]] = {
         N_cm=(1.0, 1e2),
         mN_m=(1.0, 1e3),
         kgf_m=GRAVITY,
+        kgf_cm=(GRAVITY, 1e2),
         lbf_in=POUND * 0.0254,
         lbf_ft=POUND * 0.3048,
     ),
@@ -83,6 +84,36 @@ UNITS: dict[str, dict[str, Unit]] = {
 }
 """Units by kind and name; the first of each kind is its SI unit."""
 
+ALIASES = {
+    alias: name
+    for name, aliases in (
+        ("s", "sec secs second seconds"),
+        ("ms", "msec msecs millis millisecond milliseconds"),
+        ("us", "usec usecs micros microsecond microseconds"),
+        ("ns", "nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
+        ("m", "meter meters metre metres"),
+        ("mm", "millimeter millimeters millimetre millimetres"),
+        ("cm", "centimeter centimeters centimetre centimetres"),
+        ("in", "inch inches"),
+        ("rad", "rads radian radians"),
+        ("deg", "degs degree degrees"),
+        ("N", "newton newtons"),
+        ("kgf", "kg"),
+        ("lbf", "lb lbs"),
+        ("N m", "newtonmeter newtonmeters newtonmetre newtonmetres"),
+        (
+            "N mm",
+            "newtonmillimeter newtonmillimeters newtonmillimetre newtonmillimetres",
+        ),
+        ("kgf m", "kgm"),
+        ("kgf cm", "kgcm"),
+        ("lbf in", "lbin inlb inlbf lbsin inlbs"),
+        ("lbf ft", "lbft ftlb ftlbf lbsft ftlbs"),
+    )
+    for alias in aliases.split()
+}
+"""Other words for units, in small letters; a force in kg is one in kgf."""
+
 SECOND = UNITS["time"]["s"]
 """The SI unit of time."""
 
@@ -94,8 +125,8 @@ SCALED = re.compile(r"\s*(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)\s*([^\d\s].*)")
 def find_unit(name: object, kind: str, where: object) -> Unit:
     """The unit `name` of a kind of quantity (a key of `UNITS`).
 
-    Spaces and multiplication dots are free: ``"N m"``, ``"Nm"`` and ``"N·m"`` are one;
-    so are ``"m/s2"`` and ``"m/s^2"``. A factor may stand before it, ``"0.0001 deg"``.
+    Spaces, hyphens and multiplication dots are free: ``"N m"``, ``"N-m"`` and ``"N·m"``
+    are one; so are ``"m/s2"`` and ``"m/s^2"``, and `ALIASES`. A factor may stand before it, ``"0.0001 deg"``.
     `InputError`, naming `where`, lists the units there are.
     """
     known = UNITS[kind]
@@ -106,7 +137,8 @@ def find_unit(name: object, kind: str, where: object) -> Unit:
     if (scaled := SCALED.fullmatch(name)) and 0.0 < (factor := float(scaled[1])) < 1e9:
         unit = find_unit(scaled[2], kind, where)
         return Unit(name.strip(), factor * unit.multiplier, unit.divisor)
-    found = {_plain(each): unit for each, unit in known.items()}.get(_plain(name))
+    plain = {_plain(each): unit for each, unit in known.items()}
+    found = plain.get(_plain(name)) or known.get(ALIASES.get(_plain(name).lower(), ""))
     if found is None:
         what = f"unknown unit of {kind} '{name[:40]}'{nearest(name, known)}"
         raise InputError(what, where, f"use {', '.join(known)}")
@@ -118,4 +150,9 @@ def _plain(name: str) -> str:
     name = (
         name.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("°", "deg")
     )
-    return re.sub(r"[\s*·⋅^.]", "", name)
+    return re.sub(r"[\s*·⋅^.-]", "", name)
+
+
+def squeezed(unit: str) -> str:
+    """A unit as a word of a name: ``nmm``."""
+    return re.sub(r"[^a-z0-9]", "", unit.lower())

@@ -31,7 +31,7 @@ FEWEST_ROWS = 1_000
 LARGEST_WHOLE = 10_000_000
 """Numbers in a table up to which it is read whole: some twelve minutes of fourteen
 columns at 1 kHz."""
-SAID_ONCE = {"time-shifted", "columns-by-name", "end-left-out"}
+SAID_ONCE = {"time-shifted", "columns-by-name", "columns-doubtful", "end-left-out"}
 """Codes of messages about a file, which its first window has."""
 
 Reader = Callable[[Table], Recording]

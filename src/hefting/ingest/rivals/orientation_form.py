@@ -69,7 +69,7 @@ def explain_order(case: Case) -> Explanation | None:
     return Explanation(
         "quaternion-order",
         "the quaternions seem to be logged as w, x, y, z",
-        "put the real part last, as qw",
+        'put the real part last, as qw, or give form = "wxyz" in a column map',
         fitted,
         0,
     )

@@ -1,0 +1,230 @@
+"""What names of columns say: their words, the component x, y, z, w or a number at the
+end, and which group of columns holds a quantity."""
+
+import re
+from collections.abc import Mapping, Sequence, Set
+from dataclasses import dataclass
+
+from hefting.logs.units import ALIASES, UNITS, squeezed
+
+WORDS = {
+    "force": ("f", "force", "forces", "kraft"),
+    "torque": (
+        *("m", "torque", "torques", "moment", "moments", "tau", "mom"),
+        *("torq", "drehmoment", "forcer", "wrenchr"),
+    ),
+    "torque-or-translation": ("t",),
+    "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk", "forcetorque"),
+    "position": (
+        *("", "p", "pos", "position", "translation", "trans", "xyz", "pose", "posx"),
+        *("tcppose", "xpos", "tvec"),
+    ),
+    "orientation": (
+        *("q", "o", "quat", "quaternion", "xquat"),
+        *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
+    ),
+    "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation"),
+    "rotation-vector": ("rotvec", "rv", "rvec", "axisangle"),
+    "roll-pitch-yaw": ("theta", "euler", "rpy"),
+    "pose": ("", "pose", "tcppose", "posx"),
+    "pose-matrix": ("ot", "pose", "matrix", "transform", "tf"),
+    "matrix": ("t", "h", "tf", "pose", "matrix", "transform"),
+    "rotation-matrix": ("r", "rot", "rotation", "rotmat", "orientation"),
+    "joint_positions": ("q", "j", "joint", "joints", "jointposition", "jpos"),
+    "gyroscope": ("g", "gyro", "gyroscope"),
+    "linear_accelerometer": ("linearacc", "linearaccel", "linearaccelerometer"),
+    "accelerometer": ("acc", "accel", "accelerometer"),
+}
+"""Words that a column of each kind may have before its component."""
+
+OTHER = {
+    *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
+    *("target", "desired", "des", "cmd", "command", "commanded", "goal", "setpoint"),
+    *("soll", "planned", "plan", "nominal", "action", "actions", "delta", "diff"),
+    *("pred", "predicted", "prediction", "expected", "model", "residual"),
+    *("comp", "compensated", "gravity", "contact", "init", "initial"),
+    *("ref", "reference", "error", "err", "bias", "offset", "std", "cov", "covariance"),
+}
+"""Words of columns that are none of those: rates, set points, what a model or a
+compensation made, errors."""
+
+PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"}
+"""Words of where a tool is held."""
+
+ELSEWHERE = {
+    *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
+    *("base", "odom", "shoulder", "elbow", "forearm"),
+}
+"""Words of what is not held there."""
+
+MEASURED = {"actual", "act", "ist", "measured", "meas", "msr"}
+"""Words of what is no set point."""
+
+ASIDE = (
+    PLACES
+    | MEASURED
+    | {"raw", "data", "value", "filtered", "filt", "sensor", "in", "wxyz", "xyzw"}
+)
+"""Words that may stand anywhere and do not say what a column holds."""
+
+UNIT_WORDS = frozenset(
+    squeezed(name)
+    for kind in ("length", "angle", "force", "torque")
+    for name in UNITS[kind]
+) | frozenset(ALIASES)
+"""Units as they stand at the end of a name: ``Fx_N``, ``x_mm``, ``Fx in N``."""
+
+
+CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
+"""Where a word begins in ``ForceXRaw``, ``TCPPose``."""
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Columns that seem to hold a quantity."""
+
+    columns: tuple[int, ...]
+    words: tuple[str, ...]
+    """of their names"""
+    rank: int = 0
+    """how many of these are those of what it belongs to and of a tool, less those of
+    other places"""
+    equals: tuple[int, ...] = ()
+    """first columns of others that seem to hold it as well"""
+
+
+@dataclass(frozen=True)
+class Groups:
+    """Columns by what stands before their component: ``("ft", "force")`` -> ``{"x":
+    3}``."""
+
+    by_words: Mapping[tuple[str, ...], Mapping[str, int]]
+
+    def find(
+        self, kind: str, components: Sequence[str], near: Set[str] = frozenset()
+    ) -> Choice | None:
+        """Columns of a group of a kind that has all these components, and where they are
+        numbers no more: of several the one whose words are most like those `near`, then
+        of a tool, then the first."""
+        numbers = components[0].isdigit()
+        found = []
+        for words, columns in self.by_words.items():
+            there = {c for c in columns if c.isdigit()} if numbers else set(columns)
+            if not set(components) <= there or (
+                numbers and len(there) > len(components)
+            ):
+                continue
+            if is_told(words, kind, numbered=numbers) and not (
+                kind == "angles" and "w" in columns
+            ):
+                chosen = tuple(columns[c] for c in components)
+                found.append(Choice(chosen, words, rank_of(words, near)))
+        return best_of(found)
+
+    def words_of_kinds(self, kinds: Sequence[str]) -> set[str]:
+        """All words of the groups of these kinds."""
+        told = (w for w in self.by_words if any(is_told(w, kind) for kind in kinds))
+        return {word for words in told for word in words}
+
+    def beside(self, near: Set[str]) -> Choice | None:
+        """Columns x, y, z with no other word than those of what else was found: the
+        position ``right_x`` beside ``right_qx``."""
+        for words, columns in self.by_words.items():
+            if words and set(words) <= near and set("xyz") <= set(columns):
+                return Choice(tuple(columns[c] for c in "xyz"), words)
+        return None
+
+    def numbered(
+        self, kind: str, count: int, near: Set[str] = frozenset()
+    ) -> Choice | None:
+        """The same for components that are numbers, from 0 or from 1."""
+        for first in (0, 1):
+            names = [str(first + k) for k in range(count)]
+            if (choice := self.find(kind, names, near)) is not None:
+                return choice
+        return None
+
+    def matrix(
+        self, kind: str, size: int, near: Set[str] = frozenset()
+    ) -> Choice | None:
+        """The same for those of a square matrix, ``R11`` or ``T_00``, row by row."""
+        for first in (0, 1):
+            line = range(first, first + size)
+            names = [f"{i}{j}" for i in line for j in line]
+            if (choice := self.find(kind, names, near)) is not None:
+                return choice
+        return None
+
+
+def best_of(choices: Sequence[Choice]) -> Choice | None:
+    """The first of those of the highest rank, and which others are."""
+    if not choices:
+        return None
+    best = max(choices, key=lambda choice: choice.rank)
+    equals = [c.columns[0] for c in choices if c.rank == best.rank and c is not best]
+    return Choice(best.columns, best.words, best.rank, tuple(equals))
+
+
+def rank_of(words: Sequence[str], near: Set[str]) -> int:
+    """How many words are among those `near` and say that this is measured, at a tool,
+    less those of other places."""
+    plain = {_without_number(word) for word in words}
+    there = len(plain & (PLACES | MEASURED | {"raw"})) - len(plain & ELSEWHERE)
+    return len({*words} & near) + there
+
+
+def is_told(words: Sequence[str], kind: str, *, numbered: bool = False) -> bool:
+    """Whether words before a component say that it is of a kind."""
+    plain = [_without_number(word) for word in words]
+    if is_other(words) or (kind == "accelerometer" and "linear" in plain):
+        return False
+    rest = [word for word in plain if word not in ASIDE]
+    if not rest:
+        bare = set(plain) & PLACES if numbered else set(plain) <= PLACES | MEASURED
+        return bool(bare) and "" in WORDS[kind]
+    if kind == "joint_positions" and "current" in rest:
+        return False
+    return rest[-1] in WORDS[kind] or "".join(rest[-2:]) in WORDS[kind]
+
+
+def is_other(words: Sequence[str]) -> bool:
+    """Whether words are of what is not measured; ``current_pose`` is."""
+    others = OTHER & set(words)
+    return bool(others - {"current"}) or (bool(others) and words[-1] == "current")
+
+
+def _without_number(word: str) -> str:
+    return re.sub(r"(?<=[a-z])\d+$", "", word)
+
+
+def group_columns(names: Sequence[str]) -> Groups:
+    """The columns of a table by their names, without units in brackets."""
+    groups: dict[tuple[str, ...], dict[str, int]] = {}
+    for column, name in enumerate(names):
+        words = split_name(name)
+        if words:
+            groups.setdefault(tuple(words[:-1]), {}).setdefault(words[-1], column)
+    return Groups(groups)
+
+
+def split_name(name: str) -> list[str]:
+    """Words of a name in small letters, its component as the last: ``Force_X``,
+    ``forceX``, ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``."""
+    words = words_of(name)
+    places = [i for i, word in enumerate(words) if word in set("xyzw")]
+    if places:
+        return [*words[: places[-1]], *words[places[-1] + 1 :], words[places[-1]]]
+    behind: list[str] = []
+    while len(words) > 1 and (words[-1] in ASIDE | OTHER):
+        behind.append(words.pop())
+    match = re.fullmatch(r"(.*?[a-z])([xyzw]|\d+)", words[-1]) if words else None
+    return [*behind, *words[:-1], *((match[1], match[2]) if match else words[-1:])]
+
+
+def words_of(name: str) -> list[str]:
+    """Words of a name in small letters, without a unit at the end."""
+    name = re.sub(CAMEL, "_", name)
+    words = re.findall(r"[a-z0-9]+", name.lower())
+    while len(words) > 1 and words[-1] in UNIT_WORDS:
+        words.pop()
+    return words

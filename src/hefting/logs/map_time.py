@@ -1,0 +1,103 @@
+"""The column of a table that tells the time, by its name or as an index of pandas, and
+its unit."""
+
+import re
+from collections.abc import Sequence
+
+import numpy as np
+
+from hefting.logs.map_groups import CAMEL
+from hefting.logs.map_sample import Sample
+from hefting.logs.map_text import Guess, unit_entry
+from hefting.logs.table import SINCE_1970
+from hefting.logs.units import ALIASES, UNITS
+
+TIMES = (
+    *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
+    *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
+    *("elapsed", "epoch", "unix", "asctime", "duration"),
+)
+"""Names of the time, without its unit."""
+
+TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
+"""Units as they stand in names of the time."""
+
+PANDAS_INDEX = "__index_level_0__"
+"""What pandas calls an index without a name in a Parquet file; of rows that were picked
+it holds whole numbers, as a count does."""
+
+NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
+"""Names of what counts on top of the seconds of a stamp."""
+
+
+def names_time(text: str) -> bool:
+    """Whether a name is one of the time, its unit aside."""
+    words = _small_words(text)
+    bare = [word for word in words if word not in TIME_UNITS | {"in"}]
+    return bool(words) and (not bare or bare[-1] in TIMES[1:] or bare == ["t"])
+
+
+def _small_words(text: str) -> list[str]:
+    """All words of a name, units too."""
+    text = re.sub(CAMEL, "_", text)
+    return re.findall(r"[a-z0-9]+", text.lower())
+
+
+def time_of(sample: Sample) -> Guess | None:
+    """The first column whose name is one of the time, with numbers if there is one, and
+    none that counts nanoseconds on top of seconds."""
+    named = [j for j in range(len(sample.names)) if names_time(sample.words(j))]
+    numbers = [j for j in named if np.isfinite(sample.values[:, j]).any()]
+    for column in numbers or named:
+        words = _small_words(sample.words(column))
+        if words[-1] in NANOSECONDS and np.nanmax(sample.values[:, column]) < 1e9:
+            continue
+        more = _nanoseconds(sample, words[:-1])
+        if more not in (None, column):
+            how = f"nanoseconds = {sample.toml_name(more)}"
+            return Guess("time", (column, more), (how,))
+        said = sample.said_unit((column,), "time") or next(
+            (ALIASES.get(word, word) for word in words if word in TIME_UNITS), ""
+        )
+        unit, remark = _time_unit(sample.values[:, column], said)
+        return Guess("time", (column,), (unit_entry(unit),), remark)
+    return _index(sample)
+
+
+def _index(sample: Sample) -> Guess | None:
+    """The index of a data frame, a first column without a name or pandas' own, where it
+    grows and does not just count rows."""
+    own = sample.names.count(PANDAS_INDEX)
+    column = sample.names.index(PANDAS_INDEX) if own else 0
+    values = sample.values[:, column]
+    steps = np.diff(values)
+    if (sample.names[0] and not own) or not len(steps) or not (steps > 0.0).all():
+        return None
+    counts = (values % 1 == 0.0).all() and values[0] < SINCE_1970
+    if counts and (own or (steps == 1.0).all()):
+        return None
+    unit, remark = _time_unit(values, "")
+    return Guess("time", (column,), (unit_entry(unit),), remark)
+
+
+def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
+    """The column of nanoseconds whose name begins with the words that stand before
+    ``sec``."""
+    for column in range(len(sample.names)):
+        words = _small_words(sample.words(column))
+        begins = words[: len(before)] == list(before)
+        if begins and "".join(words[len(before) :]) in NANOSECONDS:
+            return column
+    return None
+
+
+def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
+    """Unit of the time, by its name or its steps, and why."""
+    if said:
+        return said, ""
+    steps = np.diff(values[np.isfinite(values)])
+    step = float(np.median(np.abs(steps))) if len(steps) else 0.0
+    for unit, least in (("ns", 1e5), ("us", 1e2), ("ms", 1.0)):
+        if step >= least:
+            return unit, f"by its steps of {step:.4g}"
+    return "s", ""

@@ -1,0 +1,421 @@
+"""Tables as robots, sensors and their programs write them, read by what their names and
+lines say, beside columns that hold something else."""
+
+from datetime import datetime, timedelta
+
+import numpy as np
+import pandas as pd
+import pytest
+from scipy.spatial.transform import Rotation
+
+import hefting
+from hefting.core.errors import InputError
+from hefting.core.messages import codes
+from hefting.logs import read_log
+from hefting.logs.map_guess import guess_map
+from hefting.logs.units import find_unit
+
+ROWS = 40
+RNG = np.random.default_rng(17)
+TIME = 0.01 * np.arange(ROWS)
+POSITION = RNG.uniform(-1.0, 1.0, (ROWS, 3))
+TURNS = Rotation.random(ROWS, random_state=7)
+QUATERNION = TURNS.as_quat()
+WXYZ = QUATERNION[:, [3, 0, 1, 2]]
+WRENCH = RNG.normal(size=(ROWS, 6)) * (5, 5, 5, 0.5, 0.5, 0.5)
+MATRICES = np.tile(np.eye(4), (ROWS, 1, 1))
+MATRICES[:, :3, :3], MATRICES[:, :3, 3] = TURNS.as_matrix(), POSITION
+ELSE = RNG.normal(size=(ROWS, 7))
+"""What other columns hold."""
+RPY, ZYX = TURNS.as_euler("xyz"), TURNS.as_euler("ZYX")
+SMALL = 0.3 * np.sin(TIME[:, None] + (0.0, 1.0, 2.0))
+"""[rad] Angles that neither form of three lets jump."""
+
+
+def each(pattern: str, of: str = "x y z") -> str:
+    """Names with each of these in the place of ``*``."""
+    return " ".join(pattern.replace("*", one) for one in of.split())
+
+
+def numbered(name: str, count: int, first: int = 0) -> str:
+    return " ".join(f"{name}{first + i}" for i in range(count))
+
+
+POSE, FT = "x y z qx qy qz qw", "fx fy fz tx ty tz"
+BASIC = f"time {POSE}"
+IJ = [f"{i}{j}" for i in range(4) for j in range(4)]
+
+BESIDE = {
+    "torques of joints": (
+        f"{BASIC} {numbered('torque_', 7)} Fx Fy Fz Tx Ty Tz",
+        (TIME, POSITION, QUATERNION, ELSE, WRENCH),
+    ),
+    "a magnetometer": (
+        f"{BASIC} {each('F*')} {each('T*')} ax ay az gx gy gz mx my mz",
+        (TIME, POSITION, QUATERNION, WRENCH, np.tile(ELSE[:, :3], 3)),
+    ),
+    "a prediction": (
+        f"{BASIC} {each('pred_*', FT)} {each('meas_*', FT)}",
+        (TIME, POSITION, QUATERNION, 1.2 * WRENCH, WRENCH),
+    ),
+    "a compensated wrench": (
+        f"{BASIC} {each('wrench_compensated.*', FT)} {each('wrench_raw.*', FT)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "filtered, behind": (
+        f"{BASIC} {each('*_filtered', FT)} {each('*_raw', FT)}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "the other arm": (
+        f"time {each('left_*', POSE)} {each('right_*', POSE)} {each('right_*', FT)}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
+    "an object": (
+        f"time {each('cube_pos_*')} {each('cube_quat_*', 'x y z w')} "
+        f"{each('eef_pos_*')} {each('eef_quat_*', 'x y z w')} "
+        f"{each('ee_force_*')} {each('ee_torque_*')}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
+    "a tree of frames": (
+        f"__time {each('/tf/base/elbow/translation/*')} "
+        f"{each('/tf/base/elbow/rotation/*', 'x y z w')} "
+        f"{each('/tf/base/tool0/translation/*')} "
+        f"{each('/tf/base/tool0/rotation/*', 'x y z w')} "
+        f"{each('/w/wrench/force/*')} {each('/w/wrench/torque/*')}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
+    "an inertial sensor": (
+        f"t {each('imu_orientation_*', 'x y z w')} x y z rx ry rz {each('F*')} {each('M*')}",
+        (TIME, ELSE[:, :4], POSITION, SMALL, WRENCH),
+    ),
+    "a force without a torque": (
+        f"{BASIC} {each('link_force_*')} {each('ft_force_*')} {each('ft_torque_*')}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :3], WRENCH),
+    ),
+    "gravity": (
+        f"{BASIC} {each('gravity_force_*')} {each('gravity_torque_*')} "
+        f"{each('Force*Raw', 'X Y Z')} {each('Torque*Raw', 'X Y Z')}",
+        (TIME, POSITION, QUATERNION, ELSE[:, :6], WRENCH),
+    ),
+    "a base": (
+        f"time {each('base_link_position_*')} {each('base_link_orientation_*', 'x y z w')} "
+        f"{each('link7_position_*')} {each('link7_orientation_*', 'x y z w')} {FT}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
+    "a base that is called as the wrench is": (
+        f"time {each('robot_base_pose_*', POSE)} {each('tcp_pose_*', POSE)} "
+        f"{each('robot_ft_*', FT)}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
+    "angles of the same": (
+        f"t {each('/pose/position/*')} {each('/pose/orientation/*', 'x y z w')} "
+        f"{each('/pose/orientation/*', 'roll pitch yaw')} "
+        f"{each('/ft/force/*')} {each('/ft/torque/*')}",
+        (TIME, POSITION, QUATERNION, RPY, WRENCH),
+    ),
+    "set points before it": (
+        f"time {each('goal_pose_*', POSE)} {each('current_pose_*', POSE)} "
+        f"{each('wrench_*', FT)}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
+    "actions": (
+        f"time {numbered('action.ee_pose_', 7)} {numbered('observation.ee_pose_', 7)} "
+        f"{numbered('observation.force_torque_', 6)}",
+        (TIME, ELSE, POSITION, QUATERNION, WRENCH),
+    ),
+    "Soll and Ist": (
+        f"Zeit {each('*_soll', 'X Y Z A B C')} {each('*_ist', 'X Y Z A B C')} "
+        f"{each('F*')} {each('M*')}",
+        (TIME, ELSE[:, :6], POSITION, ZYX, WRENCH),
+    ),
+}
+NAMES = {
+    "KUKA's DataRecorder": (
+        f"ZeitInSec ZeitInNanoSec {each('cartPosMsr1_*', 'X Y Z A B C')} "
+        f"{each('cartForce1_*', 'X Y Z')} {each('cartTorque1_Tau*', 'X Y Z')}",
+        (
+            np.floor(TIME),
+            np.round(1e9 * (TIME % 1)),
+            1e3 * POSITION,
+            np.degrees(ZYX),
+            WRENCH,
+        ),
+    ),
+    "libfranka": (
+        "duration success_rate "
+        f"{' '.join(f'O_T_EE[{i}]' for i in range(16))} {each('f_*')} {each('tau_*')}",
+        (1e3 * TIME, ELSE[:, 0], MATRICES.swapaxes(1, 2).reshape(ROWS, 16), WRENCH),
+    ),
+    "a matrix": (
+        f"t {each('T_*', ' '.join(IJ))} {FT}",
+        (TIME, MATRICES.reshape(ROWS, 16), WRENCH),
+    ),
+    "a rotation matrix": (
+        f"t x y z R11 R12 R13 R21 R22 R23 R31 R32 R33 {FT}",
+        (TIME, POSITION, TURNS.as_matrix().reshape(ROWS, 9), WRENCH),
+    ),
+    "axis and angle": (
+        f"time {numbered('eef_pos_', 3)} {numbered('eef_axis_angle_', 3)} {numbered('ft_', 6)}",
+        (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
+    ),
+    "Doosan's posx": (
+        f"time {numbered('posx_', 6)} {numbered('tool_force_', 6)}",
+        (TIME, POSITION, TURNS.as_euler("ZYZ"), WRENCH),
+    ),
+    "ABB's EGM": (
+        f"time {each('pos.*')} {numbered('orient.u', 4)} {FT}",
+        (TIME, POSITION, WXYZ, WRENCH),
+    ),
+    "simulators": (
+        f"time {numbered('force_ee_', 3)} {numbered('torque_sensor_', 3)} "
+        f"{numbered('xpos_', 3)} {numbered('quat_wxyz_', 4)}",
+        (TIME, WRENCH, POSITION, WXYZ),
+    ),
+    "of a TCP": (
+        f"timestamp {each('TCP_*', 'x y z rx ry rz')} {each('TCP_force_*', 'x y z rx ry rz')}",
+        (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
+    ),
+    "Simulink": (
+        f"time {numbered('FT:', 6, 1)} {numbered('TCP:', 6, 1)}",
+        (TIME, WRENCH, POSITION, SMALL),
+    ),
+    "MATLAB": (
+        "time F(1) F(2) F(3) T(1) T(2) T(3) p(1) p(2) p(3) " + each("q*", "x y z w"),
+        (TIME, WRENCH, POSITION, QUATERNION),
+    ),
+    "PyBullet": (
+        f"t {each('link_pos_*')} {each('link_orn_*', 'x y z w')} {FT}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "Greek letters": (
+        f"time_usec tvec_x tvec_y tvec_z phi theta psi {FT}",
+        (1e6 * TIME, POSITION, RPY, WRENCH),
+    ),
+    "pounds": (
+        f"record_time_nsec {each('*_meters', 'X Y Z')} qx qy qz qw "
+        f"{each('F*(lbf)')} {each('T*(lbf-in)')}",
+        (
+            1.7e18 + 1e9 * TIME,
+            POSITION,
+            QUATERNION,
+            WRENCH / ((4.4482216152605,) * 3 + (4.4482216152605 * 0.0254,) * 3),
+        ),
+    ),
+    "kilograms": (
+        f"elapsed {POSE} {each('F*[kg]')} {each('M*[kg-cm]')}",
+        (
+            TIME,
+            POSITION,
+            QUATERNION,
+            WRENCH / 9.80665 * ((1.0,) * 3 + (1e2,) * 3),
+        ),
+    ),
+}
+
+
+def frame_of(names: str | list[str], parts: tuple) -> pd.DataFrame:
+    names = names.split() if isinstance(names, str) else names
+    return pd.DataFrame(np.column_stack(parts), columns=names)
+
+
+def is_same(got: hefting.Recording, turns: Rotation = TURNS) -> bool:
+    """Whether a recording holds what was written, apart from when it began."""
+    apart = Rotation.from_quat(got["orientation"].values) * turns.inv()
+    time = got["wrench"].time - got["wrench"].time[0]
+    return (
+        # seconds since 1970 resolve 2.4e-7 s; what is converted is rounded again
+        np.allclose(time, TIME, atol=5e-7)
+        and np.allclose(got["position"].values, POSITION, atol=1e-12)
+        and np.allclose(got["wrench"].values, WRENCH, rtol=1e-12)
+        and apart.magnitude().max() < 1e-7
+    )
+
+
+@pytest.mark.parametrize("case", [*BESIDE, *NAMES])
+@pytest.mark.parametrize("form", ["csv", "memory"])
+def test_names_are_read_beside_others(tmp_path, case, form):
+    frame = frame_of(*(BESIDE | NAMES)[case])
+    if form == "memory":
+        got = hefting.as_recording(frame)
+    else:
+        frame.to_csv(tmp_path / "log.csv", index=False)
+        got = read_log(tmp_path / "log.csv")
+    small = Rotation.from_rotvec(SMALL)
+    assert is_same(got, small if case in ("an inertial sensor", "Simulink") else TURNS)
+    assert codes(got.warnings) - {"time-shifted"} == {"columns-by-name"}
+
+
+@pytest.mark.parametrize(
+    ("names", "words"),
+    [
+        (
+            f"{BASIC} {each('ft1_*', FT)} {each('ft2_*', FT)}",
+            "the wrench may begin with ft1_fx or with ft2_fx",
+        ),
+        (
+            f"time {each('a/*', POSE)} {each('b/*', POSE)} {each('F*')} {each('M*')}",
+            "the orientation may begin with a/qx or with b/qx",
+        ),
+        (
+            f"{BASIC} {each('F*')} {each('T*')} {each('M*')} a b c",
+            "the wrench may begin with Fx or with Mx",
+        ),
+        (f"{BASIC} {each('F*[mV]')} {each('T*[mV]')}", "its unit 'mV' is not known"),
+    ],
+)
+def test_what_may_be_meant_as_well_is_a_doubt(names, words):
+    count = len(names.split())
+    frame = pd.DataFrame(RNG.normal(size=(ROWS, count)), columns=names.split())
+    frame["time"] = TIME
+    turning = [name for name in frame.columns if "q" in name]
+    frame[turning] = np.hstack([QUATERNION] * (len(turning) // 4))
+    got = hefting.as_recording(frame)
+    [said] = [each for each in got.warnings if each.code == "columns-doubtful"]
+    assert words in said
+
+
+def test_what_stands_in_brackets_may_be_no_unit():
+    names = f"{BASIC} {each('F*(tool)')} {each('T*(tool)')}"
+    got = hefting.as_recording(frame_of(names, (TIME, POSITION, QUATERNION, WRENCH)))
+    assert codes(got.warnings) == {"columns-by-name"}
+
+
+@pytest.mark.parametrize(
+    "name", ["tool_external_wrench_*", "ft_ext_*", "toolExternal_*"]
+)
+def test_an_external_wrench_is_less_the_load(name):
+    names = f"{BASIC} {each(name, FT)}"
+    got = hefting.as_recording(frame_of(names, (TIME, POSITION, QUATERNION, WRENCH)))
+    assert codes(got.warnings) == {"columns-by-name", "payload-unknown"}
+
+
+@pytest.mark.parametrize(
+    "names",
+    [
+        each("compensated_*", FT),
+        numbered("force_", 4) + " " + each("T*"),
+        numbered("wrench_", 12),
+    ],
+)
+def test_what_is_no_wrench_is_not_taken_for_one(names):
+    count = len(names.split())
+    parts = (TIME, POSITION, QUATERNION, RNG.normal(size=(ROWS, count)))
+    with pytest.raises(InputError, match="no column seems to be the wrench"):
+        hefting.as_recording(frame_of(f"{BASIC} {names}", parts))
+
+
+CANONICAL = f"time px py pz qx qy qz qw {FT}"
+PLAIN = (TIME, POSITION, QUATERNION, WRENCH)
+HEAD, *LINES = frame_of(CANONICAL, PLAIN).to_csv(index=False).splitlines()
+SPACED = [line.replace(",", " ") for line in LINES]
+QUOTED = [
+    ",".join(f'"{cell}"' for cell in line.replace(".", "#").split(",")).replace(
+        "#", ","
+    )
+    for line in LINES
+]
+TEXTS = {
+    "a comma more in the rows": [HEAD, *(line + "," for line in LINES)],
+    "a comma more in the names": [HEAD + ",", *LINES],
+    "spaces under commas": [HEAD, *SPACED],
+    "commas under tabs": [HEAD.replace(",", "\t"), *LINES],
+    "bars": [HEAD.replace(",", "|"), *(line.replace(",", "|") for line in LINES)],
+    "decimal commas in quotes": [HEAD, *QUOTED],
+    "groups over components": [
+        "Time,Position,,,Orientation,,,,Force,,,Torque,,",
+        "s,X,Y,Z,X,Y,Z,W,X,Y,Z,X,Y,Z",
+        *LINES,
+    ],
+    "groups that repeat": [
+        ",pose,pose,pose,quat,quat,quat,quat,force,force,force,torque,torque,torque",
+        "time,x,y,z,x,y,z,w,x,y,z,x,y,z",
+        *LINES,
+    ],
+    "units after spaces": [
+        "t [s] X [m] Y [m] Z [m] qx qy qz qw "
+        "Fx (N) Fy (N) Fz (N) Tx (Nm) Ty (Nm) Tz (Nm)",
+        *SPACED,
+    ],
+}
+
+
+@pytest.mark.parametrize("case", TEXTS)
+def test_lines_that_are_written_in_other_ways(tmp_path, case):
+    path = tmp_path / "log.dat"
+    path.write_text("\n".join(TEXTS[case]) + "\n")
+    got = read_log(path)
+    assert is_same(got)
+    assert codes(got.warnings) <= {"columns-by-name", "columns-ignored"}
+    if codes(got.warnings) & {"columns-by-name"}:  # as a map of it reads it
+        (tmp_path / "map.toml").write_text(guess_map(path).text)
+        assert is_same(read_log(path, tmp_path / "map.toml"))
+
+
+@pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
+def test_a_degree_sign_of_any_encoding(tmp_path, encoding):
+    names = ["Zeit in s", *(f"{c} in mm" for c in "xyz"), *(f"{c} [°]" for c in "ABC")]
+    names += [f"Kraft {c} [N]" for c in "XYZ"] + [f"Drehmoment {c} [Nm]" for c in "XYZ"]
+    frame = frame_of(names, (TIME, 1e3 * POSITION, np.degrees(ZYX), WRENCH))
+    text = frame.to_csv(index=False, sep=";", decimal=",")
+    (tmp_path / "log.csv").write_bytes(text.encode(encoding))
+    assert is_same(read_log(tmp_path / "log.csv"))
+
+
+WAYS = {
+    "slashes": "%Y/%m/%d %H:%M:%S.%f",
+    "a comma": "%Y-%m-%d %H:%M:%S,%f",
+    "colons only": "%H:%M:%S:%f",
+    "no zero": "9:%M:%S.%f",
+    "a duration": "0 days 00:%M:%S.%f",
+}
+
+
+@pytest.mark.parametrize("way", WAYS)
+def test_times_that_are_written_in_other_ways(tmp_path, way):
+    began = datetime(2026, 1, 31, 9, 5, 59, 900000)
+    times = [(began + timedelta(seconds=t)).strftime(WAYS[way]) for t in TIME]
+    lines = [
+        HEAD,
+        *(f"{t},{x.partition(',')[2]}" for t, x in zip(times, LINES, strict=True)),
+    ]
+    if way == "a comma":
+        lines[1:] = [
+            ";".join((t, *x.split(",")[1:])) for t, x in zip(times, LINES, strict=True)
+        ]
+        lines[0] = HEAD.replace(",", ";")
+    (tmp_path / "log.csv").write_text("\n".join(lines))
+    assert is_same(read_log(tmp_path / "log.csv"))
+
+
+def test_of_a_time_by_another_name_it_is_said_what_is_read(tmp_path):
+    lines = [HEAD.replace("time", "Stamp"), "3/4/2026 1:31:07 PM" + LINES[0][3:]]
+    (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
+    with pytest.raises(InputError, match=r"column Stamp: '3/4.*or as 2026-01-31T12"):
+        read_log(tmp_path / "log.csv")
+
+
+@pytest.mark.parametrize("begin", ["", "1700000000,5,ft,"])
+def test_numbers_without_names_are_told_so(tmp_path, begin):
+    (tmp_path / "log.csv").write_text("\n".join(begin + line for line in LINES))
+    with pytest.raises(InputError, match=r"is numbers.*header = false"):
+        read_log(tmp_path / "log.csv")
+
+
+@pytest.mark.parametrize(
+    ("kind", "unit", "factor"),
+    [
+        ("time", "msec", 1e-3),
+        ("length", "millimeters", 1e-3),
+        ("angle", "Degrees", np.pi / 180.0),
+        ("force", "Newtons", 1.0),
+        ("force", "lb", 4.4482216152605),
+        ("torque", "N-mm", 1e-3),
+        ("torque", "Newton-meters", 1.0),
+        ("torque", "in-lb", 4.4482216152605 * 0.0254),
+        ("torque", "kgf cm", 0.0980665),
+    ],
+)
+def test_units_by_other_words(kind, unit, factor):
+    assert find_unit(unit, kind, "test").to_si(np.ones(1)) == pytest.approx(
+        factor, rel=1e-15
+    )
