@@ -74,6 +74,16 @@ def test_arrays_of_other_names_are_read_by_what_the_names_say(arrays, tmp_path):
     assert same(read_log(path), expected)
 
 
+def test_arrays_in_dictionaries_and_matrices_of_rotation(arrays):
+    time, pose, wrench = arrays
+    robot = {"t": time, "position": pose[:, :3, 3], "R": pose[:, :3, :3]}
+    found = as_recording(
+        {"robot": robot, "ft": {"force": wrench[:, :3], "torque": wrench[:, 3:]}}
+    )
+    assert same(found, as_recording(time=time, pose=pose, wrench=wrench))
+    assert "row by row" in str(found.warnings[0])
+
+
 def test_time_of_another_name_is_not_passed_over(arrays):
     """The names `pose` and `wrench` do, without `time`, for static poses."""
     time, pose, wrench = arrays

@@ -218,9 +218,13 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
     if angles is not None:
         return angles[1]
     nine = groups.matrix("rotation-matrix", 3, near)
+    remark = ""
+    if nine is None:
+        nine = groups.numbered("rotation-matrix", 9, near)
+        remark = "row by row"
     if nine is not None:
         form = 'form = "matrix"'
-        return Guess("orientation", nine.columns, (form,), "", nine.equals)
+        return Guess("orientation", nine.columns, (form,), remark, nine.equals)
     numbered = groups.numbered("orientation", 4, near)
     if numbered is None or not _has_unit_norm(sample, numbered.columns):
         return None

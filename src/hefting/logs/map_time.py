@@ -31,10 +31,11 @@ NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanosecond
 
 
 def names_time(text: str) -> bool:
-    """Whether a name is one of the time, its unit aside."""
+    """Whether a name is one of the time, its unit and what it is within aside."""
     words = _small_words(text)
     bare = [word for word in words if word not in TIME_UNITS | {"in"}]
-    return bool(words) and (not bare or bare[-1] in TIMES[1:] or bare == ["t"])
+    alone = bare == ["t"] or text.endswith(".t")
+    return bool(words) and (not bare or bare[-1] in TIMES[1:] or alone)
 
 
 def _small_words(text: str) -> list[str]:
