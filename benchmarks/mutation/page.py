@@ -11,8 +11,8 @@ from benchmarks.mutation.forks import ROOT
 PAGE = ROOT / "docs" / "mutants.md"
 MARK = "<!-- written by python -m benchmarks.mutants --docs -->"
 REASONS = Path(__file__).with_name("reasons.json")
-"""Why a survivor is left, by its key: `equivalent`, `tolerable` or `open`, and the
-words."""
+"""Why a survivor is left, by its key: `equivalent`, `tolerable`, `later` (and by
+which tests) or `open`, and the words."""
 
 
 def write_page(samples: list[Path]) -> None:
@@ -74,6 +74,7 @@ def _survivors(
 KINDS = {
     "equivalent": "**Equivalent**: no result differs.",
     "tolerable": "**Tolerable**: only speed, wording, or a judged constant differs.",
+    "later": "**Killed since** by tests that were written for them, and not counted above.",
     "open": "**Open**: a test could tell, and none does.",
 }
 """What is said of each kind of survivor, in the order of the page."""

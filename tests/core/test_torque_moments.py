@@ -105,8 +105,9 @@ def test_shapes_are_checked():
     moments = TorqueMoments.empty(JOINTS, OWN)
     with pytest.raises(InputError, match="do not merge"):
         moments.merge(TorqueMoments.empty(6, OWN))
-    with pytest.raises(InputError, match="positive"):
-        payload(moments, 0.0)
+    for std in (0.0, -1.0, np.nan, np.append(np.ones(JOINTS - 1), np.inf)):
+        with pytest.raises(InputError, match="positive and finite"):
+            payload(moments, std)
     with pytest.raises(InputError, match="joints"):
         TorqueMoments(np.zeros((2, 5, 5)), 1, np.zeros(2))
 

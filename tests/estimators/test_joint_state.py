@@ -435,3 +435,23 @@ def test_recordings_have_a_bias_each_only_where_one_is_free():
         assert isinstance(both, JointState) is (bias == "estimate")
         assert both.samples == 60
         assert ols.merge_all(states[:1]).samples == 20
+
+
+def test_a_method_that_merges_in_its_own_way_merges_all_so():
+    """Also beside free biases, where others join the states."""
+    seen: list[tuple] = []
+
+    class Own(OLS):
+        def merge(self, first, second):
+            seen.append((first, second))
+            return super().merge(first, second)
+
+    rng = np.random.default_rng(9)
+    z = [with_wrench(random_motion(rng, 20), random_body(rng)) for _ in range(3)]
+    for bias in ("none", "estimate"):
+        seen.clear()
+        own = Own(bias=bias)
+        assert (
+            own.merge_all([own.update(own.start(), part) for part in z]).samples == 60
+        )
+        assert len(seen) == 2

@@ -12,7 +12,7 @@ from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.ingest import ingest
-from hefting.ingest.lost_rows import MANY_LOST, with_time_of_lost_rows
+from hefting.ingest.lost_rows import MANY_LOST, _over_noise, with_time_of_lost_rows
 from hefting.logs import read_log
 from recordings import LOGS, needs_recordings
 
@@ -157,3 +157,14 @@ def test_rows_lost_before_the_part_that_is_asked_for_do_not_count():
     logged = rows_of(right, kept, 0.01)
     assert "rows-lost" in codes(ingest(logged).read_notes)
     assert "rows-lost" not in codes(ingest(logged, start=2.0).read_notes)
+
+
+def test_steps_are_told_in_standard_deviations_of_the_noise():
+    """Of a body at rest they are the difference of two values."""
+    rng = np.random.default_rng(5)
+    still = 1e-4 * rng.normal(size=(5000, 3))
+    # of 5,000 second differences the median absolute one is known to 2 %
+    np.testing.assert_allclose(_over_noise(still).std(), 2.0**0.5, rtol=0.03)
+    # rounding in place of noise: half the smallest step counts as one
+    coarse = np.round(np.linspace(0.0, 1.0, 4000), 2)[:, None] * np.ones(3)
+    assert set(np.round(_over_noise(coarse).ravel(), 6)) == {0.0, 2.0}

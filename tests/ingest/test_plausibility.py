@@ -191,3 +191,20 @@ def test_a_shape_ten_times_too_large_is_doubted(scale, doubted):
     assert said == ({"shape-too-large"} if doubted else set())
     around = Shape.from_box(*(10.0 * np.array((-0.1, 0.1, -0.1, 0.1, -0.1, 0.1))))
     assert not density_warnings(fit, around)
+
+
+@pytest.mark.parametrize(("share", "refused"), [(0.95, False), (1.05, True)])
+def test_a_lever_is_refused_from_a_distance_by_the_size_of_the_shape(
+    share, refused, monkeypatch
+):
+    """One and a half times its farthest point, and twice its diagonal."""
+    reach = 1.5 * np.linalg.norm(BOX.positions, axis=1).max()
+    reach += 2.0 * np.linalg.norm(BOX.extents)
+    monkeypatch.setattr(plausibility, "lever", lambda *_: share * reach)
+    fit = SimpleNamespace(mass_is_open=False, vector=np.ones(10), bias=None)
+    found = cast(Any, SimpleNamespace(fit=fit, log="a.csv", state=None))
+    if not refused:
+        plausibility.check_wrench(found, BOX)
+        return
+    with pytest.raises(InputError, match="give torque in newton-metres"):
+        plausibility.check_wrench(found, BOX)

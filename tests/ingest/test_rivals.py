@@ -584,6 +584,17 @@ def test_no_wrong_sign_is_half_a_turn_with_the_other_sign():
             assert not np.array_equal(matrix, -np.kron(np.eye(2), turn)), what
 
 
+def test_a_torque_is_mirrored_as_a_pseudovector():
+    """In the axes of a left-handed system."""
+    mirrored = [m for what, m, _ in axis_flipped._changes() if "left-handed" in what]
+    assert len(mirrored) == 3
+    for matrix in mirrored:
+        force, torque = matrix[:3, :3], matrix[3:, 3:]
+        assert np.linalg.det(force) == -1.0
+        np.testing.assert_array_equal(torque, -force)
+        assert not matrix[:3, 3:].any()
+
+
 @pytest.mark.parametrize("column", range(3))
 def test_an_angle_in_radians_beside_degrees_is_told_by_its_number(column):
     given = correct(1)
