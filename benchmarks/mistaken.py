@@ -12,8 +12,10 @@ from benchmarks.mistaken_loads import (
     sliding,
 )
 from benchmarks.mistaken_poses import (
+    along_y,
     angles,
     another_shape,
+    composed,
     frozen,
     gravity,
     imu,
@@ -34,6 +36,7 @@ from benchmarks.mistaken_poses import (
     turned_shape,
 )
 from benchmarks.mistaken_wrenches import (
+    about_base,
     anothers_bias,
     blank,
     cable,
@@ -110,6 +113,7 @@ def mistakes() -> list[Mistake]:
         {
             "roll, pitch, yaw": angles("xyz", "rotation-vector"),
             "ZYZ": angles("ZYZ", "euler", "ZYX"),
+            "about turning axes": composed("xyz", "XYZ"),
         },
     )
     add(
@@ -147,7 +151,13 @@ def mistakes() -> list[Mistake]:
         named("axis-flipped"),
         {"x and y": mapped(np.eye(6)[[1, 0, 2, 3, 4, 5]])},
     )
-    add("wrench in base axes", named("wrench-in-base-axes"), {"": in_base_axes})
+    add(
+        "wrench in base axes",
+        named("wrench-in-base-axes"),
+        {"": in_base_axes, "about the base": about_base},
+    )
+    tracked = {"y up": along_y(turned(diagonal, 30.0))}
+    add("marker turned, in a world", TURNED, tracked)
     add(
         "bias none",
         named("bias-wrong"),

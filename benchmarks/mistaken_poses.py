@@ -96,6 +96,29 @@ def time_scaled(factor: float) -> Change:
     )
 
 
+def composed(meant: str, took: str) -> Change:
+    """Quaternions of angles of one order of axes, taken for another."""
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        q = Rotation.from_euler(took, orientation(given).as_euler(meant)).as_quat()
+        return given.stream("orientation", lambda _, __: q)
+
+    return make
+
+
+def along_y(other: Change) -> Change:
+    """Another mistake, in a world whose y points up."""
+    R = Rotation.from_euler("x", -90.0, degrees=True)
+
+    def make(given: Given, rng: np.random.Generator) -> Given:
+        given = other(given, rng)
+        q = R * orientation(given)
+        given = given.stream("orientation", lambda _, __: q.as_quat())
+        return given.stream("position", lambda _, p: R.apply(p))
+
+    return make
+
+
 def tilted(degrees: float) -> Change:
     """The base is tilted, so that the logged poses are turned against gravity."""
 

@@ -167,6 +167,16 @@ def in_base_axes(given: Given, rng: np.random.Generator) -> Given:
     return given.wrench(lambda _, w: np.hstack((R.apply(w[:, :3]), R.apply(w[:, 3:]))))
 
 
+def about_base(given: Given, rng: np.random.Generator) -> Given:
+    """In base axes, with the torque about the base's origin."""
+    p = np.array(given.recording["position"].values)
+
+    def move(_: Array, w: Array) -> Array:
+        return np.hstack((w[:, :3], w[:, 3:] + np.cross(p, w[:, :3])))
+
+    return in_base_axes(given, rng).wrench(move)
+
+
 def local_gravity(size: float) -> Change:
     """Made where gravity is of another size: the whole wrench, near enough."""
     return units(size / 9.80665, size / 9.80665)

@@ -28,6 +28,7 @@ from hefting.ingest.rivals import (
     short_drift,
     sloshing,
     time_unit,
+    turned_and_tilted,
     wrench_compensated,
     wrench_filtered,
 )
@@ -57,6 +58,7 @@ LINEAR_EXPLANATIONS = (
     base_tilted.explain,
     wrench_compensated.explain,
     calibration_matrix.explain,
+    turned_and_tilted.explain,
     one_channel.explain,
 )
 """Mistakes of which none explains more than free channels (`explained_by_motion`): they
@@ -65,6 +67,8 @@ LARGE_EXPLANATIONS = (
     base_axes.explain,
     position_unit.explain,
     orientation_form.explain_order,
+    orientation_form.explain_composed,
+    turned_and_tilted.explain_axes,
     pose_inverse.explain,
 )
 """Mistakes that leave much unexplained: they are looked for only then."""

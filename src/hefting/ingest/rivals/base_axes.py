@@ -14,23 +14,34 @@ CODE = "wrench-in-base-axes"
 
 def explain(case: Case) -> Explanation | None:
     """The wrench turned into sensor axes, beside a constant bias in either."""
-    if not case.path.moves:
-        return None
-    fitted, _ = over_offsets(case, lambda motion: _rows(case, motion))
-    return Explanation(
-        CODE,
-        "the wrench seems to be in the axes of the robot's base",
+    fitted, _ = over_offsets(case, lambda motion: _rows(case, motion, case.wrench))
+    what = "the wrench seems to be in the axes of the robot's base"
+    fix = (
         'log it in sensor axes, or say axes = "world" of the wrench in a column map, '
-        "of a bag after hefting convert to CSV",
-        fitted,
-        0,
-        argument="column_map",
+        "of a bag after hefting convert to CSV"
     )
+    if case.recording.has("position"):
+        about = _about_sensor(case)
+        other, _ = over_offsets(case, lambda motion: _rows(case, motion, about))
+        if other.likelihood.max() > fitted.likelihood.max():
+            fitted, what = other, f"{what}, with its torque about the base's origin"
+            fix = "log it in sensor axes about the sensor's origin"
+    return Explanation(CODE, what, fix, fitted, 0, argument="column_map")
 
 
-def _rows(case: Case, motion: Motion) -> Rows:
+def _about_sensor(case: Case) -> Array:
+    """(K, 6) wrench with the torque, if it is about the origin of the world, about the
+    sensor's."""
+    position = case.recording["position"]
+    at = case.time - case.offset
+    place = np.stack([np.interp(at, position.time, x) for x in position.values.T], 1)
+    force, torque = np.split(case.wrench, 2, axis=1)
+    return np.hstack((force, torque - np.cross(place, force)))
+
+
+def _rows(case: Case, motion: Motion, recorded: Array) -> Rows:
     axes = motion.axes
-    wrench = np.einsum("okij,kpj->okpi", axes, case.wrench.reshape(-1, 2, 3))
+    wrench = np.einsum("okij,kpj->okpi", axes, recorded.reshape(-1, 2, 3))
     O, K = motion.known.shape
     known, maps = motion.features(case.modelled_gravity), REGRESSOR_BY_FEATURE
     if case.biased:

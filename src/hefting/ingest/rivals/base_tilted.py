@@ -91,13 +91,18 @@ def explain(case: Case) -> Explanation | None:
         f"{np.degrees(angle):.1f}° ± {np.degrees(std):.1g}° from where it is given, as on "
         f"a tilted base or by a steady force of {force:.2g} N"
     )
-    fix = "give `gravity`='estimate'"
-    if angle > FAR:
-        x, y, z = 0.0 + _along_axis(gravity)
-        fix = f"give `gravity`='{x:.6g},{y:.6g},{z:.6g}'"
+    fix = f"give {gravity_to_give(gravity, angle)}"
     return Explanation(
         CODE, what, fix, fitted, 2, argument="gravity", effect=angle / std
     )
+
+
+def gravity_to_give(gravity: Array, angle: float) -> str:
+    """What to give for gravity (3,), at an angle [rad] to the one that was given."""
+    if not angle > FAR:
+        return "`gravity`='estimate'"
+    x, y, z = 0.0 + _along_axis(gravity)
+    return f"`gravity`='{x:.6g},{y:.6g},{z:.6g}'"
 
 
 def _along_axis(gravity: Array) -> Array:

@@ -26,7 +26,7 @@ wrong: how much of it hangs where it is lightest nothing tells."""
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest spring, at no clock offset and at the one that was found."""
-    if not case.path.moves or not case.recording.has("position"):
+    if not case.recording.has("position"):
         return None
     times = case.time - case.likely_offsets[:, None]
     place = _place(case, times)

@@ -91,11 +91,11 @@ def with_bias(
     functions: Array | None = None,
 ) -> Rows:
     """Rows with a bias among the unknowns, after the others: that of the case, or of
-    other functions of time (K, n)."""
+    other functions of time (..., K, n)."""
     if functions is None:
         functions = case.bias_functions
-    n = functions.shape[1]
-    shared = np.broadcast_to(functions, (len(known), *functions.shape))
+    n = functions.shape[-1]
+    shared = np.broadcast_to(functions, (len(known), *functions.shape[-2:]))
     known = np.concatenate((known, shared), axis=2)
     z, _, p = maps.shape
     whole = np.zeros((z + n, 6, p + 6 * n))

@@ -174,12 +174,16 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     if _is_told(case, given, best):
         best = _simplest(case, given, best, tried)
     # a turn beside a lever arm may explain too little alone
-    other = None if best.alternative is None else best.alternative()
-    both = [
-        each
-        for each in (best, other)
-        if each is not None and not _too_heavy(each) and _is_told(case, given, each)
-    ]
+    both: list[Explanation] = []
+    other: Explanation | None = best
+    while other is not None:
+        if (
+            not _too_heavy(other)
+            and _is_told(case, given, other)
+            and _is_preferable(case, given, other, best)
+        ):
+            both.append(other)
+        other = None if other.alternative is None else other.alternative()
     if not both:
         return Judged(share, None, given)
     best = max(both, key=lambda each: evidence(case, given, each))
@@ -228,11 +232,9 @@ def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
     changes, residuals that are no white noise, or what a small mistake would leave."""
     if share > LARGE_UNEXPLAINED:
         return True
-    if (
-        case.path.moves
-        and not _is_white(fitted)
-        and missing(case, fitted) > CLEAR_UNEXPLAINED
-    ):
+    # static poses are few: a search costs little, and their noise is not known
+    coloured = not (case.path.moves and _is_white(fitted))
+    if coloured and missing(case, fitted) > CLEAR_UNEXPLAINED:
         return True
     return _score(case, fitted) > CLEAR_SCORE
 
@@ -273,6 +275,14 @@ def _is_explained(
     if case.path.moves and _is_white(fitted) and not _is_white(given.fitted):
         needed = EXPLAINED_IF_WHITE
     return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - needed) * before
+
+
+def _is_preferable(
+    case: Case, given: Explanation, other: Explanation, best: Explanation
+) -> bool:
+    """Whether one may be named in place of the best: it is simpler, or as likely."""
+    simpler = other.unknowns < best.unknowns
+    return simpler or evidence(case, given, other) >= evidence(case, given, best)
 
 
 def _is_white(fitted: RobustRows) -> bool:

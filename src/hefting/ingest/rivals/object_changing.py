@@ -1,7 +1,8 @@
 """The object changes gradually: it leaks or is filled, or creeps in the gripper.
 
 Mass and first moment are those at the start, the middle and the end of the recording,
-and linear in time between; the inertia is one.
+and linear in time between; the inertia is one. Of static poses, which are seldom many,
+both change at one of them.
 """
 
 import numpy as np
@@ -10,7 +11,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, Rows, missing, with_bias
+from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, missing, with_bias
 from hefting.ingest.rivals.explanation import (
     Explanation,
     at_offset,
@@ -26,6 +27,8 @@ LARGEST_LEFT = 0.8
 recording as given; it is then looked for at others. Half of it is told."""
 SMALLEST_MASS_CHANGE = 0.02
 """Change of the mass, as a share of it, that is told: gains of sensors drift by less."""
+FEWEST_POSES = 4
+"""Static poses on each side of a change: fewer may be odd ones."""
 SMALLEST_MOVE = 0.002
 """[m] Movement of the COM that is told."""
 
@@ -33,23 +36,40 @@ SMALLEST_MOVE = 0.002
 def explain(case: Case) -> Explanation | None:
     """The likeliest change."""
     if not case.path.moves:
-        return None
+        return _at_a_pose(case)
+    hats = HatFunctions.over(case.time, KNOTS).values
     given, offset = fit_as_given(case)
-    quick = at_offset(case, lambda motion: _rows(case, motion), offset)
+    quick = at_offset(case, lambda motion: _rows(case, motion, hats), offset)
     if missing(case, quick) > LARGEST_LEFT * missing(case, given):
         return None
-    fitted, offset = over_offsets(case, lambda motion: _rows(case, motion))
-    drifting = at_offset(case, lambda motion: _with_drift(case, motion), offset)
+    fitted, offset = over_offsets(case, lambda motion: _rows(case, motion, hats))
+    drifting = at_offset(case, lambda motion: _with_drift(case, motion, hats), offset)
     if drifting.likelihood[0] >= fitted.likelihood.max():
         return None
-    return _told(fitted)
+    return _told(fitted, KNOTS)
 
 
-def _told(fitted: Fitted) -> Explanation | None:
-    """What changes, of mass and COM that which the wrench shows more of; None for a
-    change that is too small."""
+def _at_a_pose(case: Case) -> Explanation | None:
+    """The same at one of static poses, which are taken to be in order."""
+    pose = np.arange(len(case.time))
+    firsts = pose[FEWEST_POSES : 1 - FEWEST_POSES, None]
+    after = pose >= firsts
+    parts = np.stack((~after, after), axis=2).astype(float)
+    fitted = fit_rows(case, _rows(case, case.motion, parts))
+    drifting = fit_rows(case, _with_drift(case, case.motion, parts))
+    if drifting.likelihood.max() >= fitted.likelihood.max():
+        return None
+    first = np.searchsorted(
+        case.recording["wrench"].time, case.time[firsts[fitted.best, 0]]
+    )
+    return _told(fitted, 2, f" from row {first + 1} on")
+
+
+def _told(fitted: Fitted, n: int, at: str = "") -> Explanation | None:
+    """What changes, of mass and COM that which the wrench shows more of, of n bodies one
+    after the other; None for a change that is too small. `at` is where it does at once."""
     inertia, rest = np.split(fitted.solution[fitted.best], [6])
-    bodies = rest[: 4 * KNOTS].reshape(KNOTS, 4)
+    bodies = rest[: 4 * n].reshape(n, 4)
     if bodies[:, 0].min() <= 0.0 <= bodies[:, 0].max():
         return None
     mass, com = np.abs(bodies[:, 0]), bodies[:, 1:] / bodies[:, :1]
@@ -58,54 +78,53 @@ def _told(fitted: Fitted) -> Explanation | None:
     if np.ptp(mass) / scale[0] > mass.max() * moved / scale[1]:
         if np.ptp(mass) < SMALLEST_MASS_CHANGE * mass.max():
             return None
-        start, middle, end = mass
         fix = "close it"
+        middle = f", {mass[1]:.3g} kg in its middle"
         what = (
-            f"the object seems to be {start:.3g} kg at the start of the recording, "
-            f"{middle:.3g} kg in its middle and {end:.3g} kg at its end, as one that "
-            "leaks or is filled, or by a sensor whose gain drifts"
+            f"the object seems to be {mass[0]:.3g} kg at the start of the recording"
+            f"{'' if at else middle} and {mass[-1]:.3g} kg "
+        )
+        what += at.strip() or (
+            "at its end, as one that leaks or is filled, or by a sensor whose gain drifts"
         )
     elif moved < SMALLEST_MOVE:
         return None
     else:
         fix = "grip it tighter"
-        what = (
-            f"the object seems to move by {1e3 * moved:.0f} mm in the gripper, little by "
-            "little"
-        )
+        what = f"the object seems to move by {1e3 * moved:.0f} mm in the gripper"
+        what += at or ", little by little"
     return Explanation(
         CODE,
         what,
         f"{fix} and record again, or give a part in which it is as you want it with "
         "`start` and `duration`",
         fitted,
-        4 * (KNOTS - 1),
+        4 * (n - 1) + bool(at),
         argument="start",
         parameters=np.concatenate((bodies[-1], inertia)),
         is_change=True,
     )
 
 
-def _rows(case: Case, motion: Motion) -> Rows:
-    """Rows of an inertia, of mass and first moment at each knot, and of a bias."""
-    features = motion.features(case.modelled_gravity)
-    hats = HatFunctions.over(case.time, KNOTS).values.T
-    at_knots = [hat[:, None] * features for hat in hats]
-    known = np.concatenate(at_knots, axis=2)
-    return with_bias(case, known, _maps(), motion.known)
-
-
-def _with_drift(case: Case, motion: Motion) -> Rows:
-    """Rows of one body, and of a bias that is linear between the same knots."""
-    hats = HatFunctions.over(case.time, KNOTS).values
-    features = motion.features(case.modelled_gravity)
-    return with_bias(case, features, REGRESSOR_BY_FEATURE, motion.known, functions=hats)
-
-
-def _maps() -> Array:
-    """Columns of the inertia, then of mass and first moment at each knot."""
-    maps = np.zeros((KNOTS, FEATURES, 6, 6 + 4 * KNOTS))
-    maps[..., :6] = REGRESSOR_BY_FEATURE[:, :, 4:]  # the hats add up to one
-    for i in range(KNOTS):
+def _rows(case: Case, motion: Motion, functions: Array) -> Rows:
+    """Rows of an inertia, of a mass and first moment for each of the functions of time
+    (..., K, n), which add up to one, and of a bias."""
+    features, n = motion.features(case.modelled_gravity), functions.shape[-1]
+    known = functions[..., None] * features[..., None, :]
+    O, K = known.shape[:2]
+    maps = np.zeros((n, FEATURES, 6, 6 + 4 * n))
+    maps[..., :6] = REGRESSOR_BY_FEATURE[:, :, 4:]
+    for i in range(n):
         maps[i, :, :, 6 + 4 * i : 10 + 4 * i] = REGRESSOR_BY_FEATURE[:, :, :4]
-    return maps.reshape(-1, 6, 6 + 4 * KNOTS)
+    used = np.broadcast_to(motion.known, (O, K))
+    known, maps = known.reshape(O, K, -1), maps.reshape(-1, 6, 6 + 4 * n)
+    return with_bias(case, known, maps, used)
+
+
+def _with_drift(case: Case, motion: Motion, functions: Array) -> Rows:
+    """Rows of one body, and of a bias that is composed of the same functions."""
+    O = max(functions[..., 0, 0].size, len(motion.known))
+    features = motion.features(case.modelled_gravity)
+    known = np.broadcast_to(features, (O, *features.shape[1:]))
+    used = np.broadcast_to(motion.known, known.shape[:2])
+    return with_bias(case, known, REGRESSOR_BY_FEATURE, used, functions=functions)

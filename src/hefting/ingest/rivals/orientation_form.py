@@ -1,6 +1,9 @@
 """The orientation is of another form than it was read in: three angles, one of which may
-be in radians, or a quaternion whose real part was logged first."""
+be in radians, or a quaternion whose real part was logged first, or that was composed of
+angles in another form."""
 
+import itertools
+import warnings
 from dataclasses import replace
 
 import numpy as np
@@ -18,6 +21,10 @@ FORMS = (
     *(("euler", order) for order in ("XYZ", "ZYX", "ZYZ")),
 )
 """Forms, and orders of Euler angles, in which controllers of robots give orientations."""
+
+EULER = {"xyz": "roll, pitch, yaw", "XYZ": "angles about turning axes x, y, z"}
+"""Angles that are taken for one another by who composes quaternions or matrices of them,
+as one capital letter tells them apart."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -70,6 +77,34 @@ def explain_order(case: Case) -> Explanation | None:
         "quaternion-order",
         "the quaternions seem to be logged as w, x, y, z",
         'put the real part last, as qw, or give form = "wxyz" in a column map',
+        fitted,
+        0,
+    )
+
+
+def explain_composed(case: Case) -> Explanation | None:
+    """The quaternions composed of their angles about the other axes, fixed or turning."""
+    from scipy.spatial.transform import Rotation
+
+    if case.recording.angles is not None or case.recording.sensor_pose is not None:
+        return None
+    orientation, found = case.recording["orientation"], []
+    turns = Rotation.from_quat(np.array(orientation.values))
+    for took, meant in itertools.permutations(EULER):
+        with warnings.catch_warnings():  # where two axes coincide an angle is arbitrary
+            warnings.simplefilter("ignore")
+            values = quaternions(turns.as_euler(took), "euler", meant)
+        fitted = _explained(case, replace(orientation, values=values))
+        if fitted is not None:
+            found.append((fitted, took, meant))
+    if not found:
+        return None
+    fitted, took, meant = max(found, key=lambda each: each[0].likelihood.max())
+    return Explanation(
+        CODE,
+        f"the orientation seems to be composed of {EULER[meant]} as if they were "
+        f"{EULER[took]}",
+        f"compose it as scipy's Rotation.from_euler('{meant}', ...), or log the angles",
         fitted,
         0,
     )

@@ -5,7 +5,7 @@ A point r of the turning frame has the acceleration a + alpha x r + w x (w x r).
 wrench about it is that of a body held there.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,7 +18,7 @@ from hefting.core.spatial import (
     tensor_to_vector,
     vector_to_tensor,
 )
-from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Fitted, fit_rows, is_hopeless, linear_step
 from hefting.ingest.rivals.explanation import (
@@ -63,8 +63,10 @@ class Placement:
     fitted: Fitted
     """fit in logged axes about the sensor's origin"""
     covariance: Array
-    """(n, n) of the rotation vector in logged axes [rad], and then of the place [m], as
-    far as they were free"""
+    """(n, n) of the rotation vector in logged axes [rad], of the place [m], and of
+    gravity's direction [rad], as far as they were free"""
+    gravity: Array
+    """(3,) in world axes [m/s²]"""
 
     @property
     def parameters(self) -> Array:
@@ -75,18 +77,27 @@ class Placement:
 
 
 def find_placement(
-    case: Case, R: Array, offset: float, *, turns: bool, moves: bool, steps: int
+    case: Case,
+    R: Array,
+    offset: float,
+    *,
+    turns: bool,
+    moves: bool,
+    steps: int,
+    tilts: bool = False,
 ) -> Placement:
     """The likeliest placement near a rotation and a clock offset [s].
 
-    `turns` and `moves`: whether the rotation and the place are free; a place that is not
-    is the logged frame's origin. One that explains nothing after a few steps is left at that.
+    `turns`, `moves` and `tilts`: whether the rotation, the place and gravity's direction
+    are free; a place that is not is the logged frame's origin. One that explains nothing
+    after a few steps is left at that.
     """
     point, build = np.zeros(3), _builder(case, R, np.zeros(3))
     motion = case.motion_late(offset)
     fitted = fit_rows(case, build(motion))
-    n = 3 * (turns + moves)
     given, _ = fit_as_given(case)
+    parts = np.cumsum((3 * turns, 3 * moves, 2 * tilts))
+    size = float(np.linalg.norm(case.gravity))
     for taken in range(steps):
         if taken >= FIRST_STEPS and is_hopeless(case, fitted, given):
             break
@@ -99,21 +110,29 @@ def find_placement(
         if moves:
             effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]  # (3, 6)
             columns.append(np.einsum("kxj,xc->kcj", _arms(motion)[0], effect))
+        if tilts:
+            along = size * (motion.axes[0] @ tangents_of(case.gravity).T)
+            effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]
+            columns.append(-np.einsum("kxt,xc->kct", along, effect))
         if case.path.moves:
             columns.append(offset_columns(case, build, offset, fitted.solution[0]))
         step = linear_step(fitted, 0, np.concatenate(columns, axis=2))
-        change = np.clip(step.change[:n], -LARGEST_STEP, LARGEST_STEP)
+        change = np.clip(step.change, -LARGEST_STEP, LARGEST_STEP)
+        turn, move, tilt, _ = np.split(change, parts)
         if turns:
-            R = rotation_by(change[:3]) @ R
+            R = rotation_by(turn) @ R
         if moves:
-            point = point + change[-3:]
+            point = point + move
+        if tilts:
+            case = replace(case, gravity=tilt_gravity(case.gravity, size * tilt))
         if case.path.moves:
-            late = float(step.change[n])
+            late = float(step.change[-1])
             offset += float(np.clip(late, -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
         build = _builder(case, R, point)
         motion = case.motion_late(offset)
         fitted = fit_rows(case, build(motion))
-    return Placement(R, point, offset, fitted, step.covariance[:n, :n])
+    known = step.covariance[: parts[-1], : parts[-1]]
+    return Placement(R, point, offset, fitted, known, case.gravity)
 
 
 def moved(motion: Motion, point: Array) -> Motion:

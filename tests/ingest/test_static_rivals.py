@@ -1,0 +1,123 @@
+"""Mistakes in recordings of static poses, which are few and whose noise nothing tells."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from benchmarks.bodies import FILLINGS, random_body
+from benchmarks.given import Given
+from benchmarks.mistaken import mistakes
+from scipy.spatial.transform import Rotation
+
+from hefting.core.inertia import InertialParameters
+from hefting.core.messages import codes
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.identification import identify
+from hefting.ingest.ingest import ingest
+
+NOISE = np.repeat((0.01, 0.0006), 3)
+"""[N, N m] of an average over some seconds."""
+
+
+def poses(seed: int, count: int = 24) -> Given:
+    """Static poses of an object of 1.2 kg with a biased sensor."""
+    rng = np.random.default_rng([3, seed])
+    body = random_body(next(iter(FILLINGS)), 500 + seed)
+    thing = InertialParameters(body.parameters.vector * 1.2 / body.parameters.mass)
+    turns = Rotation.random(count, rng=rng)
+    force = np.asarray(-thing.mass * turns.inv().apply(STANDARD_GRAVITY), dtype=float)
+    wrench = np.hstack((force, np.cross(thing.center_of_mass, force)))
+    wrench += rng.normal(size=6) * np.repeat((3.0, 0.2), 3)
+    wrench += rng.normal(size=wrench.shape) * NOISE
+    index = np.arange(count, dtype=float)
+    streams = {
+        "wrench": Stream(index, wrench),
+        "position": Stream(index, rng.uniform(-0.3, 0.3, (count, 3))),
+        "orientation": Stream(index, turns.as_quat()),
+    }
+    return Given(Recording(streams, static=True, source="poses"), body.shape, thing)
+
+
+def made(name: str, strength: str, seed: int) -> Given:
+    """One of the benchmark's mistakes."""
+    (mistake,) = (m for m in mistakes() if (m.name, m.strength) == (name, strength))
+    return mistake.make(poses(seed), np.random.default_rng(seed))
+
+
+@pytest.mark.parametrize("seed", range(6))
+def test_right_poses_are_good(seed):
+    """Also the fewest in which mistakes are looked for."""
+    for count in (12, 24):
+        assert str(identify(poses(seed, count).recording).verdict) == "good"
+
+
+@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize(
+    ("name", "strength", "code"),
+    [
+        ("cable", "20 N/m", "cable-force"),
+        ("wrench in base axes", "", "wrench-in-base-axes"),
+        ("wrench in base axes", "about the base", "wrench-in-base-axes"),
+    ],
+)
+def test_a_mistake_is_named_as_of_a_moving_sensor(name, strength, code, seed):
+    """A cable had made 4 of 8 answers that were called good wrong."""
+    given = made(name, strength, seed)
+    doubt = ingest(given.recording).doubt
+    assert doubt is not None
+    assert doubt.message.code == code
+
+
+def weight(given: Given) -> tuple[np.ndarray, np.ndarray]:
+    """Force (K, 3) on the object and its torque (K, 3) by the weight."""
+    turns = Rotation.from_quat(np.array(given.recording["orientation"].values))
+    force = -given.truth.mass * turns.inv().apply(STANDARD_GRAVITY)
+    return force, np.cross(given.truth.center_of_mass, force)
+
+
+def changed(given: Given, change: np.ndarray, first: int) -> Recording:
+    """With the wrench changed from one pose on."""
+    after = np.arange(len(given.recording["wrench"])) >= first
+    return given.wrench(lambda _, w: w + after[:, None] * change).recording
+
+
+@pytest.mark.parametrize("first", [6, 12, 18])
+def test_an_object_that_slips_between_two_poses_is_told(first):
+    """By 10 mm: COMs between the two places had been called good."""
+    given, by = poses(1), np.array((0.0, 0.01, 0.0))
+    force, _ = weight(given)
+    slipped = np.hstack((np.zeros_like(force), np.cross(by, force)))
+    recording = changed(given, slipped, first)
+    (reason,) = identify(recording).verdict.reasons
+    assert reason.code == "object-changing"
+    assert f"move by 10 mm in the gripper from row {first + 1} on" in str(reason)
+    # as is advised
+    com = identify(recording, start=first).center_of_mass
+    np.testing.assert_allclose(com, given.truth.center_of_mass + by, atol=1e-3)
+
+
+def test_an_object_that_is_swapped_between_two_poses_is_told():
+    """For one that weighs a tenth less."""
+    given = poses(2)
+    recording = changed(given, -0.1 * np.hstack(weight(given)), 10)
+    (reason,) = identify(recording).verdict.reasons
+    assert reason.code == "object-changing"
+    assert "1.2 kg at the start of the recording and 1.08 kg from row 11 on" in reason
+
+
+def test_a_bias_that_jumps_between_two_poses_is_no_object_that_changes():
+    """Poses that are few tell the one from the other."""
+    given = poses(3)
+    found = identify(changed(given, np.array((1.0, 0, -0.5, 0.05, 0, 0)), 12))
+    assert "object-changing" not in codes(found.verdict.reasons)
+
+
+def test_the_order_of_rows_is_of_no_matter_to_right_poses():
+    given = poses(4).recording
+    order = np.random.default_rng(1).permutation(len(given["wrench"]))
+    streams = {
+        name: Stream(s.time, np.array(s.values)[order])
+        for name, s in given.streams.items()
+    }
+    assert str(identify(replace(given, streams=streams)).verdict) == "good"
