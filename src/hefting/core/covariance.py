@@ -52,6 +52,7 @@ class Covariance(NamedTuple):
                 "the estimate's covariance is not one: not symmetric or not positive",
                 fix="identify it again",
             )
+        vectors[known.diagonal() == 0.0] = 0.0  # but for rounding they are
         return cls(size, np.maximum(values, 0.0), vectors, open_)
 
     @property
