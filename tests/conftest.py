@@ -19,6 +19,8 @@ from hefting.cli import main
 LONG = (
     "page/test_report_browser.py",
     "ingest/test_rivals.py",
+    "ingest/test_rival_poses.py",
+    "ingest/test_rival_wrenches.py",
     "viewer/test_pages.py",
     "cli/test_torques.py",
     "project/test_site.py",

@@ -1,8 +1,14 @@
-"""The case that rival explanations are judged by, of what a user gives."""
+"""What a user gives, right or with a mistake, and the case that rival explanations of it
+are judged by."""
+
+from functools import cache
 
 import numpy as np
-from benchmarks.given import Given
+from benchmarks.given import Given, Mistake
+from benchmarks.mistaken import mistakes
+from scipy.signal import lfilter
 
+from benchmarks import given as benchmark
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest.path import path_of
 from hefting.ingest.rivals.case import Case
@@ -15,3 +21,28 @@ def case_of(given: Given, offset: float = 0.0) -> Case:
     gravity = np.array(given.options.get("gravity", STANDARD_GRAVITY), dtype=float)
     biased = "bias" not in given.options
     return Case.of(given.recording, path, gravity, offset, biased=biased)
+
+
+@cache
+def correct(seed: int, noise: str = "moderate", imu: bool = False) -> Given:
+    """The benchmark's recording without a mistake."""
+    return benchmark.correct(seed, imu, noise)
+
+
+def mistake(name: str, strength: str) -> Mistake:
+    """One of the benchmark's."""
+    (found,) = (
+        m
+        for m in mistakes()
+        if (m.name, m.strength.split(" of ")[0]) == (name, strength)
+    )
+    return found
+
+
+def with_coloured_noise(given: Given, newtons: float) -> Given:
+    """Besides, of 30 ms correlation, and of as many N m as a sensor of 5 cm radius has."""
+    noise = np.random.default_rng(5).normal(size=(1200, 6))
+    keep = np.exp(-0.01 / 0.03)
+    noise = lfilter([(1.0 - keep**2) ** 0.5], [1.0, -keep], noise, axis=0)[200:]
+    size = newtons * np.repeat((1.0, 0.05), 3)
+    return given.wrench(lambda _, w: w + noise * size)
