@@ -125,8 +125,11 @@ def test_masked_samples_of_arrays_stay_blank(arrays):
     time, pose, wrench = arrays
     masked = np.ma.masked_array(wrench, mask=np.zeros(wrench.shape, bool))
     masked[3] = np.ma.masked
-    found = as_recording({"t": time, "tcp_pose": pose, "ft": masked})
-    np.testing.assert_array_equal(found["wrench"].values, np.delete(wrench, 3, axis=0))
+    for given in (masked, masked.T):
+        found = as_recording({"t": time, "tcp_pose": pose, "ft": given})
+        np.testing.assert_array_equal(
+            found["wrench"].values, np.delete(wrench, 3, axis=0)
+        )
 
 
 def test_what_scipy_reads_of_matlab_is_a_recording(arrays, tmp_path):

@@ -123,7 +123,7 @@ def _from_source(
         if shape is not None:
             what = f"an array {shape} without column names is not a recording"
         raise InputError(what, fix=FORMS)
-    if column_map is not None and not table.holds_streams:
+    if column_map is not None:
         from hefting.logs.column_map import load_map
         from hefting.logs.mapped import read_mapped
 

@@ -45,7 +45,7 @@ ORIENTATION_EXAMPLE = (
 )
 """What a map says of times and orientations that no column seems to be."""
 
-KINDS = frozenset(word for words in WORDS.values() for word in words)
+QUANTITY_WORDS = frozenset(word for words in WORDS.values() for word in words)
 """Words that tell a quantity, not whose it is."""
 
 LARGEST_LEVER = 5.0
@@ -212,7 +212,9 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
     if quaternion is not None and (angles is None or quaternion.rank >= angles[0].rank):
         equals = quaternion.equals
         if angles and angles[0].rank == quaternion.rank:
-            one, two = ({*each.words} - KINDS for each in (quaternion, angles[0]))
+            one, two = (
+                {*each.words} - QUANTITY_WORDS for each in (quaternion, angles[0])
+            )
             equals += angles[0].columns[:1] if one != two else ()
         return Guess("orientation", quaternion.columns, equals=equals)
     if angles is not None:
@@ -255,7 +257,7 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     choice = (
         groups.find("position", "xyz", near)
         or groups.numbered("position", 3, near)
-        or groups.beside(near - KINDS)
+        or groups.beside(near - QUANTITY_WORDS)
         or groups.find("torque-or-translation", "xyz", near)
     )
     if choice is None:

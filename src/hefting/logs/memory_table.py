@@ -168,14 +168,14 @@ def _columns(name: str, values: Any, samples: int) -> dict[str, Any]:
     shape = _shape(values)
     if len(shape) not in (2, 3) or hasattr(values, "as_quat"):
         return {name: values}
+    masked = isinstance(values, np.ma.MaskedArray)
+    array = values if masked else np.asarray(values)
     if shape[0] != samples == shape[-1]:
-        values = np.moveaxis(np.asarray(values), -1, 0)
-        shape = values.shape
-    width = int(np.prod(shape[1:]))
+        array = np.moveaxis(array, -1, 0)
+    width = int(np.prod(array.shape[1:]))
     if not 0 < width <= LONGEST_LIST:
         return {name: values}
-    masked = isinstance(values, np.ma.MaskedArray)
-    rows = (values if masked else np.asarray(values)).reshape(shape[0], width)
+    rows = array.reshape(len(array), width)
     return {name if width == 1 else f"{name}_{j}": rows[:, j] for j in range(width)}
 
 
