@@ -158,6 +158,21 @@ def test_a_column_map_names_the_numbers_of_arrays(arrays, tmp_path):
     np.testing.assert_allclose(found["position"].values, expected["position"].values)
 
 
+def test_a_column_map_counts_where_arrays_have_the_names_of_streams(arrays, tmp_path):
+    """In memory as in a file: here of a wrench with another sign."""
+    time, pose, wrench = arrays
+    given = {"time": time, "pose": pose, "wrench": wrench}
+    np.savez(tmp_path / "log.npz", **given)
+    columns = ", ".join(f'"-wrench_{j}"' for j in range(6))
+    (tmp_path / "map.toml").write_text(
+        'time = "time"\npose = { columns = "pose_{0..15}", form = "matrix4" }\n'
+        f"wrench = {{ columns = [{columns}] }}\n"
+    )
+    for source in (given, tmp_path / "log.npz"):
+        found = as_recording(source, column_map=tmp_path / "map.toml")
+        np.testing.assert_array_equal(found["wrench"].values, -wrench)
+
+
 def test_python_objects_are_not_unpickled(arrays, tmp_path):
     """Unpickling would call `explode`."""
     time, pose, wrench = arrays
