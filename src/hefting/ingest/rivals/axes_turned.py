@@ -12,6 +12,7 @@ same along all axes, and B vec(R) the right-hand side. Q is positive semidefinit
 """
 
 import itertools
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -51,6 +52,7 @@ QUARTER_TURNS = np.array(
     ]
 )
 """The 24 rotations of a cube, from which the best one is looked for."""
+_ROTATIONS: WeakKeyDictionary[Case, Placement] = WeakKeyDictionary()
 
 
 def explain(case: Case) -> Explanation | None:
@@ -73,16 +75,24 @@ def explain(case: Case) -> Explanation | None:
 
 
 def rotation_of(case: Case) -> Placement:
-    """The best rotation, from all starts."""
-    rows = newton_euler(case, case.motion)
+    """The best rotation, from all starts; found once a case."""
+    if case not in _ROTATIONS:
+        R, offset, _ = rotation_at(case, case.offsets)
+        _ROTATIONS[case] = find_placement(
+            case, R, offset, turns=True, moves=False, steps=REFINEMENTS
+        )
+    return _ROTATIONS[case]
+
+
+def rotation_at(case: Case, offsets: Array) -> tuple[Array, float, float]:
+    """The rotation (3, 3) that least squares finds best at any of the clock offsets
+    (O,) [s], that offset, and how little it leaves of the wrench: larger is less."""
+    rows = newton_euler(case, case.motion_late(offsets))
     scale = np.maximum(np.std(case.wrench, axis=0).reshape(2, 3).mean(axis=1), 1e-9)
-    scales = np.broadcast_to(scale, (len(case.offsets), 2))
+    scales = np.broadcast_to(scale, (len(offsets), 2))
     R, value = _ascend(case, rows, rows.used, scales, QUARTER_TURNS)
     index = int(np.argmax(value))
-    offset = float(case.offsets[index])
-    return find_placement(
-        case, R[index], offset, turns=True, moves=False, steps=REFINEMENTS
-    )
+    return R[index], float(offsets[index]), float(value[index])
 
 
 def _ascend(

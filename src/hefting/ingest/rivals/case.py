@@ -141,6 +141,12 @@ class Case:
         }
         return replace(self, **parts)
 
+    def with_gravity(self, gravity: Array) -> "Case":
+        """With gravity (3,) elsewhere, which no motion that was read depends on."""
+        other = replace(self, gravity=gravity)
+        other._late.update(self._late)
+        return other
+
     @property
     def relative_worth(self) -> Array:
         """(K,) what each average counts over the usual one."""

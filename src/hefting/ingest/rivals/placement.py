@@ -5,7 +5,7 @@ A point r of the turning frame has the acceleration a + alpha x r + w x (w x r).
 wrench about it is that of a body held there.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -85,17 +85,21 @@ def find_placement(
     moves: bool,
     steps: int,
     tilts: bool = False,
+    gravity: Array | None = None,
 ) -> Placement:
     """The likeliest placement near a rotation and a clock offset [s].
 
     `turns`, `moves` and `tilts`: whether the rotation, the place and gravity's direction
-    are free; a place that is not is the logged frame's origin. One that explains nothing
-    after a few steps is left at that.
+    are free; a place that is not is the logged frame's origin, and the direction is
+    looked for near `gravity` (3,), by default that of the case. One that explains
+    nothing after a few steps is left at that.
     """
+    given, _ = fit_as_given(case)
+    if gravity is not None:
+        case = case.with_gravity(gravity)
     point, build = np.zeros(3), _builder(case, R, np.zeros(3))
     motion = case.motion_late(offset)
     fitted = fit_rows(case, build(motion))
-    given, _ = fit_as_given(case)
     parts = np.cumsum((3 * turns, 3 * moves, 2 * tilts))
     size = float(np.linalg.norm(case.gravity))
     for taken in range(steps):
@@ -124,7 +128,7 @@ def find_placement(
         if moves:
             point = point + move
         if tilts:
-            case = replace(case, gravity=tilt_gravity(case.gravity, size * tilt))
+            case = case.with_gravity(tilt_gravity(case.gravity, size * tilt))
         if case.path.moves:
             late = float(step.change[-1])
             offset += float(np.clip(late, -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))

@@ -1,19 +1,22 @@
 """Sensor and world are both in other axes than the logged ones: a marker that is glued on
 as it comes, in a motion capture with y up; or poses by joints whose zeros are off."""
 
-from dataclasses import replace
 from functools import partial
 
 import numpy as np
 
 from hefting.core.spatial import Array, angle_between
 from hefting.ingest.rivals import axes_turned, base_tilted
-from hefting.ingest.rivals.axes_turned import CODE, CROSS_TALK, rotation_of
+from hefting.ingest.rivals.axes_turned import (
+    CODE,
+    CROSS_TALK,
+    rotation_at,
+    rotation_of,
+)
 from hefting.ingest.rivals.base_tilted import SENSOR_ERROR, gravity_to_give
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation
 from hefting.ingest.rivals.placement import (
-    Placement,
     advice,
     angle_and_axis,
     find_placement,
@@ -28,24 +31,40 @@ STEPS = 8
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest turn, with gravity's direction near the one given."""
-    return _explain(case, [case.gravity])
+    if not _may_be_told(case):
+        return None
+    turned = rotation_of(case)
+    return _explain(case, turned.R, turned.offset, case.gravity)
 
 
 def explain_axes(case: Case) -> Explanation | None:
     """The likeliest turn, with gravity near an axis of the world."""
-    size = float(np.linalg.norm(case.gravity))
-    return _explain(case, [size * s * e for e in np.eye(3) for s in (1.0, -1.0)])
-
-
-def _explain(case: Case, directions: list[Array]) -> Explanation | None:
-    # accelerations that are not modelled look like a tilt
-    if case.path.gravity_measured or case.path.kind == "orientation":
+    if not _may_be_told(case):
         return None
-    starts = [replace(case, gravity=gravity) for gravity in directions]
-    turned = [(start, rotation_of(start)) for start in starts]
-    start, found = max(turned, key=lambda each: _likelihood(each[1]))
+    size = float(np.linalg.norm(case.gravity))
+    directions = [size * s * e for e in np.eye(3) for s in (1.0, -1.0)]
+    turned = [rotation_at(case.with_gravity(g), case.offsets) for g in directions]
+    best = max(range(len(turned)), key=lambda i: turned[i][2])
+    R, offset, _ = turned[best]
+    return _explain(case, R, offset, directions[best])
+
+
+def _may_be_told(case: Case) -> bool:
+    """Whether no acceleration is left out of the model, which looks like a tilt."""
+    return not (case.path.gravity_measured or case.path.kind == "orientation")
+
+
+def _explain(case: Case, R: Array, offset: float, gravity: Array) -> Explanation:
+    """From a turn (3, 3), a clock offset [s] and gravity (3,)."""
     found = find_placement(
-        start, found.R, found.offset, turns=True, moves=False, tilts=True, steps=STEPS
+        case,
+        R,
+        offset,
+        turns=True,
+        moves=False,
+        tilts=True,
+        steps=STEPS,
+        gravity=gravity,
     )
     gravity, C = found.gravity, found.covariance
     angle, axis = angle_and_axis(found.R)
@@ -70,7 +89,3 @@ def _explain(case: Case, directions: list[Array]) -> Explanation | None:
         effect=min(turns, tilts),
         alternative=partial(alone, case),
     )
-
-
-def _likelihood(found: Placement) -> float:
-    return float(found.fitted.likelihood[0])
