@@ -43,10 +43,13 @@ def explain_axes(case: Case) -> Explanation | None:
         return None
     size = float(np.linalg.norm(case.gravity))
     directions = [size * s * e for e in np.eye(3) for s in (1.0, -1.0)]
-    turned = [rotation_at(case.with_gravity(g), case.offsets) for g in directions]
-    best = max(range(len(turned)), key=lambda i: turned[i][2])
-    R, offset, _ = turned[best]
-    return _explain(case, R, offset, directions[best])
+
+    def explained(gravity: Array) -> float:
+        return rotation_at(case.with_gravity(gravity), case.likely_offsets)[2]
+
+    gravity = max(directions, key=explained)
+    R, offset, _ = rotation_at(case.with_gravity(gravity), case.offsets)
+    return _explain(case, R, offset, gravity)
 
 
 def _may_be_told(case: Case) -> bool:
