@@ -1,9 +1,11 @@
-"""What tests of a file compute of the same input, computed once: poses that recordings
-share, recordings that are identified in several ways, and points of a shape."""
+"""What tests compute of the same input, computed once: simulated motions, points of a
+shape and, in a file, poses that recordings share and recordings that are identified in
+several ways."""
 
 import pickle
 from collections.abc import Callable, Iterator
 from contextlib import ExitStack, contextmanager
+from hashlib import sha256
 from importlib import import_module
 from typing import Any
 from unittest.mock import patch
@@ -16,6 +18,8 @@ INGESTING = "hefting.ingest.several", "ingest"
 """What `hefting.identify` calls of a recording."""
 SAMPLING = "hefting.shapes.shape", "sample"
 """What `hefting.shapes.Shape` calls of a solid."""
+MOVING = "hefting.simulation.joints", "_at_speed"
+"""What the simulation's motions call of their speed."""
 
 
 @contextmanager
@@ -37,7 +41,7 @@ def _kept(function: Callable[..., Any]) -> Callable[..., Any]:
     known: dict[bytes, Any] = {}
 
     def kept(*given: Any, **named: Any) -> Any:
-        key = pickle.dumps((given, sorted(named.items())))
+        key = sha256(pickle.dumps((given, sorted(named.items())))).digest()
         if key not in known:
             known[key] = function(*given, **named)
         return known[key]

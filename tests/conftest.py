@@ -10,6 +10,7 @@ from browser import chromium
 from computed_once import (
     CONDITIONING,
     INGESTING,
+    MOVING,
     SAMPLING,
     SMOOTHING,
     computed_once,
@@ -75,6 +76,13 @@ def browser():
         yield browser
 
 
+@pytest.fixture(scope="session", autouse=True)
+def same_inputs():
+    """The same simulated motions and points of the same shapes serve many tests."""
+    with computed_once(MOVING, SAMPLING):
+        yield
+
+
 @pytest.fixture(scope="module")
 def same_poses():
     """Poses that recordings of a file share are smoothed once."""
@@ -86,13 +94,6 @@ def same_poses():
 def same_recordings():
     """A recording that a file identifies in several ways is conditioned once."""
     with computed_once(SMOOTHING, CONDITIONING):
-        yield
-
-
-@pytest.fixture(scope="module")
-def same_shapes():
-    """The points of a shape that a file reads again and again are found once."""
-    with computed_once(SAMPLING):
         yield
 
 

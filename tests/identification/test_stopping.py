@@ -27,7 +27,7 @@ from hefting.logs import write_log
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 
-pytestmark = pytest.mark.usefixtures("same_recordings", "same_shapes")
+pytestmark = pytest.mark.usefixtures("same_recordings")
 
 NOISE = NOISE_LEVELS["moderate"]
 SENSOR = Noise(0.1, 0.005)
