@@ -12,7 +12,7 @@ from given_cases import case_of
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Stream
 from hefting.core.regressor import full_regressor
-from hefting.core.spatial import rotation_by
+from hefting.core.spatial import interpolated, rotation_by
 from hefting.ingest.model import tangents_of
 from hefting.ingest.rivals import (
     LINEAR_EXPLANATIONS,
@@ -188,7 +188,7 @@ def test_a_mistake_of_less_than_three_deviations_is_not_told(case, effect, told)
 
 def test_small_mistakes_have_the_derivatives_of_the_wrench(case):
     """By differences: of a turn of the sensor, of gains, of a tilt and of a weight that
-    is missing, of a lever, of a clock, and of parameters that change."""
+    is missing, of a lever, of a clock, of what pulls, and of parameters that change."""
     fitted = as_given(case).fitted.of_best()
     phi = fitted.solution[0, :10]
     motion = case.motion_as_found
@@ -198,11 +198,13 @@ def test_small_mistakes_have_the_derivatives_of_the_wrench(case):
     w = as_wrench(rows, phi)
     sizes = [part.stop - part.start for part in groups]
     assert sizes[:4] == [3, 6, 2, 4]
-    assert sizes[-4:] == [3, 1, 1, 4]
+    assert sizes[-6:] == [3, 1, 1, 4, 4, 4]
     assert [part.start for part in groups] == [0, *np.cumsum(sizes)[:-1]]
     assert groups[-1].stop == columns.shape[2]
     turn, gains, tilt, weight = (columns[:, :, part] for part in groups[:4])
-    lever, rate, late, change = (columns[:, :, part] for part in groups[-4:])
+    lever, rate, late, spring, hanging, change = (
+        columns[:, :, part] for part in groups[-6:]
+    )
     step = 1e-6
     for i, e in enumerate(np.eye(3)):
         R = rotation_by(step * e)
@@ -225,6 +227,17 @@ def test_small_mistakes_have_the_derivatives_of_the_wrench(case):
     np.testing.assert_allclose(late[:, :, 0], slope, atol=1e-9)
     since = (case.time - case.time.mean())[:, None]
     np.testing.assert_allclose(rate[:, :, 0], since * slope, atol=1e-9)
+    position = case.recording["position"]
+    at = interpolated(case.time - case.offset, position.time, position.values)
+    at = at - at.mean(axis=0)
+    fall = np.array((0.0, 0.0, -1.0))
+    for found, pull in ((spring, at), (hanging, np.outer(at @ fall, fall))):
+        force = np.einsum("kij,kj->ki", motion.axes[0], pull)
+        by_place = [np.cross(arm, force) for arm in np.eye(3)]
+        np.testing.assert_allclose(found[:, :3, 0], force, atol=1e-12)
+        np.testing.assert_allclose(found[:, 3:, 1:], np.stack(by_place, 2), atol=1e-12)
+        assert not found[:, 3:, 0].any()
+        assert not found[:, :3, 1:].any()
     drifting = since[:, :, None] * whole[:, :, :4]
     np.testing.assert_allclose(change, drifting, atol=1e-9)
 

@@ -55,7 +55,18 @@ def explain(case: Case) -> Explanation | None:
         rarity=1.0,
         parameters=body,
         is_grave=grave,
+        of_many_laws=True,
     )
+
+
+def pulling_columns(case: Case) -> list[Array]:
+    """(K, 6, 4) derivatives of the wrench by the size of each law's pull, and by its
+    size times the place (3,) where it acts, at the clock offset that was found."""
+    place = _place(case, case.time[None] - case.offset)
+    axes, maps = case.motion_as_found.axes, _maps(1)[FEATURES:, :, 10:]
+    return [
+        np.einsum("okij,okj,icp->kcp", axes, pull, maps) for pull in _laws(case, place)
+    ]
 
 
 def _place(case: Case, times: Array) -> Array:
@@ -70,8 +81,6 @@ def _place(case: Case, times: Array) -> Array:
 def _rows(case: Case, motion: Motion, place: Array) -> Rows:
     """Rows of a body, a bias, and a spring; then those of what hangs in its place."""
     across = tangents_of(case.gravity)  # (2, 3)
-    down = case.gravity / np.linalg.norm(case.gravity)
-    hanging = (place @ down)[:, :, None] * down
     sides = [np.broadcast_to(side, place.shape) for side in across]
     body = motion.features(case.modelled_gravity)
     known = [
@@ -82,10 +91,16 @@ def _rows(case: Case, motion: Motion, place: Array) -> Rows:
             ],
             axis=2,
         )
-        for last in (place, hanging)
+        for last in _laws(case, place)
     ]
     used = np.tile(motion.known, (2, 1))
     return with_bias(case, np.concatenate(known), _maps(len(sides) + 1), used)
+
+
+def _laws(case: Case, place: Array) -> tuple[Array, Array]:
+    """(O, K, 3) pull of a spring, and of what hangs, in world axes, by the place."""
+    down = case.gravity / np.linalg.norm(case.gravity)
+    return place, (place @ down)[:, :, None] * down
 
 
 def _hanging(case: Case, fitted: Fitted, place: Array) -> tuple[Array, Array]:

@@ -19,6 +19,7 @@ from hefting.core.spatial import Array, Mask, interpolated
 from hefting.ingest.filtering import SHORTEST_LAG, filtered
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
+from hefting.ingest.rivals.cable import pulling_columns
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.elastic_grip import yielding_columns
@@ -340,7 +341,7 @@ def _score(case: Case, fitted: Fitted) -> float:
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
     """(K, 6, q) derivatives of the wrench by small mistakes: a turn of the sensor, a
     tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate, a soft
-    grip, a steady change of the object; and the columns of each."""
+    grip, a cable, a steady change of the object; and the columns of each."""
     rows = fitted.rows
     known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
     by_feature = REGRESSOR_BY_FEATURE @ phi
@@ -369,6 +370,8 @@ def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
             (since[:, None] * rate)[:, :, None],
             rate[:, :, None],
         ]
+        if case.recording.has("position"):
+            found += pulling_columns(case)
         change = (since[:, None] * known) @ by_feature_of_change
         found.append(change.reshape(K, 6, 4))
     ends = np.cumsum([0] + [part.shape[2] for part in found])
