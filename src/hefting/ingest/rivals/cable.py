@@ -2,9 +2,11 @@
 
 The pull is that of an isotropic spring between a point of the world and a point of the
 sensor frame, -k (p - p0), or of a weight that grows with the height of the sensor, as
-of a hanging cable. Its part along gravity cannot be told from the object's weight, but
-for its change: of what hangs there is nothing where it is lightest.
+of a hanging cable. Its part along gravity can hardly be told from the object's weight,
+but for its change: of what hangs there is nothing where it is lightest.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
@@ -18,7 +20,9 @@ CODE = "cable-force"
 UNKNOWNS = 12
 """Stiffness, pull across gravity, and the moments of both about the sensor."""
 BODY_AND_PULLS = 22
-"""Unknowns of the body and the spring, which come before those of the bias."""
+"""Unknowns of the body and the pulls, which come before those of the bias."""
+PULL = 18
+"""Index of the size of the pull that depends on the place."""
 GRAVE_CHANGE = 0.03
 """Change in weight of what hangs, as a share of the object's, from which on the answer is
 wrong: how much of it hangs where it is lightest nothing tells."""
@@ -31,14 +35,14 @@ def explain(case: Case) -> Explanation | None:
     times = case.time - case.likely_offsets[:, None]
     place = _place(case, times)
     rows = _rows(case, case.motion_at(times), place)
-    fitted = fit_rows(case, rows)
-    body = fitted.solution[fitted.best, :10].copy()
+    fitted = _of_weights_that_pull_down(fit_rows(case, rows), len(times))
+    solution = fitted.solution[fitted.best]
     how, grave = "as a cable or a hose does", False
     if fitted.best >= len(times):
         how = "as the weight of a cable that hangs"
-        least, most = _hanging(case, fitted, place[fitted.best - len(times)])
-        grave = abs(most[0] - least[0]) > GRAVE_CHANGE * abs(body[0])
-        body[:4] += least
+        g = float(np.linalg.norm(case.gravity))
+        change = solution[PULL] * np.ptp(place @ case.gravity) / g  # of the weight
+        grave = abs(change) > GRAVE_CHANGE * g * abs(solution[0])
     force, torque = _largest_pull(fitted)
     pull = f"{force:.2g} N" if force > case.floor[0] else f"{torque:.2g} N m"
     what = (
@@ -53,19 +57,20 @@ def explain(case: Case) -> Explanation | None:
         fitted,
         UNKNOWNS,
         rarity=1.0,
-        parameters=body,
         is_grave=grave,
         of_many_laws=True,
     )
 
 
 def pulling_columns(case: Case) -> list[Array]:
-    """(K, 6, 4) derivatives of the wrench by the size of each law's pull, and by its
-    size times the place (3,) where it acts, at the clock offset that was found."""
+    """(K, 6, 4) derivatives of the wrench by the size of a spring's pull, and of what
+    hangs, and by its size times the place (3,) where it acts; at the clock offset that
+    was found."""
     place = _place(case, case.time[None] - case.offset)
     axes, maps = case.motion_as_found.axes, _maps(1)[FEATURES:, :, 10:]
+    spring, hanging, _ = _laws(case, place)
     return [
-        np.einsum("okij,okj,icp->kcp", axes, pull, maps) for pull in _laws(case, place)
+        np.einsum("okij,okj,icp->kcp", axes, pull, maps) for pull in (spring, hanging)
     ]
 
 
@@ -93,25 +98,26 @@ def _rows(case: Case, motion: Motion, place: Array) -> Rows:
         )
         for last in _laws(case, place)
     ]
-    used = np.tile(motion.known, (2, 1))
+    used = np.tile(motion.known, (len(known), 1))
     return with_bias(case, np.concatenate(known), _maps(len(sides) + 1), used)
 
 
-def _laws(case: Case, place: Array) -> tuple[Array, Array]:
-    """(O, K, 3) pull of a spring, and of what hangs, in world axes, by the place."""
-    down = case.gravity / np.linalg.norm(case.gravity)
-    return place, (place @ down)[:, :, None] * down
+def _laws(case: Case, place: Array) -> tuple[Array, Array, Array]:
+    """(O, K, 3) each, pull in world axes by the place: of a spring; and of what hangs, of
+    which there is none at the lowest place, or none at the highest."""
+    up = case.gravity / -np.linalg.norm(case.gravity)
+    height = place @ up
+    lengths = height - height.min(), height.max() - height
+    above_lowest, below_highest = (each[:, :, None] * up for each in lengths)
+    return place, above_lowest, below_highest
 
 
-def _hanging(case: Case, fitted: Fitted, place: Array) -> tuple[Array, Array]:
-    """(4,) mass and first moment of what hangs at the places (K, 3) where it weighs
-    least and most, less what it does at the mean one."""
-    pull = fitted.solution[fitted.best, 18:BODY_AND_PULLS]
-    size = float(np.linalg.norm(case.gravity))
-    height = place @ case.gravity / -size
-    grows = pull[0] * fitted.solution[fitted.best, 0] > 0.0
-    ends = (height.min(), height.max())[:: 1 if grows else -1]
-    return pull * ends[0] / size, pull * ends[1] / size
+def _of_weights_that_pull_down(fitted: Fitted, offsets: int) -> Fitted:
+    """The fits at so many clock offsets of each law, without those of what would hang
+    upwards."""
+    wrong = fitted.solution[:, PULL] * fitted.solution[:, 0] < 0.0
+    wrong[:offsets] = False  # of a spring
+    return replace(fitted, likelihood=np.where(wrong, -np.inf, fitted.likelihood))
 
 
 def _maps(pulls: int) -> Array:
