@@ -23,25 +23,27 @@ MOVING = "hefting.simulation.joints", "_at_speed"
 
 
 @contextmanager
-def computed_once(*functions: tuple[str, str]) -> Iterator[None]:
+def computed_once(
+    *functions: tuple[str, str], known: dict[bytes, Any] | None = None
+) -> Iterator[None]:
     """Within it functions, each by its module and name, return what they returned before
     of equal arguments. They depend on nothing else, and nobody changes what they
-    return."""
+    return. `known` is what they returned in blocks before this."""
+    known = {} if known is None else known
     with ExitStack() as stack:
         for place, name in functions:
             module = import_module(place)
-            stack.enter_context(
-                patch.object(module, name, _kept(getattr(module, name)))
-            )
+            kept = _kept(getattr(module, name), known)
+            stack.enter_context(patch.object(module, name, kept))
         yield
 
 
-def _kept(function: Callable[..., Any]) -> Callable[..., Any]:
+def _kept(function: Callable[..., Any], known: dict[bytes, Any]) -> Callable[..., Any]:
     """The function with a memory."""
-    known: dict[bytes, Any] = {}
 
     def kept(*given: Any, **named: Any) -> Any:
-        key = sha256(pickle.dumps((given, sorted(named.items())))).digest()
+        asked = pickle.dumps((function.__name__, given, sorted(named.items())))
+        key = sha256(asked).digest()
         if key not in known:
             known[key] = function(*given, **named)
         return known[key]

@@ -58,6 +58,9 @@ LONG = (
 """Files that take longest: they come first, so that no process ends long after the
 others."""
 
+INPUTS: dict[bytes, object] = {}
+"""What `same_inputs` keeps from file to file."""
+
 
 def pytest_collection_modifyitems(items):
     """The files of `LONG` first; else in the order in which they were found."""
@@ -76,11 +79,15 @@ def browser():
         yield browser
 
 
-@pytest.fixture(scope="session", autouse=True)
-def same_inputs():
-    """The same simulated motions and points of the same shapes serve many tests."""
-    with computed_once(MOVING, SAMPLING):
+@pytest.fixture(scope="module", autouse=True)
+def same_inputs(request):
+    """The same simulated motions and points of the same shapes serve many files, but for
+    tests of themselves."""
+    if request.path.parent.name in ("shapes", "simulation"):
         yield
+    else:
+        with computed_once(MOVING, SAMPLING, known=INPUTS):
+            yield
 
 
 @pytest.fixture(scope="module")
