@@ -10,6 +10,7 @@ import sys
 import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
+from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -23,9 +24,11 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
 from hefting.logs.csv_end import find_end
-from hefting.logs.csv_header import NOTHING, NUMBER, read_header
-from hefting.logs.csv_times import WRITTEN, Midnights, all_by_iso, kind_of
+from hefting.logs.csv_header import read_header
+from hefting.logs.csv_lists import NOTHING, NUMBER, in_columns, one_line
+from hefting.logs.csv_times import WRITTEN, Midnights, by_iso, kind_of
 from hefting.logs.layout import Layout
+from hefting.logs.lvm_text import MARK, as_table
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
 
@@ -65,10 +68,17 @@ class CsvTable:
     `hefting.logs.csv_times`"""
     other_way: bool = False
     """whether dates and times are written in another way than by ISO 8601"""
+    lists: Mapping[int, int] = field(default_factory=dict)
+    """columns of lists, and how many numbers, whose columns are behind the others"""
     end: int | None = None
     """where the last row ends [bytes]; None: at the end of the file"""
     said: tuple[Message, ...] = ()
     """of what follows it"""
+
+    @property
+    def width(self) -> int:
+        """Cells of a row."""
+        return len(self.names) - sum(self.lists.values())
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`."""
@@ -82,7 +92,8 @@ class CsvTable:
 
     def _blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         before, short = 0, Path(self.source).stat().st_size <= SHORT
-        for text in texts(self.source, self.end):
+        blocks = texts(self.source, self.end)
+        for text in in_columns(blocks, self) if self.lists else blocks:
             if before < self.first - 1:
                 count = _count_lines(text)
                 skipped = min(self.first - 1 - before, count)
@@ -130,7 +141,9 @@ class CsvTable:
         import pyarrow as pa
 
         if self.other_way:
-            text = all_by_iso(text, self.separator)
+            words = text.decode(errors="surrogateescape")
+            words = by_iso(words, commas=self.separator == ",")
+            text = words.encode(errors="surrogateescape")
         if self.separator == " ":
             text = _merge_spaces(text)
         if not text.lstrip(b"\n"):
@@ -227,9 +240,7 @@ class CsvTable:
                 what = "the column names stand there again: another recording begins"
                 return InputError(what, where, "cut the log in two, and give both")
             if len(cells) != len(self.names):
-                what = (
-                    f"there are {len(cells)} cells under {len(self.names)} column names"
-                )
+                what = f"there are {len(cells)} cells under {self.width} column names"
                 fix = "give each row one cell a column, blank if not measured"
                 return InputError(what, where, fix)
             for j in columns:
@@ -295,7 +306,7 @@ def _blanks_of(array: "pa.Array") -> Mask | None:
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     """The CSV file at `path`, its header read. `InputError` when that is no header of
     at least two columns."""
-    text = next(texts(path), b"")
+    text = one_line(next(texts(path), b""))
     header = read_header(text, path, layout)
     rows = text.split(b"\n", header.first)[header.first - 1 : header.first]
     first_row = rows[0].decode(errors="replace") if rows else ""
@@ -307,11 +318,20 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.decimal,
         header.dates,
         header.other_way,
+        header.lists,
         *find_end(path, header, first_row),
     )
 
 
 def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
+    """The text of a file, of LabVIEW as a table; see `_texts`."""
+    blocks = _texts(path, end)
+    first = next(blocks, b"")
+    blocks = chain((first,), blocks)
+    yield from as_table(blocks, path) if first.startswith(MARK) else blocks
+
+
+def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
     """The text of a file, up to its byte `end`, in blocks of whole lines that end in
     \\n, without byte-order mark.
 
@@ -391,7 +411,7 @@ def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
 FORMAT = Format(
     name="CSV",
     description="CSV with the columns below, or others that names or a map tell",
-    suffixes=(".csv", ".txt", ".tsv", ".dat", ".log"),
+    suffixes=(".csv", ".txt", ".tsv", ".dat", ".log", ".lvm"),
     help_names=(".csv",),
     open_table=open_csv,
     written=(".csv",),

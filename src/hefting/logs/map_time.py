@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hefting.logs.map_groups import CAMEL
-from hefting.logs.map_sample import Sample
+from hefting.logs.map_sample import MOST_ROWS, UNKNOWN, Sample
 from hefting.logs.map_text import Guess, unit_entry
 from hefting.logs.table import SINCE_1970
 from hefting.logs.units import ALIASES, UNITS
@@ -15,9 +15,15 @@ from hefting.logs.units import ALIASES, UNITS
 TIMES = (
     *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
-    *("elapsed", "epoch", "unix", "asctime", "duration"),
+    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
 )
-"""Names of the time, without its unit."""
+"""Names of the time, without its unit; also LabVIEW's ``X_Value``."""
+
+MILLISECONDS = ("ipoc", "duration")
+"""Those of KUKA and libfranka, whose whole numbers are such."""
+
+SHORT = 3.0
+"""[s] Recordings that are shorter in the unit by their steps may be in a larger one."""
 
 TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
 """Units as they stand in names of the time."""
@@ -34,7 +40,7 @@ def names_time(text: str) -> bool:
     """Whether a name is one of the time, its unit and what it is within aside."""
     words = _small_words(text)
     bare = [word for word in words if word not in TIME_UNITS | {"in"}]
-    alone = bare == ["t"] or text.endswith(".t")
+    alone = bare in (["t"], ["x", "value"]) or text.endswith(".t")
     return bool(words) and (not bare or bare[-1] in TIMES[1:] or alone)
 
 
@@ -61,6 +67,7 @@ def time_of(sample: Sample) -> Guess | None:
             (ALIASES.get(word, word) for word in words if word in TIME_UNITS), ""
         )
         unit, remark = _time_unit(sample.values[:, column], said)
+        remark = "" if unit == "ms" and words[-1] in MILLISECONDS else remark
         return Guess("time", (column,), (unit_entry(unit),), remark)
     return _index(sample)
 
@@ -98,7 +105,12 @@ def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
         return said, ""
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
-    for unit, least in (("ns", 1e5), ("us", 1e2), ("ms", 1.0)):
+    for unit, least, per in (("ns", 1e5, 1e9), ("us", 1e2, 1e6), ("ms", 1.0, 1e3)):
         if step >= least:
-            return unit, f"by its steps of {step:.4g}"
+            is_short = len(values) < min(SHORT * per / step, MOST_ROWS)
+            doubt = f"its unit {UNKNOWN}: " if is_short else ""
+            return (
+                unit,
+                f"{doubt}by its steps of {step:.4g}{', or 1000 times larger' * is_short}",
+            )
     return "s", ""

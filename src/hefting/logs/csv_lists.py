@@ -1,0 +1,112 @@
+"""Cells of separated text, also those that hold several numbers, as Python and NumPy write
+lists and arrays: each of these is a column behind the others."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import islice
+from typing import TYPE_CHECKING
+
+from hefting.core.errors import InputError
+from hefting.logs.table import LONGEST_LIST
+
+if TYPE_CHECKING:
+    from hefting.logs.csv_file import CsvTable
+
+NUMBER = re.compile(
+    r"\s*+([+-]?(\d++(\.\d*+)?|\.\d++)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
+    re.IGNORECASE,
+)
+"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
+around it; in a time that grows with its length."""
+
+NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")
+"""Cells that other programs write where nothing was measured."""
+
+WORDS = re.compile(r"\b(np\.)?(array|float\d\d)(?=\()|,\s*dtype=\w+(?=\)$)")
+"""What NumPy writes around numbers."""
+
+MARKS = str.maketrans("[](),", 5 * " ")
+"""What stands between them."""
+
+SEVERAL_LINES = re.compile(rb'"(?:array\()?[\[(][-+.,=\s\w\[\]()]*"')
+"""A list in quotes, which NumPy may write on several lines."""
+
+ENOUGH, ESCAPE = 2**20, "surrogateescape"
+"""Text that is made at a time [bytes], and how bytes that are no text are kept."""
+
+
+def list_in(cell: str) -> list[str]:
+    """The numbers of a list, of lists in it too, or of three and more between blanks; none
+    of what is no list."""
+    cell, fewest = cell.strip(), 3
+    if cell[-1:] in ("]", ")"):
+        cell = cell.replace("None", "nan")
+        cell = WORDS.sub("", cell) if "(" in cell[1:] else cell
+        cell, fewest = cell.translate(MARKS) if cell[0] in "[(" else "", 2
+    items = cell.split() if " " in cell else []
+    if not fewest <= len(items) <= LONGEST_LIST:
+        return []
+    try:
+        return items if [*map(float, items)] else []
+    except ValueError:
+        return []
+
+
+def lists_of(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
+    """Columns whose first cells hold lists, and how many numbers."""
+    found = {}
+    for j in range(width):
+        cells = (row[j] for row in rows if row[j:] and row[j] not in ("", *NOTHING))
+        found[j] = len(list_in(next(cells, "")))
+    return {j: count for j, count in found.items() if count}
+
+
+def with_lists(cells: list[str], lists: Mapping[int, int]) -> list[str]:
+    """A row with the numbers of its lists behind; blank for a blank cell, and the cell
+    itself for a list of another length, which is no number then."""
+    row = [*cells]
+    for j, count in lists.items():
+        cell = "".join(cells[j : j + 1])
+        numbers = list_in(cell)
+        blank = cell.strip() in ("", "[]", "nan", *NOTHING)
+        row += numbers if len(numbers) == count else ["" if blank else cell] * count
+    return row
+
+
+def one_line(text: bytes) -> bytes:
+    """Text with each list on one line."""
+
+    def join(found: re.Match[bytes]) -> bytes:
+        return found[0].replace(b"\n", b" ")
+
+    return SEVERAL_LINES.sub(join, text) if b'"' in text else text
+
+
+def in_columns(texts: Iterator[bytes], table: "CsvTable") -> Iterator[bytes]:
+    """Text with the numbers of lists as cells behind the others, each row in the line in
+    which it begins. `InputError` for a cell that is too long."""
+    lines = (line for t in texts for line in io.StringIO(t.decode(errors=ESCAPE)))
+    out, last = io.StringIO(), 0
+    out.writelines("\n" for _ in islice(lines, table.first - 1))
+    writer = csv.writer(out, delimiter=table.separator, lineterminator="\n")
+    rows = csv.reader(lines, delimiter=table.separator)
+    try:
+        for cells in rows:
+            lists = table.lists if len(cells) == table.width else {}
+            numbers = with_lists(cells, lists)[len(cells) :]
+            plain = [
+                "" if j in lists else cell.replace("\n", " ")
+                for j, cell in enumerate(cells)
+            ]
+            writer.writerow(plain + [n.replace(".", table.decimal) for n in numbers])
+            out.write("\n" * (rows.line_num - last - 1))
+            last = rows.line_num
+            if out.tell() > ENOUGH:
+                yield out.getvalue().encode(errors=ESCAPE)
+                out.seek(out.truncate(0))
+    except csv.Error as error:
+        where = f"{table.source}, row {table.first + last}"
+        raise InputError(f"is no row of cells ({error})", where) from error
+    yield out.getvalue().encode(errors=ESCAPE)
