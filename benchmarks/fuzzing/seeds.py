@@ -149,7 +149,7 @@ def _make_texts(log: Any, folder: Path) -> None:
     for time, *cells in zip(*columns, strict=True):
         lines.append(f"{time:.9g}" + "".join(f',"{cell}"' for cell in cells))
     (folder / "lists.csv").write_text("\n".join(lines) + "\n")
-    names = "x y z qx qy qz qw fx fy fz tx ty tz".split()
+    names = ["x", "y", "z", "qx", "qy", "qz", "qw", "fx", "fy", "fz", "tx", "ty", "tz"]
     table = np.column_stack(
         [log[k].values for k in ("position", "orientation", "wrench")]
     )

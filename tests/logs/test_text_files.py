@@ -320,15 +320,38 @@ def test_of_angles_that_makes_turn_differently_it_is_said_what_to_give(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("step", "rows", "doubtful"),
-    [(2.0, 40, True), (100.0, 40, True), (4.0, 2000, False), (0.01, 40, False)],
+    ("begin", "step", "rows", "doubtful"),
+    [
+        (0.0, 2.0, 40, True),
+        (0.0, 100.0, 40, True),
+        (0.0, 4.0, 2000, False),
+        (0.0, 0.01, 40, False),
+        (1.7e12, 2.0, 40, False),  # since 1970
+    ],
 )
-def test_steps_that_may_be_of_two_units_are_a_doubt(step, rows, doubtful):
+def test_steps_that_may_be_of_two_units_are_a_doubt(begin, step, rows, doubtful):
     """Static poses every 2 s had been a motion at 500 Hz; rows at 10 Hz that count
     milliseconds one at 10 kHz."""
     frame = pd.concat([PLAIN] * (rows // ROWS), ignore_index=True)
-    frame["time"] = step * np.arange(rows)
+    frame["time"] = begin + step * np.arange(rows)
     got = hefting.as_recording(frame.rename(columns={"time": "stamp"}))
     said = [each for each in got.warnings if each.code == "columns-doubtful"]
     assert bool(said) == doubtful
     assert all("the time its unit is not known" in each for each in said)
+
+
+def test_numbers_of_four_columns_that_are_no_quaternion_are_no_warning():
+    """Where they overflow a norm, a fuzzed file had made one of NumPy."""
+    frame = PLAIN.rename(columns={f"q{c}": f"quat_{i}" for i, c in enumerate("xyzw")})
+    frame["quat_0"] = 1e300
+    with pytest.raises(InputError, match="no column seems to be the orientation"):
+        hefting.as_recording(frame.rename(columns={"px": "x", "py": "y", "pz": "z"}))
+
+
+def test_a_pose_that_is_blank_for_a_row_stays_one_by_rows():
+    names = [f"pose_{i}" for i in range(16)]
+    frame = PLAIN[["time", *FT]].join(
+        pd.DataFrame(MATRICES.reshape(ROWS, 16), columns=names)
+    )
+    frame.loc[3, names] = np.nan
+    assert len(hefting.as_recording(frame)["position"]) == ROWS - 1

@@ -248,7 +248,8 @@ def _four(sample: Sample, choice: Choice) -> Guess:
 
 
 def _has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
-    norms = np.linalg.norm(sample.values[:, list(columns)], axis=1)
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(sample.values[:, list(columns)], axis=1)
     known = norms[np.isfinite(norms)]
     return len(known) > 0 and bool((np.abs(known - 1.0) < UNIT_NORM).all())
 

@@ -66,8 +66,8 @@ def time_of(sample: Sample) -> Guess | None:
         said = sample.said_unit((column,), "time") or next(
             (ALIASES.get(word, word) for word in words if word in TIME_UNITS), ""
         )
-        unit, remark = _time_unit(sample.values[:, column], said)
-        remark = "" if unit == "ms" and words[-1] in MILLISECONDS else remark
+        is_told = words[-1] in MILLISECONDS
+        unit, remark = _time_unit(sample.values[:, column], said, is_told)
         return Guess("time", (column,), (unit_entry(unit),), remark)
     return _index(sample)
 
@@ -99,7 +99,7 @@ def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
     return None
 
 
-def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
+def _time_unit(values: np.ndarray, said: str, is_told: bool = False) -> tuple[str, str]:
     """Unit of the time, by its name or its steps, and why."""
     if said:
         return said, ""
@@ -107,10 +107,10 @@ def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
     for unit, least, per in (("ns", 1e5, 1e9), ("us", 1e2, 1e6), ("ms", 1.0, 1e3)):
         if step >= least:
-            is_short = len(values) < min(SHORT * per / step, MOST_ROWS)
-            doubt = f"its unit {UNKNOWN}: " if is_short else ""
-            return (
-                unit,
-                f"{doubt}by its steps of {step:.4g}{', or 1000 times larger' * is_short}",
-            )
+            why = f"by its steps of {step:.4g}"
+            rows = min(SHORT * per / step, MOST_ROWS)
+            is_sure = is_told or np.nanmax(values) > SINCE_1970 * per
+            if len(values) < rows and not is_sure:
+                why = f"its unit {UNKNOWN}: {why}, or 1000 times larger"
+            return unit, why
     return "s", ""
