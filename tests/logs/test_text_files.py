@@ -91,7 +91,7 @@ def test_lists_on_several_lines_in_whatever_block(tmp_path, monkeypatch, block):
     path = tmp_path / "log.csv"
     lists(LISTS["an array"], MATRICES).to_csv(path, index=False)
     monkeypatch.setattr("hefting.logs.csv_file.READ", block)
-    monkeypatch.setattr("hefting.logs.csv_lists.ENOUGH", block)
+    monkeypatch.setattr("hefting.logs.csv_cells.ENOUGH", block)
     assert is_same(read_log(path), 5e-8)
 
 
@@ -153,6 +153,7 @@ def labview(
     segments: int = 1,
 ) -> str:
     """The wrench as LabVIEW writes it, in segments that count time anew."""
+    labels = [unit] * 3 + [unit.replace("N", "N m")] * 3
     rows = [
         ["LabVIEW Measurement", ""],
         ["Separator", "Comma" if separator == "," else "Tab"],
@@ -170,7 +171,7 @@ def labview(
                 ["Channels", "6"],
                 ["Date", *[f"{stamp:%Y/%m/%d}"] * 6],
                 ["Time", *[f"{stamp:%H:%M:%S}{decimal}{stamp:%f}0789063"] * 6],
-                ["Y_Unit_Label", *[unit] * 3, *[unit.replace("N", "N m")] * 3],
+                ["Y_Unit_Label", *labels] if unit else ["Notes", "none"],
                 ["X_Dimension", *[dimension] * 6],
                 ["Delta_X", *[f"0{decimal}010000"] * 6],
                 ["***End_of_Header***", *[""] * 7],
@@ -240,7 +241,7 @@ WAYS: dict[str, Callable[[datetime], str]] = {
     "the day first": lambda at: f"{at.day}/{at.month}/{at.year} {at:%H:%M:%S.%f}",
     "hyphens": lambda at: f"{at:%d-%m-%Y %H:%M:%S.%f}",
     "no zeros": lambda at: f"{at:%Y/%m/%d} {at.hour}:{at:%M:%S.%f}",
-    "of JavaScript": lambda at: f"{at.month}/{at.day}/{at.year}, {twelve(at)}".replace(
+    "a narrow blank": lambda at: f"{at.month}/{at.day}/{at.year} {twelve(at)}".replace(
         " AM", "\u202fAM"
     ),
     "no date": lambda at: twelve(at).lower().replace("m", ".m."),
@@ -267,6 +268,18 @@ def test_dates_with_the_day_or_the_month_first(tmp_path, way, began, separator):
     frame = PLAIN.assign(time=times)
     frame.to_csv(tmp_path / "log.csv", index=False, sep=separator)
     assert is_same(read_log(tmp_path / "log.csv"))
+
+
+@pytest.mark.parametrize("separator", [" ", ", "])
+def test_a_date_in_a_column_of_its_own(tmp_path, separator):
+    """It stays one where the times are not those of ISO 8601."""
+    lines = ["Date,Time," + ",".join(PLAIN.columns[1:])]
+    for t, row in zip(TIME, PLAIN.to_numpy()[:, 1:], strict=True):
+        cells = map(repr, row.tolist())
+        lines.append(f"1/31/2026,12:00:00:{round(1e3 * t):03},{','.join(cells)}")
+    path = tmp_path / "log.txt"
+    path.write_text("\n".join(lines).replace(",", separator))
+    assert is_same(read_log(path))
 
 
 ROBOTS = {

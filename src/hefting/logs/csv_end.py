@@ -7,8 +7,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hefting.core.messages import Message, warning
+from hefting.logs.csv_cells import NOTHING, NUMBER, with_lists
 from hefting.logs.csv_header import Header, is_numbers, split_cells
-from hefting.logs.csv_lists import NOTHING, NUMBER, with_lists
 from hefting.logs.csv_times import kind_of
 
 MOST_BYTES = 65_536

@@ -23,12 +23,18 @@ from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
+from hefting.logs.csv_cells import (
+    MARK,
+    NOTHING,
+    NUMBER,
+    as_table,
+    in_columns,
+    one_line,
+)
 from hefting.logs.csv_end import find_end
 from hefting.logs.csv_header import read_header
-from hefting.logs.csv_lists import NOTHING, NUMBER, in_columns, one_line
 from hefting.logs.csv_times import WRITTEN, Midnights, by_iso, kind_of
 from hefting.logs.layout import Layout
-from hefting.logs.lvm_text import MARK, as_table
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
 
@@ -142,8 +148,7 @@ class CsvTable:
 
         if self.other_way:
             words = text.decode(errors="surrogateescape")
-            words = by_iso(words, commas=self.separator == ",")
-            text = words.encode(errors="surrogateescape")
+            text = by_iso(words, self.separator).encode(errors="surrogateescape")
         if self.separator == " ":
             text = _merge_spaces(text)
         if not text.lstrip(b"\n"):

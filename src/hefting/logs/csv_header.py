@@ -7,13 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hefting.core.errors import InputError
-from hefting.logs.csv_lists import (
-    NOTHING,
-    NUMBER,
-    list_in,
-    lists_of,
-    one_line,
-)
+from hefting.logs.csv_cells import NOTHING, NUMBER, list_in, lists_of
 from hefting.logs.csv_times import by_iso, kind_of
 from hefting.logs.layout import SEPARATORS, Layout
 
@@ -66,7 +60,7 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
     for. `InputError` when there is no header of at least two columns.
     """
     layout = given or Layout()
-    lines = _first_lines(one_line(text), path, layout.header or 0)
+    lines = _first_lines(text, path, layout.header or 0)
     row = layout.header
     if row is None:
         row = _find_names(lines, layout)
@@ -314,7 +308,7 @@ def _has_decimal_commas(rows: Sequence[Sequence[str]]) -> bool:
     commas = sum(
         bool(re.fullmatch(r"[+-]?\d*,\d+(e[+-]?\d+)?", c.lower())) for c in cells
     )
-    return commas > sum("." in cell and not list_in(cell) for cell in cells)
+    return commas > sum("." in c and not (" " in c and list_in(c)) for c in cells)
 
 
 def _without_mark(line: str) -> str:

@@ -18,9 +18,9 @@ TWELVE = re.compile(
 """A time of day by twelve hours: 1:31:07 PM."""
 
 OTHER_WAYS = (
+    (r"\b(?:0 days |\d\d?([/-])\d\d?\1\d{4}[T ])(?=\d\d?:)", ""),
     (r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d?:)", r"\3-\2-\1"),
     (r"\b(\d{4})/(\d\d)/(\d\d)(?=[T ]\d\d?:)", r"\1-\2-\3"),
-    (r"\b(?:0 days |\d\d?([./-])\d\d?\1\d{4}(?:T|,? ))(?=\d\d?:)", ""),
     (r"(?<![\d:.])(\d:\d\d:\d\d)", r"0\1"),
     (r"\b(\d\d:\d\d:\d\d):(\d{1,9})\b", r"\1.\2"),
 )
@@ -71,15 +71,16 @@ def seconds_of(cell: str) -> float | None:
     return date.timestamp() if date.year in YEARS else None
 
 
-def by_iso(text: str, commas: bool = False) -> str:
-    """A cell, or rows of them that `commas` separate, with dates and times of day by ISO
-    8601."""
+def by_iso(text: str, separator: str = "") -> str:
+    """A cell, or all of a text whose cells are separated so, with dates and times of day by
+    ISO 8601."""
     if ":" not in text:
         return text
     text = TWELVE.sub(
         lambda at: f"{int(at[1]) % 12 + 12 * (at[3] in 'pP'):02}{at[2]}", text
     )
-    for pattern, written in OTHER_WAYS if commas else (*OTHER_WAYS, WITH_COMMA):
+    ways = (*OTHER_WAYS, WITH_COMMA)
+    for pattern, written in ways[separator == " " : -1 if separator == "," else None]:
         text = re.sub(pattern, written, text)
     return text
 
