@@ -5,16 +5,12 @@ import csv
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import islice
+from itertools import chain, islice
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError
 from hefting.logs.csv_times import seconds_of
 from hefting.logs.table import LONGEST_LIST
-
-if TYPE_CHECKING:
-    from hefting.logs.csv_file import CsvTable
 
 NUMBER = re.compile(
     r"\s*+([+-]?(\d++(\.\d*+)?|\.\d++)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
@@ -77,6 +73,34 @@ def with_lists(cells: list[str], lists: Mapping[int, int]) -> list[str]:
     return row
 
 
+def count_lines(text: bytes) -> int:
+    """How many lines a text has, of which the last may have no end."""
+    return text.count(b"\n") + (not text.endswith(b"\n"))
+
+
+def unify_line_ends(text: bytes) -> bytes:
+    """Text with \\n at the ends of lines."""
+    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
+
+
+def merge_spaces(text: bytes) -> bytes:
+    """Space separated text with one space between cells and none at ends of lines."""
+    if (
+        b"  " in text
+        or b"\n " in text
+        or b" \n" in text
+        or text[:1] == b" "
+        or text[-1:] == b" "
+    ):
+        text = (
+            re.sub(b" +", b" ", text)
+            .replace(b"\n ", b"\n")
+            .replace(b" \n", b"\n")
+            .strip(b" ")
+        )
+    return text
+
+
 def one_line(text: bytes) -> bytes:
     """Text with each list on one line."""
 
@@ -86,30 +110,40 @@ def one_line(text: bytes) -> bytes:
     return SEVERAL_LINES.sub(join, text) if b'"' in text else text
 
 
-def in_columns(texts: Iterator[bytes], table: "CsvTable") -> Iterator[bytes]:
+def in_columns(
+    texts: Iterator[bytes],
+    lists: Mapping[int, int],
+    first: int,
+    width: int,
+    written: tuple[str, str],
+    source: str,
+) -> Iterator[bytes]:
     """Text with the numbers of lists as cells behind the others, each row in the line in
-    which it begins. `InputError` for a cell that is too long."""
+    which it begins, from the `first` on; `written` are separator and decimal mark.
+    `InputError` for a cell that is too long."""
+    separator, decimal = written
     lines = (line for t in texts for line in io.StringIO(t.decode(errors=ESCAPE)))
     out, last = io.StringIO(), 0
-    out.writelines("\n" for _ in islice(lines, table.first - 1))
-    writer = csv.writer(out, delimiter=table.separator, lineterminator="\n")
-    rows = csv.reader(lines, delimiter=table.separator)
+    out.writelines("\n" for _ in islice(lines, first - 1))
+    writer = csv.writer(out, delimiter=separator, lineterminator="\n")
+    rows = csv.reader(lines, delimiter=separator)
     try:
         for cells in rows:
-            lists = table.lists if len(cells) == table.width else {}
-            numbers = with_lists(cells, lists)[len(cells) :]
+            row = with_lists(cells, lists) if len(cells) == width else cells
             plain = [
                 "" if j in lists else cell.replace("\n", " ")
                 for j, cell in enumerate(cells)
             ]
-            writer.writerow(plain + [n.replace(".", table.decimal) for n in numbers])
+            writer.writerow(
+                plain + [n.replace(".", decimal) for n in row[len(cells) :]]
+            )
             out.write("\n" * (rows.line_num - last - 1))
             last = rows.line_num
             if out.tell() > ENOUGH:
                 yield out.getvalue().encode(errors=ESCAPE)
                 out.seek(out.truncate(0))
     except csv.Error as error:
-        where = f"{table.source}, row {table.first + last}"
+        where = f"{source}, row {first + last}"
         raise InputError(f"is no row of cells ({error})", where) from error
     yield out.getvalue().encode(errors=ESCAPE)
 
@@ -122,7 +156,7 @@ TAGS = b"Y_Unit_Label X_Columns X_Dimension Delta_X Date Time".split()
 
 
 def as_table(texts: Iterator[bytes], path: str | Path) -> Iterator[bytes]:
-    """Rows of numbers without comments, each in its line; before them the names of the
+    """Text as it is; of LabVIEW, rows of numbers without comments, each in its line; before them the names of the
     channels, and in the line that had these their units; else blank lines.
 
     Times that are not written are counted by ``Delta_X``; a later segment that begins as
@@ -132,6 +166,10 @@ def as_table(texts: Iterator[bytes], path: str | Path) -> Iterator[bytes]:
     names: list[bytes] = []
     tags = {tag: [b""] for tag in TAGS}
     separator, rows, shift, first = b"\t", 0, 0.0, None
+    for begin in islice(texts, 1):
+        texts = chain((begin,), texts)
+        if not begin.startswith(MARK):
+            yield from texts
     for text in texts:
         lines: list[bytes] = []
         for line in text.split(b"\n"):

@@ -10,7 +10,6 @@ import sys
 import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from itertools import chain
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -24,12 +23,14 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
 from hefting.logs.csv_cells import (
-    MARK,
     NOTHING,
     NUMBER,
     as_table,
+    count_lines,
     in_columns,
+    merge_spaces,
     one_line,
+    unify_line_ends,
 )
 from hefting.logs.csv_end import find_end
 from hefting.logs.csv_header import read_header
@@ -99,9 +100,12 @@ class CsvTable:
     def _blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         before, short = 0, Path(self.source).stat().st_size <= SHORT
         blocks = texts(self.source, self.end)
-        for text in in_columns(blocks, self) if self.lists else blocks:
+        if self.lists:
+            how = self.lists, self.first, self.width, (self.separator, self.decimal)
+            blocks = in_columns(blocks, *how, self.source)
+        for text in blocks:
             if before < self.first - 1:
-                count = _count_lines(text)
+                count = count_lines(text)
                 skipped = min(self.first - 1 - before, count)
                 text = text.split(b"\n", skipped)[-1] if skipped < count else b""
                 before += skipped
@@ -150,7 +154,7 @@ class CsvTable:
             words = text.decode(errors="surrogateescape")
             text = by_iso(words, self.separator).encode(errors="surrogateescape")
         if self.separator == " ":
-            text = _merge_spaces(text)
+            text = merge_spaces(text)
         if not text.lstrip(b"\n"):
             return len(text)
         table = None
@@ -167,7 +171,7 @@ class CsvTable:
                 raise self._explain_first_bad_cell(
                     text, before, columns, error
                 ) from error
-            lines = _count_lines(text)
+            lines = count_lines(text)
             rows = np.arange(before + 1, before + 1 + lines)
             if table.num_rows != lines:  # empty lines are no samples
                 ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
@@ -330,10 +334,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
 
 def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
     """The text of a file, of LabVIEW as a table; see `_texts`."""
-    blocks = _texts(path, end)
-    first = next(blocks, b"")
-    blocks = chain((first,), blocks)
-    yield from as_table(blocks, path) if first.startswith(MARK) else blocks
+    return as_table(_texts(path, end), path)
 
 
 def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
@@ -359,7 +360,7 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
             data = held + data
             # half of an end of line, perhaps
             held = b"\r" if data.endswith(b"\r") else b""
-            data = _unify_line_ends(data.removesuffix(held))
+            data = unify_line_ends(data.removesuffix(held))
             if cut := data.rfind(b"\n") + 1:
                 yield b"".join((rest, memoryview(data)[:cut]))
                 rest = data[cut:]
@@ -370,33 +371,7 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
                     "export the log as CSV",
                 )
     if rest or held:
-        yield _unify_line_ends(rest + held)
-
-
-def _count_lines(text: bytes) -> int:
-    return text.count(b"\n") + (not text.endswith(b"\n"))
-
-
-def _unify_line_ends(text: bytes) -> bytes:
-    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
-
-
-def _merge_spaces(text: bytes) -> bytes:
-    """Space separated text with one space between cells and none at ends of lines."""
-    if (
-        b"  " in text
-        or b"\n " in text
-        or b" \n" in text
-        or text[:1] == b" "
-        or text[-1:] == b" "
-    ):
-        text = (
-            re.sub(b" +", b" ", text)
-            .replace(b"\n ", b"\n")
-            .replace(b" \n", b"\n")
-            .strip(b" ")
-        )
-    return text
+        yield unify_line_ends(rest + held)
 
 
 def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
