@@ -29,7 +29,7 @@ def make_seeds(folder: Path) -> dict[str, list[Seed]]:
     them."""
     _make_logs(folder)
     return {
-        "csv": _read(folder, "log.csv", "exact.csv", "static.csv", "rates.csv"),
+        "csv": _read(folder, "log.csv", "exact.csv", "static.csv", "rates.csv", "lists.csv", "labview.lvm"),
         "mapped": [*_read(folder, "robot.csv")],
         "parquet": _read(folder, "log.parquet", "rates.parquet"),
         "npz": _read(folder, "named.npz", "arrays.npz"),
@@ -107,6 +107,7 @@ def _make_logs(folder: Path) -> None:
     static = {name: Stream(index, stream.values) for name, stream in rows.items()}
     write_log(Recording(static, static=True), folder / "static.csv")
     _make_archives(log, folder)
+    _make_texts(log, folder)
     rates = dict(exact.streams) | {"wrench": exact["wrench"][::2]}
     rates["gyroscope"] = exact["angular_velocity"][::3]
     for suffix in (".csv", ".parquet"):
@@ -137,6 +138,31 @@ def _make_logs(folder: Path) -> None:
     ):
         (folder / f"{name}.json").write_text(json.dumps(content))
     (folder / "box.stl").write_bytes(_box().export(file_type="stl"))
+
+
+def _make_texts(log: Any, folder: Path) -> None:
+    """The same with lists in cells, of which some go over several lines, and as LabVIEW
+    writes it, in two segments."""
+    columns = [log["wrench"].time, log["position"].values, log["orientation"].values]
+    columns += [log["wrench"].values[:, :3].tolist(), log["wrench"].values[:, 3:]]
+    lines = ["time,position,quat,force,torque"]
+    for time, *cells in zip(*columns, strict=True):
+        lines.append(f"{time:.9g}" + "".join(f',"{cell}"' for cell in cells))
+    (folder / "lists.csv").write_text("\n".join(lines) + "\n")
+    names = ["x", "y", "z", "qx", "qy", "qz", "qw", "fx", "fy", "fz", "tx", "ty", "tz"]
+    table = np.column_stack(
+        [log[k].values for k in ("position", "orientation", "wrench")]
+    )
+    head = "LabVIEW Measurement\t\nSeparator\tTab\nX_Columns\tNo\n***End_of_Header***\n"
+    for begin in (0, 40):
+        head += (
+            f"\nDate\t2026/01/31\nTime\t12:00:{begin / 20:06.3f}\nX_Dimension\tTime\n"
+        )
+        head += "Delta_X\t0.05\n***End_of_Header***\nX_Value\t" + "\t".join(names)
+        head += "\tComment\n"
+        for row in table[begin : begin + 40]:
+            head += "\t" + "\t".join(f"{x:.9g}" for x in row) + "\n"
+    (folder / "labview.lvm").write_text(head)
 
 
 def _make_archives(log: Any, folder: Path) -> None:

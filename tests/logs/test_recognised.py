@@ -372,7 +372,7 @@ def test_dates_with_the_day_first_and_times_of_day(tmp_path, monkeypatch, way, b
 
 def test_of_a_time_that_is_not_read_it_is_said_what_is(tmp_path):
     path = tmp_path / "log.csv"
-    path.write_text(f"{LINES[0]}\n3/4/2026 1:31:07 PM,{LINES[1].partition(',')[2]}")
+    path.write_text(f"{LINES[0]}\n3-Apr-2026 13:31:07,{LINES[1].partition(',')[2]}")
     with pytest.raises(InputError, match=r"in seconds, or as 2026-01-31T12:00:00.000"):
         read_log(path)
 

@@ -36,16 +36,16 @@ def read_log(
 ) -> Recording:
     """Recording in the log at `path`.
 
-    ================================ =================================================================
-    suffix                           read as
-    ================================ =================================================================
-    .csv, .txt, .tsv, .dat, .log     canonical CSV; a UR real-time record, when its header is one;
-                                     other columns by what their names say, or through a column map
-    .parquet                         the same in Parquet
-    .npz                             the same as arrays of NumPy, or arrays by the names of
-                                     `hefting.as_recording`
-    .bag, .mcap, .db3, or a folder   a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
-    ================================ =================================================================
+    ====================================== =================================================================
+    suffix                                 read as
+    ====================================== =================================================================
+    .csv, .txt, .tsv, .dat, .log, .lvm     canonical CSV; a UR real-time record, when its header is one;
+                                           other columns by what their names say, or through a column map
+    .parquet                               the same in Parquet
+    .npz                                   the same as arrays of NumPy, or arrays by the names of
+                                           `hefting.as_recording`
+    .bag, .mcap, .db3, or a folder         a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
+    ====================================== =================================================================
 
     The canonical table has one row of names, before which comments may stand; SI units;
     columns `time` and those of `hefting.core.recording.COLUMNS`, of which the wrench and

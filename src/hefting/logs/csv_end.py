@@ -7,7 +7,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hefting.core.messages import Message, warning
-from hefting.logs.csv_header import NOTHING, NUMBER, Header, is_numbers, split_cells
+from hefting.logs.csv_cells import NOTHING, NUMBER, with_lists
+from hefting.logs.csv_header import Header, is_numbers, split_cells
 from hefting.logs.csv_times import kind_of
 
 MOST_BYTES = 65_536
@@ -16,8 +17,8 @@ MOST_BYTES = 65_536
 MOST_LINES = 20
 """Most lines that may follow the last whole row."""
 
-CUT = re.compile(r"\s*[+-]|\s*[+-]?[\d.]++e[+-]?", re.IGNORECASE)
-"""A number that was cut before its digits or those of its exponent."""
+CUT = re.compile(r"\s*[+-]|\s*[+-]?[\d.]++e[+-]?|[\[(].*", re.IGNORECASE)
+"""A number that was cut before its digits or those of its exponent, or a list."""
 
 MOST_NUL = 2**26
 """Longest tail of NUL, as a file system leaves where the power was cut [bytes]."""
@@ -43,7 +44,7 @@ def find_end(
     if lines and is_cut and not lines[-1].endswith((b"\n", b"\r")):
         end -= len(lines[-1])  # the row that was being written
         rest = [lines.pop().decode(errors="replace")]
-    first = split_cells(first_row, header.separator)
+    first = with_lists(split_cells(first_row, header.separator), header.lists)
     found = None
     for line in reversed(lines[begin > 0 :]):
         text = line.decode(errors="replace")
@@ -91,6 +92,7 @@ def _is_whole(line: str, first: list[str], header: Header) -> bool:
         cells = split_cells(line.rstrip("\r\n"), header.separator)
     except csv.Error:
         return False
+    cells = with_lists(cells, header.lists)
     if len(cells) != len(header.names):
         return len(cells) > len(header.names)
     as_before = all(

@@ -22,9 +22,19 @@ from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.logs.canonical import table_from_recording
+from hefting.logs.csv_cells import (
+    NOTHING,
+    NUMBER,
+    as_table,
+    count_lines,
+    in_columns,
+    merge_spaces,
+    one_line,
+    unify_line_ends,
+)
 from hefting.logs.csv_end import find_end
-from hefting.logs.csv_header import NOTHING, NUMBER, read_header
-from hefting.logs.csv_times import WRITTEN, Midnights, all_by_iso, kind_of
+from hefting.logs.csv_header import read_header
+from hefting.logs.csv_times import WRITTEN, Midnights, by_iso, kind_of
 from hefting.logs.layout import Layout
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
@@ -65,10 +75,17 @@ class CsvTable:
     `hefting.logs.csv_times`"""
     other_way: bool = False
     """whether dates and times are written in another way than by ISO 8601"""
+    lists: Mapping[int, int] = field(default_factory=dict)
+    """columns of lists, and how many numbers, whose columns are behind the others"""
     end: int | None = None
     """where the last row ends [bytes]; None: at the end of the file"""
     said: tuple[Message, ...] = ()
     """of what follows it"""
+
+    @property
+    def width(self) -> int:
+        """Cells of a row."""
+        return len(self.names) - sum(self.lists.values())
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`."""
@@ -82,9 +99,13 @@ class CsvTable:
 
     def _blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         before, short = 0, Path(self.source).stat().st_size <= SHORT
-        for text in texts(self.source, self.end):
+        blocks = texts(self.source, self.end)
+        if self.lists:
+            how = self.lists, self.first, self.width, (self.separator, self.decimal)
+            blocks = in_columns(blocks, *how, self.source)
+        for text in blocks:
             if before < self.first - 1:
-                count = _count_lines(text)
+                count = count_lines(text)
                 skipped = min(self.first - 1 - before, count)
                 text = text.split(b"\n", skipped)[-1] if skipped < count else b""
                 before += skipped
@@ -130,9 +151,10 @@ class CsvTable:
         import pyarrow as pa
 
         if self.other_way:
-            text = all_by_iso(text, self.separator)
+            words = text.decode(errors="surrogateescape")
+            text = by_iso(words, self.separator).encode(errors="surrogateescape")
         if self.separator == " ":
-            text = _merge_spaces(text)
+            text = merge_spaces(text)
         if not text.lstrip(b"\n"):
             return len(text)
         table = None
@@ -149,7 +171,7 @@ class CsvTable:
                 raise self._explain_first_bad_cell(
                     text, before, columns, error
                 ) from error
-            lines = _count_lines(text)
+            lines = count_lines(text)
             rows = np.arange(before + 1, before + 1 + lines)
             if table.num_rows != lines:  # empty lines are no samples
                 ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
@@ -227,9 +249,7 @@ class CsvTable:
                 what = "the column names stand there again: another recording begins"
                 return InputError(what, where, "cut the log in two, and give both")
             if len(cells) != len(self.names):
-                what = (
-                    f"there are {len(cells)} cells under {len(self.names)} column names"
-                )
+                what = f"there are {len(cells)} cells under {self.width} column names"
                 fix = "give each row one cell a column, blank if not measured"
                 return InputError(what, where, fix)
             for j in columns:
@@ -295,7 +315,7 @@ def _blanks_of(array: "pa.Array") -> Mask | None:
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     """The CSV file at `path`, its header read. `InputError` when that is no header of
     at least two columns."""
-    text = next(texts(path), b"")
+    text = one_line(next(texts(path), b""))
     header = read_header(text, path, layout)
     rows = text.split(b"\n", header.first)[header.first - 1 : header.first]
     first_row = rows[0].decode(errors="replace") if rows else ""
@@ -307,11 +327,17 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.decimal,
         header.dates,
         header.other_way,
+        header.lists,
         *find_end(path, header, first_row),
     )
 
 
 def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
+    """The text of a file, of LabVIEW as a table; see `_texts`."""
+    return as_table(_texts(path, end), path)
+
+
+def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
     """The text of a file, up to its byte `end`, in blocks of whole lines that end in
     \\n, without byte-order mark.
 
@@ -334,7 +360,7 @@ def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
             data = held + data
             # half of an end of line, perhaps
             held = b"\r" if data.endswith(b"\r") else b""
-            data = _unify_line_ends(data.removesuffix(held))
+            data = unify_line_ends(data.removesuffix(held))
             if cut := data.rfind(b"\n") + 1:
                 yield b"".join((rest, memoryview(data)[:cut]))
                 rest = data[cut:]
@@ -345,33 +371,7 @@ def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
                     "export the log as CSV",
                 )
     if rest or held:
-        yield _unify_line_ends(rest + held)
-
-
-def _count_lines(text: bytes) -> int:
-    return text.count(b"\n") + (not text.endswith(b"\n"))
-
-
-def _unify_line_ends(text: bytes) -> bytes:
-    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
-
-
-def _merge_spaces(text: bytes) -> bytes:
-    """Space separated text with one space between cells and none at ends of lines."""
-    if (
-        b"  " in text
-        or b"\n " in text
-        or b" \n" in text
-        or text[:1] == b" "
-        or text[-1:] == b" "
-    ):
-        text = (
-            re.sub(b" +", b" ", text)
-            .replace(b"\n ", b"\n")
-            .replace(b" \n", b"\n")
-            .strip(b" ")
-        )
-    return text
+        yield unify_line_ends(rest + held)
 
 
 def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
@@ -391,7 +391,7 @@ def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
 FORMAT = Format(
     name="CSV",
     description="CSV with the columns below, or others that names or a map tell",
-    suffixes=(".csv", ".txt", ".tsv", ".dat", ".log"),
+    suffixes=(".csv", ".txt", ".tsv", ".dat", ".log", ".lvm"),
     help_names=(".csv",),
     open_table=open_csv,
     written=(".csv",),

@@ -7,6 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hefting.core.errors import InputError
+from hefting.logs.csv_cells import NOTHING, NUMBER, list_in, lists_of
 from hefting.logs.csv_times import by_iso, kind_of
 from hefting.logs.layout import SEPARATORS, Layout
 
@@ -24,17 +25,6 @@ ROWS_LOOKED_AT = 100
 
 COMMENT = re.compile(r"^\s*(#|%|//)\s*")
 """The mark of a comment, before column names too (``# time,fx``, ``%time,field.x``)."""
-
-NUMBER = re.compile(
-    r"\s*+([+-]?(\d++(\.\d*+)?|\.\d++)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
-    re.IGNORECASE,
-)
-"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
-around it; in a time that grows with its length."""
-
-
-NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")
-"""Cells that other programs write where nothing was measured."""
 
 
 @dataclass(frozen=True)
@@ -56,6 +46,9 @@ class Header:
     """whether dates and times are written in another way than by ISO 8601"""
     joined: bool = False
     """whether the names are those of two lines, groups over columns"""
+    lists: Mapping[int, int] = field(default_factory=dict)
+    """columns whose cells hold lists, and how many numbers; these have names of their
+    own, behind the others"""
 
 
 def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
@@ -74,7 +67,7 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
     elif row > len(lines):
         raise InputError(f"there is no line {row} with the column names", where=path)
     names, separator = _read_names(lines, row or _first_number(lines), path, layout)
-    above = _Rows(lines, separator, len(names))
+    above = Rows(lines, separator, len(names))
     names, below = _fit(lines, row, names, separator, layout)
     first, units, joined = below.first_of_numbers(row), row + 1, None
     if given is None and row:
@@ -87,8 +80,15 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
     if first is None or layout.skip is not None:
         first = row + 1 + (layout.skip or 0)
     sample = [below.cells(k) for k in range(first, first + ROWS_LOOKED_AT)]
+    names = tuple(names) if row else ("",) * len(names)
+    lists = lists_of(sample, len(names))
+    for j, count in lists.items():
+        head, mark, unit = names[j].partition("[")
+        some = (f"{head.rstrip()}_{i}{mark and ' ['}{unit}" for i in range(count))
+        names += tuple(some) if row else ("",) * count
+        between += between[j : j + 1] * count
     return Header(
-        names if row else ("",) * len(names),
+        tuple("" if j in lists else name for j, name in enumerate(names)),
         below.separator,
         first,
         layout.decimal or ("," if _has_decimal_commas(sample) else "."),
@@ -96,6 +96,7 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
         {j: kind for j, cell in enumerate(sample[0]) if (kind := kind_of(cell))},
         any(by_iso(cell) != cell for cell in sample[0]),
         joined is not None,
+        lists,
     )
 
 
@@ -147,7 +148,7 @@ def _fit(
     names: Sequence[str],
     separator: str,
     layout: Layout,
-) -> "tuple[tuple[str, ...], _Rows]":
+) -> "tuple[tuple[str, ...], Rows]":
     """The names in a line, and how the rows below are written: between other separators
     perhaps, or with one at the end of either that is not in the other."""
     others = () if layout.separator else SEPARATORS.values()
@@ -155,12 +156,12 @@ def _fit(
         ends = not names[-1] and _without_mark(lines[row - 1]).endswith(separator)
         shorter = (names[:-1],) if ends else ()
         for given in (names, *shorter, (*names, "")):
-            below = _Rows(lines, each, len(given))
+            below = Rows(lines, each, len(given))
             first = below.first_of_numbers(row)
             longer = len(given) > len(names)
             if first is not None and not (longer and below.cells(first)[-1]):
                 return tuple(given), below
-    return tuple(names), _Rows(lines, separator, len(names))
+    return tuple(names), Rows(lines, separator, len(names))
 
 
 def _joined(upper: Sequence[str], lower: Sequence[str]) -> tuple[str, ...] | None:
@@ -225,7 +226,7 @@ def _read_names(
 
 
 @dataclass(frozen=True)
-class _Rows:
+class Rows:
     """Lines of text as rows of cells."""
 
     lines: Sequence[str]
@@ -271,7 +272,7 @@ def _is_no_header(
 ) -> bool:
     """Whether a line is a row as the next: all numbers, or most, where it has some."""
     known = [bool(NUMBER.fullmatch(name)) for name in names]
-    below = _Rows(lines, separator, len(names)).cells(row + 1)
+    below = Rows(lines, separator, len(names)).cells(row + 1)
     same = known == [bool(NUMBER.fullmatch(cell)) for cell in below]
     return all(known) or (is_numbers(names) and same)
 
@@ -291,8 +292,12 @@ def split_cells(line: str, separator: str) -> list[str]:
 
 def is_numbers(cells: Sequence[str]) -> bool:
     """Whether most cells of a row are numbers or dates, and some are not blank."""
-    known = [cell.replace(",", ".") for cell in cells if cell not in ("", *NOTHING)]
-    readable = sum(NUMBER.fullmatch(c) is not None or bool(kind_of(c)) for c in known)
+    known = [cell for cell in cells if cell not in ("", *NOTHING)]
+    numbers = (cell.replace(",", ".") for cell in known)
+    readable = sum(
+        bool(NUMBER.fullmatch(number) or kind_of(number) or list_in(cell))
+        for cell, number in zip(known, numbers, strict=True)
+    )
     return bool(known) and readable > len(known) / 2
 
 
@@ -303,7 +308,7 @@ def _has_decimal_commas(rows: Sequence[Sequence[str]]) -> bool:
     commas = sum(
         bool(re.fullmatch(r"[+-]?\d*,\d+(e[+-]?\d+)?", c.lower())) for c in cells
     )
-    return commas > sum("." in cell for cell in cells)
+    return commas > sum("." in c and not (" " in c and list_in(c)) for c in cells)
 
 
 def _without_mark(line: str) -> str:

@@ -12,15 +12,21 @@ DATE = re.compile(
 )
 """A date with a time of day, by ISO 8601."""
 
+TWELVE = re.compile(
+    r"\b(\d\d?)(:\d\d:[\d.,:]+)[ \u202f]?([AP])\.?M\b\.?", re.IGNORECASE
+)
+"""A time of day by twelve hours: 1:31:07 PM."""
+
 OTHER_WAYS = (
-    (r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d:)", r"\3-\2-\1"),
-    (r"\b(\d{4})/(\d\d)/(\d\d)(?=[T ]\d\d:)", r"\1-\2-\3"),
-    (r"\b0 days (?=\d\d:)", ""),
-    (r"(?<![\d:.T ])(\d:\d\d:\d\d)", r"0\1"),
+    (r"\b(?:0 days |\d\d?([/-])\d\d?\1\d{4}[T ])(?=\d\d?:)", ""),
+    (r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d?:)", r"\3-\2-\1"),
+    (r"\b(\d{4})/(\d\d)/(\d\d)(?=[T ]\d\d?:)", r"\1-\2-\3"),
+    (r"(?<![\d:.])(\d:\d\d:\d\d)", r"0\1"),
     (r"\b(\d\d:\d\d:\d\d):(\d{1,9})\b", r"\1.\2"),
 )
 """Other ways to write a date or a time of day, and those of ISO 8601: 31.01.2026,
-2026/01/31, ``0 days 00:00:01`` of pandas, 9:05:00 and 12:00:00:123."""
+2026/01/31, ``0 days 00:00:01`` of pandas, 9:05:00 and 12:00:00:123. Of 3/4/2026, which
+has the day first or the month, the time of day is read."""
 
 WITH_COMMA = (r"(\d\d:\d\d:\d\d),(\d{1,9})\b", r"\1.\2")
 """The same of 12:00:00,123, where cells are not separated by commas."""
@@ -65,19 +71,17 @@ def seconds_of(cell: str) -> float | None:
     return date.timestamp() if date.year in YEARS else None
 
 
-def by_iso(cell: str) -> str:
-    """A cell with its date and time of day by ISO 8601."""
-    if ":" in cell:
-        for pattern, written in (*OTHER_WAYS, WITH_COMMA):
-            cell = re.sub(pattern, written, cell)
-    return cell
-
-
-def all_by_iso(text: bytes, separator: str) -> bytes:
-    """The same for all of a text, whose cells are separated so."""
-    ways = OTHER_WAYS if separator == "," else (*OTHER_WAYS, WITH_COMMA)
-    for pattern, written in ways:
-        text = re.sub(pattern.encode(), written.encode(), text)
+def by_iso(text: str, separator: str = "") -> str:
+    """A cell, or all of a text whose cells are separated so, with dates and times of day by
+    ISO 8601."""
+    if ":" not in text:
+        return text
+    text = TWELVE.sub(
+        lambda at: f"{int(at[1]) % 12 + 12 * (at[3] in 'pP'):02}{at[2]}", text
+    )
+    ways = (*OTHER_WAYS, WITH_COMMA)
+    for pattern, written in ways[separator == " " : -1 if separator == "," else None]:
+        text = re.sub(pattern, written, text)
     return text
 
 

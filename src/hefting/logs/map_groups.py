@@ -40,7 +40,17 @@ WORDS = {
 OTHER = {
     *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
     *("target", "desired", "des", "cmd", "command", "commanded", "goal", "setpoint"),
-    *("soll", "planned", "plan", "nominal", "action", "actions", "delta", "diff"),
+    *(
+        "soll",
+        "rsol",
+        "planned",
+        "plan",
+        "nominal",
+        "action",
+        "actions",
+        "delta",
+        "diff",
+    ),
     *("pred", "predicted", "prediction", "expected", "model", "residual"),
     *("comp", "compensated", "gravity", "contact", "init", "initial"),
     *("ref", "reference", "error", "err", "bias", "offset", "std", "cov", "covariance"),
@@ -57,7 +67,7 @@ ELSEWHERE = {
 }
 """Words of what is not held there."""
 
-MEASURED = {"actual", "act", "ist", "measured", "meas", "msr"}
+MEASURED = {"actual", "act", "ist", "rist", "measured", "meas", "mes", "msr"}
 """Words of what is no set point."""
 
 ASIDE = (
@@ -75,8 +85,8 @@ UNIT_WORDS = frozenset(
 """Units as they stand at the end of a name: ``Fx_N``, ``x_mm``, ``Fx in N``."""
 
 
-CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])"
-"""Where a word begins in ``ForceXRaw``, ``TCPPose``."""
+CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
+"""Where a word begins in ``ForceXRaw``, ``TCPPose``, and not in KUKA's ``RIst_X``."""
 
 
 @dataclass(frozen=True)

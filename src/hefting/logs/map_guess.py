@@ -189,8 +189,8 @@ def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None
     if (matrix := groups.matrix("matrix", 4, near)) is not None:
         return [Guess("pose", matrix.columns, ('form = "matrix4"',), "", matrix.equals)]
     if (matrix := groups.numbered("pose-matrix", 16, near)) is not None:
-        rows = np.abs(sample.values[:, list(matrix.columns[12:15])]) < 1e-6
-        form = "matrix4" if rows.all() else "matrix4-columns"
+        last = np.abs(sample.values[:, list(matrix.columns[12:15])])
+        form = "matrix4-columns" if (last > 1e-6).any() else "matrix4"
         return [Guess("pose", matrix.columns, (f'form = "{form}"',), "", matrix.equals)]
     if (seven := groups.numbered("pose", 7, near)) is not None:
         turn = Choice(seven.columns[3:], seven.words, seven.rank, seven.equals)
@@ -248,7 +248,8 @@ def _four(sample: Sample, choice: Choice) -> Guess:
 
 
 def _has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
-    norms = np.linalg.norm(sample.values[:, list(columns)], axis=1)
+    with np.errstate(over="ignore"):
+        norms = np.linalg.norm(sample.values[:, list(columns)], axis=1)
     known = norms[np.isfinite(norms)]
     return len(known) > 0 and bool((np.abs(known - 1.0) < UNIT_NORM).all())
 

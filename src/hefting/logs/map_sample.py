@@ -12,8 +12,9 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.files import check_size
 from hefting.core.spatial import Array
+from hefting.logs.csv_cells import NUMBER, one_line, with_lists
 from hefting.logs.csv_file import CsvTable, open_csv, texts
-from hefting.logs.csv_header import NUMBER, is_numbers, read_header, split_cells
+from hefting.logs.csv_header import Rows, is_numbers, read_header
 from hefting.logs.csv_times import seconds_of
 from hefting.logs.map_groups import ASIDE, OTHER
 from hefting.logs.registry import find_format
@@ -148,12 +149,12 @@ def _first_numbers(table: Table, column: int) -> Array:
 
 def _of_text(path: str | Path) -> Sample:
     """The beginning of separated text."""
-    text = next(texts(path), b"")
+    text = one_line(next(texts(path), b""))
     header = read_header(text, path, None)
     names, separator, decimal = header.names, header.separator, header.decimal
-    lines = text.decode(errors="replace").split("\n")
-    lines = lines[header.first - 1 : header.first - 1 + MOST_ROWS]
-    rows = [split_cells(line, separator) for line in lines]
+    lines = Rows(text.decode(errors="replace").split("\n"), separator, len(names))
+    rows = [lines.cells(header.first + k) for k in range(MOST_ROWS)]
+    rows = [with_lists(row, header.lists) for row in rows if row]
     rows = [row for row in rows if len(row) == len(names)]
     if not any(is_numbers(row) for row in rows):
         raise InputError("there are no rows of numbers below the header", path)

@@ -98,10 +98,11 @@ ANGLES = {
     ("a", "b", "c"): (ZYX, "as of KUKA; other makes have other orders"),
     ("alpharad", "betarad", "gammarad"): (ZYX, ""),
     ("w", "p", "r"): (RPY, ""),
+    ("o", "a", "t"): (ZYZ, ""),
     ("phi", "theta", "psi"): (RPY, 'or "euler" in another order'),
 }
 """Names of three angles, what a map says of them, and a doubt; those with ``rad`` are of
-KUKA's Sunrise, the next of Fanuc."""
+KUKA's Sunrise, the next of Fanuc and Kawasaki. ``U V W`` may be z y x (Epson), or x y z."""
 
 ANOTHER_FORM = 'or "rpy", or "euler" with its order: the names do not tell'
 ANOTHER_ORDER = 'or "euler" in another order'
@@ -136,7 +137,7 @@ def _named_angles(
 ) -> Choice | None:
     """Columns that end in the names of three angles; those of single letters have
     nothing before them, or what a position has."""
-    found: dict[tuple[str, ...], dict[str, int]] = {}
+    found: dict[tuple[bool, tuple[str, ...]], dict[str, int]] = {}
     for column in range(len(sample.names)):
         name = sample.words(column)
         words = words_of(name)
@@ -145,11 +146,12 @@ def _named_angles(
         before = (*behind, *words[:-1])
         if words and not is_other((*behind, *words)) and not is_told(before, "force"):
             last = words[-1] + "rad" * name.endswith("Rad")
-            found.setdefault(before, {}).setdefault(last, column)
+            case = name[-1:].isupper()  # beside ``O A T``, ``t`` is the time
+            found.setdefault((case, before), {}).setdefault(last, column)
     return best_of(
         [
             Choice(tuple(columns[a] for a in angles), before, rank_of(before, near))
-            for before, columns in found.items()
+            for (_, before), columns in found.items()
             if set(angles) <= set(columns)
             and (len(angles[0]) > 1 or not before or is_told(before, "position"))
         ]

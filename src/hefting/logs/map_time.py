@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from hefting.logs.map_groups import CAMEL
-from hefting.logs.map_sample import Sample
+from hefting.logs.map_sample import MOST_ROWS, UNKNOWN, Sample
 from hefting.logs.map_text import Guess, unit_entry
 from hefting.logs.table import SINCE_1970
 from hefting.logs.units import ALIASES, UNITS
@@ -15,9 +15,15 @@ from hefting.logs.units import ALIASES, UNITS
 TIMES = (
     *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
-    *("elapsed", "epoch", "unix", "asctime", "duration"),
+    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
 )
-"""Names of the time, without its unit."""
+"""Names of the time, without its unit; also LabVIEW's ``X_Value``."""
+
+MILLISECONDS = ("ipoc", "duration")
+"""Those of KUKA and libfranka, whose whole numbers are such."""
+
+SHORT = 3.0
+"""[s] Recordings that are shorter in the unit by their steps may be in a larger one."""
 
 TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
 """Units as they stand in names of the time."""
@@ -34,7 +40,7 @@ def names_time(text: str) -> bool:
     """Whether a name is one of the time, its unit and what it is within aside."""
     words = _small_words(text)
     bare = [word for word in words if word not in TIME_UNITS | {"in"}]
-    alone = bare == ["t"] or text.endswith(".t")
+    alone = bare in (["t"], ["x", "value"]) or text.endswith(".t")
     return bool(words) and (not bare or bare[-1] in TIMES[1:] or alone)
 
 
@@ -60,7 +66,8 @@ def time_of(sample: Sample) -> Guess | None:
         said = sample.said_unit((column,), "time") or next(
             (ALIASES.get(word, word) for word in words if word in TIME_UNITS), ""
         )
-        unit, remark = _time_unit(sample.values[:, column], said)
+        is_told = words[-1] in MILLISECONDS
+        unit, remark = _time_unit(sample.values[:, column], said, is_told)
         return Guess("time", (column,), (unit_entry(unit),), remark)
     return _index(sample)
 
@@ -92,13 +99,18 @@ def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
     return None
 
 
-def _time_unit(values: np.ndarray, said: str) -> tuple[str, str]:
+def _time_unit(values: np.ndarray, said: str, is_told: bool = False) -> tuple[str, str]:
     """Unit of the time, by its name or its steps, and why."""
     if said:
         return said, ""
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
-    for unit, least in (("ns", 1e5), ("us", 1e2), ("ms", 1.0)):
+    for unit, least, per in (("ns", 1e5, 1e9), ("us", 1e2, 1e6), ("ms", 1.0, 1e3)):
         if step >= least:
-            return unit, f"by its steps of {step:.4g}"
+            why = f"by its steps of {step:.4g}"
+            rows = min(SHORT * per / step, MOST_ROWS)
+            is_sure = is_told or np.nanmax(values) > SINCE_1970 * per
+            if len(values) < rows and not is_sure:
+                why = f"its unit {UNKNOWN}: {why}, or 1000 times larger"
+            return unit, why
     return "s", ""

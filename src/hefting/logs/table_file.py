@@ -149,6 +149,8 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
         fix += f", as {TIME_EXAMPLE}; rows of a map without it are static poses"
     if "orientation" in absent:
         fix += ", or give another table with the poses (`poses`)"
+        if {*"UVW"} <= {name[:2].rstrip("[(_ ") for name in others}:
+            fix += '; U, V, W of Epson have form = "euler", order = "ZYX", unit = "deg"'
     return InputError(what + told, table.source, fix)
 
 

@@ -1,0 +1,213 @@
+"""Cells of separated text and what they hold; lists of numbers in them, and LabVIEW's text
+measurement files (``.lvm``), as plain rows."""
+
+import csv
+import io
+import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import chain, islice
+from pathlib import Path
+
+from hefting.core.errors import InputError
+from hefting.logs.csv_times import seconds_of
+from hefting.logs.table import LONGEST_LIST
+
+NUMBER = re.compile(
+    r"\s*+([+-]?(\d++(\.\d*+)?|\.\d++)(e[+-]?\d+)?|[+-]?(nan|inf|infinity))?\s*",
+    re.IGNORECASE,
+)
+"""A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
+around it; in a time that grows with its length."""
+
+NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")
+"""Cells that other programs write where nothing was measured."""
+
+WORDS = re.compile(r"\b(np\.)?(array|float\d\d)(?=\()|,\s*dtype=\w+(?=\)$)")
+"""What NumPy writes around numbers."""
+
+MARKS = str.maketrans("[](),", 5 * " ")
+"""What stands between them."""
+
+SEVERAL_LINES = re.compile(rb'"(?:array\()?[\[(][-+.,=\s\w\[\]()]*"')
+"""A list in quotes, which NumPy may write on several lines."""
+
+ENOUGH, ESCAPE = 2**20, "surrogateescape"
+"""Text that is made at a time [bytes], and how bytes that are no text are kept."""
+
+
+def list_in(cell: str) -> list[str]:
+    """The numbers of a list, of lists in it too, or of three and more between blanks; none
+    of what is no list."""
+    cell, fewest = cell.strip(), 3
+    if cell[-1:] in ("]", ")"):
+        cell = cell.replace("None", "nan")
+        cell = WORDS.sub("", cell) if "(" in cell[1:] else cell
+        cell, fewest = cell.translate(MARKS) if cell[0] in "[(" else "", 2
+    items = cell.split() if " " in cell else []
+    if not fewest <= len(items) <= LONGEST_LIST:
+        return []
+    try:
+        return items if [*map(float, items)] else []
+    except ValueError:
+        return []
+
+
+def lists_of(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
+    """Columns whose first cells hold lists, and how many numbers."""
+    found = {}
+    for j in range(width):
+        cells = (row[j] for row in rows if row[j:] and row[j] not in ("", *NOTHING))
+        found[j] = len(list_in(next(cells, "")))
+    return {j: count for j, count in found.items() if count}
+
+
+def with_lists(cells: list[str], lists: Mapping[int, int]) -> list[str]:
+    """A row with the numbers of its lists behind; blank for a blank cell, and the cell
+    itself for a list of another length, which is no number then."""
+    row = [*cells]
+    for j, count in lists.items():
+        cell = "".join(cells[j : j + 1])
+        numbers = list_in(cell)
+        blank = cell.strip() in ("", "[]", "nan", *NOTHING)
+        row += numbers if len(numbers) == count else ["" if blank else cell] * count
+    return row
+
+
+def count_lines(text: bytes) -> int:
+    """How many lines a text has, of which the last may have no end."""
+    return text.count(b"\n") + (not text.endswith(b"\n"))
+
+
+def unify_line_ends(text: bytes) -> bytes:
+    """Text with \\n at the ends of lines."""
+    return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
+
+
+def merge_spaces(text: bytes) -> bytes:
+    """Space separated text with one space between cells and none at ends of lines."""
+    if (
+        b"  " in text
+        or b"\n " in text
+        or b" \n" in text
+        or text[:1] == b" "
+        or text[-1:] == b" "
+    ):
+        text = (
+            re.sub(b" +", b" ", text)
+            .replace(b"\n ", b"\n")
+            .replace(b" \n", b"\n")
+            .strip(b" ")
+        )
+    return text
+
+
+def one_line(text: bytes) -> bytes:
+    """Text with each list on one line."""
+
+    def join(found: re.Match[bytes]) -> bytes:
+        return found[0].replace(b"\n", b" ")
+
+    return SEVERAL_LINES.sub(join, text) if b'"' in text else text
+
+
+def in_columns(
+    texts: Iterator[bytes],
+    lists: Mapping[int, int],
+    first: int,
+    width: int,
+    written: tuple[str, str],
+    source: str,
+) -> Iterator[bytes]:
+    """Text with the numbers of lists as cells behind the others, each row in the line in
+    which it begins, from the `first` on; `written` are separator and decimal mark.
+    `InputError` for a cell that is too long."""
+    separator, decimal = written
+    lines = (line for t in texts for line in io.StringIO(t.decode(errors=ESCAPE)))
+    out, last = io.StringIO(), 0
+    out.writelines("\n" for _ in islice(lines, first - 1))
+    writer = csv.writer(out, delimiter=separator, lineterminator="\n")
+    rows = csv.reader(lines, delimiter=separator)
+    try:
+        for cells in rows:
+            row = with_lists(cells, lists) if len(cells) == width else cells
+            plain = [
+                "" if j in lists else cell.replace("\n", " ")
+                for j, cell in enumerate(cells)
+            ]
+            writer.writerow(
+                plain + [n.replace(".", decimal) for n in row[len(cells) :]]
+            )
+            out.write("\n" * (rows.line_num - last - 1))
+            last = rows.line_num
+            if out.tell() > ENOUGH:
+                yield out.getvalue().encode(errors=ESCAPE)
+                out.seek(out.truncate(0))
+    except csv.Error as error:
+        where = f"{source}, row {first + last}"
+        raise InputError(f"is no row of cells ({error})", where) from error
+    yield out.getvalue().encode(errors=ESCAPE)
+
+
+MARK = b"LabVIEW Measurement"
+"""How such a file begins."""
+
+TAGS = b"Y_Unit_Label X_Columns X_Dimension Delta_X Date Time".split()
+"""How lines above the names begin that are read."""
+
+
+def as_table(texts: Iterator[bytes], path: str | Path) -> Iterator[bytes]:
+    """Text as it is; of LabVIEW, rows of numbers without comments, each in its line; before them the names of the
+    channels, and in the line that had these their units; else blank lines.
+
+    Times that are not written are counted by ``Delta_X``; a later segment that begins as
+    the first does is later by its ``Date`` and ``Time``. `InputError` unless there is one
+    time for all channels.
+    """
+    names: list[bytes] = []
+    tags = {tag: [b""] for tag in TAGS}
+    separator, rows, shift, first = b"\t", 0, 0.0, None
+    for begin in islice(texts, 1):
+        texts = chain((begin,), texts)
+        if not begin.startswith(MARK):
+            yield from texts
+    for text in texts:
+        lines: list[bytes] = []
+        for line in text.split(b"\n"):
+            cells, row = line.split(separator), b""
+            if cells[0] == b"X_Value":
+                if lines and not names:
+                    kind = {*tags[b"X_Columns"], *tags[b"X_Dimension"]}
+                    if kind - {b"", b"No", b"One", b"Time"}:
+                        fix = "save it with one X column, of the time"
+                        raise InputError("has no one time for all channels", path, fix)
+                    names = cells[: -1 if cells[-1] in (b"", b"Comment") else None]
+                    lines[-1] = separator.join(names)
+                    units = [b"s", *tags[b"Y_Unit_Label"], *[b""] * len(names)]
+                    row = separator.join(units[: len(names)])
+                rows = 0
+            elif line[:1].isalpha() or line[:1] == b"*":
+                separator = b"," if line.startswith(b"Separator,") else separator
+                tags |= {cells[0]: [*cells[1:], b""]} if cells[0] in tags else {}
+            elif names and line.strip():
+                if not rows:
+                    stamp = b" ".join((tags[b"Date"][0], tags[b"Time"][0][:15]))
+                    start = seconds_of(stamp.decode(errors="replace").replace(",", "."))
+                    first = first or (cells[0], start or 0.0)
+                    shift = (start or 0.0) - first[1] if cells[0] == first[0] else shift
+                if shift or not cells[0]:
+                    step = tags[b"Delta_X"][0]
+                    time = _float(cells[0]) if cells[0] else rows * _float(step)
+                    cells[0] = str(shift + time).encode()
+                    cells[0] = cells[0].replace(b".", b"," if b"," in step else b".")
+                rows += 1
+                row = separator.join(cells[: len(names)])
+            lines.append(row)
+        yield b"\n".join(lines)
+
+
+def _float(cell: bytes) -> float:
+    """A number; NaN for what is none, which is told where it is read."""
+    try:
+        return float(cell.replace(b",", b"."))
+    except ValueError:
+        return float("nan")
