@@ -1,15 +1,12 @@
-"""Cells of separated text and what they hold; lists of numbers in them, and LabVIEW's text
-measurement files (``.lvm``), as plain rows."""
+"""Cells of separated text and what they hold, above all lists of numbers."""
 
 import csv
 import io
 import re
 from collections.abc import Iterator, Mapping, Sequence
-from itertools import chain, islice
-from pathlib import Path
+from itertools import islice
 
 from hefting.core.errors import InputError
-from hefting.logs.csv_times import seconds_of
 from hefting.logs.table import LONGEST_LIST
 
 NUMBER = re.compile(
@@ -146,68 +143,3 @@ def in_columns(
         where = f"{source}, row {first + last}"
         raise InputError(f"is no row of cells ({error})", where) from error
     yield out.getvalue().encode(errors=ESCAPE)
-
-
-MARK = b"LabVIEW Measurement"
-"""How such a file begins."""
-
-TAGS = b"Y_Unit_Label X_Columns X_Dimension Delta_X Date Time".split()
-"""How lines above the names begin that are read."""
-
-
-def as_table(texts: Iterator[bytes], path: str | Path) -> Iterator[bytes]:
-    """Text as it is; of LabVIEW, rows of numbers without comments, each in its line; before them the names of the
-    channels, and in the line that had these their units; else blank lines.
-
-    Times that are not written are counted by ``Delta_X``; a later segment that begins as
-    the first does is later by its ``Date`` and ``Time``. `InputError` unless there is one
-    time for all channels.
-    """
-    names: list[bytes] = []
-    tags = {tag: [b""] for tag in TAGS}
-    separator, rows, shift, first = b"\t", 0, 0.0, None
-    for begin in islice(texts, 1):
-        texts = chain((begin,), texts)
-        if not begin.startswith(MARK):
-            yield from texts
-    for text in texts:
-        lines: list[bytes] = []
-        for line in text.split(b"\n"):
-            cells, row = line.split(separator), b""
-            if cells[0] == b"X_Value":
-                if lines and not names:
-                    kind = {*tags[b"X_Columns"], *tags[b"X_Dimension"]}
-                    if kind - {b"", b"No", b"One", b"Time"}:
-                        fix = "save it with one X column, of the time"
-                        raise InputError("has no one time for all channels", path, fix)
-                    names = cells[: -1 if cells[-1] in (b"", b"Comment") else None]
-                    lines[-1] = separator.join(names)
-                    units = [b"s", *tags[b"Y_Unit_Label"], *[b""] * len(names)]
-                    row = separator.join(units[: len(names)])
-                rows = 0
-            elif line[:1].isalpha() or line[:1] == b"*":
-                separator = b"," if line.startswith(b"Separator,") else separator
-                tags |= {cells[0]: [*cells[1:], b""]} if cells[0] in tags else {}
-            elif names and line.strip():
-                if not rows:
-                    stamp = b" ".join((tags[b"Date"][0], tags[b"Time"][0][:15]))
-                    start = seconds_of(stamp.decode(errors="replace").replace(",", "."))
-                    first = first or (cells[0], start or 0.0)
-                    shift = (start or 0.0) - first[1] if cells[0] == first[0] else shift
-                if shift or not cells[0]:
-                    step = tags[b"Delta_X"][0]
-                    time = _float(cells[0]) if cells[0] else rows * _float(step)
-                    cells[0] = str(shift + time).encode()
-                    cells[0] = cells[0].replace(b".", b"," if b"," in step else b".")
-                rows += 1
-                row = separator.join(cells[: len(names)])
-            lines.append(row)
-        yield b"\n".join(lines)
-
-
-def _float(cell: bytes) -> float:
-    """A number; NaN for what is none, which is told where it is read."""
-    try:
-        return float(cell.replace(b",", b"."))
-    except ValueError:
-        return float("nan")

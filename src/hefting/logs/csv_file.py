@@ -25,7 +25,6 @@ from hefting.logs.canonical import table_from_recording
 from hefting.logs.csv_cells import (
     NOTHING,
     NUMBER,
-    as_table,
     count_lines,
     in_columns,
     merge_spaces,
@@ -36,6 +35,7 @@ from hefting.logs.csv_end import find_end
 from hefting.logs.csv_header import read_header
 from hefting.logs.csv_times import WRITTEN, Midnights, by_iso, kind_of
 from hefting.logs.layout import Layout
+from hefting.logs.lvm_text import as_table
 from hefting.logs.registry import READING, Format
 from hefting.logs.table import Block, label
 
