@@ -86,10 +86,13 @@ def _said(
         g = dynamics.gravity + theta
         g *= np.linalg.norm(dynamics.gravity) / np.linalg.norm(g)
         angle = np.degrees(np.arctan2(np.linalg.norm(theta), np.linalg.norm(g)))
-        how = "level the base, or record an empty run as it stood"
+        how = "level the base, free the cable, or record an empty run like it"
         if not suspect.loaded:
             how = f"give `gravity` {','.join(f'{x:.2f}' for x in g)}"
-        what = f"in {runs} the base seems to be tilted by {angle:.1f}°: {how}"
+        what = (
+            f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
+            f"not level or a cable that pulls: {how}"
+        )
         return say("arm-tilted", what, "gravity")
     large = np.flatnonzero(np.abs(theta) > 0.5 * np.abs(theta).max())
     if suspect.kind == "zeros":
