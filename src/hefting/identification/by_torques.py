@@ -35,12 +35,18 @@ from hefting.identification.torque_checks import (
     of_unit,
     require_arms_torques,
 )
+from hefting.identification.torque_suspects import (
+    of_delays,
+    of_suspect,
+    without_explained,
+)
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
 from hefting.torques.samples import TorqueSamples, samples_of, still_joints
+from hefting.torques.suspects import without_delay
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
 """(10,) standard deviations of what a published arm is taken for in the payload [kg,
@@ -109,8 +115,9 @@ class ByTorques:
         calibration = None if arm is None else load_arm(arm, dynamics)
         known = () if calibration is None else calibration.digests
         _check_runs(dynamics, (*recordings, *empty), (*loaded, *bare), known)
-        runs = LoadedRuns(dynamics, tuple(loaded), tuple(bare), calibration)
-        found = runs.fit()
+        runs, found, delays, suspect = without_delay(
+            LoadedRuns(dynamics, tuple(loaded), tuple(bare), calibration)
+        )
         messages = [
             message
             for log, samples in zip(recordings, loaded, strict=True)
@@ -122,8 +129,16 @@ class ByTorques:
             if isinstance(message, Message)
         ]
         each = runs.alone()
-        messages += of_unit(dynamics, each) or of_joints(dynamics, each[1:])
-        messages += (*of_rivals(dynamics, loaded), *of_arm(runs, found, each))
+        errors = GAIN_STD * found.by_gain
+        half = 1.96 * np.sqrt(np.diag(found.covariance + errors.T @ errors))
+        sources = [log.source for log in recordings]
+        named = of_suspect(dynamics, suspect, half, sources)
+        messages += (
+            *of_delays(delays),
+            *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
+            *of_rivals(dynamics, runs.loaded),
+            *without_explained((*named, *of_arm(runs, found, each))),
+        )
         return cls(
             dynamics,
             found,

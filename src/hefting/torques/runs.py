@@ -18,7 +18,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import partial
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import numpy as np
 
@@ -115,6 +115,13 @@ class LoadedRuns:
             found = fit(scales, partial(_prior, offset=wider[0], friction=wider[1]))
         return found
 
+    def delayed(self, by: float, loaded: bool) -> Self:
+        """With torques `by` seconds late, in the `loaded` runs alone or in all."""
+        empty = self.empty if loaded else tuple(r.delayed(by) for r in self.empty)
+        return replace(
+            self, loaded=tuple(r.delayed(by) for r in self.loaded), empty=empty
+        )
+
     def alone(self) -> list[TorqueFit]:
         """Fits of the loaded runs, with the payload as part of the last link, of the
         empty ones, and of the calibration, each by itself."""
@@ -167,6 +174,15 @@ def _folded(
         for samples in runs:
             scales = scales.fold(Rows.of(dynamics, samples, carries, arm_known, load))
     return scales
+
+
+def loads_of(runs: LoadedRuns, found: TorqueFit) -> Load:
+    """Arm and payload by a fit."""
+    known = runs.calibration
+    arm = runs.dynamics.arm if known is None else known.load.arm
+    if runs.empty:
+        arm = _arm_of(runs.dynamics, found)
+    return Load(arm, _payload_of(found))
 
 
 def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:

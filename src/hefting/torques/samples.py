@@ -70,6 +70,17 @@ class TorqueSamples:
     def __getitem__(self, part: slice) -> TorqueSamples:
         return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
 
+    def delayed(self, by: float) -> TorqueSamples:
+        """With torques that came `by` seconds after the motion that they belong to."""
+        time = self.time - by
+        kept = (time >= self.time[0]) & (time <= self.time[-1])
+        position, velocity, acceleration = (
+            np.column_stack([np.interp(time[kept], self.time, own) for own in each.T])
+            for each in (self.position, self.velocity, self.acceleration)
+        )
+        own = self.time[kept], position, velocity, acceleration, self.torque[kept]
+        return TorqueSamples(*own)
+
     @property
     def digest(self) -> str:
         """Tells one run from another, whatever the motion."""
@@ -112,8 +123,12 @@ def samples_of(
     torque = recording[stream].values[:, columns]
     if gains is not None:
         torque = torque * _checked(gains, len(columns), recording.source)
+    turns = [s.column for s in dynamics.robot.screws if not s.slides]
+    position = q.values[:, columns]
+    # angles may be given within half a turn
+    position[:, turns] = np.unwrap(position[:, turns], axis=0)
     time = recording[stream].time
-    return TorqueSamples.smoothed(q.time, q.values[:, columns], time, torque)
+    return TorqueSamples.smoothed(q.time, position, time, torque)
 
 
 def still_joints(

@@ -1,0 +1,110 @@
+"""Messages of mistakes that are fitted beside the payload (`hefting.torques.suspects`)."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Sequence
+
+import numpy as np
+
+from hefting.core.messages import Message, error, note, warning
+from hefting.core.spatial import Array
+from hefting.torques.dynamics import JointDynamics
+from hefting.torques.suspects import Suspect
+
+WRONG_SHIFT = 0.5, 1.0
+"""Change of mass or first moments, over the half widths of their intervals, from which
+on a suspect gives doubt, and makes the answer wrong."""
+
+
+def of_suspect(
+    dynamics: JointDynamics,
+    suspect: Suspect | None,
+    half: Array,
+    sources: Sequence[str],
+) -> list[Message]:
+    """What of the runs is another than it is said to be, as a message that is as severe
+    as the payload's parameters are then others: `half` (10,) half widths of their
+    intervals. `sources` are the names of the loaded runs."""
+    if suspect is None:
+        return []
+    shift = float(np.abs(suspect.shift / half)[:4].max())
+    runs = "the loaded runs, not the empty ones," if suspect.loaded else "all runs"
+    say = error if shift > WRONG_SHIFT[1] else warning
+    if shift < WRONG_SHIFT[0] and suspect.kind != "part":
+        say = note
+    return [_said(say, suspect, dynamics, runs, sources)]
+
+
+def of_delays(delays: Sequence[Suspect]) -> list[Message]:
+    """A note of the delays that were taken out."""
+    if not delays:
+        return []
+    loaded, every = (
+        sum(float(each.theta[0]) for each in delays if own or not each.loaded)
+        for own in (True, False)
+    )
+    what = (
+        f"torques come {1e3 * loaded:.0f} ms after the positions in loaded runs, and "
+        f"{1e3 * every:.0f} ms in empty ones, by their clocks or a filter: taken out"
+    )
+    return [note("torques-late", what)]
+
+
+def without_explained(messages: Sequence[Message]) -> list[Message]:
+    """Without the change of offsets and friction where what did it is named."""
+    doubts = {each.code for each in messages if each.severity != "note"}
+    named = doubts - {"joints-changed"}
+    return [each for each in messages if not named or each.code != "joints-changed"]
+
+
+def _said(
+    say: Callable[..., Message],
+    suspect: Suspect,
+    dynamics: JointDynamics,
+    runs: str,
+    sources: Sequence[str],
+) -> Message:
+    theta = suspect.theta
+    if suspect.part is not None:
+        i, first, last = suspect.part
+        when = [
+            f"from {first:.1f} s" if first else "",
+            f"to {last:.1f} s" if last else "",
+        ]
+        span = " ".join(filter(None, when)) or "all of it"
+        what = (
+            f"{sources[i]}: {span} its torques contradict the rest, as if other "
+            f"{abs(theta[0]):.2g} kg were there: is the object picked up, put down or "
+            "turned, or does something touch it? Identify from one part alone (`start`, "
+            "`duration`)"
+        )
+        return say("part-contradicts", what, "start")
+    if suspect.kind == "delay":
+        what = f"torques of {runs} come late, but by no one time: record by one clock"
+        return say("torques-delayed", what)
+    if suspect.kind == "tilt":
+        g = dynamics.gravity + theta
+        g *= np.linalg.norm(dynamics.gravity) / np.linalg.norm(g)
+        angle = np.degrees(np.arctan2(np.linalg.norm(theta), np.linalg.norm(g)))
+        how = "level the base, free the cable, or record an empty run like it"
+        if not suspect.loaded:
+            how = f"give `gravity` {','.join(f'{x:.2f}' for x in g)}"
+        what = (
+            f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
+            f"not level or a cable that pulls: {how}"
+        )
+        return say("arm-tilted", what, "gravity")
+    large = np.flatnonzero(np.abs(theta) > 0.5 * np.abs(theta).max())
+    if suspect.kind == "zeros":
+        each = (f"{dynamics.names[j]} by {-np.degrees(theta[j]):.1f}°" for j in large)
+        what = (
+            f"in {runs} joint angles seem to be too large, {', '.join(each)}: check "
+            "their zeros"
+        )
+        return say("joint-zeros", what)
+    each = (f"{dynamics.names[j]} {1.0 + theta[j]:.3g}" for j in large)
+    what = (
+        f"in {runs} torques seem to be too large by a factor, {', '.join(each)}: check "
+        "`torque_gains` and units"
+    )
+    return say("torque-gain", what, "torque_gains")
