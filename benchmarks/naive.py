@@ -29,11 +29,11 @@ def main() -> None:
     log = pd.read_csv(arguments.log)
     phi, bias = identified(log, gravity)
     body = pin.Inertia.FromDynamicParameters(phi)
-    np.set_printoptions(precision=5, suppress=True)
-    print(f"mass    {body.mass:.4f} kg")
-    print(f"COM     {body.lever} m")
-    print(f"inertia {body.inertia.tolist()} kg m², about the COM")
-    print(f"bias    {bias} N, N m")
+    with np.printoptions(precision=5, suppress=True):
+        print(f"mass    {body.mass:.4f} kg")
+        print(f"COM     {body.lever} m")
+        print(f"inertia {body.inertia.tolist()} kg m², about the COM")
+        print(f"bias    {bias} N, N m")
 
 
 def identified(log: pd.DataFrame, gravity: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
