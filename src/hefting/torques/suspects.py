@@ -42,7 +42,8 @@ LEAST_EVIDENCE = {
     "part": 30.0,
 }
 """Evidence from which on a suspect is believed: of 60 right simulated pairs of runs it was at
-most 7, 10, 48, -8 and -9, but for delays of a filter, which were there."""
+most 7, 10, 48, -8 and -9, but for delays of a filter, which were there; of 48 others by
+another simulator 1, -1, -14, -16 and -24."""
 REVERSAL = 2
 """Averages beside a joint's turning back that tell nothing of a delay."""
 MOST_DELAYS = 4
