@@ -129,8 +129,8 @@ class ByTorques:
             if isinstance(message, Message)
         ]
         each = runs.alone()
-        errors = GAIN_STD * found.by_gain
-        half = 1.96 * np.sqrt(np.diag(found.covariance + errors.T @ errors))
+        gains = _errors_of_gains(found)
+        half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
         named = of_suspect(dynamics, suspect, half, sources)
         messages += (
@@ -190,7 +190,7 @@ class ByTorques:
     def _systematic(self, wrench: WhitenedState | None) -> Array:
         """(10, 10) covariance of the parameters by the joints' gains, and by a
         published arm; with a `wrench` by the share that the torques then have."""
-        errors = GAIN_STD * self.fit.by_gain
+        errors = _errors_of_gains(self.fit)
         if self.arm_known:
             errors = np.vstack((errors, np.diag(PUBLISHED_ARM_STD)))
         if wrench is not None:
@@ -211,6 +211,11 @@ class ByTorques:
             "torque_gain_std": GAIN_STD,
             "torque_noise": tuple(float(value) for value in self.fit.std),
         }
+
+
+def _errors_of_gains(fit: TorqueFit) -> Array:
+    """(n, 10) change of the parameters by one standard deviation of each gain."""
+    return GAIN_STD * fit.by_gain
 
 
 def wrench_equations(recording: Recording, **reading: Any) -> WhitenedState:

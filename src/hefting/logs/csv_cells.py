@@ -1,4 +1,4 @@
-"""Cells of separated text and what they hold, above all lists of numbers."""
+"""Lines and cells of separated text, and what cells hold, above all lists of numbers."""
 
 import csv
 import io

@@ -79,8 +79,9 @@ def by_iso(text: str, separator: str = "") -> str:
     text = TWELVE.sub(
         lambda at: f"{int(at[1]) % 12 + 12 * (at[3] in 'pP'):02}{at[2]}", text
     )
-    ways = (*OTHER_WAYS, WITH_COMMA)
-    for pattern, written in ways[separator == " " : -1 if separator == "," else None]:
+    # between blanks a date is a cell of its own, and between commas they end a cell
+    ways = OTHER_WAYS[1:] if separator == " " else OTHER_WAYS
+    for pattern, written in ways if separator == "," else (*ways, WITH_COMMA):
         text = re.sub(pattern, written, text)
     return text
 

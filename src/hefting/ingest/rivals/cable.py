@@ -29,7 +29,7 @@ wrong: how much of it hangs where it is lightest nothing tells."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest spring, at no clock offset and at the one that was found."""
+    """The likeliest law, at no clock offset and at the one that was found."""
     if not case.recording.has("position"):
         return None
     times = case.time - case.likely_offsets[:, None]
@@ -84,7 +84,7 @@ def _place(case: Case, times: Array) -> Array:
 
 
 def _rows(case: Case, motion: Motion, place: Array) -> Rows:
-    """Rows of a body, a bias, and a spring; then those of what hangs in its place."""
+    """Rows of a body, a bias, and a pull by each of the laws, one law after the other."""
     across = tangents_of(case.gravity)  # (2, 3)
     sides = [np.broadcast_to(side, place.shape) for side in across]
     body = motion.features(case.modelled_gravity)
