@@ -45,7 +45,7 @@ from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
-from hefting.torques.samples import TorqueSamples, samples_of, still_joints
+from hefting.torques.samples import TorqueSamples, samples_of, spikes, still_joints
 from hefting.torques.suspects import without_delay
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
@@ -133,6 +133,8 @@ class ByTorques:
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
         named = of_suspect(dynamics, suspect, half, sources)
+        for log in (*recordings, *empty):
+            messages += spikes(log, dynamics, torque_gains)
         messages += (
             *of_delays(delays),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
