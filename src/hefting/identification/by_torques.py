@@ -45,7 +45,8 @@ from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
-from hefting.torques.samples import TorqueSamples, samples_of, spikes, still_joints
+from hefting.torques.samples import TorqueSamples, samples_of, still_joints
+from hefting.torques.spikes import without_spikes
 from hefting.torques.suspects import without_delay
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
@@ -106,7 +107,7 @@ class ByTorques:
         `samples_of` and `load_arm`.
         """
         recordings, empty = (
-            [as_recording(log, wrench_needed=False) for log in logs]
+            [without_spikes(as_recording(log, wrench_needed=False)) for log in logs]
             for logs in (recordings, empty)
         )
         dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
@@ -133,8 +134,6 @@ class ByTorques:
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
         named = of_suspect(dynamics, suspect, half, sources)
-        for log in (*recordings, *empty):
-            messages += spikes(log, dynamics, torque_gains)
         messages += (
             *of_delays(delays),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
@@ -257,6 +256,7 @@ def calibrate_arm(
 ) -> tuple[JointDynamics, EmptyRuns]:
     """The arm without a payload; arguments and errors as of `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
+    recordings = [without_spikes(log) for log in recordings]
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
     _check_runs(dynamics, recordings, samples)
     runs = EmptyRuns.of(dynamics, samples)
