@@ -2,6 +2,7 @@
 each refused in one line with exit status 2. About 15 s."""
 
 import json
+import re
 from dataclasses import replace
 from pathlib import Path
 
@@ -113,6 +114,27 @@ def test_a_calibration_serves_as_the_empty_run(folder, run, tmp_path):
     for key, value in (("runs", "abc"), ("mechanics", None)):
         Path(arm).write_text(json.dumps(whole | {key: value}))
         assert refused(run(*loaded), "is a damaged calibration")
+
+
+def test_a_calibration_says_what_it_took_out(folder, run, tmp_path):
+    """0.2 s by which the torques came late; the run still counts once."""
+    for name in ("empty", "loaded"):
+        log = read_log(folder / f"{name}.csv", wrench_needed=False)
+        q, torque = log["joint_positions"], log["joint_torques"]
+        late = Stream(torque.time + 0.2, torque.values)
+        streams = {"joint_positions": q, "joint_torques": late}
+        write_log(Recording(streams), tmp_path / f"{name}.csv")
+    arm, empty = str(tmp_path / "arm.json"), str(tmp_path / "empty.csv")
+    robot = ["--urdf", str(folder / "arm.urdf"), "--sensor-frame", "flange"]
+    status, out, err = run("calibrate", empty, "--torques", *robot, "--output", arm)
+    assert (status, err) == (0, "")
+    assert re.search(r"^note: torques come (19\d|20\d) ms after", out)
+    loaded = command(folder, str(tmp_path / "loaded.csv"), "--arm", arm)
+    status, found = answer(run, loaded)
+    assert status == 0
+    check(found)
+    assert "torques-late" in codes(found)
+    assert refused(run(*loaded, "--empty", empty), "given twice")
 
 
 def test_currents_with_gains(folder, run):

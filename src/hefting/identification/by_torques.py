@@ -37,6 +37,7 @@ from hefting.identification.torque_checks import (
 )
 from hefting.identification.torque_suspects import (
     of_delays,
+    of_empty_runs,
     of_suspect,
     without_explained,
 )
@@ -135,7 +136,7 @@ class ByTorques:
         sources = [log.source for log in recordings]
         named = of_suspect(dynamics, suspect, half, sources)
         messages += (
-            *of_delays(delays),
+            *of_delays(delays, bool(empty)),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
             *of_rivals(dynamics, runs.loaded),
             *without_explained((*named, *of_arm(runs, found, each))),
@@ -253,17 +254,25 @@ def calibrate_arm(
     *,
     torque_gains: Array | None = None,
     gravity: ArrayLike = STANDARD_GRAVITY,
-) -> tuple[JointDynamics, EmptyRuns]:
-    """The arm without a payload; arguments and errors as of `ByTorques.of`."""
+) -> tuple[JointDynamics, EmptyRuns, list[Message]]:
+    """The arm without a payload, and what was noticed; arguments and errors as of
+    `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     recordings = [without_spikes(log) for log in recordings]
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
     _check_runs(dynamics, recordings, samples)
-    runs = EmptyRuns.of(dynamics, samples)
-    for doubt in (*of_unit(dynamics, [runs.fit]), *of_rivals(dynamics, samples)):
+    runs, _, delays, suspect = without_delay(LoadedRuns(dynamics, (), tuple(samples)))
+    digests = tuple(run.digest for run in samples)
+    found = replace(EmptyRuns.of(dynamics, runs.empty), digests=digests)
+    for doubt in (*of_unit(dynamics, [found.fit]), *of_rivals(dynamics, runs.empty)):
         if doubt.severity == "error":
             raise InputError(str(doubt), recordings[0].source)
-    return dynamics, runs
+    said = (each for log in recordings for each in log.warnings)
+    messages = [
+        *(each for each in said if isinstance(each, Message)),
+        *of_empty_runs(dynamics, delays, suspect),
+    ]
+    return dynamics, found, messages
 
 
 def _check_runs(

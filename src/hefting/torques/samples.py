@@ -86,11 +86,15 @@ class TorqueSamples:
         """Tells one run from another, whatever the motion."""
         return hashlib.sha256(self.torque.tobytes()).hexdigest()[:16]
 
+    @property
+    def interval(self) -> float:
+        """[s] Median from sample to sample."""
+        return float(np.median(np.diff(self.time)))
+
     def bins(self, rate: float) -> Indices:
         """Index of the first sample of each 1 / `rate` seconds that has any; each
         sample's own, where they come no faster."""
-        interval = float(np.median(np.diff(self.time)))
-        if interval * rate > 0.7:
+        if self.interval * rate > 0.7:
             return np.arange(len(self.time))
         number = np.floor((self.time - self.time[0]) * rate + 1e-6)
         return np.flatnonzero(np.diff(number, prepend=-1.0))
