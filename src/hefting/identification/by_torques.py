@@ -41,6 +41,7 @@ from hefting.identification.torque_suspects import (
     of_suspect,
     without_explained,
 )
+from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
@@ -108,7 +109,7 @@ class ByTorques:
         `samples_of` and `load_arm`.
         """
         recordings, empty = (
-            [without_spikes(as_recording(log, wrench_needed=False)) for log in logs]
+            [_cleaned(as_recording(log, wrench_needed=False)) for log in logs]
             for logs in (recordings, empty)
         )
         dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
@@ -125,6 +126,7 @@ class ByTorques:
             for log, samples in zip(recordings, loaded, strict=True)
             for message in (
                 *log.warnings,
+                *log.notes,
                 *still_joints(samples, dynamics, log.source),
                 *of_gains(log, torque_gains),
             )
@@ -258,7 +260,7 @@ def calibrate_arm(
     """The arm without a payload, and what was noticed; arguments and errors as of
     `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
-    recordings = [without_spikes(log) for log in recordings]
+    recordings = [_cleaned(log) for log in recordings]
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
     _check_runs(dynamics, recordings, samples)
     runs, _, delays, suspect = without_delay(LoadedRuns(dynamics, (), tuple(samples)))
@@ -267,12 +269,17 @@ def calibrate_arm(
     for doubt in (*of_unit(dynamics, [found.fit]), *of_rivals(dynamics, runs.empty)):
         if doubt.severity == "error":
             raise InputError(str(doubt), recordings[0].source)
-    said = (each for log in recordings for each in log.warnings)
+    said = (each for log in recordings for each in (*log.warnings, *log.notes))
     messages = [
         *(each for each in said if isinstance(each, Message)),
         *of_empty_runs(dynamics, delays, suspect),
     ]
     return dynamics, found, messages
+
+
+def _cleaned(recording: Recording) -> Recording:
+    """Without spikes, and with the time of rows that were lost."""
+    return with_time_of_lost_rows(without_spikes(recording))
 
 
 def _check_runs(
