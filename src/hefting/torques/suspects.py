@@ -250,12 +250,11 @@ class Suspects:
             kept[: len(torque)][~inside] = 0.0
             return kept
 
-        by = 0.0
+        by, step = 0.0, max(r.raw.interval for r in self.parts)
         for around in DELAYS:
-            tried = [
-                (float(r @ r), by + d) for d in around for r in [remaining(by + d)]
-            ]
-            by = min(tried)[1]
+            times = np.unique(np.round((by + around) / step)) * step
+            lengths = [float(np.linalg.norm(remaining(each))) for each in times]
+            by = float(times[np.argmin(lengths)])
         evidence = -np.inf
         if abs(by) > LONG:
             evidence = _evidence(remaining(0.0), remaining(by), len(torque), 1)
