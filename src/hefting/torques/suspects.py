@@ -14,7 +14,7 @@ Long delays are beyond the first order: they are tried one by one.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
@@ -159,14 +159,12 @@ class Suspects:
         """(n,) one over the slow noise of each joint."""
         return 1.0 / np.maximum(self.fit.slow_std, 1e-9)
 
-    def stacked(self, of: Callable[[_Run], Array]) -> Array:
+    def stacked(self, each: Iterable[Array]) -> Array:
         """(N, k) rows that count of all runs, joint by joint, whitened, from (K, n, k)
         of each."""
+        pairs = zip(each, self.parts, strict=True)
         return np.concatenate(
-            [
-                np.swapaxes(of(r) * self.weights[:, None], 0, 1)[r.used.T]
-                for r in self.parts
-            ]
+            [np.swapaxes(x * self.weights[:, None], 0, 1)[r.used.T] for x, r in pairs]
         )
 
     @cached_property
@@ -175,7 +173,7 @@ class Suspects:
         unknowns, and (rows,) residuals."""
         n, own = self.runs.dynamics.joints, len(OWN)
         joints = np.concatenate([np.nonzero(r.used.T)[0] for r in self.parts])
-        all_of = self.stacked(lambda r: r.columns)
+        all_of = self.stacked(r.columns for r in self.parts)
         alone = (np.eye(n)[joints][:, :, None] * all_of[:, None, :own]).reshape(
             len(all_of), -1
         )
@@ -237,11 +235,13 @@ class Suspects:
     def late(self, loaded: bool) -> Suspect:
         """Torques of all runs, or of the loaded ones, that come later by one time."""
         U, back, left = self.basis
-        torque = self.stacked(lambda r: r.columns[..., -1:])[:, 0]
-        inside = self.stacked(lambda r: r.inside)[:, 0] > 0.0
+        torque = self.stacked(r.columns[..., -1:] for r in self.parts)[:, 0]
+        inside = self.stacked(r.inside for r in self.parts)[:, 0] > 0.0
 
         def changed(by: float) -> Array:
-            own = self.stacked(lambda r: r.later(by * (r.loaded or not loaded)))
+            own = self.stacked(
+                r.later(by * (r.loaded or not loaded)) for r in self.parts
+            )
             return np.append(own[:, 0] - torque, np.zeros(len(left) - len(torque)))
 
         def remaining(by: float) -> Array:
@@ -279,10 +279,8 @@ class Suspects:
         for kind, of in kinds.items():
             rows = [of(i) for i in range(len(self.parts))]
             for loaded in in_which:
-                shown = iter(rows)
-                X = self.stacked(
-                    lambda r, s=shown, own=loaded: next(s) * (r.loaded or not own)
-                )
+                pairs = zip(rows, self.parts, strict=True)
+                X = self.stacked(x * (r.loaded or not loaded) for x, r in pairs)
                 theta, evidence, shift = self.tried(X, USUAL[kind])
                 if kind == "tilt":
                     theta = theta @ self._across
@@ -348,12 +346,9 @@ class Suspects:
                     continue
                 part = np.zeros((len(time), 1, 1))
                 part[edges[a] : edges[b]] = 1.0
-                own = self.parts[i]
-                X = self.stacked(
-                    lambda r, run=own, p=part: (
-                        Y * p if r is run else np.zeros((*r.used.shape, PAYLOAD))
-                    )
-                )
+                each = [np.zeros((*r.used.shape, PAYLOAD)) for r in self.parts]
+                each[i] = Y * part
+                X = self.stacked(each)
                 theta, evidence, shift = self.tried(X, TYPICAL_PAYLOAD)
                 # seconds of the run; none where the part begins or ends it
                 first, last = (
