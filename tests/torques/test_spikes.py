@@ -73,6 +73,21 @@ def test_no_motion_is_one_however_seldom_it_is_sampled(rate):
     assert without_spikes(given) is given
 
 
+@pytest.mark.parametrize(("rate", "share"), [(100.0, 1.0), (20.0, 0.0)])
+def test_a_brief_acceleration_is_none(rate, share):
+    """Of 0.15 s, at 20 samples a second; of 0.03 s, at a hundred, it is one."""
+    time = np.arange(400) / rate
+    torque = 20.0 * np.sin(0.7 * time)[:, None] * (1.0, 0.3)
+    torque[200:203, 0] += 15.0
+    streams = {
+        "joint_positions": Stream(time, torque),
+        "joint_torques": Stream(time, torque),
+    }
+    found = without_spikes(Recording(streams))
+    changed = found["joint_torques"].values != torque
+    assert changed[200:203, 0].mean() == share
+
+
 def test_a_joint_of_which_too_many_stand_out_is_left_alone():
     torque = SWING + 0.1 * RNG.normal(size=SWING.shape)
     hit = RNG.random(len(TIME)) < 1.5 * LARGEST_SHARE

@@ -11,8 +11,9 @@ from hefting.core.messages import note
 from hefting.core.recording import JOINT_STREAMS, Recording, column_names
 from hefting.core.spatial import Array, Mask
 
-WINDOW = 7
-"""Samples whose median is looked at: spikes of three in a row stand out from it."""
+MOST_IN_A_ROW, LONGEST = 3, 0.06
+"""Samples and seconds that a spike lasts at most: what lasts longer may be a brief
+acceleration."""
 SPIKE = 12.0
 """Standard deviations of the noise from that median, from which on a sample is a
 spike."""
@@ -36,9 +37,11 @@ def without_spikes(recording: Recording) -> Recording:
     for name in JOINT_STREAMS:
         if name not in streams:
             continue
-        values = streams[name].values
+        values, time = streams[name].values, streams[name].time
+        interval = float(np.median(np.diff(time))) if len(time) > 1 else np.inf
+        many = min(MOST_IN_A_ROW, int(LONGEST / interval + 1e-6))
         least = 0.0 if name == "joint_positions" else LEAST_LOAD * values.std(axis=0)
-        usual, found = spikes(values, least)
+        usual, found = spikes(values, many, least)
         if found.any():
             labels = recording.joint_names or column_names(name, values.shape[1])
             counts = zip(found.sum(axis=0).tolist(), labels, strict=True)
@@ -56,13 +59,13 @@ def without_spikes(recording: Recording) -> Recording:
     return replace(recording, streams=streams, warnings=messages)
 
 
-def spikes(values: Array, least: Array | float) -> tuple[Array, Mask]:
-    """(K, n) medians of the neighbours of `values` (K, n), and which of these are at
-    least `least` (n,) away and spikes."""
+def spikes(values: Array, many: int, least: Array | float) -> tuple[Array, Mask]:
+    """(K, n) medians of the neighbours of `values` (K, n), and which of these, of up to
+    `many` in a row, are at least `least` (n,) away and spikes."""
     # SciPy's filters take long to import
     from scipy.ndimage import median_filter
 
-    usual = median_filter(values, (WINDOW, 1), mode="mirror")
+    usual = median_filter(values, (2 * many + 1, 1), mode="mirror")
     apart = np.abs(values - usual)
     noise = np.median(apart, axis=0) / HALF_WITHIN
     steps = np.percentile(np.abs(np.diff(values, axis=0)), STEP[0], axis=0)
