@@ -1,24 +1,15 @@
 """Torques that stand out alone, of damaged messages, and those that do not."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.append(str(Path(__file__).resolve().parents[2]))
-
-from benchmarks.torques_simulated import dynamics_of, runs
-
-from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.torques.samples import TorqueSamples, samples_of, spikes
 from hefting.torques.spikes import LARGEST_SHARE, without_spikes
+from torque_runs import dynamics, fitted, runs
 
-BODY = InertialParameters.from_com(
-    0.8, [0.01, 0.02, 0.08], np.diag([2e-3, 2.2e-3, 1e-3])
-)
 TIME = np.arange(3000) / 100.0
 SWING = 20.0 * np.sin(0.7 * TIME)[:, None] * (1.0, 0.3)
 RNG = np.random.default_rng(4)
@@ -55,8 +46,8 @@ def test_a_joint_of_which_too_many_stand_out_is_left_alone():
 def test_runs_with_spikes_answer_as_without():
     """One sample in a hundred of each joint, of 20 N m, had made the interval eight times
     as wide; their number is said."""
-    own = dynamics_of("ur5e")
-    case = runs("ur5e", own, BODY, 2)
+    own = dynamics("ur5e")
+    case = runs("ur5e", 2)
     rng = np.random.default_rng(5)
 
     def log(run: TorqueSamples) -> Recording:
@@ -74,7 +65,7 @@ def test_runs_with_spikes_answer_as_without():
     (said,) = spikes(loaded, own, gains)
     assert (said.code, said.severity) == ("torque-spikes", "note")
     assert "of joint6 stand out" in said
-    clean = case.fit()
+    clean = fitted("ur5e", 2)
     found = replace(
         case,
         loaded=(samples_of(loaded, own, gains),),
@@ -86,8 +77,8 @@ def test_runs_with_spikes_answer_as_without():
 
 
 def test_a_run_without_spikes_says_nothing():
-    own = dynamics_of("ur5e")
-    run = runs("ur5e", own, BODY, 2).loaded[0]
+    own = dynamics("ur5e")
+    run = runs("ur5e", 2).loaded[0]
     streams = {
         "joint_positions": Stream(run.time, run.position),
         "joint_torques": Stream(run.time, run.torque),
