@@ -9,7 +9,6 @@ import numpy as np
 sys.path.append(str(Path(__file__).resolve().parents[1]))
 
 from benchmarks import torques_simulated
-
 from hefting.core.inertia import InertialParameters
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit

@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from commands import refused
+from computed_once import computed_once
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
-from hefting.identification.by_torques import ByTorques
 from hefting.logs import read_log, write_log
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
@@ -20,7 +20,21 @@ from hefting.simulation.torque_scenario import TorqueRobot
 BODY = InertialParameters.from_com(
     1.1, [0.02, -0.01, 0.08], np.diag([4e-3, 5e-3, 2.5e-3])
 )
+OF_RUNS = (
+    ("hefting.identification.by_torques", "samples_of"),
+    ("hefting.identification.by_torques", "of_rivals"),
+    ("hefting.identification.by_torques", "without_delay"),
+    ("hefting.torques.runs", "_folded"),
+)
+"""What the commands call of runs that are the same."""
 GAINS = np.array((11.0, 11.0, 10.0, 9.0, 8.0, 8.0))
+
+
+@pytest.fixture(scope="module", autouse=True)
+def same_runs():
+    """What several commands ask of the same runs is computed once."""
+    with computed_once(*OF_RUNS):
+        yield
 
 
 @pytest.fixture(scope="module")
@@ -134,22 +148,8 @@ def test_the_published_arm_warns_and_is_unsure(folder, run):
     assert high - low > 0.3
 
 
-@pytest.fixture(scope="module")
-def fitted_once():
-    """In place of `ByTorques.of`: the same equations serve every method."""
-    fit, found = ByTorques.of, []
-
-    def once(*arguments, **more):
-        if not found:
-            found.append(fit(*arguments, **more))
-        return found[0]
-
-    return once
-
-
 @pytest.mark.parametrize("name", ["Bayes", "GEO", "LMI", "OLS", "PMD"])
-def test_every_method_answers(folder, run, name, fitted_once, monkeypatch):
-    monkeypatch.setattr(ByTorques, "of", fitted_once)
+def test_every_method_answers(folder, run, name):
     words = [str(folder / "loaded.csv"), "--empty", str(folder / "empty.csv")]
     shape = ["--box", "0.2,0.2,0.3", "--object-pose", "0,0,0.1,0,0,0,1"]
     words += shape if name in ("Bayes", "GEO", "PMD") else []
