@@ -58,6 +58,7 @@ FAILED_ONCE = (
 """Files, by reader, seed and number, that made a traceback or a warning."""
 
 
+@pytest.mark.usefixtures("_short_searches")
 @pytest.mark.parametrize(("name", "seed", "index"), FAILED_ONCE)
 def test_files_that_failed_once_do_not(name, seed, index, folder, seeds, tmp_path):
     status, failure, details = run_case(
