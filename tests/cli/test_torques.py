@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from commands import refused
-from computed_once import computed_once
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
@@ -17,24 +16,12 @@ from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.torque_scenario import TorqueRobot
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 BODY = InertialParameters.from_com(
     1.1, [0.02, -0.01, 0.08], np.diag([4e-3, 5e-3, 2.5e-3])
 )
-OF_RUNS = (
-    ("hefting.identification.by_torques", "samples_of"),
-    ("hefting.identification.by_torques", "of_rivals"),
-    ("hefting.identification.by_torques", "without_delay"),
-    ("hefting.torques.runs", "_folded"),
-)
-"""What the commands call of runs that are the same."""
 GAINS = np.array((11.0, 11.0, 10.0, 9.0, 8.0, 8.0))
-
-
-@pytest.fixture(scope="module", autouse=True)
-def same_runs():
-    """What several commands ask of the same runs is computed once."""
-    with computed_once(*OF_RUNS):
-        yield
 
 
 @pytest.fixture(scope="module")
