@@ -96,7 +96,7 @@ def _torques(folder: Path) -> None:
     """An empty and a loaded run of joint torques."""
     robot = TorqueRobot(ARM, seed=2)
     for name, thing, start in (("empty", None, 0.0), ("held", body(1.1), 60.0)):
-        motion = wide_smooth(15.0, 100.0, len(name), ARM.arm)
+        motion = wide_smooth(15.0, 50.0, len(name), ARM.arm)
         write_log(
             robot.record(motion, thing, start, seed=len(name)), folder / f"{name}.mcap"
         )
