@@ -10,7 +10,7 @@ import hefting
 from hefting.core.errors import InputError
 from hefting.planning import tours
 from hefting.planning.limits import CLEARANCE
-from hefting.planning.result import time_needed
+from hefting.planning.result import INSTANTS, time_needed
 from hefting.planning.sensors import GAIN
 from hefting.planning.tours import STEPS, best_tour
 from hefting.simulation.arm_links import TORQUE_ARMS
@@ -47,6 +47,12 @@ def _briefly(monkeypatch):
     search_briefly(monkeypatch)
 
 
+@pytest.fixture
+def _told_twice(monkeypatch):
+    """Where what is expected of a plan does not matter, it is told at two instants."""
+    monkeypatch.setitem(INSTANTS, "quick", 2)
+
+
 def refused(bench, **arguments):
     given = {"start": ARM.start, "effort": "quick", "duration": 4.0} | arguments
     with pytest.raises(InputError) as error:
@@ -55,6 +61,7 @@ def refused(bench, **arguments):
     return str(error.value)
 
 
+@pytest.mark.usefixtures("_told_twice")
 @pytest.mark.parametrize("seed", [3, 5, 10])
 def test_no_random_limit_is_broken_by_mujocos_own_account(seed, tmp_path):
     """With cylinders for links, a table and a wall; MuJoCo reads the URDF itself."""
@@ -256,6 +263,7 @@ def test_without_a_start_it_chooses_one_that_is_free(bench):
     assert max(plan.usage.values()) <= 1.0
 
 
+@pytest.mark.usefixtures("_told_twice")
 def test_rests_tell_mass_and_com(bench, monkeypatch):
     """Of a tour that was found in a quarter of the usual steps."""
     monkeypatch.setattr(tours, "best_tour", partial(best_tour, steps=STEPS // 4))
