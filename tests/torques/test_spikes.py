@@ -1,26 +1,17 @@
 """Joint angles and torques that stand out alone, of damaged messages, and those that do
 not."""
 
-import sys
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pytest
 
-sys.path.append(str(Path(__file__).resolve().parents[2]))
-
-from benchmarks.torques_simulated import dynamics_of, runs
-
-from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
 from hefting.torques.samples import TorqueSamples, samples_of
 from hefting.torques.spikes import LARGEST_SHARE, without_spikes
+from torque_runs import dynamics, fitted, runs
 
-BODY = InertialParameters.from_com(
-    0.8, [0.01, 0.02, 0.08], np.diag([2e-3, 2.2e-3, 1e-3])
-)
 TIME = np.arange(3000) / 100.0
 SWING = 20.0 * np.sin(0.7 * TIME)[:, None] * (1.0, 0.3)
 RNG = np.random.default_rng(4)
@@ -99,8 +90,8 @@ def test_a_joint_of_which_too_many_stand_out_is_left_alone():
 def test_runs_with_spikes_answer_as_without():
     """One torque in a hundred of each joint 20 N m off had made the interval eight times
     as wide, and rows of zeros put the mass 11 % off."""
-    own = dynamics_of("ur5e")
-    case = runs("ur5e", own, BODY, 2)
+    own = dynamics("ur5e")
+    case = runs("ur5e", 2)
     rng = np.random.default_rng(5)
 
     def damaged(run: TorqueSamples) -> TorqueSamples:
@@ -110,7 +101,7 @@ def test_runs_with_spikes_answer_as_without():
         rows = (np.where(lost[:, None], 0.0, x) for x in (run.position, torque))
         return samples_of(without_spikes(log(*rows)), own)
 
-    clean = case.fit()
+    clean = fitted("ur5e", 2)
     loaded, empty = (tuple(map(damaged, each)) for each in (case.loaded, case.empty))
     found = replace(case, loaded=loaded, empty=empty).fit()
     std = clean.covariance[0, 0] ** 0.5
@@ -119,6 +110,6 @@ def test_runs_with_spikes_answer_as_without():
 
 
 def test_a_run_without_spikes_is_as_it_was():
-    run = runs("ur5e", dynamics_of("ur5e"), BODY, 2).loaded[0]
+    run = runs("ur5e", 2).loaded[0]
     given = log(run.position, run.torque)
     assert without_spikes(given) is given
