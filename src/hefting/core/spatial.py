@@ -179,13 +179,8 @@ def skew(vector: ArrayLike) -> Array:
 def cross(u: Array, v: Array) -> Array:
     """Cross products (3, ...) of vectors (3, ...): faster than `numpy.cross`, and for
     vectors whose components come first."""
-    return np.stack(
-        (
-            u[1] * v[2] - u[2] * v[1],
-            u[2] * v[0] - u[0] * v[2],
-            u[0] * v[1] - u[1] * v[0],
-        )
-    )
+    ahead, behind = (1, 2, 0), (2, 0, 1)
+    return u.take(ahead, 0) * v.take(behind, 0) - u.take(behind, 0) * v.take(ahead, 0)
 
 
 def tensor_to_vector(tensor: ArrayLike) -> Array:
