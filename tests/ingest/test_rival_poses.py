@@ -31,6 +31,7 @@ from hefting.ingest.rivals.explanation import as_given
 from hefting.ingest.rivals.judge import evidence, judge
 from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
+from hefting.logs.units import find_unit
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 pytestmark = pytest.mark.usefixtures("same_poses")
@@ -330,6 +331,10 @@ def test_positions_in_another_unit_are_named_by_it(unit, metres):
     found = position_unit.explain(case_of(given))
     assert found is not None
     assert found.what == f"the positions seem to be in {unit}"
+    said = re.search(r'unit = "(.*?)"', found.fix)
+    assert said is not None
+    size = find_unit(said[1], "length", "here").to_si(np.ones(1))[0]
+    assert size == pytest.approx(metres)
 
 
 @pytest.mark.parametrize(
