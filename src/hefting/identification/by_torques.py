@@ -46,7 +46,7 @@ from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
 from hefting.torques.samples import TorqueSamples, samples_of, spikes, still_joints
-from hefting.torques.suspects import without_delay
+from hefting.torques.suspects import refined, without_delay
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
 """(10,) standard deviations of what a published arm is taken for in the payload [kg,
@@ -132,14 +132,15 @@ class ByTorques:
         gains = _errors_of_gains(found)
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
-        named = of_suspect(dynamics, suspect, half, sources)
+        named = of_suspect(dynamics, refined(runs, suspect), half, sources)
         for log in (*recordings, *empty):
             messages += spikes(log, dynamics, torque_gains)
         messages += (
             *of_delays(delays),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
             *of_rivals(dynamics, runs.loaded),
-            *without_explained((*named, *of_arm(runs, found, each))),
+            *named,
+            *of_arm(runs, found, each),
         )
         return cls(
             dynamics,
@@ -180,7 +181,8 @@ class ByTorques:
                 "no positive mass explains the torques", fix=cause_of_no_load(self.fit)
             )
         said = (of_torques(message, self.fit) for message in estimate.warnings)
-        messages = (*self.messages, *of_load(estimate, self.fit), *said)
+        load = of_load(estimate, self.fit)
+        messages = tuple(without_explained((*self.messages, *load, *said)))
         return replace(
             estimate,
             samples=self.samples + (0 if wrench is None else wrench.samples),

@@ -6,14 +6,28 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hefting.core.messages import Message, error, note, warning
-from hefting.core.spatial import Array
+from hefting.core.messages import Message, codes, error, note, warning
+from hefting.core.spatial import Array, angle_between
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.suspects import Suspect
 
 WRONG_SHIFT = 0.5, 1.0
 """Change of mass or first moments, over the half widths of their intervals, from which
 on a suspect gives doubt, and makes the answer wrong."""
+SUSPECTS = frozenset(
+    {"part-contradicts", "torques-delayed", "arm-tilted", "joint-zeros", "torque-gain"}
+)
+"""Codes of suspects."""
+RIVAL = "torques-of-other-arm"
+EXPLAINED_BY_RIVAL = SUSPECTS | {
+    "empty-run-contradicts",
+    "joints-changed",
+    "mass-undetermined",
+    "no-load-seen",
+    "no-positive-mass",
+    "torque-unit",
+}
+"""Codes of what joints of another order or sign, or another gravity, do, too."""
 
 
 def of_suspect(
@@ -50,11 +64,18 @@ def of_delays(delays: Sequence[Suspect]) -> list[Message]:
     return [note("torques-late", what)]
 
 
-def without_explained(messages: Sequence[Message]) -> list[Message]:
-    """Without the change of offsets and friction where what did it is named."""
-    doubts = {each.code for each in messages if each.severity != "note"}
-    named = doubts - {"joints-changed"}
-    return [each for each in messages if not named or each.code != "joints-changed"]
+def without_explained(messages: Sequence[str]) -> list[str]:
+    """Without what a mistake that was named does, and what is advised for that: the
+    verdict stays."""
+    coded = [each for each in messages if isinstance(each, Message)]
+    explained: set[str] = set()
+    if any(each.code in SUSPECTS and each.severity != "note" for each in coded):
+        explained |= {"joints-changed"}
+    if any(each.code in SUSPECTS and each.severity == "error" for each in coded):
+        explained |= {"empty-run-contradicts"}
+    if RIVAL in codes(coded):
+        explained |= EXPLAINED_BY_RIVAL
+    return [each for each in messages if getattr(each, "code", "") not in explained]
 
 
 def _said(
@@ -85,10 +106,10 @@ def _said(
     if suspect.kind == "tilt":
         g = dynamics.gravity + theta
         g *= np.linalg.norm(dynamics.gravity) / np.linalg.norm(g)
-        angle = np.degrees(np.arctan2(np.linalg.norm(theta), np.linalg.norm(g)))
+        angle = np.degrees(angle_between(dynamics.gravity, g))
         how = "level the base, free the cable, or record an empty run like it"
         if not suspect.loaded:
-            how = f"give `gravity` {','.join(f'{x:.2f}' for x in g)}"
+            how = f"give `gravity`='{','.join(f'{x:.4g}' for x in g.round(3) + 0.0)}'"
         what = (
             f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
             f"not level or a cable that pulls: {how}"
