@@ -75,6 +75,8 @@ def without_explained(messages: Sequence[str]) -> list[str]:
         explained |= {"empty-run-contradicts"}
     if RIVAL in codes(coded):
         explained |= EXPLAINED_BY_RIVAL
+    if "no-load-seen" in codes(coded):
+        explained |= {"no-positive-mass"}
     return [each for each in messages if getattr(each, "code", "") not in explained]
 
 
