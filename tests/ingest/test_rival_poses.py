@@ -244,9 +244,11 @@ def test_half_a_turn_is_told_beside_mirrored_axes_of_the_other_sign(what, on_obj
     said = doubt_of(case_of(given))
     assert said is not None
     assert said.message.code == "axes-turned"
-    acts, names = re.search(
+    told = re.search(
         r"if the wrench acts on the (\w+), its columns as \[(.*?)\]", said.message
-    ).groups()
+    )
+    assert told is not None
+    acts, names = told.groups()
     assert acts == ("object" if on_object else "sensor")
     columns = np.zeros((6, 6))
     for row, name in enumerate(names.replace('"', "").split(", ")):

@@ -84,10 +84,8 @@ def _or_mirrored(found: Placement, std: float) -> str:
     if np.trace(turn) != -1.0 or np.abs(found.R - turn).max() > CHANCE * std:
         return ""
     acts = "sensor" if found.parameters[0] > 0.0 else "object"
-    return (
-        f" or, if the wrench acts on the {acts}, its columns as "
-        f"{as_columns(np.kron(np.eye(2), -turn))} in a column map"
-    )
+    columns = as_columns(np.array(np.kron(np.eye(2), -turn), dtype=float))
+    return f" or, if the wrench acts on the {acts}, its columns as {columns} in a column map"
 
 
 def rotation_of(case: Case) -> Placement:
