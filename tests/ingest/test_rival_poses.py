@@ -226,6 +226,24 @@ def test_what_is_proposed_for_a_turn_puts_it_right():
     np.testing.assert_allclose(found.parameters.center_of_mass, there, atol=1e-3)
 
 
+def test_nothing_is_advised_about_a_shape_beside_a_mistake_that_explains_it():
+    """The shape's pose and unit had been doubted, which were right."""
+    given = mistake("turned about z", "90°").make(correct(1), np.random.default_rng(1))
+    found = identify(given.recording, given.shape).estimate
+    assert [reason.code for reason in found.verdict.reasons] == ["axes-turned"]
+
+
+def test_a_gripper_that_nobody_mentioned_may_put_the_com_outside_a_shape():
+    make = mistake("gripper not mentioned", "0.8 kg").make
+    given = make(correct(1), np.random.default_rng(1))
+    reasons = identify(given.recording, given.shape).estimate.verdict.reasons
+    assert {r.code for r in reasons} == {
+        "com-outside-shape",
+        "shape-contradicts-wrench",
+    }
+    assert all("`tool`" in reason for reason in reasons)
+
+
 MIRRORED = {
     "an axis": np.diag((1.0, -1.0, 1.0)),
     "two swapped": np.eye(3)[[1, 0, 2]],
