@@ -28,7 +28,8 @@ from hefting.identification.torque_suspects import (
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import TorqueSamples, samples_of
-from hefting.torques.suspects import Suspect, Suspects, refined, without_delay
+from hefting.torques.suspect_size import refined
+from hefting.torques.suspects import Suspect, Suspects, without_delay
 
 BODY = InertialParameters.from_com(
     0.8, [0.01, 0.02, 0.08], np.diag([2e-3, 2.2e-3, 1e-3])

@@ -46,7 +46,8 @@ from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
 from hefting.torques.samples import TorqueSamples, samples_of, spikes, still_joints
-from hefting.torques.suspects import refined, without_delay
+from hefting.torques.suspect_size import refined
+from hefting.torques.suspects import without_delay
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
 """(10,) standard deviations of what a published arm is taken for in the payload [kg,

@@ -13,7 +13,7 @@ averages over `INTERVAL`, as the mistakes are slower than that.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
@@ -48,10 +48,6 @@ REVERSAL = 2
 """Averages beside a joint's turning back that tell nothing of a delay."""
 MOST_DELAYS = 4
 """Times that a delay is sought anew where one was taken out."""
-MOST_STEPS = 8
-"""Steps to the size of a tilt or of zeros, of which the first falls short."""
-SMALL_STEP = 0.05
-"""Share of it below which they end."""
 ANGLE = 1e-3
 """[rad] by which joints are turned to see what their zeros do."""
 
@@ -90,38 +86,6 @@ def without_delay(
             return runs, found, delays, suspect
         delays.append(suspect)
         runs = runs.delayed(float(suspect.theta[0]), suspect.loaded)
-
-
-def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
-    """A tilt in all runs, or zeros, by as many steps as leave none; another suspect, or
-    one beside a calibration, as it is."""
-    if suspect is None or runs.calibration is not None:
-        return suspect
-    if suspect.kind != "zeros" and (suspect.kind != "tilt" or suspect.loaded):
-        return suspect
-    alike = (suspect.kind, suspect.loaded)
-    for _ in range(MOST_STEPS):
-        there = _without(runs, suspect)
-        tried = Suspects(there, there.fit()).all()
-        more = next(each for each in tried if (each.kind, each.loaded) == alike).theta
-        suspect = replace(suspect, theta=suspect.theta + more)
-        if np.abs(more).max() < SMALL_STEP * np.abs(suspect.theta).max():
-            break
-    return suspect
-
-
-def _without(runs: LoadedRuns, suspect: Suspect) -> LoadedRuns:
-    """The runs without a tilt, or with the zeros put right."""
-    if suspect.kind == "tilt":
-        given = runs.dynamics.gravity
-        turned = given + suspect.theta
-        turned *= np.linalg.norm(given) / np.linalg.norm(turned)
-        return replace(runs, dynamics=runs.dynamics.under(turned))
-    loaded, empty = (
-        tuple(replace(run, position=run.position + suspect.theta) for run in each)
-        for each in (runs.loaded, runs.empty)
-    )
-    return replace(runs, loaded=loaded, empty=runs.empty if suspect.loaded else empty)
 
 
 @dataclass(frozen=True, eq=False)
