@@ -16,6 +16,13 @@ CONDITIONING = "hefting.ingest.ingest", "condition"
 """What `hefting.ingest.ingest` calls of a recording."""
 INGESTING = "hefting.ingest.several", "ingest"
 """What `hefting.identify` calls of a recording."""
+OF_RUNS = (
+    ("hefting.identification.by_torques", "samples_of"),
+    ("hefting.identification.by_torques", "of_rivals"),
+    ("hefting.identification.by_torques", "without_delay"),
+    ("hefting.torques.runs", "_folded"),
+)
+"""What identification calls of runs of joint torques."""
 SAMPLING = "hefting.shapes.shape", "sample"
 """What `hefting.shapes.Shape` calls of a solid."""
 MOVING = "hefting.simulation.joints", "_at_speed"

@@ -11,6 +11,7 @@ from computed_once import (
     CONDITIONING,
     INGESTING,
     MOVING,
+    OF_RUNS,
     SAMPLING,
     SMOOTHING,
     computed_once,
@@ -116,8 +117,9 @@ def nothing_looked_for(monkeypatch):
 
 @pytest.fixture(scope="module")
 def same_commands():
-    """A recording that commands of a file identify is understood once."""
-    with computed_once(SMOOTHING, INGESTING):
+    """A recording that commands of a file identify is understood once, and so are runs
+    of joint torques."""
+    with computed_once(SMOOTHING, INGESTING, *OF_RUNS):
         yield
 
 

@@ -7,12 +7,13 @@ import numpy as np
 from scipy.spatial.transform import Rotation
 
 from bags import Entry, write
+from demo_files import write_demo
 from disturbances import body
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.logs import write_log
-from hefting.simulation import UR5, Arm, Faults, Rates, demo, random_smooth, record
+from hefting.simulation import UR5, Arm, Faults, Rates, random_smooth, record
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.faults import WRENCH_NOISE
 from hefting.simulation.joints import wide_smooth
@@ -38,7 +39,7 @@ def make(folder: Path) -> None:
     ``marker-`` hold the poses of a marker, in which the sensor is at `IN_MARKER`. In
     ``picked-up.csv`` nothing is held for two seconds.
     """
-    demo.run(folder / "demo", pictures=False)
+    write_demo(folder / "demo")
     for name in ("held.json", "now.json"):
         copy(folder / "demo" / "estimate.json", folder / name)
     _robots(folder)
@@ -95,7 +96,7 @@ def _torques(folder: Path) -> None:
     """An empty and a loaded run of joint torques."""
     robot = TorqueRobot(ARM, seed=2)
     for name, thing, start in (("empty", None, 0.0), ("held", body(1.1), 60.0)):
-        motion = wide_smooth(15.0, 100.0, len(name), ARM.arm)
+        motion = wide_smooth(15.0, 50.0, len(name), ARM.arm)
         write_log(
             robot.record(motion, thing, start, seed=len(name)), folder / f"{name}.mcap"
         )

@@ -9,7 +9,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.messages import note, warning
 from hefting.planning.kinematics import Trajectory, knots_of
 from hefting.planning.limits import Limits
-from hefting.planning.result import Forecast, Plan
+from hefting.planning.result import INSTANTS, Forecast, Plan
 from hefting.planning.search import EFFORTS, Effort
 from hefting.planning.tours import best_tour
 
@@ -20,8 +20,10 @@ BRIEF_STEPS = 100
 
 
 def search_briefly(monkeypatch):
-    """Quick searches are brief ones. How good quick plans are is tested in planning/."""
+    """Quick searches are brief ones, after which accuracies are expected at two instants
+    alone. How good quick plans are is tested in planning/."""
     monkeypatch.setitem(EFFORTS, "quick", BRIEF)
+    monkeypatch.setitem(INSTANTS, "quick", 2)
     brief = partial(best_tour, steps=BRIEF_STEPS)
     monkeypatch.setattr("hefting.planning.tours.best_tour", brief)
 

@@ -182,9 +182,9 @@ def readme_commands() -> list[str]:
 
 def transcript(folder: Path) -> dict[str, Session]:
     """Each of the README's commands, in a folder where the demo has been made."""
-    from hefting.simulation import demo
+    from demo_files import write_demo
 
-    demo.run(folder / "demo", pictures=False)
+    write_demo(folder / "demo")
     return run_in_turn(readme_commands(), folder)
 
 

@@ -9,6 +9,8 @@ from hefting.batches import batch
 from hefting.batches.columns import flat
 from jobs_here import do_jobs_here
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 
 @pytest.fixture(autouse=True)
 def here(monkeypatch):

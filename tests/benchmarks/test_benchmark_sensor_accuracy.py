@@ -23,6 +23,7 @@ def bodies(monkeypatch):
     monkeypatch.setattr("benchmarks.bodies.random_body", made_once)
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 @pytest.mark.parametrize("size", ["default", "0.5% 0.3N 0.01Nm"])
 def test_intervals_hold_what_the_sensor_may_do(size):
     """36 recordings. Of 360 intervals, some ten of a recording go together: the share
@@ -33,6 +34,7 @@ def test_intervals_hold_what_the_sensor_may_do(size):
         assert own["all"] > 92.0, name
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_intervals_hold_where_a_scale_told_the_mass():
     """36 recordings. Of 360 intervals, some ten of a recording go together: the share
     that holds is within 5 % of that of 504, 97 %, in 99 of 100 runs."""

@@ -6,9 +6,12 @@ import re
 import sys
 from pathlib import Path
 
+import pytest
+
 sys.path.append(str(Path(__file__).resolve().parents[2]))
 
 
+@pytest.mark.usefixtures("same_poses", "nothing_looked_for")
 def test_quick_run(monkeypatch, capsys):
     """Ratios of one short recording each scatter: four of a row's are within a factor
     of 2.5 of exact motion where 40 long ones are within 1.6."""

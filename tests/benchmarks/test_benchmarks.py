@@ -3,10 +3,10 @@ use instead."""
 
 import importlib
 import json
-import os
 import runpy
-import subprocess
 import sys
+from contextlib import contextmanager, redirect_stdout
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
@@ -23,33 +23,28 @@ from benchmarks.report import Row, Section  # noqa: E402
 from benchmarks import ratios  # noqa: E402
 
 
-def run(module, *arguments, **environment):
-    """Run a benchmark without others' recordings, to be quick."""
-    command = [sys.executable, "-m", module, *map(str, arguments)]
-    environment = {"HEFTING_DATA": "", "PYTHONPATH": str(ROOT / "src")} | environment
-    return subprocess.run(
-        command,
-        cwd=ROOT,
-        env=os.environ | environment,
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+@contextmanager
+def started(module, *arguments):
+    """As if Python had been started with a benchmark, without others' recordings, to be
+    quick."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setenv("HEFTING_DATA", "")
+        for library in ("OMP", "OPENBLAS", "MKL", "RAYON"):
+            patch.setenv(f"{library}_NUM_THREADS", "1")  # as it would for good
+        patch.setattr(sys, "argv", [module, *map(str, arguments)])
+        yield importlib.import_module(module).main
 
 
 @pytest.fixture
-def run_here(monkeypatch, capsys):
+def run_here(capsys):
     """Run a benchmark in this process: what it exits with, standard output, standard
     error."""
 
     def run_here(module, *arguments):
-        monkeypatch.setenv("HEFTING_DATA", "")
-        for library in ("OMP", "OPENBLAS", "MKL", "RAYON"):
-            monkeypatch.setenv(f"{library}_NUM_THREADS", "1")  # as it would for good
-        monkeypatch.setattr(sys, "argv", [module, *map(str, arguments)])
         status = 0
         try:
-            importlib.import_module(module).main()
+            with started(module, *arguments) as main:
+                main()
         except SystemExit as stop:
             status = stop.code or 0
         return status, *capsys.readouterr()
@@ -98,19 +93,14 @@ def quick_run(folder, stand_in):
     for module in ("cvxpy", "clarabel", "pinocchio"):
         pytest.importorskip(module, reason=f"{module} is not installed")
     file, kept = folder / "report.json", folder / "ratios.json"
-    done = run(
-        "benchmarks",
-        "--quick",
-        "--json",
-        file,
-        "--ratios",
-        kept,
-        "--keep",
-        "--before",
-        stand_in,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout, json.loads(file.read_text())
+    words = ["--quick", "--json", file, "--ratios", kept, "--keep"]
+    table = StringIO()
+    with (
+        started("benchmarks.__main__", *words, "--before", stand_in) as main,
+        redirect_stdout(table),
+    ):
+        main()
+    return table.getvalue(), json.loads(file.read_text())
 
 
 def rows(report: dict, title: str) -> list[dict]:
@@ -356,8 +346,8 @@ def test_two_versions_are_put_side_by_side(tmp_path, run_here):
     """Of the same code nothing differs; a COM moved by a standard deviation, a sign and
     an error are told."""
     a, b = tmp_path / "a.jsonl", tmp_path / "b.jsonl"
-    done = run("benchmarks.same_answers", "--write", a, "--simulated", 2)
-    assert done.returncode == 0, done.stderr
+    status, _, err = run_here("benchmarks.same_answers", "--write", a, "--simulated", 2)
+    assert status == 0, err
     status, out, err = run_here("benchmarks.same_answers", "--compare", a, a)
     assert status == 0, err
     assert "0 of 4 beyond" in out

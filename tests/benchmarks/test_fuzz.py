@@ -13,6 +13,7 @@ from benchmarks.fuzzing.readers import READERS, make_case
 from benchmarks.fuzzing.seeds import make_seeds
 from benchmarks.fuzzing.workers import Fuzzer, run_case
 
+from hefting.planning.result import INSTANTS
 from hefting.planning.search import EFFORTS, Effort
 
 COUNT = 8
@@ -25,8 +26,10 @@ COUNTS = {"mapped": 3}
 
 @pytest.fixture
 def _short_searches(monkeypatch):
-    """A plan is searched in 20 steps, not 240: files are read before the first."""
+    """A plan is searched in 20 steps, not 240, and expected to tell something at two
+    instants, not six: files are read before the first."""
     monkeypatch.setitem(EFFORTS, "quick", Effort(10, 1, 2, 10, 0))
+    monkeypatch.setitem(INSTANTS, "quick", 2)
 
 
 @pytest.fixture(scope="module")
@@ -58,6 +61,7 @@ FAILED_ONCE = (
 """Files, by reader, seed and number, that made a traceback or a warning."""
 
 
+@pytest.mark.usefixtures("_short_searches")
 @pytest.mark.parametrize(("name", "seed", "index"), FAILED_ONCE)
 def test_files_that_failed_once_do_not(name, seed, index, folder, seeds, tmp_path):
     status, failure, details = run_case(

@@ -23,6 +23,8 @@ from hefting.prediction import predict
 from hefting.robots import Robot
 from hefting.simulation import UR5, random_smooth, simulate
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 BODY = InertialParameters.from_com(
     1.7, (0.05, -0.11, 0.08), np.diag((0.020, 0.030, 0.015))
 )

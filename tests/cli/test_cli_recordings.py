@@ -17,6 +17,8 @@ from hefting.core.spatial import STANDARD_GRAVITY, in_sensor_axes
 from hefting.logs import write_log
 from hefting.simulation import UR5, random_smooth, simulate, wield
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 pytest.importorskip("rosbags", reason="bags need rosbags")
 
 TOOL = InertialParameters.from_com(

@@ -34,6 +34,8 @@ KEYS = (
     "verdict",
     "covariance",
 )
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 LIVE = [sys.executable, "-m", "hefting", "live"]
 
 

@@ -4,14 +4,18 @@ import os
 import stat
 import subprocess
 import sys
+from io import BytesIO, TextIOWrapper
 
 import pytest
 
 from commands import refused
+from hefting.cli import main
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.logs import write_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids
+
+pytestmark = pytest.mark.usefixtures("same_commands")
 
 full = pytest.mark.skipif(
     not os.path.exists("/dev/full"), reason="there is no /dev/full"
@@ -144,26 +148,35 @@ def test_errors_do_not_control_a_terminal(run, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "env",
-    [
-        {"PYTHONIOENCODING": "cp1252"},
-        {"PYTHONIOENCODING": "ascii"},
-        {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"},
-    ],
+    ("encoding", "errors"),
+    [("cp1252", "strict"), ("ascii", "strict"), ("ascii", "surrogateescape")],
 )
-def test_an_encoding_without_some_signs_is_no_error(folder, env):
-    words = (
-        ("identify", folder / "log.csv"),
-        ("inspect", folder / "log.csv", "--verbose"),
+def test_an_encoding_without_some_signs_is_no_error(
+    folder, monkeypatch, encoding, errors
+):
+    log = str(folder / "log.csv")
+    for words in (["identify", log], ["inspect", log, "--verbose"]):
+        out, err = (TextIOWrapper(BytesIO(), encoding, errors) for _ in range(2))
+        with monkeypatch.context() as patch:
+            patch.setattr(sys, "stdout", out)
+            patch.setattr(sys, "stderr", err)
+            patch.setattr(sys, "argv", ["hefting", *words])
+            main()
+        err.flush()
+        assert err.buffer.getvalue() == b""
+        assert out.buffer.getvalue().decode("cp1252").count("kg") > 1
+
+
+def test_a_process_without_some_signs_is_no_error(folder):
+    """Of the C locale, whose encoding is ASCII."""
+    env = {"LC_ALL": "C", "PYTHONCOERCECLOCALE": "0", "PYTHONUTF8": "0"}
+    done = subprocess.run(
+        [sys.executable, "-m", "hefting", "inspect", folder / "log.csv", "--verbose"],
+        env={**os.environ, **env},
+        capture_output=True,
     )
-    for command in words:
-        done = subprocess.run(
-            [sys.executable, "-m", "hefting", *map(str, command)],
-            env={**os.environ, **env},
-            capture_output=True,
-        )
-        assert (done.returncode, done.stderr) == (0, b"")
-        assert done.stdout.decode("cp1252").count("kg") > 1
+    assert (done.returncode, done.stderr) == (0, b"")
+    assert done.stdout.decode("ascii").count("kg") > 1
 
 
 @pytest.mark.skipif(

@@ -12,6 +12,8 @@ import pytest
 from hefting.cli import COMMANDS, build_parser
 from transcripts import FOLDER, GROUPS, commands, masked, transcript_of, write_files
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 JARGON = re.compile(
     r"dynamism|\bt = |riemann|misfit|certificate|by itself|\bknots?\b|%%|condition number"
     r"|autocorrel|covariance|posterior",

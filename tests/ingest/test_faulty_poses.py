@@ -27,6 +27,7 @@ def with_poses(recording, position=None, orientation=None):
     return replace(recording, streams=streams)
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_answers_are_as_good_as_without_the_fault(monkeypatch):
     """Glitches, stalls and silent drivers in three strengths, each once, spread over
     three kinds of motion; nine of ten answers are within 1.3 times the errors of the

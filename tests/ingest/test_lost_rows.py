@@ -159,12 +159,41 @@ def test_rows_lost_before_the_part_that_is_asked_for_do_not_count():
     assert "rows-lost" not in codes(ingest(logged, start=2.0).read_notes)
 
 
+@pytest.mark.parametrize("share", [0.005, 0.05])
+def test_joints_tell_it_where_there_are_no_poses(share):
+    """Of angles that go on at -pi beyond pi too."""
+    time = np.arange(3000) / 100.0
+    swing = np.array([0.3, 0.5, 0.7])
+    angles = 2.5 + np.sin(swing * time[:, None] + swing)
+    noise = 1e-5 * np.random.default_rng(3).normal(size=angles.shape)
+    wrapped = (angles + noise + np.pi) % (2.0 * np.pi) - np.pi
+    whole = Recording(
+        {
+            "joint_positions": Stream(time, wrapped),
+            "joint_torques": Stream(time, np.sin(angles)),
+        }
+    )
+    kept = np.random.default_rng(1).random(len(time)) >= share
+    kept[0] = True
+    found = with_time_of_lost_rows(rows_of(whole, kept, 0.01))
+    late = found["joint_torques"].time - time[kept]
+    # where all three turn back nearly at once a row is not seen
+    assert np.abs(late).max() < 0.06 * (~kept).sum() * 0.01 + 0.011
+    (message,) = (*found.notes, *found.warnings)
+    assert message.code == "rows-lost"
+    assert "the joints step by several rows" in message
+    assert with_time_of_lost_rows(whole) is whole
+
+
 def test_steps_are_told_in_standard_deviations_of_the_noise():
     """Of a body at rest they are the difference of two values."""
     rng = np.random.default_rng(5)
     still = 1e-4 * rng.normal(size=(5000, 3))
     # of 5,000 second differences the median absolute one is known to 2 %
-    np.testing.assert_allclose(_over_noise(still).std(), 2.0**0.5, rtol=0.03)
+    np.testing.assert_allclose(
+        _over_noise(still, np.diff(still, axis=0)).std(), 2.0**0.5, rtol=0.03
+    )
     # rounding in place of noise: half the smallest step counts as one
     coarse = np.round(np.linspace(0.0, 1.0, 4000), 2)[:, None] * np.ones(3)
-    assert set(np.round(_over_noise(coarse).ravel(), 6)) == {0.0, 2.0}
+    steps = _over_noise(coarse, np.diff(coarse, axis=0))
+    assert set(np.round(steps.ravel(), 6)) == {0.0, 2.0}

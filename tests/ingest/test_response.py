@@ -19,6 +19,7 @@ from hefting.simulation import HeldObject, hammer
 from hefting.simulation.demo import POSE
 
 HELD = HeldObject.of(hammer(), POSE)
+pytestmark = pytest.mark.usefixtures("same_poses")
 SEEDS = range(8)
 SHAPE, MASS = HELD.points(), HELD.parameters.mass
 
@@ -50,6 +51,7 @@ def test_a_delay_is_no_filter(lag, monkeypatch):
     assert found.share_std < 0.2
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_what_a_filter_does_to_the_mass_is_taken_back(monkeypatch):
     """Of eight recordings through a filter of 0.2 s the errors are less than a third of
     those of a delay, and seven intervals hold the mass (here all; one in twenty may

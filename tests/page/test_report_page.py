@@ -36,6 +36,8 @@ from hefting.simulation import UR5, hammer, random_smooth, simulate, sinusoids
 from hefting.simulation.demo import POSE
 from html_pages import Words, figures_of, sections_of, text_of
 
+pytestmark = pytest.mark.usefixtures("same_commands")
+
 LARGEST = 5_000_000
 """Bytes of a page at most."""
 

@@ -10,7 +10,7 @@ import hefting
 from hefting.core.errors import InputError
 from hefting.planning import tours
 from hefting.planning.limits import CLEARANCE
-from hefting.planning.result import time_needed
+from hefting.planning.result import INSTANTS, time_needed
 from hefting.planning.sensors import GAIN
 from hefting.planning.tours import STEPS, best_tour
 from hefting.simulation.arm_links import TORQUE_ARMS
@@ -35,10 +35,22 @@ def quick(bench):
     return bench.plan(duration=4.0, effort="quick", seed=3)[0]
 
 
+@pytest.fixture(scope="module")
+def first(bench):
+    """What a random motion told, before a plan."""
+    return bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0)
+
+
 @pytest.fixture
 def _briefly(monkeypatch):
     """Where it does not matter how good a plan is."""
     search_briefly(monkeypatch)
+
+
+@pytest.fixture
+def _told_twice(monkeypatch):
+    """Where what is expected of a plan does not matter, it is told at two instants."""
+    monkeypatch.setitem(INSTANTS, "quick", 2)
 
 
 def refused(bench, **arguments):
@@ -49,6 +61,7 @@ def refused(bench, **arguments):
     return str(error.value)
 
 
+@pytest.mark.usefixtures("_told_twice")
 @pytest.mark.parametrize("seed", [3, 5, 10])
 def test_no_random_limit_is_broken_by_mujocos_own_account(seed, tmp_path):
     """With cylinders for links, a table and a wall; MuJoCo reads the URDF itself."""
@@ -108,9 +121,8 @@ def test_a_planned_motion_beats_random_ones_of_more_than_twice_its_time(bench, q
     assert np.median(planned) < 0.5 * np.median(random)
 
 
-def test_the_next_motion_finds_what_the_first_left_open_and_says_how_sure(bench):
+def test_the_next_motion_finds_what_the_first_left_open_and_says_how_sure(bench, first):
     body = bodies(2)[1]
-    first = bench.play(next(bench.random(10.0, 1, seed=1)), body, 0)
     plan, _ = bench.plan(estimate=first.estimate, duration=4.0, effort="quick")
     pair = [first.recording, bench.recording(plan.trajectory, body, 1)]
     found = hefting.identify(pair).estimate
@@ -122,9 +134,11 @@ def test_the_next_motion_finds_what_the_first_left_open_and_says_how_sure(bench)
 
 
 @pytest.mark.usefixtures("_briefly")
-def test_no_motion_tells_the_mass_beside_a_tool_better_than_the_sensors_gain(bench):
+def test_no_motion_tells_the_mass_beside_a_tool_better_than_the_sensors_gain(
+    bench, first
+):
     """A tool as heavy as the object: the gain acts on both, and acted on the tool."""
-    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    first = first.estimate
     tool = first.parameters.vector.tolist()
     beside = replace(first, provenance={**first.provenance, "tool": tool})
     plan, _ = bench.plan(estimate=beside, duration=2.0, effort="quick")
@@ -133,9 +147,9 @@ def test_no_motion_tells_the_mass_beside_a_tool_better_than_the_sensors_gain(ben
 
 
 @pytest.mark.usefixtures("_briefly")
-def test_the_sensors_range_holds_object_and_tool(bench):
+def test_the_sensors_range_holds_object_and_tool(bench, first):
     """As heavy as the object, in its place: of a range of 1.5 weights nothing is left."""
-    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    first = first.estimate
     tool = first.parameters.vector.tolist()
     beside = replace(first, provenance={**first.provenance, "tool": tool})
     force = 1.5 * 9.81 * first.mass
@@ -145,9 +159,9 @@ def test_the_sensors_range_holds_object_and_tool(bench):
 
 
 @pytest.mark.usefixtures("_briefly")
-def test_a_short_motion_is_expected_to_tell_less_beside_a_bias(bench):
+def test_a_short_motion_is_expected_to_tell_less_beside_a_bias(bench, first):
     """Of 2 s, by a brief plan: after an estimate without bias, and after one with it."""
-    first = bench.play(next(bench.random(10.0, 1, seed=1)), bodies(2)[1], 0).estimate
+    first = first.estimate
     C = 1e4 * first.covariance
     masses = []
     for bias in ("none", "estimate"):
@@ -179,6 +193,7 @@ def test_what_no_motion_tells_is_said(bench):
     assert "nor by any longer motion" in text
 
 
+@pytest.mark.usefixtures("_briefly")
 def test_a_long_motion_is_a_shorter_one_there_and_back(bench):
     """Which keeps its limits, and leaves no more than it does once."""
     given = {"effort": "quick", "until": "inertia=100%"}
@@ -248,6 +263,7 @@ def test_without_a_start_it_chooses_one_that_is_free(bench):
     assert max(plan.usage.values()) <= 1.0
 
 
+@pytest.mark.usefixtures("_told_twice")
 def test_rests_tell_mass_and_com(bench, monkeypatch):
     """Of a tour that was found in a quarter of the usual steps."""
     monkeypatch.setattr(tours, "best_tour", partial(best_tour, steps=STEPS // 4))

@@ -7,10 +7,10 @@ from shutil import copytree
 
 import pytest
 
+from demo_files import write_demo
 from hasty_pictures import draw_hastily
 from hefting.cli import build_parser
 from hefting.logs.column_map import load_map
-from hefting.simulation import demo
 from jobs_here import understand_here
 from plans import search_briefly
 
@@ -28,7 +28,7 @@ OTHERS = {"batch", "extending"}
 def made(tmp_path_factory):
     """The files of the demo."""
     folder = tmp_path_factory.mktemp("docs") / "demo"
-    demo.run(folder, pictures=False)
+    write_demo(folder)
     return folder
 
 

@@ -8,8 +8,8 @@ from pathlib import Path
 import pytest
 
 import hefting
+from demo_files import write_demo
 from hefting.core.errors import HeftingError
-from hefting.simulation import demo
 from jobs_here import do_jobs_here, understand_here
 from plans import search_briefly
 
@@ -41,7 +41,7 @@ ARM = """
 def folder(tmp_path_factory):
     """A folder with the demo's files and a robot, as the examples suppose."""
     folder = tmp_path_factory.mktemp("examples")
-    demo.run(folder / "demo", pictures=False)
+    write_demo(folder / "demo")
     (folder / "arm.urdf").write_text(ARM)
     return folder
 

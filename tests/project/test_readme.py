@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 
+from demo_files import write_demo
 from hasty_pictures import draw_hastily
 from hefting.cli import main
 from hefting.estimators import describe_methods
 from hefting.logs import formats
-from hefting.simulation import demo
 from jobs_here import understand_here
 
 pytestmark = pytest.mark.usefixtures("same_commands")
@@ -29,7 +29,7 @@ def blocks(language):
 def folder(tmp_path_factory):
     """A folder as `make demo` leaves it, without the pictures."""
     folder = tmp_path_factory.mktemp("readme")
-    demo.run(folder / "demo", pictures=False)
+    write_demo(folder / "demo")
     return folder
 
 

@@ -2,19 +2,12 @@
 
 import sys
 from dataclasses import replace
-from functools import cache
-from pathlib import Path
 
 import numpy as np
 import pytest
 from benchmarks.torques_live import LiveTorques
 
-sys.path.append(str(Path(__file__).resolve().parents[2]))
-
-from benchmarks.torques_simulated import dynamics_of, runs
-
 from hefting.core.errors import InputError
-from hefting.core.inertia import InertialParameters
 from hefting.estimators import OLS
 from hefting.identification.torque_checks import of_joints, of_unit
 from hefting.simulation.arm_links import TORQUE_ARMS
@@ -25,15 +18,7 @@ from hefting.torques.equations import OWN, Rows, TorqueScales
 from hefting.torques.noise import fit
 from hefting.torques.rivals import better_rival
 from hefting.torques.runs import EmptyRuns, drifting
-
-BODY = InertialParameters.from_com(
-    0.8, [0.01, 0.02, 0.08], np.diag([2e-3, 2.2e-3, 1e-3])
-)
-
-
-@cache
-def dynamics(name: str) -> JointDynamics:
-    return dynamics_of(name)
+from torque_runs import BODY, dynamics, fitted, runs
 
 
 @pytest.mark.parametrize("name", list(TORQUE_ARMS))
@@ -105,16 +90,16 @@ def test_the_covariance_is_that_of_many_draws():
     standard error of a standard deviation of them; the columns are drawn once."""
     rng = np.random.default_rng(4)
     count, draws = 1024, 200
-    x = np.cumsum(rng.standard_normal((count, 7, 10)), axis=0) / 30.0
-    values = np.zeros((count, 7, len(OWN) + 11))
+    x = np.cumsum(rng.standard_normal((count, 4, 10)), axis=0) / 30.0
+    values = np.zeros((count, 4, len(OWN) + 11))
     values[..., 0], values[..., -11:-1] = 1.0, x
-    used = np.ones((count, 7), dtype=bool)
+    used = np.ones((count, 4), dtype=bool)
     found, said = [], []
     for _ in range(draws):
-        slow = rng.standard_normal((count // 16, 7)).repeat(16, axis=0)
-        values[..., -1] = 0.1 * slow + 0.02 * rng.standard_normal((count, 7))
+        slow = rng.standard_normal((count // 16, 4)).repeat(16, axis=0)
+        values[..., -1] = 0.1 * slow + 0.02 * rng.standard_normal((count, 4))
         part = Rows(values.copy(), np.arange(count) / 100.0, used)
-        own = fit(TorqueScales.empty(7, len(OWN)).fold(part), drifting)
+        own = fit(TorqueScales.empty(4, len(OWN)).fold(part), drifting)
         found.append(own.common)
         said.append(np.sqrt(own.covariance.diagonal()))
     ratio = np.median(said, axis=0) / np.std(found, axis=0)
@@ -125,8 +110,8 @@ def test_the_covariance_is_that_of_many_draws():
 def test_an_empty_run_of_another_motion_tells_the_arm():
     """One of the 120 simulated objects of the benchmark; its motion, frictions, rotors,
     offsets and warm-up are not those of the fit."""
-    case = runs("ur5e", dynamics("ur5e"), BODY, 3)
-    found = OLS().estimate(case.fit().state)
+    case = runs("ur5e")
+    found = OLS().estimate(fitted("ur5e").state)
     # three times what 90 % of them keep to
     assert abs(found.mass - 0.8) < 0.012
     assert np.linalg.norm(found.center_of_mass - BODY.center_of_mass) < 6e-3
@@ -137,20 +122,20 @@ def test_an_empty_run_of_another_motion_tells_the_arm():
 def test_offsets_that_change_between_the_runs_are_in_the_interval():
     """By five times what is usual, up and down, which put the mass 4 standard deviations
     wrong."""
-    case = runs("ur5e", dynamics("ur5e"), BODY, 3)
+    case = runs("ur5e")
     (empty,) = case.empty
     shift = 0.3 * np.array((1.0, 1.0, -1.0, 1.0, -1.0, 1.0))
     found = replace(case, empty=(replace(empty, torque=empty.torque + shift),)).fit()
     error = found.common[-10] - BODY.mass
     assert abs(error) < 3.0 * found.covariance[0, 0] ** 0.5
-    assert found.prior[-1].min() > 3.0 * case.fit().prior[-1].min()
+    assert found.prior[-1].min() > 3.0 * fitted("ur5e").prior[-1].min()
 
 
 def test_a_joint_that_hardly_moves_is_no_rival():
     """Nor is one whose torque has less noise: here every other joint stands still, with
     a tenth of the noise of those that move."""
     own = dynamics("ur5e")
-    run = runs("ur5e", own, BODY, 3).loaded[0]
+    run = runs("ur5e").loaded[0]
     still = np.arange(6) % 2 == 1
     stopped = replace(
         run,
@@ -167,13 +152,19 @@ def test_a_joint_that_hardly_moves_is_no_rival():
 
 @pytest.mark.parametrize("gain", [0.1, 1.0, 10.0])
 @pytest.mark.parametrize("name", list(TORQUE_ARMS))
-def test_a_unit_is_told_unless_the_arm_was_taken_out(name, gain):
-    """As external torques, which hold the payload and frictions alone."""
+def test_a_unit_is_told(name, gain):
     own = dynamics(name)
-    run = runs(name, own, BODY, 3).loaded[0]
+    run = runs(name).loaded[0]
     scaled = replace(run, torque=gain * run.torque)
     said = [m.code for m in of_unit(own, [EmptyRuns.of(own, [scaled]).fit])]
     assert said == ["torque-unit"] * (gain != 1.0)
+
+
+@pytest.mark.parametrize("name", list(TORQUE_ARMS))
+def test_no_unit_is_told_where_the_arm_was_taken_out(name):
+    """As external torques, which hold the payload and frictions alone."""
+    own = dynamics(name)
+    run = runs(name).loaded[0]
     arm = own.regressor(run.position, run.velocity, run.acceleration) @ own.arm
     external = replace(run, torque=run.torque - arm)
     said = [m.code for m in of_unit(own, [EmptyRuns.of(own, [external]).fit])]
@@ -184,7 +175,7 @@ def test_a_unit_is_told_unless_the_arm_was_taken_out(name, gain):
 def test_a_unit_is_told_beside_much_noise(noise):
     """Of 1 N m in each joint, as of a large arm with strain wave gears."""
     own = dynamics("ur5e")
-    run = runs("ur5e", own, BODY, 3).loaded[0]
+    run = runs("ur5e").loaded[0]
     noisy = run.torque + noise * np.random.default_rng(1).normal(size=run.torque.shape)
     fits = [EmptyRuns.of(own, [replace(run, torque=0.01 * noisy)]).fit]
     assert [m.code for m in of_unit(own, fits)] == ["torque-unit"]
@@ -196,9 +187,9 @@ def test_a_joint_of_another_gain_is_named(name):
     are right; the second joint moves most of the arm."""
     own = dynamics(name)
     for seed in range(4):
-        run = runs(name, own, BODY, seed).empty[0]
+        run = runs(name, seed).empty[0]
         assert not of_joints(own, [EmptyRuns.of(own, [run]).fit])
-    run = runs(name, own, BODY, 0).empty[0]
+    run = runs(name, 0).empty[0]
     gains = np.where(np.arange(own.joints) == 1, 1.3, 1.0)
     fits = [EmptyRuns.of(own, [replace(run, torque=run.torque * gains)]).fit]
     (said,) = of_joints(own, fits)

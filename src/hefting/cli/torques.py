@@ -99,7 +99,7 @@ def calibrate(a: argparse.Namespace) -> list[str]:
     from hefting.torques.runs import save_arm
 
     _refuse_wrench_options(a)
-    dynamics, runs = calibrate_arm(
+    dynamics, runs, messages = calibrate_arm(
         [part_of(a, _read(a, a.log, a.poses))],
         a.urdf,
         a.sensor_frame,
@@ -111,6 +111,7 @@ def calibrate(a: argparse.Namespace) -> list[str]:
     words = ["hefting", "identify", "LOG", "--torques", "--urdf", a.urdf]
     words += ["--sensor-frame", a.sensor_frame, "--arm", a.output]
     return [
+        *(f"{each.severity}: {each}" for each in messages),
         f"arm of {dynamics.joints} joints, {len(dynamics.base)} base parameters, "
         f"{runs.scales.samples} samples",
         f"what its torques leave unexplained: {noise} N m",

@@ -37,15 +37,18 @@ from hefting.identification.torque_checks import (
 )
 from hefting.identification.torque_suspects import (
     of_delays,
+    of_empty_runs,
     of_suspect,
     without_explained,
 )
+from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
-from hefting.torques.samples import TorqueSamples, samples_of, spikes, still_joints
+from hefting.torques.samples import TorqueSamples, samples_of, still_joints
+from hefting.torques.spikes import without_spikes
 from hefting.torques.suspect_size import refined
 from hefting.torques.suspects import without_delay
 
@@ -107,7 +110,7 @@ class ByTorques:
         `samples_of` and `load_arm`.
         """
         recordings, empty = (
-            [as_recording(log, wrench_needed=False) for log in logs]
+            [_cleaned(as_recording(log, wrench_needed=False)) for log in logs]
             for logs in (recordings, empty)
         )
         dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
@@ -124,6 +127,7 @@ class ByTorques:
             for log, samples in zip(recordings, loaded, strict=True)
             for message in (
                 *log.warnings,
+                *log.notes,
                 *still_joints(samples, dynamics, log.source),
                 *of_gains(log, torque_gains),
             )
@@ -134,10 +138,8 @@ class ByTorques:
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
         named = of_suspect(dynamics, refined(runs, suspect), half, sources)
-        for log in (*recordings, *empty):
-            messages += spikes(log, dynamics, torque_gains)
         messages += (
-            *of_delays(delays),
+            *of_delays(delays, bool(empty)),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
             *of_rivals(dynamics, runs.loaded),
             *named,
@@ -257,16 +259,30 @@ def calibrate_arm(
     *,
     torque_gains: Array | None = None,
     gravity: ArrayLike = STANDARD_GRAVITY,
-) -> tuple[JointDynamics, EmptyRuns]:
-    """The arm without a payload; arguments and errors as of `ByTorques.of`."""
+) -> tuple[JointDynamics, EmptyRuns, list[Message]]:
+    """The arm without a payload, and what was noticed; arguments and errors as of
+    `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
+    recordings = [_cleaned(log) for log in recordings]
     samples = [samples_of(log, dynamics, torque_gains) for log in recordings]
     _check_runs(dynamics, recordings, samples)
-    runs = EmptyRuns.of(dynamics, samples)
-    for doubt in (*of_unit(dynamics, [runs.fit]), *of_rivals(dynamics, samples)):
+    runs, _, delays, suspect = without_delay(LoadedRuns(dynamics, (), tuple(samples)))
+    digests = tuple(run.digest for run in samples)
+    found = replace(EmptyRuns.of(dynamics, runs.empty), digests=digests)
+    for doubt in (*of_unit(dynamics, [found.fit]), *of_rivals(dynamics, runs.empty)):
         if doubt.severity == "error":
             raise InputError(str(doubt), recordings[0].source)
-    return dynamics, runs
+    said = (each for log in recordings for each in (*log.warnings, *log.notes))
+    messages = [
+        *(each for each in said if isinstance(each, Message)),
+        *of_empty_runs(dynamics, delays, refined(runs, suspect)),
+    ]
+    return dynamics, found, messages
+
+
+def _cleaned(recording: Recording) -> Recording:
+    """Without spikes, and with the time of rows that were lost."""
+    return with_time_of_lost_rows(without_spikes(recording))
 
 
 def _check_runs(

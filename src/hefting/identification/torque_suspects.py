@@ -49,17 +49,29 @@ def of_suspect(
     return [_said(say, suspect, dynamics, runs, sources)]
 
 
-def of_delays(delays: Sequence[Suspect]) -> list[Message]:
-    """A note of the delays that were taken out."""
+def of_empty_runs(
+    dynamics: JointDynamics, delays: Sequence[Suspect], suspect: Suspect | None
+) -> list[Message]:
+    """The same of empty runs alone, which a calibration is made from."""
+    messages = of_delays(delays, empty=False)
+    if suspect is not None:
+        messages.append(_said(warning, suspect, dynamics, "the empty runs", ()))
+    return messages
+
+
+def of_delays(delays: Sequence[Suspect], empty: bool) -> list[Message]:
+    """A note of the delays that were taken out, of runs with and without the payload
+    where there are `empty` ones beside others."""
     if not delays:
         return []
     loaded, every = (
-        sum(float(each.theta[0]) for each in delays if own or not each.loaded)
+        1e3 * sum(float(each.theta[0]) for each in delays if own or not each.loaded)
         for own in (True, False)
     )
+    apart = f" in loaded runs, and {every:.0f} ms in empty ones" if empty else ""
     what = (
-        f"torques come {1e3 * loaded:.0f} ms after the positions in loaded runs, and "
-        f"{1e3 * every:.0f} ms in empty ones, by their clocks or a filter: taken out"
+        f"torques come {loaded:.0f} ms after the positions{apart}, by their clocks or a "
+        "filter: taken out"
     )
     return [note("torques-late", what)]
 

@@ -1,5 +1,5 @@
 """Rows that a logger lost and whose time it never gave: time that is made of the row
-number is even, yet here and there the poses step by two rows or more."""
+number is even, yet here and there poses or joints step by two rows or more."""
 
 from dataclasses import replace
 
@@ -51,7 +51,7 @@ MANY_LOST = 0.05
 
 def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Recording:
     """The recording with its time shifted where rows were lost, with a note or a warning
-    of them.
+    of them: by the steps of its poses, or of the joints where it has none.
 
     Only time that is even and that all streams share is made of the row number. A
     recording of static poses, whose motion is logged beside its poses, or that lost no
@@ -63,10 +63,11 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     source : where the motion comes from, as for `hefting.motion.measure.measure`.
     """
     time = next(iter(recording.streams.values())).time
+    has_poses = recording.has(*POSE_STREAMS)
     if (
         recording.static
         or len(time) <= len(NEIGHBOURS)
-        or not recording.has(*POSE_STREAMS)
+        or not (has_poses or recording.has("joint_positions"))
         or reads_columns(recording, source)
         or not all(np.array_equal(s.time, time) for s in recording.streams.values())
     ):
@@ -75,7 +76,13 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     usual = float(np.median(interval))
     if np.ptp(interval) > EVEN * usual:
         return recording
-    lost = _rows_lost(_pose_steps(recording))
+    if has_poses:
+        poses = (recording[name].values for name in POSE_STREAMS)
+        steps = np.hstack([_over_noise(v, displacement(v[:-1], v[1:])) for v in poses])
+    else:
+        joints = np.unwrap(recording["joint_positions"].values, axis=0)
+        steps = _over_noise(joints, np.diff(joints, axis=0))
+    lost = _rows_lost(steps)
     if not lost.any():
         return recording
     later = usual * np.concatenate(([0.0], np.cumsum(lost)))
@@ -88,10 +95,11 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     found = replace(recording, streams=streams, angles=angles)
     number, share = int(lost.sum()), float(lost.sum() / len(time))
     where = where_in_time(time[1:] - time[0], lost > 0)
+    what = "poses" if has_poses else "joints"
     said = warning(
         "rows-lost",
         f"{number} row{'s' if number > 1 else ''} ({100.0 * share:.2g} %) seem lost, as "
-        f"time is even but the poses step by several rows {where}: each was given "
+        f"time is even but the {what} step by several rows {where}: each was given "
         f"{usual:.3g} s; log the time of each sample",
     )
     if share > MANY_LOST:
@@ -99,17 +107,10 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     return replace(found, notes=(*recording.notes, note(said.code, str(said))))
 
 
-def _pose_steps(recording: Recording) -> Array:
-    """(K - 1, 6) steps of position and orientation, over their noise."""
-    streams = (recording[name].values for name in POSE_STREAMS)
-    return np.hstack([_over_noise(values) for values in streams])
-
-
-def _over_noise(values: Array) -> Array:
-    """(K - 1, 3) steps between positions (K, 3) or orientations (K, 4) over the standard
-    deviation of their noise, from second differences, or of their rounding, from the
-    smallest change of a number."""
-    steps = displacement(values[:-1], values[1:])
+def _over_noise(values: Array, steps: Array) -> Array:
+    """(K - 1, n) steps between `values` (K, m) over the standard deviation of their
+    noise, from second differences, or of their rounding, from the smallest change of a
+    number."""
     second = np.abs(np.diff(steps, axis=0))
     white = 1.4826 * float(np.median(second)) / np.sqrt(6.0)
     changes = np.abs(np.diff(values, axis=0))
@@ -118,7 +119,7 @@ def _over_noise(values: Array) -> Array:
 
 
 def _rows_lost(steps: Array) -> Indices:
-    """(K - 1,) number of rows lost within each step (K - 1, 6)."""
+    """(K - 1,) number of rows lost within each step (K - 1, n)."""
     rows = _rows_of(steps)
     for _ in range(PASSES - 1):
         if rows.max() > 1:
@@ -129,7 +130,7 @@ def _rows_lost(steps: Array) -> Indices:
 
 
 def _rows_of(steps: Array) -> Indices:
-    """(K - 1,) number of rows that each step (K - 1, 6) is of, beside its neighbours."""
+    """(K - 1,) number of rows that each step (K - 1, n) is of, beside its neighbours."""
     rows = np.ones(len(steps), dtype=int)
     length = np.linalg.norm(steps, axis=1)
     beside = np.stack((length[:-2], length[2:]))

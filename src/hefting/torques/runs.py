@@ -78,7 +78,7 @@ class EmptyRuns:
 
 @dataclass(frozen=True, eq=False)
 class LoadedRuns:
-    """Runs with the payload, beside what is known of the arm."""
+    """Runs with the payload, beside what is known of the arm; or empty ones alone."""
 
     dynamics: JointDynamics
     loaded: tuple[TorqueSamples, ...]
@@ -90,7 +90,7 @@ class LoadedRuns:
     they do not in parts of one recording"""
 
     def __post_init__(self):
-        if not self.loaded:
+        if not (self.loaded or self.empty):
             raise InputError("there is no run with the payload")
 
     @property

@@ -9,13 +9,12 @@ from typing import Self
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.messages import Message, note, warning
+from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Indices
 from hefting.motion.curve import Curve
 from hefting.robots.joint_log import named_columns
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.spikes import without_spikes
 
 FEWEST = 20
 """Samples of a run that a motion is found from."""
@@ -87,11 +86,15 @@ class TorqueSamples:
         """Tells one run from another, whatever the motion."""
         return hashlib.sha256(self.torque.tobytes()).hexdigest()[:16]
 
+    @property
+    def interval(self) -> float:
+        """[s] Median from sample to sample."""
+        return float(np.median(np.diff(self.time)))
+
     def bins(self, rate: float) -> Indices:
         """Index of the first sample of each 1 / `rate` seconds that has any; each
         sample's own, where they come no faster."""
-        interval = float(np.median(np.diff(self.time)))
-        if interval * rate > 0.7:
+        if self.interval * rate > 0.7:
             return np.arange(len(self.time))
         number = np.floor((self.time - self.time[0]) * rate + 1e-6)
         return np.flatnonzero(np.diff(number, prepend=-1.0))
@@ -107,7 +110,7 @@ LEAST_TURN = 0.02
 def samples_of(
     recording: Recording, dynamics: JointDynamics, gains: Array | None = None
 ) -> TorqueSamples:
-    """Motion and torques of the joints of `dynamics`, without spikes.
+    """Motion and torques of the joints of `dynamics`.
 
     `gains` [N m/A], (n,) or one number for all, say that the recorded values are the
     motors' currents. Raises `InputError` where positions or torques are not there, are
@@ -117,45 +120,19 @@ def samples_of(
         raise InputError(
             "has no joint positions", recording.source, "record q1..qn, or JointState"
         )
+    stream = _torques(recording, gains)
     names = named_columns(recording, dynamics.robot)
     columns = [names[name] for name in dynamics.names]
     q = recording["joint_positions"]
-    time, torque = torques_of(recording, dynamics, gains)
-    torque, _ = without_spikes(torque)
+    torque = recording[stream].values[:, columns]
+    if gains is not None:
+        torque = torque * _checked(gains, len(columns), recording.source)
     turns = [s.column for s in dynamics.robot.screws if not s.slides]
     position = q.values[:, columns]
     # angles may be given within half a turn
     position[:, turns] = np.unwrap(position[:, turns], axis=0)
+    time = recording[stream].time
     return TorqueSamples.smoothed(q.time, position, time, torque)
-
-
-def torques_of(
-    recording: Recording, dynamics: JointDynamics, gains: Array | None
-) -> tuple[Array, Array]:
-    """Time (K,) [s] and torques (K, n) [N m] as they were recorded; errors as of
-    `samples_of`."""
-    stream = recording[_torques(recording, gains)]
-    names = named_columns(recording, dynamics.robot)
-    torque = stream.values[:, [names[name] for name in dynamics.names]]
-    if gains is not None:
-        torque = torque * _checked(gains, torque.shape[1], recording.source)
-    return stream.time, torque
-
-
-def spikes(
-    recording: Recording, dynamics: JointDynamics, gains: Array | None
-) -> tuple[Message, ...]:
-    """What was taken for spikes, if any; for the arguments see `samples_of`."""
-    _, found = without_spikes(torques_of(recording, dynamics, gains)[1])
-    if not found.any():
-        return ()
-    each = zip(dynamics.names, found.sum(axis=0).tolist(), strict=True)
-    names = ", ".join(f"{count} of {name}" for name, count in each if count)
-    what = (
-        f"{recording.source}: of {len(found)} torques {names} stand out from those just "
-        "before and after: the median of these serves"
-    )
-    return (note("torque-spikes", what),)
 
 
 def still_joints(

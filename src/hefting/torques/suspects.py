@@ -8,19 +8,21 @@ object in a part of the run its ten columns there. With the residuals r of the f
 what arm, payload and nuisances cannot explain of X, theta follows by least squares; and
 so do what is left of r, and by how much the payload would then be another. All rows are
 averages over `INTERVAL`, as the mistakes are slower than that.
+
+Long delays are beyond the first order: they are tried one by one.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass, fields, replace
 from functools import cached_property
 
 import numpy as np
 
 from hefting.core.spatial import Array, Mask
 from hefting.core.torque_moments import PAYLOAD
-from hefting.torques.equations import OWN, STICTION_SPEED, Load, columns
+from hefting.torques.equations import OWN, RATE, STICTION_SPEED, Load, columns
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns, loads_of
 from hefting.torques.samples import TorqueSamples
@@ -45,7 +47,12 @@ LEAST_EVIDENCE = {
 most 7, 10, 48, -8 and -9, but for delays of a filter, which were there; of 48 others by
 another simulator 1, -1, -14, -16 and -24."""
 REVERSAL = 2
-"""Averages beside a joint's turning back that tell nothing of a delay."""
+"""Averages beside a joint's turning back that tell nothing of a short delay."""
+DELAYS = np.linspace(-0.3, 0.3, 31), np.linspace(-0.02, 0.02, 11)
+"""[s] Delays that are tried, and those about the likeliest of them."""
+LONG = 0.05
+"""[s] Shorter delays are left to the first order: where joints turn back, friction that
+changes at once passes for one of some 10 ms."""
 MOST_DELAYS = 4
 """Times that a delay is sought anew where one was taken out."""
 ANGLE = 1e-3
@@ -92,12 +99,32 @@ def without_delay(
 class _Run:
     """A run in averages."""
 
+    raw: TorqueSamples
     samples: TorqueSamples
+    """averages of `raw`"""
     used: Mask
     """(K, n)"""
     columns: Array
     """(K, n, c) as of `equations.columns`"""
     loaded: bool
+
+    @property
+    def inside(self) -> Array:
+        """(K, n, 1) one where the torque is known at any of `DELAYS`."""
+        time, longest = self.samples.time, DELAYS[0][-1] + DELAYS[1][-1]
+        known = (time - longest >= self.raw.time[0]) & (
+            time + longest <= self.raw.time[-1]
+        )
+        return np.broadcast_to(known[:, None, None], (*self.used.shape, 1)) * 1.0
+
+    def later(self, by: float) -> Array:
+        """(K, n, 1) torques [N m], less those of a known arm, that come `by` seconds
+        later, to a sample: between samples the noise would be smaller."""
+        raw, many = self.raw, len(self.raw.time)
+        steps = round(by / raw.interval)
+        torque = raw.torque[np.clip(np.arange(many) + steps, 0, many - 1)]
+        after = averaged(replace(raw, torque=torque)).torque
+        return self.columns[..., -1:] + (after - self.samples.torque)[..., None]
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,7 +151,7 @@ class Suspects:
             few = averaged(samples)
             used = np.abs(few.velocity) >= STICTION_SPEED
             own = columns(runs.dynamics, few, loaded, runs.arm_known, self.load)
-            found.append(_Run(few, used, own, loaded))
+            found.append(_Run(samples, few, used, own, loaded))
         return tuple(found)
 
     @cached_property
@@ -132,14 +159,12 @@ class Suspects:
         """(n,) one over the slow noise of each joint."""
         return 1.0 / np.maximum(self.fit.slow_std, 1e-9)
 
-    def stacked(self, of: Callable[[_Run], Array]) -> Array:
+    def stacked(self, each: Iterable[Array]) -> Array:
         """(N, k) rows that count of all runs, joint by joint, whitened, from (K, n, k)
         of each."""
+        pairs = zip(each, self.parts, strict=True)
         return np.concatenate(
-            [
-                np.swapaxes(of(r) * self.weights[:, None], 0, 1)[r.used.T]
-                for r in self.parts
-            ]
+            [np.swapaxes(x * self.weights[:, None], 0, 1)[r.used.T] for x, r in pairs]
         )
 
     @cached_property
@@ -148,7 +173,7 @@ class Suspects:
         unknowns, and (rows,) residuals."""
         n, own = self.runs.dynamics.joints, len(OWN)
         joints = np.concatenate([np.nonzero(r.used.T)[0] for r in self.parts])
-        all_of = self.stacked(lambda r: r.columns)
+        all_of = self.stacked(r.columns for r in self.parts)
         alone = (np.eye(n)[joints][:, :, None] * all_of[:, None, :own]).reshape(
             len(all_of), -1
         )
@@ -158,8 +183,10 @@ class Suspects:
         prior[:, : n * own] = np.diag(1.0 / self.fit.prior.T.ravel())
         more = [prior]
         if (known := self.runs.calibration) is not None:
-            factors = known.scales.whole.weighed(1.0 / self.weights).factors
-            for j, factor in enumerate(factors):
+            # as many rows as averages; the last of a factor is what nothing explains
+            less = (RATE * INTERVAL) ** 0.5
+            factors = known.scales.whole.weighed(less / self.weights).factors
+            for j, factor in enumerate(factors[:, :-1]):
                 rows = np.zeros((len(factor), A.shape[1] + 1))
                 rows[:, j * own : (j + 1) * own] = factor[:, :own]
                 rows[:, n * own :] = factor[:, own:]
@@ -201,14 +228,38 @@ class Suspects:
             np.vstack((beside, prior)), np.append(left, np.zeros(len(prior)))
         )[0]
         theta = np.asarray(found, dtype=float)
-        after = left - beside @ theta
-        count = len(rows)
-        before, now = (max(float(r @ r), 1e-99) for r in (left, after))
-        alike = float(after[1:count] @ after[: count - 1]) / now
-        many = count * (1.0 - alike) / (1.0 + alike) if alike > 0.0 else count
-        evidence = 0.5 * many * np.log(before / now) - 0.5 * len(theta) * np.log(many)
+        evidence = _evidence(left, left - beside @ theta, len(rows), len(theta))
         shift = -(back @ inside @ theta)[-PAYLOAD:]
-        return theta, float(evidence), np.asarray(shift, dtype=float)
+        return theta, evidence, np.asarray(shift, dtype=float)
+
+    def late(self, loaded: bool) -> Suspect:
+        """Torques of all runs, or of the loaded ones, that come later by one time."""
+        U, back, left = self.basis
+        torque = self.stacked(r.columns[..., -1:] for r in self.parts)[:, 0]
+        inside = self.stacked(r.inside for r in self.parts)[:, 0] > 0.0
+
+        def changed(by: float) -> Array:
+            own = self.stacked(
+                r.later(by * (r.loaded or not loaded)) for r in self.parts
+            )
+            return np.append(own[:, 0] - torque, np.zeros(len(left) - len(torque)))
+
+        def remaining(by: float) -> Array:
+            more = changed(by)
+            kept = left + more - U @ (U.T @ more)
+            kept[: len(torque)][~inside] = 0.0
+            return kept
+
+        by, step = 0.0, max(r.raw.interval for r in self.parts)
+        for around in DELAYS:
+            times = np.unique(np.round((by + around) / step)) * step
+            lengths = [float(np.linalg.norm(remaining(each))) for each in times]
+            by = float(times[np.argmin(lengths)])
+        evidence = -np.inf
+        if abs(by) > LONG:
+            evidence = _evidence(remaining(0.0), remaining(by), len(torque), 1)
+        shift = (back @ (U.T @ changed(by)))[-PAYLOAD:]
+        return Suspect("delay", loaded, np.array([by]), evidence, shift)
 
     def likeliest(self) -> Suspect | None:
         """The suspect with the most evidence, where it is enough."""
@@ -222,15 +273,14 @@ class Suspects:
         """Each suspect, fitted."""
         kinds = {"delay": self._late, "tilt": self._tilt, "gains": self._gains}
         kinds["zeros"] = self._zeros
+        others = self.runs.empty or self.runs.calibration
+        in_which = (False, True) if self.runs.loaded and others else (False,)
+        yield from map(self.late, in_which)
         for kind, of in kinds.items():
             rows = [of(i) for i in range(len(self.parts))]
-            for loaded in (False, True):
-                if loaded and not (self.runs.empty or self.runs.calibration):
-                    continue
-                shown = iter(rows)
-                X = self.stacked(
-                    lambda r, s=shown, own=loaded: next(s) * (r.loaded or not own)
-                )
+            for loaded in in_which:
+                pairs = zip(rows, self.parts, strict=True)
+                X = self.stacked(x * (r.loaded or not loaded) for x, r in pairs)
                 theta, evidence, shift = self.tried(X, USUAL[kind])
                 if kind == "tilt":
                     theta = theta @ self._across
@@ -296,12 +346,9 @@ class Suspects:
                     continue
                 part = np.zeros((len(time), 1, 1))
                 part[edges[a] : edges[b]] = 1.0
-                own = self.parts[i]
-                X = self.stacked(
-                    lambda r, run=own, p=part: (
-                        Y * p if r is run else np.zeros((*r.used.shape, PAYLOAD))
-                    )
-                )
+                each = [np.zeros((*r.used.shape, PAYLOAD)) for r in self.parts]
+                each[i] = Y * part
+                X = self.stacked(each)
                 theta, evidence, shift = self.tried(X, TYPICAL_PAYLOAD)
                 # seconds of the run; none where the part begins or ends it
                 first, last = (
@@ -309,6 +356,15 @@ class Suspects:
                 )
                 span = i, first if a else None, last if b < PARTS else None
                 yield Suspect("part", True, theta, evidence, shift, span)
+
+
+def _evidence(before: Array, after: Array, rows: int, unknown: int) -> float:
+    """Of residuals that `unknown` more parameters made smaller, by `rows` rows whose
+    neighbours are alike."""
+    square, now = (max(float(r @ r), 1e-99) for r in (before, after))
+    alike = float(after[1:rows] @ after[: rows - 1]) / now
+    many = rows * (1.0 - alike) / (1.0 + alike) if alike > 0.0 else rows
+    return float(0.5 * many * np.log(square / now) - 0.5 * unknown * np.log(many))
 
 
 def averaged(samples: TorqueSamples) -> TorqueSamples:
