@@ -162,6 +162,9 @@ def test_a_large_tilt_is_told_with_the_gravity_that_leaves_none():
     given = Gravity.of(text[1]).vector
     assert np.degrees(angle_between(np.array(given), tilted)) < 1.0
     assert "tilted by 20." in said or "tilted by 19." in said
+    # with that of its own a calibration is refused
+    (said,) = of_suspect(own, told, np.full(10, 1e-3), ["held.csv"], calibrated=True)
+    assert said.endswith("record an empty run like it")
     first = found(case)
     assert first is not None
     assert np.linalg.norm(first.theta) < 0.9 * 2.0 * 9.80665 * np.sin(angle / 2.0)

@@ -137,7 +137,8 @@ class ByTorques:
         gains = _errors_of_gains(found)
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
-        named = of_suspect(dynamics, refined(runs, suspect), half, sources)
+        told = refined(runs, suspect)
+        named = of_suspect(dynamics, told, half, sources, calibration is not None)
         messages += (
             *of_delays(delays, bool(empty)),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),

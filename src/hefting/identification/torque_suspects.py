@@ -35,10 +35,12 @@ def of_suspect(
     suspect: Suspect | None,
     half: Array,
     sources: Sequence[str],
+    calibrated: bool = False,
 ) -> list[Message]:
     """What of the runs is another than it is said to be, as a message that is as severe
     as the payload's parameters are then others: `half` (10,) half widths of their
-    intervals. `sources` are the names of the loaded runs."""
+    intervals. `sources` are the names of the loaded runs. An arm that was calibrated has
+    the gravity of its calibration."""
     if suspect is None:
         return []
     shift = float(np.abs(suspect.shift / half)[:4].max())
@@ -46,7 +48,7 @@ def of_suspect(
     say = error if shift > WRONG_SHIFT[1] else warning
     if shift < WRONG_SHIFT[0] and suspect.kind != "part":
         say = note
-    return [_said(say, suspect, dynamics, runs, sources)]
+    return [_said(say, suspect, dynamics, runs, sources, calibrated)]
 
 
 def of_empty_runs(
@@ -98,6 +100,7 @@ def _said(
     dynamics: JointDynamics,
     runs: str,
     sources: Sequence[str],
+    calibrated: bool = False,
 ) -> Message:
     theta = suspect.theta
     if suspect.part is not None:
@@ -122,7 +125,7 @@ def _said(
         g *= np.linalg.norm(dynamics.gravity) / np.linalg.norm(g)
         angle = np.degrees(angle_between(dynamics.gravity, g))
         how = "level the base, free the cable, or record an empty run like it"
-        if not suspect.loaded:
+        if not (suspect.loaded or calibrated):
             how = f"give `gravity`='{','.join(f'{x:.4g}' for x in g.round(3) + 0.0)}'"
         what = (
             f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
