@@ -134,6 +134,7 @@ def unexplained(
     noise=1.0,
     left=None,
     zeros=0,
+    biased=True,
 ):
     fitted = SimpleNamespace(best=0, scale=np.array([[1.0, 2.0 * multiple]]))
     given = cast(Any, SimpleNamespace(fitted=fitted)) if multiple else None
@@ -150,6 +151,7 @@ def unexplained(
         noise=np.full(2, noise),
         floor=np.full(2, 2.0),
         level=np.full(2, level),
+        biased=biased,
     )
     return doubt_of(cast(Any, case))
 
@@ -175,6 +177,14 @@ def test_what_nothing_explains_is_told_by_its_share(share, moves, level, monkeyp
         assert not found.names_mistake
         assert not found.needs_no_change
         assert f"{100.0 * share:.0f} % of the wrench's changes" in found.message
+
+
+@pytest.mark.parametrize("biased", [True, False])
+def test_a_bias_that_was_given_may_be_what_nothing_explains(biased, monkeypatch):
+    """None is looked for beside it, so that it hides what another mistake leaves."""
+    found = unexplained(monkeypatch, 0.2, biased=biased)
+    assert found is not None
+    assert ("`bias`" in found.message) is not biased
 
 
 @pytest.mark.parametrize(("zeros", "told"), [(1, False), (2, True)])
@@ -218,7 +228,7 @@ def test_what_a_little_more_noise_would_explain_is_not_told(left, told, monkeypa
         "unexplained_share",
         lambda case, fitted, level: 0.2 if level[0] <= 1.0 else left,
     )
-    case = SimpleNamespace(path=SimpleNamespace(moves=True))
+    case = SimpleNamespace(path=SimpleNamespace(moves=True), biased=True)
     case.recording = {"wrench": SimpleNamespace(values=np.ones((9, 6)))}
     case.noise = case.floor = case.level = np.ones(2)
     found = doubt_of(cast(Any, case))

@@ -1,5 +1,6 @@
 """Rival explanations by what poses, time and gravity were taken for."""
 
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -16,6 +17,7 @@ from scipy.spatial.transform import Rotation
 
 from given_cases import case_of, correct, mistake, with_coloured_noise
 from hefting.core.measurements import NOISE_LEVELS
+from hefting.core.spatial import WRENCH
 from hefting.identification import identify
 from hefting.ingest import condition
 from hefting.ingest.ingest import ingest
@@ -29,6 +31,7 @@ from hefting.ingest.rivals.explanation import as_given
 from hefting.ingest.rivals.judge import evidence, judge
 from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
+from hefting.logs.units import find_unit
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 pytestmark = pytest.mark.usefixtures("same_poses")
@@ -223,6 +226,66 @@ def test_what_is_proposed_for_a_turn_puts_it_right():
     np.testing.assert_allclose(found.parameters.center_of_mass, there, atol=1e-3)
 
 
+def test_nothing_is_advised_about_a_shape_beside_a_mistake_that_explains_it():
+    """The shape's pose and unit had been doubted, which were right."""
+    given = mistake("turned about z", "90°").make(correct(1), np.random.default_rng(1))
+    found = identify(given.recording, given.shape).estimate
+    assert [reason.code for reason in found.verdict.reasons] == ["axes-turned"]
+
+
+def test_a_gripper_that_nobody_mentioned_may_put_the_com_outside_a_shape():
+    make = mistake("gripper not mentioned", "0.8 kg").make
+    given = make(correct(1), np.random.default_rng(1))
+    reasons = identify(given.recording, given.shape).estimate.verdict.reasons
+    assert {r.code for r in reasons} == {
+        "com-outside-shape",
+        "shape-contradicts-wrench",
+    }
+    assert all("`tool`" in reason for reason in reasons)
+
+
+MIRRORED = {
+    "an axis": np.diag((1.0, -1.0, 1.0)),
+    "two swapped": np.eye(3)[[1, 0, 2]],
+}
+
+
+@pytest.mark.parametrize("what", MIRRORED)
+@pytest.mark.parametrize("on_object", [True, False])
+def test_half_a_turn_is_told_beside_mirrored_axes_of_the_other_sign(what, on_object):
+    """Of both the wrench is the same: with the columns as advised the COM is the true
+    one, and with the turn it is another, in answers called good."""
+    clean = correct(1)
+    axes = np.kron(np.eye(2), MIRRORED[what])
+    sign = 1.0 if on_object else -1.0  # as recorded it is on the object
+    given = clean.wrench(lambda _, w: sign * w @ axes.T)
+    said = doubt_of(case_of(given))
+    assert said is not None
+    assert said.message.code == "axes-turned"
+    told = re.search(
+        r"if the wrench acts on the (\w+), its columns as \[(.*?)\]", said.message
+    )
+    assert told is not None
+    acts, names = told.groups()
+    assert acts == ("object" if on_object else "sensor")
+    columns = np.zeros((6, 6))
+    for row, name in enumerate(names.replace('"', "").split(", ")):
+        columns[row, WRENCH.index(name.lstrip("-"))] = -1.0 if "-" in name else 1.0
+    mended = given.wrench(lambda _, w: w @ columns.T).recording
+    found = identify(mended, sign=f"on-{acts}").estimate
+    assert found.verdict.level == "good"
+    np.testing.assert_allclose(
+        found.parameters.center_of_mass, clean.truth.center_of_mass, atol=1e-3
+    )
+
+
+def test_a_turn_that_is_no_half_one_is_told_alone():
+    turn = mistake("turned about z", "90°").make(correct(0), np.random.default_rng(1))
+    said = doubt_of(case_of(turn))
+    assert said is not None
+    assert "acts on" not in said.message
+
+
 TURNED_AND_MOVED = [("z", -90.0, 0.12), ("x", 30.0, 0.05), ("y", 180.0, 0.04)]
 
 
@@ -288,6 +351,10 @@ def test_positions_in_another_unit_are_named_by_it(unit, metres):
     found = position_unit.explain(case_of(given))
     assert found is not None
     assert found.what == f"the positions seem to be in {unit}"
+    said = re.search(r'unit = "(.*?)"', found.fix)
+    assert said is not None
+    size = find_unit(said[1], "length", "here").to_si(np.ones(1))[0]
+    assert size == pytest.approx(metres)
 
 
 @pytest.mark.parametrize(

@@ -28,6 +28,7 @@ from hefting.ingest.rivals import (
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.judge import judge
 from hefting.logs import read_log, write_log
+from hefting.logs.units import find_unit
 
 pytestmark = pytest.mark.usefixtures("same_poses")
 
@@ -84,6 +85,17 @@ def test_a_channel_that_is_wrong_by_itself_is_told_by_the_others(said):
     assert number.sub("#", found) == number.sub("#", said)
     for one, other in zip(number.findall(found), number.findall(said), strict=True):
         assert float(one) == pytest.approx(float(other), rel=0.02)
+
+
+def test_a_dead_channel_is_not_taken_for_another():
+    """A function of the motion by which noise alone is explained best is below it."""
+    doubt = doubt_of(
+        case_of(
+            mistake("dead channel", "tz").make(correct(0), np.random.default_rng(1))
+        )
+    )
+    assert doubt is not None
+    assert "channel tz seems to measure nothing but noise" in doubt.message
 
 
 APART = {
@@ -236,6 +248,10 @@ SI = {
     "kgf cm": (1.0, scipy.constants.kilogram_force * scipy.constants.centi),
     "ozf in": (1.0, scipy.constants.pound_force / 16.0 * scipy.constants.inch),
     "daN": (10.0, 1.0),
+    "kgf and the torque in kgf cm": (
+        scipy.constants.kilogram_force,
+        scipy.constants.kilogram_force * scipy.constants.centi,
+    ),
     "lbf and the torque in lbf in": (
         scipy.constants.pound_force,
         scipy.constants.pound_force * scipy.constants.inch,
@@ -259,6 +275,19 @@ def test_a_unit_is_told_and_gives_the_object_in_newtons(unit):
     # beside those that it cannot be told from, as kgf from daN
     assert f" in {unit}" in doubt.message
     assert found is not None
+    told = re.search(rf" in {unit} \(then ([\d.]+) kg\)", doubt.message)
+    if told is not None:  # by their masses alone
+        assert float(told[1]) == pytest.approx(given.truth.mass, rel=0.03)
+    else:
+        assert "(then" not in doubt.message
+        said = re.findall(r'"([\d.e-]+ N(?: m)?)"', doubt.message)
+        for text, kind, size in zip(
+            said, ("force", "torque"), (force, torque), strict=True
+        ):
+            size_of = find_unit(text, kind, "here").to_si(np.ones(1))[0]
+            assert size_of == pytest.approx(size, rel=1e-5)
+    if f" in {unit}" not in found.what.split(",")[0]:
+        return
     vector = found.vector / np.sign(found.vector[0])
     # noise of 0.1 N of some 5 N in 1,000 samples, and motion that is not exact
     assert vector[0] == pytest.approx(given.truth.mass, rel=0.02)

@@ -49,6 +49,7 @@ from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
 from hefting.torques.samples import TorqueSamples, samples_of, still_joints
 from hefting.torques.spikes import without_spikes
+from hefting.torques.suspect_size import refined
 from hefting.torques.suspects import without_delay
 
 PUBLISHED_ARM_STD = np.repeat((0.1, 0.015, 0.01), (1, 3, 6))
@@ -136,12 +137,14 @@ class ByTorques:
         gains = _errors_of_gains(found)
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
-        named = of_suspect(dynamics, suspect, half, sources)
+        told = refined(runs, suspect)
+        named = of_suspect(dynamics, told, half, sources, calibration is not None)
         messages += (
             *of_delays(delays, bool(empty)),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
             *of_rivals(dynamics, runs.loaded),
-            *without_explained((*named, *of_arm(runs, found, each))),
+            *named,
+            *of_arm(runs, found, each),
         )
         return cls(
             dynamics,
@@ -182,7 +185,8 @@ class ByTorques:
                 "no positive mass explains the torques", fix=cause_of_no_load(self.fit)
             )
         said = (of_torques(message, self.fit) for message in estimate.warnings)
-        messages = (*self.messages, *of_load(estimate, self.fit), *said)
+        load = of_load(estimate, self.fit)
+        messages = tuple(without_explained((*self.messages, *load, *said)))
         return replace(
             estimate,
             samples=self.samples + (0 if wrench is None else wrench.samples),
@@ -272,7 +276,7 @@ def calibrate_arm(
     said = (each for log in recordings for each in (*log.warnings, *log.notes))
     messages = [
         *(each for each in said if isinstance(each, Message)),
-        *of_empty_runs(dynamics, delays, suspect),
+        *of_empty_runs(dynamics, delays, refined(runs, suspect)),
     ]
     return dynamics, found, messages
 

@@ -171,6 +171,8 @@ def _not_physical(checked: Checked) -> Iterable[Message]:
     if estimate.physically_consistent:
         return []
     what = f"no body has these parameters: {estimate.consistency}"
+    if checked.shape is not None and (estimate.hull_margin or 0.0) < 0.0:
+        what += ": is the shape's pose right, and nothing else held (`tool`)?"
     return [warning("not-physical", what)]
 
 

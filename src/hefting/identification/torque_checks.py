@@ -188,12 +188,12 @@ def of_rivals(
     better = better_rival(dynamics, runs)
     if better is None:
         return []
-    words, times = better
+    words, fix, times = better
     what = (
         f"the torques are explained far better {words} (residuals up to {times:.1f} "
-        "times smaller): put the log right, or `gravity`, as of a tilted base"
+        f"times smaller): {fix or 'put the log right'}"
     )
-    return [error("torques-of-other-arm", what, "gravity")]
+    return [error("torques-of-other-arm", what, "gravity" if fix else None)]
 
 
 def of_arm(
@@ -248,6 +248,8 @@ def of_torques(message: str, fit: TorqueFit) -> str:
     if not isinstance(message, Message):
         return message
     text = message.replace("the wrench", "the torques")
+    if message.code == "no-positive-mass":
+        text = "no positive mass explains the torques: check their signs and `gravity`"
     if message.code == "mass-contradicts-wrench":
         text = (
             f"the scale contradicts the torques, which show {fit.common[-PAYLOAD]:.4g} "

@@ -6,14 +6,28 @@ from collections.abc import Callable, Sequence
 
 import numpy as np
 
-from hefting.core.messages import Message, error, note, warning
-from hefting.core.spatial import Array
+from hefting.core.messages import Message, codes, error, note, warning
+from hefting.core.spatial import Array, angle_between
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.suspects import Suspect
 
 WRONG_SHIFT = 0.5, 1.0
 """Change of mass or first moments, over the half widths of their intervals, from which
 on a suspect gives doubt, and makes the answer wrong."""
+SUSPECTS = frozenset(
+    {"part-contradicts", "torques-delayed", "arm-tilted", "joint-zeros", "torque-gain"}
+)
+"""Codes of suspects."""
+RIVAL = "torques-of-other-arm"
+EXPLAINED_BY_RIVAL = SUSPECTS | {
+    "empty-run-contradicts",
+    "joints-changed",
+    "mass-undetermined",
+    "no-load-seen",
+    "no-positive-mass",
+    "torque-unit",
+}
+"""Codes of what joints of another order or sign, or another gravity, do, too."""
 
 
 def of_suspect(
@@ -21,10 +35,12 @@ def of_suspect(
     suspect: Suspect | None,
     half: Array,
     sources: Sequence[str],
+    calibrated: bool = False,
 ) -> list[Message]:
     """What of the runs is another than it is said to be, as a message that is as severe
     as the payload's parameters are then others: `half` (10,) half widths of their
-    intervals. `sources` are the names of the loaded runs."""
+    intervals. `sources` are the names of the loaded runs. An arm that was calibrated has
+    the gravity of its calibration."""
     if suspect is None:
         return []
     shift = float(np.abs(suspect.shift / half)[:4].max())
@@ -32,7 +48,7 @@ def of_suspect(
     say = error if shift > WRONG_SHIFT[1] else warning
     if shift < WRONG_SHIFT[0] and suspect.kind != "part":
         say = note
-    return [_said(say, suspect, dynamics, runs, sources)]
+    return [_said(say, suspect, dynamics, runs, sources, calibrated)]
 
 
 def of_empty_runs(
@@ -62,11 +78,20 @@ def of_delays(delays: Sequence[Suspect], empty: bool) -> list[Message]:
     return [note("torques-late", what)]
 
 
-def without_explained(messages: Sequence[Message]) -> list[Message]:
-    """Without the change of offsets and friction where what did it is named."""
-    doubts = {each.code for each in messages if each.severity != "note"}
-    named = doubts - {"joints-changed"}
-    return [each for each in messages if not named or each.code != "joints-changed"]
+def without_explained(messages: Sequence[str]) -> list[str]:
+    """Without what a mistake that was named does, and what is advised for that: the
+    verdict stays."""
+    coded = [each for each in messages if isinstance(each, Message)]
+    explained: set[str] = set()
+    if any(each.code in SUSPECTS and each.severity != "note" for each in coded):
+        explained |= {"joints-changed"}
+    if any(each.code in SUSPECTS and each.severity == "error" for each in coded):
+        explained |= {"empty-run-contradicts"}
+    if RIVAL in codes(coded):
+        explained |= EXPLAINED_BY_RIVAL
+    if "no-load-seen" in codes(coded):
+        explained |= {"no-positive-mass"}
+    return [each for each in messages if getattr(each, "code", "") not in explained]
 
 
 def _said(
@@ -75,6 +100,7 @@ def _said(
     dynamics: JointDynamics,
     runs: str,
     sources: Sequence[str],
+    calibrated: bool = False,
 ) -> Message:
     theta = suspect.theta
     if suspect.part is not None:
@@ -97,10 +123,10 @@ def _said(
     if suspect.kind == "tilt":
         g = dynamics.gravity + theta
         g *= np.linalg.norm(dynamics.gravity) / np.linalg.norm(g)
-        angle = np.degrees(np.arctan2(np.linalg.norm(theta), np.linalg.norm(g)))
+        angle = np.degrees(angle_between(dynamics.gravity, g))
         how = "level the base, free the cable, or record an empty run like it"
-        if not suspect.loaded:
-            how = f"give `gravity` {','.join(f'{x:.2f}' for x in g)}"
+        if not (suspect.loaded or calibrated):
+            how = f"give `gravity`='{','.join(f'{x:.4g}' for x in g.round(3) + 0.0)}'"
         what = (
             f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
             f"not level or a cable that pulls: {how}"

@@ -202,8 +202,9 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
         return []
     place = ", ".join(f"{1e3 * x:.0f}" for x in com)
     what = (
-        f"without the shape the COM would be at ({place}) mm, well outside it: check the shape's pose and unit, the "
-        "units of force and torque, and the wrench's sign and bias"
+        f"without the shape the COM would be at ({place}) mm, well outside it: check the "
+        "shape's pose and unit, whether a gripper is held, too (`tool`), the units of "
+        "force and torque, and the wrench's sign and bias"
     )
     return [warning("com-outside-shape", what, "shape")]
 

@@ -49,16 +49,22 @@ class Rival:
     """(K, n, c) as of `Rows`"""
     used: Mask
     """(K, n) which of them count"""
+    fix: str = ""
+    """what to do, where it is not to put the log right"""
 
     @classmethod
     def of(
-        cls, words: str, dynamics: JointDynamics, runs: Sequence[TorqueSamples]
+        cls,
+        words: str,
+        dynamics: JointDynamics,
+        runs: Sequence[TorqueSamples],
+        fix: str = "",
     ) -> Self:
         """Of runs that are put right."""
         rows = [Rows.of(dynamics, samples, False) for samples in runs]
         used = np.concatenate([each.used for each in rows])
         values = np.concatenate([each.values for each in rows])
-        return cls(words, dynamics, values, used)
+        return cls(words, dynamics, values, used, fix)
 
     @property
     def residuals(self) -> tuple[float, Array]:
@@ -82,20 +88,21 @@ class Rival:
 
 def better_rival(
     dynamics: JointDynamics, runs: Sequence[TorqueSamples]
-) -> tuple[str, float] | None:
-    """The mistake without which the torques are explained best, and by how much smaller
-    the residuals of some joint then are; None where none explains them far better."""
+) -> tuple[str, str, float] | None:
+    """The mistake without which the torques are explained best, what to do where that is
+    not to put the log right, and by how much smaller the residuals of some joint then
+    are; None where none explains them far better."""
     step = max(1, sum(len(run.time) for run in runs) // SAMPLES)
     runs = [run[::step] for run in runs]
     own = Rival.of("", dynamics, runs)
     spread, before = own.residuals
     if not np.isfinite(spread):
         return None
-    found = [(*rival.residuals, rival.words) for rival in _rivals(own, runs, before)]
-    least, left, words = min(found, key=lambda each: each[0])
+    found = [(*rival.residuals, rival) for rival in _rivals(own, runs, before)]
+    least, left, best = min(found, key=lambda each: each[0])
     if not spread - least > LEAST_GAIN:
         return None
-    return words, float(np.nanmax(before / left))
+    return best.words, best.fix, float(np.nanmax(before / left))
 
 
 def _rivals(own: Rival, runs: Sequence[TorqueSamples], left: Array) -> Iterator[Rival]:
@@ -117,7 +124,19 @@ def _rivals(own: Rival, runs: Sequence[TorqueSamples], left: Array) -> Iterator[
     for axis, g in zip("xyz", np.linalg.norm(gravity) * np.eye(3), strict=True):
         if abs(g @ gravity) < 0.5 * (g @ g):
             words = f"with gravity along the {axis} axis of the base"
-            yield Rival.of(words, dynamics.under(g), runs)
+            g = g * _way(dynamics.under(g), runs)
+            fix = f"give `gravity`='{','.join(f'{x:.6g}' for x in g + 0.0)}'"
+            yield Rival.of(words, dynamics.under(g), runs, fix)
+
+
+def _way(dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> float:
+    """One, or minus one where the URDF's arm needs torques of the other sign: links of
+    any inertias fit either."""
+    both = 0.0
+    for run in runs:
+        W = dynamics.regressor(run.position, run.velocity, run.acceleration)
+        both += float((W @ dynamics.arm * run.torque).sum())
+    return 1.0 if both >= 0.0 else -1.0
 
 
 def _changed(

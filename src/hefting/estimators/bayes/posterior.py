@@ -237,7 +237,11 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
     elif far:
         where, so = "near the sensor", "of one that is long or far give `shape`"
         if posterior.shape_known:
-            where, so = "inside the shape", "the answer is without the shape"
+            where = "inside the shape"
+            so = (
+                "the answer is without the shape: is it the right one, in the right place "
+                "and size, and is a gripper held, too (`tool`)?"
+            )
         warnings.append(
             warning(
                 "shape-contradicts-wrench",

@@ -19,7 +19,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Rows
-from hefting.ingest.rivals.explanation import Explanation, newton_euler
+from hefting.ingest.rivals.explanation import Explanation, as_columns, newton_euler
 from hefting.ingest.rivals.placement import (
     Placement,
     advice,
@@ -40,6 +40,8 @@ KEPT_STARTS = 6
 rotation is that from all starts in 327; in the others another mistake explains more."""
 REFINEMENTS = 4
 """Gauss-Newton steps of rotation and clock offset."""
+CHANCE = 3.0
+"""Standard deviations from half a turn up to which a turn may be one."""
 CROSS_TALK = 0.005
 """Standard deviation of a sensor's cross-talk, as on data sheets. Its antisymmetric
 part is a rotation, of so many radians over the root of two about each axis."""
@@ -64,7 +66,7 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE,
         f"the sensor's axes seem turned by {turn_text(found.R, known)} of the logged ones",
-        advice(case, found.R, np.zeros(3), covariance),
+        advice(case, found.R, np.zeros(3), covariance) + _or_mirrored(found, known),
         found.fitted,
         3,
         argument="sensor_pose_in_log",
@@ -72,6 +74,18 @@ def explain(case: Case) -> Explanation | None:
         effect=angle / max(known, 1e-12),
         alternative=lambda: turned_and_moved(case, CODE, found.R, found.offset),
     )
+
+
+def _or_mirrored(found: Placement, std: float) -> str:
+    """What else half a turn about an axis, or about a line between two, may be, with its
+    angle known to `std` [rad]: the wrench of the other sign, with an axis mirrored or two
+    swapped."""
+    turn = np.rint(found.R)
+    if np.trace(turn) != -1.0 or np.abs(found.R - turn).max() > CHANCE * std:
+        return ""
+    acts = "sensor" if found.parameters[0] > 0.0 else "object"
+    columns = as_columns(np.array(np.kron(np.eye(2), -turn), dtype=float))
+    return f" or, if the wrench acts on the {acts}, its columns as {columns} in a column map"
 
 
 def rotation_of(case: Case) -> Placement:

@@ -3,13 +3,14 @@ torque in the place of force."""
 
 import numpy as np
 
-from hefting.core.spatial import WRENCH, Array
+from hefting.core.spatial import Array
 from hefting.ingest.rivals.axes_turned import QUARTER_TURNS
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Rows, fit_freely
 from hefting.ingest.rivals.explanation import (
     FIRST_ITERATIONS,
     Explanation,
+    as_columns,
     newton_euler,
     of_each_wrench,
     over_offsets,
@@ -40,16 +41,11 @@ def explain(case: Case) -> Explanation | None:
     wrench = wrenches[best][None]
     fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion, wrench))
     what, matrix, rarity = changes[best]
-    names = [
-        ("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()]
-        for row in matrix
-    ]
-    columns = ", ".join(f'"{name}"' for name in names)
     return Explanation(
         CODE,
         f"{what} in the wrench",
         "correct it where the log is written, or give the wrench's columns as "
-        f"[{columns}] in a column map",
+        f"{as_columns(matrix)} in a column map",
         fitted,
         0,
         rarity=rarity,

@@ -53,9 +53,13 @@ SUPERSEDED = frozenset(
         "clock-offset-contradictory",
         "clock-offset-unknown",
         "clock-several-offsets",
+        "com-outside-shape",
         "many-outliers",
+        "mass-moved-by-shape",
         "mass-undetermined",
+        "misfit",
         "not-identifiable",
+        "not-physical",
         "open-without-shape",
         "response-uneven",
         "shape-contradicts-wrench",
@@ -193,8 +197,8 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
             return None
     what = (
         f"{100.0 * share:.0f} % of the wrench's changes are neither noise nor what a "
-        "body on this motion needs: is the object fixed and free, and are clocks, axes "
-        "and units right?"
+        "body on this motion needs: is the object fixed and free, and are clocks, axes"
+        f"{' and' if case.biased else ', the `bias` and'} units right?"
     )
     zeros = 100.0 * np.mean(case.recording["wrench"].values == 0.0)
     if zeros > 1.0:

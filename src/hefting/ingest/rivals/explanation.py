@@ -8,7 +8,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import WRENCH, Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals.case import FINE_OFFSETS, Case, Motion
@@ -84,6 +84,15 @@ class Explanation:
     def likelihood(self) -> float:
         """Log-likelihood of one sample on average, up to a constant."""
         return float(self.fitted.likelihood[self.fitted.best])
+
+
+def as_columns(matrix: Array) -> str:
+    """Columns of the wrench in a column map that a signed permutation (6, 6) makes."""
+    names = [
+        ("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()]
+        for row in matrix
+    ]
+    return "[" + ", ".join(f'"{name}"' for name in names) + "]"
 
 
 def over_offsets(

@@ -34,23 +34,26 @@ UNITS = {
     "the force seems to be in lbf": (4.4482216, 1.0),
     "the force seems to be in ozf": (0.2780139, 1.0),
     "the force seems to be in grams-force": (9.80665e-3, 1.0),
-    "the force seems to be in kN": (1e3, 1.0),
     "the force seems to be in lbf and the torque in lbf in": (4.4482216, 0.1129848),
     "the force seems to be in lbf and the torque in lbf ft": (4.4482216, 1.3558179),
     "the torque seems to be in N mm": (1.0, 1e-3),
-    "the torque seems to be in N cm (or kgf cm, if the force is in kgf)": (1.0, 1e-2),
+    "the force seems to be in kN": (1e3, 1.0),
+    "the torque seems to be in N cm": (1.0, 1e-2),
+    "the force seems to be in kgf and the torque in kgf cm": (9.80665, 0.0980665),
     "the torque seems to be in lbf in": (1.0, 0.1129848),
     "the torque seems to be in lbf ft": (1.0, 1.3558179),
     "the torque seems to be in ozf in": (1.0, 7.061552e-3),
     "the torque seems to be in kgf m": (1.0, 9.80665),
     "the torque seems to be in kgf cm": (1.0, 0.0980665),
 }
-"""Units of force [N] and torque [N m] that sensors give together."""
+"""Units of force [N] and torque [N m] that sensors give together; of those of one ratio
+the usual first."""
 LEVERS = (0.005, 0.5)
 """[m] Distances of a held object's COM from the sensor that are usual; others count
 against a unit."""
 ALIKE = 3.0
-"""Log-likelihood up to which a unit is told beside the best, as kgf beside daN."""
+"""Log-likelihood up to which a unit is told beside the best, as kgf beside daN; with the
+mass by each, which alone tells them apart."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -66,26 +69,35 @@ def explain(case: Case) -> Explanation | None:
         what: fit_rows(case, _builder(case, ratio)(motion))
         for what, ratio in found.items()
     }
+    masses = {
+        what: UNITS[what][0] * abs(float(fitted.solution[fitted.best][0]))
+        for what, fitted in quick.items()
+    }
     usual = {
         what: fitted.likelihood.max()
         for what, fitted in quick.items()
         if LEVERS[0] <= _lever(fitted, found[what]) <= LEVERS[1]
-        and UNITS[what][0] * abs(fitted.solution[fitted.best][0]) <= HEAVIEST_HELD
+        and masses[what] <= HEAVIEST_HELD
     }
     if not usual:
         return None
-    what = max(usual, key=lambda name: usual[name])
+    what = max(usual, key=lambda name: round(usual[name], 6))
     fitted = over_offsets(case, _builder(case, found[what]))[0]
     force, torque = UNITS[what]
     least = usual[what] - ALIKE * correlation(fitted, fitted.best) / len(case.time)
     alike = [name for name in usual if usual[name] > least and name != what]
+    fix = "give force in newtons and torque in newton-metres, or their units in a column map"
+    if not alike:
+        fix += f', unit = ["{force:g} N", "{torque:g} N m"]'
+    told = [f"{name} (then {masses[name]:.3g} kg)" for name in (what, *alike)]
     return Explanation(
         CODE,
-        ", or ".join((what, *alike)),
-        "give force in newtons and torque in newton-metres",
+        ", or ".join(told) if alike else what,
+        fix,
         fitted,
         0,
         rarity=1.0,
+        argument="column_map",
         is_grave=True,
         parameters=fitted.solution[fitted.best, :10] * ((force,) + (torque,) * 9),
     )

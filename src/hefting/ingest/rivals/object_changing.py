@@ -96,7 +96,7 @@ def _told(fitted: Fitted, n: int, at: str = "") -> Explanation | None:
     return Explanation(
         CODE,
         what,
-        f"{fix} and record again, or give a part in which it is as you want it with "
+        f"{fix} and record again, or give a part in which it does not change with "
         "`start` and `duration`",
         fitted,
         4 * (n - 1) + bool(at),

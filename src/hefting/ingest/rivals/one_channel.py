@@ -23,7 +23,7 @@ RARITY = 5.0
 ALIKE = 0.8
 """Share of what another channel explains that its own must, or it is the other's."""
 DEAD = 0.5
-"""Share that some channel must explain, or it is noise."""
+"""Share that some channel must explain, by more than the noise, or it is noise."""
 NEAR = 0.06
 """Deviation of a gain's logarithm from a unit's, as a share of it, up to which it may be
 that."""
@@ -81,7 +81,10 @@ def _measured(free: RobustRows, rows: Rows) -> tuple[int, int, float]:
     of = int(np.argmax(share))
     if share[c] > ALIKE * share[of]:
         of = c
-    return c, of, float(gains[of]) if share[of] > DEAD else 0.0
+    # in noise alone any function of the motion may be the likeliest
+    noise = scale[c] ** 2 * float(free.weights[best].sum())
+    heard = share[of] > DEAD and gains[of] ** 2 * square[of] > noise
+    return c, of, float(gains[of]) if heard else 0.0
 
 
 def _told(c: int, of: int, gain: float) -> str:

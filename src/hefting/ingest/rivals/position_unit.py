@@ -25,7 +25,7 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE,
         f"the positions seem to be in {unit}",
-        "give them in metres, or their unit in a column map",
+        f'give them in metres, or unit = "{UNITS[unit]:g} m" of them in a column map',
         found[unit],
         0,
         argument="column_map",

@@ -56,7 +56,9 @@ def explain(case: Case) -> Explanation | None:
     unit = units[int(np.argmax(np.max(found, axis=1)))]
     fitted, _ = over_offsets(case, _builder(case, unit))
     what = "time seems to be in milliseconds"
+    fix = 'give time in seconds, or unit = "ms" of it in a column map'
     if unit != MILLISECONDS:
+        fix = "give time in seconds, of samples at the rate at which they were taken"
         size, way = max(unit, 1.0 / unit), "fast" if unit < 1.0 else "slow"
         what = f"time seems to run {size:g} times too {way}"
         if unit < 1.0:
@@ -69,7 +71,7 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE,
         what,
-        "give time in seconds, of samples at the rate at which they were taken",
+        fix,
         fitted,
         0,
         rarity=1.0,

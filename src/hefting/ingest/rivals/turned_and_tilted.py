@@ -83,7 +83,7 @@ def _explain(case: Case, R: Array, offset: float, gravity: Array) -> Explanation
         f"the sensor's axes seem turned by {turn_text(found.R, known)} of the logged "
         f"ones, and gravity to point along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², "
         f"{np.degrees(tilt):.1f}° ± {np.degrees(std):.1g}° from where it is given",
-        f"{advice(case, found.R, np.zeros(3), C[:3, :3])}, and "
+        f"{advice(case, found.R, np.zeros(3), C[:3, :3])} and "
         f"{gravity_to_give(gravity, tilt)}; of poses by joints check their zeros",
         found.fitted,
         5,
