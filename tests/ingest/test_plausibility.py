@@ -33,15 +33,43 @@ def told(local, std, mass=2.0):
     """Whether a COM at `local` (3,) in the box's frame, known to `std` [m], counts as
     outside."""
     com = POSE[:3, :3] @ local + POSE[:3, 3]
+    return codes(com_warnings(free_fit(com, std, mass), BOX)) == {"com-outside-shape"}
+
+
+def free_fit(com, std, mass=2.0):
     covariance = np.diag(
         np.concatenate(
             ([(0.01 * mass) ** 2], np.full(3, (mass * std) ** 2), np.full(6, 1e-6))
         )
     )
     vector = np.concatenate(([mass], mass * com, np.zeros(6)))
-    return codes(
-        com_warnings(FreeFit(vector, None, covariance, Noise(), np.ones(16)), BOX)
-    ) == {"com-outside-shape"}
+    return FreeFit(vector, None, covariance, Noise(), np.ones(16))
+
+
+def test_without_a_shape_a_com_is_far_from_0_4_m_and_three_deviations_on():
+    away = np.array((0.6, 0.0, 0.8))
+    for distance, std, is_far in (
+        (0.39, 1e-6, False),
+        (0.41, 1e-6, True),
+        (0.4 + 2.9 * 0.01, 0.01, False),
+        (0.4 + 3.1 * 0.01, 0.01, True),
+        (1.0, np.inf, False),
+    ):
+        said = com_warnings(free_fit(distance * away, std), None)
+        assert (codes(said) == {"com-far-from-sensor"}) == is_far
+
+
+def test_static_poses_with_a_force_in_kgf_are_in_doubt():
+    """They fit a tenth of the mass ten times as far away, which had been *good*."""
+    rng = np.random.default_rng(1)
+    turns = Rotation.random(20, random_state=2)
+    force = turns.inv().apply((0.0, 0.0, -9.80665 * 0.5))
+    torque = np.cross((0.03, -0.02, 0.05), force)
+    wrench = np.hstack((force / 9.80665, torque))
+    wrench += rng.normal(size=wrench.shape) * np.repeat((0.005, 0.003), 3)
+    found = identify(orientation=turns.as_quat(), wrench=wrench + 0.3)
+    assert "com-far-from-sensor" in codes(found.warnings)
+    assert found.verdict.level == "usable with care"
 
 
 @pytest.mark.parametrize("axis", range(3))

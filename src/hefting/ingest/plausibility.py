@@ -32,6 +32,10 @@ COM_OUTSIDE_SHARE = 0.75
 """Distance of the COM from the mean of the shape's points, as a share of the shape's
 sides, beyond which the COM is well outside. The surface of a box is at half its
 side."""
+FARTHEST_COM = 0.4
+"""[m] Distance of a COM from the sensor, without a shape, above which units are in doubt:
+static poses do not tell a force in kgf from one of a tenth of the mass, ten times as
+far away."""
 LARGEST_FOUND_TILT_STD = np.radians(10.0)
 """[rad] Standard deviation of gravity's direction above which the direction counts as
 undetermined."""
@@ -190,13 +194,23 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
 
 
 def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
-    """A warning if the COM by unconstrained least squares is well outside the shape."""
+    """A warning if the COM by unconstrained least squares is well outside the shape, or
+    without one farther away than those of most objects."""
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(
         abs(float(fit.vector[0])), 1e-12
     )
-    if shape is None or not fit.mass_t > 10.0 or not np.isfinite(spread):
+    if not fit.mass_t > 10.0 or not np.isfinite(spread):
         return []
     com = fit.vector[1:4] / fit.vector[0]
+    if shape is None:
+        distance = float(np.linalg.norm(com))
+        if distance <= FARTHEST_COM + 3.0 * spread:
+            return []
+        what = (
+            f"the COM would be {distance:.2g} m from the sensor: is the force in kgf or "
+            "lbf, or the torque in N cm? Of an object that is so long give `shape`"
+        )
+        return [warning("com-far-from-sensor", what, "shape")]
     local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
     if float(np.max(np.abs(local) - COM_OUTSIDE_SHARE * shape.extents)) <= 3.0 * spread:
         return []

@@ -53,6 +53,7 @@ SUPERSEDED = frozenset(
         "clock-offset-contradictory",
         "clock-offset-unknown",
         "clock-several-offsets",
+        "com-far-from-sensor",
         "com-outside-shape",
         "many-outliers",
         "mass-moved-by-shape",
