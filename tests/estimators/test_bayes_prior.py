@@ -229,7 +229,7 @@ def test_where_the_shape_contradicts_the_wrench_the_answer_is_without_it(seed):
     found, free = Bayes(placed(aside), until="mass=50%").fit(z), Bayes().fit(z)
     *_, said = found.warnings
     assert said.code == "shape-contradicts-wrench"
-    assert said.endswith("; the answer is without the shape")
+    assert said.split("; ")[1].startswith("the answer is without the shape: ")
     assert found.sufficient is False
     np.testing.assert_array_equal(found.parameters.vector, free.parameters.vector)
     np.testing.assert_array_equal(found.covariance, free.covariance)

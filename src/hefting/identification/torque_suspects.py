@@ -85,8 +85,6 @@ def without_explained(messages: Sequence[str]) -> list[str]:
     explained: set[str] = set()
     if any(each.code in SUSPECTS and each.severity != "note" for each in coded):
         explained |= {"joints-changed"}
-    if any(each.code in SUSPECTS and each.severity == "error" for each in coded):
-        explained |= {"empty-run-contradicts"}
     if RIVAL in codes(coded):
         explained |= EXPLAINED_BY_RIVAL
     if "no-load-seen" in codes(coded):

@@ -8,8 +8,9 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.messages import note
-from hefting.core.recording import JOINT_STREAMS, Recording, column_names
+from hefting.core.recording import JOINT_STREAMS, Recording, Stream, column_names
 from hefting.core.spatial import Array, Mask
+from hefting.torques.equations import STICTION_SPEED
 
 MOST_IN_A_ROW, LONGEST = 3, 0.06
 """Samples and seconds that a spike lasts at most: what lasts longer may be a brief
@@ -24,8 +25,9 @@ STEP = 90.0, 5.0
 sample to sample that nine of ten are within. So no motion is one, nor what is beside
 spikes, whose median is up to three steps away."""
 LEAST_LOAD = 0.1
-"""Least distance of a torque or current over its standard deviation, so that friction
-that turns over is none."""
+"""Least distance of a torque or current over its standard deviation."""
+BESIDE = 0.1
+"""[s] Before and after a torque, between which a joint must be on its way."""
 LARGEST_SHARE = 0.1
 """Of a joint's samples above which none is a spike: its noise is of another kind."""
 
@@ -42,6 +44,8 @@ def without_spikes(recording: Recording) -> Recording:
         many = min(MOST_IN_A_ROW, int(LONGEST / interval + 1e-6))
         least = 0.0 if name == "joint_positions" else LEAST_LOAD * values.std(axis=0)
         usual, found = spikes(values, many, least)
+        if name != "joint_positions" and "joint_positions" in streams:
+            found &= moving(streams["joint_positions"], time)
         if found.any():
             labels = recording.joint_names or column_names(name, values.shape[1])
             counts = zip(found.sum(axis=0).tolist(), labels, strict=True)
@@ -57,6 +61,16 @@ def without_spikes(recording: Recording) -> Recording:
     )
     messages = (*recording.warnings, note("joint-spikes", what))
     return replace(recording, streams=streams, warnings=messages)
+
+
+def moving(position: Stream, time: Array) -> Mask:
+    """(K, n) whether joints are on their way at `time` (K,) [s]: not where they turn
+    back, as friction changes at once, nor at rest, where torques are not used."""
+    before, after = (
+        np.column_stack([np.interp(t, position.time, q) for q in position.values.T])
+        for t in (time - BESIDE, time + BESIDE)
+    )
+    return np.abs(after - before) > 2.0 * BESIDE * STICTION_SPEED
 
 
 def spikes(values: Array, many: int, least: Array | float) -> tuple[Array, Mask]:
