@@ -79,6 +79,12 @@ def test_a_brief_acceleration_is_none(rate, share):
     assert changed[200:203, 0].mean() == share
 
 
+@pytest.mark.parametrize("rows", [1, 2, 3])
+def test_a_few_rows_are_as_they_were(rows):
+    given = log(SWING[:rows], SWING[:rows])
+    assert without_spikes(given) is given
+
+
 def test_a_joint_of_which_too_many_stand_out_is_left_alone():
     torque = SWING + 0.1 * RNG.normal(size=SWING.shape)
     hit = RNG.random(len(TIME)) < 1.5 * LARGEST_SHARE

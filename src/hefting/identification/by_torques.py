@@ -122,17 +122,10 @@ class ByTorques:
         runs, found, delays, suspect = without_delay(
             LoadedRuns(dynamics, tuple(loaded), tuple(bare), calibration)
         )
-        messages = [
-            message
-            for log, samples in zip(recordings, loaded, strict=True)
-            for message in (
-                *log.warnings,
-                *log.notes,
-                *still_joints(samples, dynamics, log.source),
-                *of_gains(log, torque_gains),
-            )
-            if isinstance(message, Message)
-        ]
+        messages = _noticed((*recordings, *empty))
+        for log, samples in zip(recordings, loaded, strict=True):
+            messages += still_joints(samples, dynamics, log.source)
+            messages += of_gains(log, torque_gains)
         each = runs.alone()
         gains = _errors_of_gains(found)
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
@@ -273,12 +266,14 @@ def calibrate_arm(
     for doubt in (*of_unit(dynamics, [found.fit]), *of_rivals(dynamics, runs.empty)):
         if doubt.severity == "error":
             raise InputError(str(doubt), recordings[0].source)
+    told = of_empty_runs(dynamics, delays, refined(runs, suspect))
+    return dynamics, found, [*_noticed(recordings), *told]
+
+
+def _noticed(recordings: Sequence[Recording]) -> list[Message]:
+    """What was found in logs as they were read and cleaned."""
     said = (each for log in recordings for each in (*log.warnings, *log.notes))
-    messages = [
-        *(each for each in said if isinstance(each, Message)),
-        *of_empty_runs(dynamics, delays, refined(runs, suspect)),
-    ]
-    return dynamics, found, messages
+    return [each for each in said if isinstance(each, Message)]
 
 
 def _cleaned(recording: Recording) -> Recording:

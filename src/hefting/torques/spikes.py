@@ -8,16 +8,18 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.messages import note
-from hefting.core.recording import JOINT_STREAMS, Recording, Stream, column_names
+from hefting.core.recording import Recording, Stream, column_names
 from hefting.core.spatial import Array, Mask
 from hefting.torques.equations import STICTION_SPEED
 
+STREAMS = ("joint_positions", "joint_torques", "joint_currents")
+"""What joint torques are identified from."""
 MOST_IN_A_ROW, LONGEST = 3, 0.06
 """Samples and seconds that a spike lasts at most: what lasts longer may be a brief
 acceleration."""
 SPIKE = 12.0
-"""Standard deviations of the noise from that median, from which on a sample is a
-spike."""
+"""Standard deviations of the noise from the median of its neighbours, from which on a
+sample is a spike."""
 HALF_WITHIN = 0.55
 """Standard deviations from that median that half of normal noise is within."""
 STEP = 90.0, 5.0
@@ -36,12 +38,12 @@ def without_spikes(recording: Recording) -> Recording:
     """The same with the median of its neighbours in place of each spike of the joints'
     streams, and a note about how many there were."""
     streams, said = dict(recording.streams), list[str]()
-    for name in JOINT_STREAMS:
-        if name not in streams:
-            continue
+    for name in filter(recording.has, STREAMS):
         values, time = streams[name].values, streams[name].time
         interval = float(np.median(np.diff(time))) if len(time) > 1 else np.inf
         many = min(MOST_IN_A_ROW, int(LONGEST / interval + 1e-6))
+        if not many:
+            continue
         least = 0.0 if name == "joint_positions" else LEAST_LOAD * values.std(axis=0)
         usual, found = spikes(values, many, least)
         if name != "joint_positions" and "joint_positions" in streams:

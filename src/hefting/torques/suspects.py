@@ -232,7 +232,7 @@ class Suspects:
         shift = -(back @ inside @ theta)[-PAYLOAD:]
         return theta, evidence, np.asarray(shift, dtype=float)
 
-    def late(self, loaded: bool) -> Suspect:
+    def _long_delay(self, loaded: bool) -> Suspect:
         """Torques of all runs, or of the loaded ones, that come later by one time."""
         U, back, left = self.basis
         torque = self.stacked(r.columns[..., -1:] for r in self.parts)[:, 0]
@@ -271,11 +271,11 @@ class Suspects:
 
     def all(self) -> Iterator[Suspect]:
         """Each suspect, fitted."""
-        kinds = {"delay": self._late, "tilt": self._tilt, "gains": self._gains}
+        kinds = {"delay": self._short_delay, "tilt": self._tilt, "gains": self._gains}
         kinds["zeros"] = self._zeros
         others = self.runs.empty or self.runs.calibration
         in_which = (False, True) if self.runs.loaded and others else (False,)
-        yield from map(self.late, in_which)
+        yield from map(self._long_delay, in_which)
         for kind, of in kinds.items():
             rows = [of(i) for i in range(len(self.parts))]
             for loaded in in_which:
@@ -289,7 +289,7 @@ class Suspects:
             if run.loaded:
                 yield from self._parts(i)
 
-    def _late(self, i: int) -> Array:
+    def _short_delay(self, i: int) -> Array:
         """Zero where a joint turns back, as friction then changes at once."""
         own = self.parts[i].samples
         forth = own.velocity > 0.0
