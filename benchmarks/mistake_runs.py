@@ -32,8 +32,10 @@ class Said:
     """level; of a refusal ``"do not use"``"""
     refused: bool
     """whether there was an error in place of an answer"""
+    codes: frozenset[str]
+    """codes of all messages, or of those whose text a refusal repeats"""
     named: bool
-    """whether a message names the mistake"""
+    """whether one of them names the mistake"""
     tellable: bool
     """whether the data could tell it"""
     matters: bool
@@ -77,9 +79,20 @@ def identified(
     try:
         estimate = identify(given.recording, shape, **given.options).estimate
     except HeftingError as error:
-        named = bool(_codes_of_refusal(given, error) & mistake.codes)
+        found = frozenset(_codes_of_refusal(given, error))
+        named = bool(found & mistake.codes)
         return Said(
-            *key, "do not use", True, named, tellable, True, False, np.inf, np.inf, ()
+            *key,
+            "do not use",
+            True,
+            found,
+            named,
+            tellable,
+            True,
+            False,
+            np.inf,
+            np.inf,
+            (),
         )
     assert estimate.intervals is not None
     notes = codes(estimate.provenance.get("notes", ()))
@@ -94,6 +107,7 @@ def identified(
         *key,
         estimate.verdict.level,
         False,
+        frozenset(found),
         bool(found & mistake.codes),
         tellable,
         mass_change > MATTERS_MASS or com_change > MATTERS_COM,

@@ -172,7 +172,7 @@ def test_mistakes_are_not_looked_for_where_no_function_of_the_motion_explains_en
     monkeypatch.setattr(judge, "EXPLANATIONS", ())
     monkeypatch.setattr(judge, "LINEAR_EXPLANATIONS", tuple(fakes))
     monkeypatch.setattr(judge, "LARGE_EXPLANATIONS", ())
-    assert judge.judge(case).named is None
+    assert judge.judge_one(case).named is None
     assert bool(asked) is not pushed
 
 

@@ -21,8 +21,9 @@ from hefting.ingest.rivals import (
     object_changing,
     sloshing,
 )
-from hefting.ingest.rivals.consequence import Vibration, doubt_of
+from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
+from hefting.ingest.rivals.vibration import Vibration
 
 pytestmark = pytest.mark.usefixtures("same_poses")
 

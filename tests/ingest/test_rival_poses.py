@@ -28,7 +28,7 @@ from hefting.ingest.rivals import (
 )
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
-from hefting.ingest.rivals.judge import evidence, judge
+from hefting.ingest.rivals.judge import evidence, judge_one
 from hefting.logs import read_log
 from hefting.logs.sensor_pose import with_sensor_pose
 from hefting.logs.units import find_unit
@@ -53,10 +53,10 @@ def test_a_lever_is_found_beside_a_filter(monkeypatch):
     given = tcp(0.15)(low_passed(0.8)(correct(1), rng), rng)
     noise = rng.normal(size=(1000, 6)) * np.repeat((0.1, 0.005), 3)
     given = given.wrench(lambda _, w: w + noise)
-    named = judge(case_of(given, 0.2)).named
+    named = judge_one(case_of(given, 0.2)).named
     assert named is not None
     assert named.code == "lever-arm"
-    assert judge(case_of(given)).named is None
+    assert judge_one(case_of(given)).named is None
 
 
 def test_a_lever_is_named_beside_coloured_noise():
@@ -204,7 +204,7 @@ def test_a_turn_is_found_with_its_deviation(seed):
     distance = apart @ np.linalg.solve(found.covariance, apart)
     assert distance < 14.9
     assert np.degrees(np.linalg.norm(apart)) < 3.0
-    judged = judge(case)
+    judged = judge_one(case)
     assert judged.named is not None
     assert judged.named.code == "axes-turned"
 
@@ -318,7 +318,7 @@ def test_a_sensor_that_is_turned_and_moved_takes_one_advice(
 def test_a_turn_that_explains_too_little_alone_is_tried_beside_a_lever(axis):
     """By 20° and 0.4 m, of which either explains less than half: nothing was named."""
     rng = np.random.default_rng(1)
-    judged = judge(case_of(lever(0.4)(turned(axis, 20.0)(correct(0), rng), rng)))
+    judged = judge_one(case_of(lever(0.4)(turned(axis, 20.0)(correct(0), rng), rng)))
     assert judged.named is not None
     assert judged.named.code == "axes-turned"
     assert "sensor_pose_in_log" in judged.named.fix

@@ -26,7 +26,7 @@ from hefting.ingest.rivals import (
     wrench_filtered,
 )
 from hefting.ingest.rivals.consequence import doubt_of
-from hefting.ingest.rivals.judge import judge
+from hefting.ingest.rivals.judge import judge_one
 from hefting.logs import read_log, write_log
 from hefting.logs.units import find_unit
 
@@ -143,7 +143,7 @@ def test_of_what_depends_on_the_load_the_mass_is_known(name, strength):
     """To a percent: noise alone leaves 0.1 %, and what the laws leave out the same."""
     given = mistake(name, strength).make(correct(3), np.random.default_rng(1))
     offset = condition(given.recording, STANDARD_GRAVITY, changes=False).offset
-    judged = judge(case_of(given, offset))
+    judged = judge_one(case_of(given, offset))
     assert judged.named is not None
     assert judged.given is not None
     mass = given.truth.mass

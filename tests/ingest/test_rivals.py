@@ -19,7 +19,7 @@ from hefting.ingest.rivals import (
 )
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import doubt_of
-from hefting.ingest.rivals.judge import judge
+from hefting.ingest.rivals.judge import judge_one
 from hefting.logs import read_log
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 from hefting.simulation.demo import POSE
@@ -118,7 +118,7 @@ def test_of_a_real_sensor_no_mistake_is_invented(name):
         biased=True,
         parameters=found.parameters,
     )
-    judged = judge(case)
+    judged = judge_one(case)
     assert judged.given is not None  # mistakes were looked for
     assert judged.named is None
 
@@ -158,7 +158,7 @@ def test_explanations_of_static_poses():
         biased=True,
     )
     assert lever_arm.explain(case) is None
-    named = judge(case).named
+    named = judge_one(case).named
     assert named is not None
     assert named.code == "axes-turned"
 

@@ -37,7 +37,7 @@ from hefting.ingest.rivals.explanation import (
     fit_as_given,
     newton_euler,
 )
-from hefting.ingest.rivals.judge import evidence, judge
+from hefting.ingest.rivals.judge import evidence, judge_one
 from hefting.ingest.rivals.placement import advice
 from reference.recorded import (
     accelerated,
@@ -158,7 +158,7 @@ def explained(case: Callable[[], Case], rival: str) -> Any:
 
 def judged(case: Callable[[], Case]) -> Any:
     """What is named, and what is said of it; judged once."""
-    found = judge(case())
+    found = judge_one(case())
     named = None if found.named is None else told(case(), found.named)
     with patch.object(consequence, "judge", lambda _: found):
         doubt = doubt_of(case())

@@ -177,10 +177,11 @@ def ingest(
     elif still is not None:
         warnings.insert(0, still)
     dead = dead_channel_message(recording)
-    if dead is not None:  # it accounts for what other mistakes explain
+    two = doubt is not None and doubt.second is not None
+    if dead is not None and not two:  # it accounts for what other mistakes explain
         doubt = Doubt(dead, names_mistake=True)
     if doubt is not None:
-        warnings.insert(0, doubt.message)
+        warnings[:0] = doubt.messages
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)

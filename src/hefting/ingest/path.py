@@ -2,7 +2,7 @@
 times of the wrench, shifted by a clock offset."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import partial
 
 import numpy as np
@@ -95,6 +95,19 @@ class Path:
     def moves(self) -> bool:
         """Whether there is motion, relative to which the wrench may be delayed."""
         return self.kind != "static"
+
+    def scaled(self, linear: float, angular: float) -> "Path":
+        """The motion with its linear accelerations multiplied by one factor, and the
+        angular ones and the squares of angular velocities by another."""
+        read, factors = self.read, np.ones(21)
+        factors[MOTION_COLUMNS] = np.repeat((linear, angular), (3, 9))
+        squares = np.square([[linear], [angular]])
+
+        def scaled(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
+            value, variances, known = read(time, spread)
+            return value * factors, variances * squares, known
+
+        return replace(self, read=scaled, curves=None)
 
     def known_at(self, time: Array) -> Mask:
         """(K,) times [s] at which the motion is known, as in `Reading.known`."""

@@ -92,7 +92,7 @@ def named_instead(obstacle: InputError, found: Ingested) -> InputError:
     wrong alone, in the place of one that tells what came of it."""
     own = [mistake_in(part) for part in found.recordings]
     if all(own) and found.doubt is not None and found.doubt.is_fatal:
-        return type(obstacle)(str(found.doubt.message), found.log)
+        return type(obstacle)("; ".join(found.doubt.messages), found.log)
     wrong = next(filter(None, own), obstacle)
     return obstacle if all(own) else wrong
 
@@ -101,7 +101,7 @@ def mistake_in(found: Ingested) -> InputError | None:
     """What makes a recording wrong whatever others of the object tell: a mistake that
     was named, or a wrench that no object explains."""
     if found.doubt is not None and found.doubt.is_fatal:
-        return NotIdentifiableError(str(found.doubt.message), found.log)
+        return NotIdentifiableError("; ".join(found.doubt.messages), found.log)
     try:
         if not found.fit.mass_is_open:
             _require_mass(found, None)

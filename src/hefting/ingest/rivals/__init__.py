@@ -72,3 +72,24 @@ LARGE_EXPLANATIONS = (
     pose_inverse.explain,
 )
 """Mistakes that leave much unexplained: they are looked for only then."""
+BESIDE_ANOTHER = (
+    axes_turned.explain,
+    lever_arm.explain,
+    base_tilted.explain,
+    wrench_compensated.explain,
+    one_channel.explain,
+    position_axes.explain,
+)
+"""Mistakes that are looked for beside one that is undone."""
+UNDONE = (
+    (axis_flipped.undone, axis_flipped.explain),
+    (force_unit.undone, force_unit.explain),
+    (time_unit.undone, time_unit.explain),
+    (position_unit.undone, position_unit.explain),
+    (base_axes.undone, base_axes.explain),
+    (bias_wrong.undone, bias_wrong.explain),
+    (orientation_form.undone, None),
+    (pose_inverse.undone, None),
+)
+"""Mistakes without unknowns, which are undone where another is looked for beside them:
+those of `BESIDE_ANOTHER`, and the ones before it in this list."""

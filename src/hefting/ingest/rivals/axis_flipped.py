@@ -1,6 +1,8 @@
 """Axes of force or torque with the wrong sign, swapped, or of a left-handed system; and
 torque in the place of force."""
 
+from collections.abc import Iterator
+
 import numpy as np
 
 from hefting.core.spatial import Array
@@ -15,6 +17,7 @@ from hefting.ingest.rivals.explanation import (
     of_each_wrench,
     over_offsets,
 )
+from hefting.ingest.rivals.undone import Undone
 
 CODE = "axis-flipped"
 APART = "force and torque seem to be in different axes"
@@ -43,15 +46,37 @@ def explain(case: Case) -> Explanation | None:
     what, matrix, rarity = changes[best]
     return Explanation(
         CODE,
-        f"{what} in the wrench",
-        "correct it where the log is written, or give the wrench's columns as "
-        f"{as_columns(matrix)} in a column map",
+        *_texts(what, matrix),
         fitted,
         0,
         rarity=rarity,
         argument="column_map",
         is_grave=rarity == RARITY_OF_APART,
     )
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """Each of the mistakes, but for two axes of the wrong sign: with the other sign
+    convention it is one, and all of the other part."""
+    for what, matrix, rarity in _changes():
+        if np.trace(matrix) == 2.0 and not rarity:
+            continue
+        other = case.with_wrench(matrix)
+        texts = _texts(what, matrix)
+        yield Undone(
+            CODE,
+            *texts,
+            other,
+            argument="column_map",
+            rarity=rarity,
+            is_linear=True,
+        )
+
+
+def _texts(what: str, matrix: Array) -> tuple[str, str]:
+    """What is wrong, and what to do about it."""
+    fix = "correct it where the log is written, or give the wrench's columns as "
+    return f"{what} in the wrench", f"{fix}{as_columns(matrix)} in a column map"
 
 
 def _apart(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:

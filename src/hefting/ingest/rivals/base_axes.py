@@ -1,6 +1,9 @@
 """The wrench is in the axes of the robot's base, as some controllers give the force at
 the tool, and not in those of the sensor."""
 
+from collections.abc import Iterator
+from dataclasses import replace
+
 import numpy as np
 
 from hefting.core.spatial import Array
@@ -8,34 +11,62 @@ from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Rows
 from hefting.ingest.rivals.explanation import Explanation, over_offsets
+from hefting.ingest.rivals.undone import Undone
 
 CODE = "wrench-in-base-axes"
+WHAT = "the wrench seems to be in the axes of the robot's base"
+FIX = (
+    'log it in sensor axes, or say axes = "world" of the wrench in a column map, '
+    "of a bag after hefting convert to CSV"
+)
+ABOUT_BASE = ", with its torque about the base's origin"
+FIX_ABOUT_BASE = "log it in sensor axes about the sensor's origin"
 
 
 def explain(case: Case) -> Explanation | None:
     """The wrench turned into sensor axes, beside a constant bias in either."""
     fitted, _ = over_offsets(case, lambda motion: _rows(case, motion, case.wrench))
-    what = "the wrench seems to be in the axes of the robot's base"
-    fix = (
-        'log it in sensor axes, or say axes = "world" of the wrench in a column map, '
-        "of a bag after hefting convert to CSV"
-    )
+    what, fix = WHAT, FIX
     if case.recording.has("position"):
-        about = _about_sensor(case)
+        about = _about_sensor(case, case.time, case.wrench)
         other, _ = over_offsets(case, lambda motion: _rows(case, motion, about))
         if other.likelihood.max() > fitted.likelihood.max():
-            fitted, what = other, f"{what}, with its torque about the base's origin"
-            fix = "log it in sensor axes about the sensor's origin"
+            fitted, what, fix = other, WHAT + ABOUT_BASE, FIX_ABOUT_BASE
     return Explanation(CODE, what, fix, fitted, 0, argument="column_map")
 
 
-def _about_sensor(case: Case) -> Array:
-    """(K, 6) wrench with the torque, if it is about the origin of the world, about the
-    sensor's."""
+def undone(case: Case) -> Iterator[Undone]:
+    """The wrench in sensor axes, with its torque as logged or about the sensor's
+    origin."""
+    first_time, first = case.consecutive
+    axes = case.motion_as_found.axes[0]
+    first_axes = case.motion_at(first_time[None] - case.offset).axes[0]
+    changed = [(WHAT, FIX, case.wrench, first)]
+    if case.recording.has("position"):
+        about = _about_sensor(case, case.time, case.wrench)
+        first_about = _about_sensor(case, first_time, first)
+        changed.append((WHAT + ABOUT_BASE, FIX_ABOUT_BASE, about, first_about))
+    for what, fix, wrench, consecutive in changed:
+        other = replace(
+            case,
+            wrench=_turned(axes, wrench),
+            consecutive=(first_time, _turned(first_axes, consecutive)),
+        )
+        yield Undone(CODE, what, fix, other, argument="column_map")
+
+
+def _turned(axes: Array, wrench: Array) -> Array:
+    """A wrench (K, 6) in axes (K, 3, 3) of its own at each time."""
+    return np.einsum("kij,kpj->kpi", axes, wrench.reshape(-1, 2, 3)).reshape(-1, 6)
+
+
+def _about_sensor(case: Case, time: Array, wrench: Array) -> Array:
+    """(K, 6) wrench at times (K,) [s] with the torque, if it is about the origin of the
+    world, about the sensor's."""
     position = case.recording["position"]
-    at = case.time - case.offset
+    at = time - case.offset
     place = np.stack([np.interp(at, position.time, x) for x in position.values.T], 1)
-    force, torque = np.split(case.wrench, 2, axis=1)
+    force, torque = np.split(wrench, 2, axis=1)
     return np.hstack((force, torque - np.cross(place, force)))
 
 

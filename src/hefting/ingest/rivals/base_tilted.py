@@ -5,7 +5,7 @@ from functools import partial
 
 import numpy as np
 
-from hefting.core.spatial import Array, angle_between
+from hefting.core.spatial import Array, angle_between, skew
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import (
@@ -18,6 +18,7 @@ from hefting.ingest.rivals.evidence import (
 )
 from hefting.ingest.rivals.explanation import (
     Explanation,
+    explains_nothing,
     fit_as_given,
     offset_columns,
     over_offsets,
@@ -47,7 +48,7 @@ SENSOR_ERROR = np.radians(0.3)
 
 def explain(case: Case) -> Explanation | None:
     """The direction of gravity, from the one given and from the six along the axes."""
-    if case.path.gravity_measured:
+    if case.path.gravity_measured or explains_nothing(case, partial(_freed, case)):
         return None
     size = float(np.linalg.norm(case.gravity))
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
@@ -111,6 +112,28 @@ def _along_axis(gravity: Array) -> Array:
     along = np.zeros(3)
     along[axis] = np.copysign(size, gravity[axis])
     return along if gravity @ along > np.cos(NEAR_AXIS) * size**2 else gravity
+
+
+def _freed(case: Case, motion: Motion) -> Rows:
+    """Rows of a body on which any force that is constant in world axes acts, at any
+    point by each of its components: those of gravity in any direction are among them."""
+    axes = motion.axes.reshape(*motion.known.shape, 9)
+    known = np.concatenate((motion.a, motion.rest, axes), axis=2)
+    return with_bias(case, known, _maps_of_freed(), motion.known)
+
+
+def _maps_of_freed() -> Array:
+    """Columns of the ten parameters by the acceleration, then of the force's components
+    and of their moments, by the entries (i, j) of the rotation to sensor axes."""
+    maps = np.zeros((21, 6, 22))
+    maps[:12, :, :10] = REGRESSOR_BY_FEATURE
+    for i in range(3):
+        for j in range(3):
+            row = 12 + 3 * i + j
+            maps[row, i, 10 + j] = 1.0
+            # of a force along x_i at points along the three axes
+            maps[row, 3:, 13 + 3 * j : 16 + 3 * j] = -skew(np.eye(3)[i])
+    return maps
 
 
 def _rows(case: Case, motion: Motion, gravity: Array) -> Rows:

@@ -1,5 +1,6 @@
 """The bias that was given, or that there is none, does not fit."""
 
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
@@ -7,8 +8,10 @@ import numpy as np
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import linear_step
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given
+from hefting.ingest.rivals.undone import Undone
 
 CODE = "bias-wrong"
+FIX = "give `bias`='estimate'"
 
 
 def explain(case: Case) -> Explanation | None:
@@ -27,9 +30,16 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE,
         f"the wrench seems to have a bias of another {force:.2g} N and {torque:.2g} N m",
-        "give `bias`='estimate'",
+        FIX,
         fitted,
         6,
         argument="bias",
         effect=float(np.abs(step.change / std).max()),
     )
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """A bias that is free."""
+    if not case.biased:
+        what = "the wrench seems to have another bias"
+        yield Undone(CODE, what, FIX, replace(case, biased=True), argument="bias")

@@ -78,6 +78,11 @@ class Case:
     worth: Array
     """(K,) what each average counts beside errors of the motion as logged, as of
     `hefting.motion.weighting.sample_weights`; the same for all explanations"""
+    few_offsets: tuple[float, ...] = ()
+    """[s] clock offsets to try with every explanation; none for the usual ones"""
+    most_left: float = np.inf
+    """log-likelihood of a sample, missing to that of noise alone, above which a mistake
+    that is not fitted to the end explains too little"""
     _late: dict[tuple[float, ...], Motion] = field(default_factory=dict, init=False)
     """Motion by the clock offsets it was read at: many explanations read it at the
     same ones."""
@@ -143,7 +148,30 @@ class Case:
 
     def with_gravity(self, gravity: Array) -> "Case":
         """With gravity (3,) elsewhere, which no motion that was read depends on."""
-        other = replace(self, gravity=gravity)
+        return self._of_same_motion(replace(self, gravity=gravity))
+
+    def with_wrench(self, matrix: Array) -> "Case":
+        """With the wrench multiplied by a matrix (6, 6), which adds no force to torque."""
+        time, wrench = self.consecutive
+        size = np.abs(matrix).reshape(2, 3, 2, 3).max(axis=(1, 3))
+        other = replace(
+            self,
+            wrench=self.wrench @ matrix.T,
+            noise=size @ self.noise,
+            consecutive=(time, wrench @ matrix.T),
+        )
+        return self._of_same_motion(other)
+
+    def with_accelerations(self, linear: float, angular: float) -> "Case":
+        """With the linear accelerations multiplied by one factor, and the angular ones
+        and the squares of angular velocities by another."""
+        other = replace(self, path=self.path.scaled(linear, angular))
+        for at, motion in self._late.items():
+            a, rest = linear * motion.a, angular * motion.rest
+            other._late[at] = replace(motion, a=a, rest=rest)
+        return other
+
+    def _of_same_motion(self, other: "Case") -> "Case":
         other._late.update(self._late)
         return other
 
@@ -195,6 +223,8 @@ class Case:
         """(O,) [s] clock offsets to try."""
         if not self.path.moves:
             return np.zeros(1)
+        if self.few_offsets:
+            return np.array(self.few_offsets)
         near = self.offset + 0.02 * np.array((-1.0, 0.0, 1.0))
         return np.unique(np.concatenate((COARSE_OFFSETS, near)).round(6))
 

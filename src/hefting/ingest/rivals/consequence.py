@@ -1,17 +1,16 @@
 """Consequence: what a mistake does to the answer, and how it is told."""
 
 from dataclasses import dataclass
-from typing import Self
 
 import numpy as np
 
 from hefting.core.messages import Message, error, warning
-from hefting.core.spatial import Array, interpolated
-from hefting.ingest.blocks import Blocks
-from hefting.ingest.model import REGRESSOR_BY_FEATURE
+from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.explanation import Explanation, fit_as_given
-from hefting.ingest.rivals.judge import Judged, judge, unexplained_share
+from hefting.ingest.rivals.explanation import Explanation
+from hefting.ingest.rivals.judge import Judged, unexplained_share
+from hefting.ingest.rivals.two_mistakes import judge
+from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_MASS_CHANGE = 0.03
 """Change of the mass, as a share of it, from which on a mistake makes the answer
@@ -73,80 +72,6 @@ SUPERSEDED = frozenset(
 not help."""
 
 
-LOWEST_FREQUENCY = 3.0
-"""[Hz] Below it arms with an object move, and liquids in it swing."""
-BAND = 0.1
-"""Half of the width of a vibration's band, as a share of its frequency."""
-LEAST_SHARE = 0.5
-"""Of the variance that is left, in that band: of white noise it is a fifth at most."""
-WIDEST = 4.0
-"""Largest over smallest frequency of a band that holds nine tenths of what is above the
-motion's: of 5 to 15 Hz it is 3, of white noise above 10."""
-MOST_BLOCKS = 6_000
-"""Blocks of the wrench, the first ones, that are looked at: a minute."""
-FEWEST_BLOCKS = 64
-"""Fewest of them."""
-
-
-@dataclass(frozen=True)
-class Vibration:
-    """The vibration in what a body leaves of the wrench."""
-
-    frequency: float
-    """[Hz]; the median of a band's"""
-    force: float
-    """[N] amplitude, over all axes"""
-    share: float
-    """of the variance that is left"""
-
-    @classmethod
-    def of(cls, case: Case) -> Self | None:
-        """Of the recording as given, each channel about the line that fits it; None
-        where there are too few samples, or most of what is left is elsewhere."""
-        time, residual = _residual(case)
-        if len(time) < FEWEST_BLOCKS:
-            return None
-        line = np.column_stack((np.ones_like(time), time - time.mean()))
-        residual = residual - line @ np.linalg.lstsq(line, residual, rcond=None)[0]
-        even = np.linspace(time[0], time[-1], len(time))
-        values = interpolated(even, time, residual)
-        frequency = np.fft.rfftfreq(len(even), float(even[1] - even[0]))
-        window = np.hanning(len(even))
-        power = np.square(np.abs(np.fft.rfft(values * window[:, None], axis=0)))
-        power *= 2.0 / (len(even) * np.square(window).sum())
-        scale = np.maximum(
-            np.square(values).mean(axis=0).reshape(2, 3).sum(axis=1), 1e-300
-        )
-        weighted = (power.reshape(-1, 2, 3).sum(axis=2) / scale).sum(axis=1)
-        fast = frequency > LOWEST_FREQUENCY
-        if not fast.any() or not weighted[fast].any():
-            return None
-        peak = float(frequency[np.argmax(np.where(fast, weighted, 0.0))])
-        near = np.abs(frequency - peak) < BAND * peak
-        share = float(weighted[near].sum() / weighted.sum())
-        if share < LEAST_SHARE:
-            below = np.cumsum(weighted[fast])
-            parts = np.array((0.05, 0.5, 0.95)) * below[-1]
-            low, peak, high = np.interp(parts, below, frequency[fast])
-            if high > WIDEST * low:
-                return None
-            near, share = fast, float(below[-1] / weighted.sum())
-        return cls(float(peak), float(np.sqrt(2.0 * power[near, :3].sum())), share)
-
-
-def _residual(case: Case) -> tuple[Array, Array]:
-    """Times (B,) [s] and residuals (B, 6) of the blocks' wrench."""
-    wrench = case.recording["wrench"]
-    blocks = Blocks.of(wrench.time, wrench.values)
-    time, values = blocks.time[:MOST_BLOCKS], blocks.wrench[:MOST_BLOCKS]
-    fitted, offset = fit_as_given(case)
-    motion = case.motion_at(time[None] - offset)
-    known = motion.known[0]
-    body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best][:10]
-    left = values - motion.features(case.modelled_gravity)[0] @ body
-    return time[known], left[known]
-
-
 @dataclass(frozen=True, eq=False)
 class Doubt:
     """What is to be said of a recording that noise alone does not explain."""
@@ -157,6 +82,13 @@ class Doubt:
     is_whole: bool = False
     """whether the mistake accounts for the whole recording: it has few unknowns and
     makes the answer wrong, or is beyond doubt and leaves next to nothing unexplained"""
+    second: Message | None = None
+    """that of another mistake, made at once"""
+
+    @property
+    def messages(self) -> tuple[Message, ...]:
+        """All that is to be said."""
+        return (self.message,) if self.second is None else (self.message, self.second)
 
     @property
     def is_fatal(self) -> bool:
@@ -175,11 +107,13 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
     is. What is held includes a tool where one is known."""
     judged = judge(case)
     if judged.named is not None and not _is_negligible(judged, judged.named):
-        message = _named(judged, judged.named, "object and tool" if with_tool else "it")
+        message, second = _named(
+            judged, judged.named, "object and tool" if with_tool else "it"
+        )
         fatal = message.severity == "error"
         simple = judged.named.unknowns <= FEW_UNKNOWNS
         whole = judged.whole or (fatal and simple)
-        return Doubt(message, True, whole and not judged.named.is_change)
+        return Doubt(message, True, whole and not judged.named.is_change, second)
     share = judged.unexplained
     factor = 1.0 if case.path.moves else STATIC_FACTOR
     noticed = share / NOTICED_UNEXPLAINED
@@ -187,7 +121,7 @@ def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
     if noticed <= factor:
         return None
     vibration = Vibration.of(case) if case.path.moves else None
-    if vibration is not None and noticed * (1.0 - vibration.share) ** 0.5 <= 1.0:
+    if vibration is not None and vibration.beside(noticed) <= 1.0:
         return Doubt(_vibrates(vibration), False)
     if judged.given is not None and case.path.moves:
         fitted = judged.given.fitted
@@ -239,24 +173,35 @@ def _is_negligible(judged: Judged, named: Explanation) -> bool:
     )
 
 
-def _named(judged: Judged, named: Explanation, held: str) -> Message:
-    """The mistake, and how far off the answer, about what is held, is with it."""
+def _named(
+    judged: Judged, named: Explanation, held: str
+) -> tuple[Message, Message | None]:
+    """The mistake, the one that is made at once if there is one, and how far off the
+    answer, about what is held, is with them."""
     assert judged.given is not None
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)
-    said = f"{named.what}: {named.fix}"
     large = mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE
     grave = mass > GRAVE_MASS_CHANGE or com > GRAVE_COM_CHANGE
-    if not (grave or ((large or named.is_grave) and judged.certain)):
-        return warning(named.code, said, named.argument)
+    fatal = grave or ((large or named.is_grave) and judged.certain)
     effects = []
-    if mass > LARGE_MASS_CHANGE:
+    if fatal and mass > LARGE_MASS_CHANGE:
         effects.append(f"{abs(after[0]):.3g} kg")
-    if LARGE_COM_CHANGE < com < np.inf:
+    if fatal and LARGE_COM_CHANGE < com < np.inf:
         effects.append(f"its centre of mass {1e3 * com:.0f} mm elsewhere")
-    if effects:
-        said += f" ({held} would have {' and '.join(effects)})"
-    return error(named.code, said, named.argument)
+    told = f" ({held} would have {' and '.join(effects)})" if effects else ""
+    say = error if fatal else warning
+    said, other = f"{named.what}: {named.fix}", judged.beside
+    if other is None:
+        return say(named.code, said + told, named.argument), None
+    return (
+        say(named.code, f"first of two mistakes at once: {said}", named.argument),
+        say(
+            other.code,
+            f"second of two mistakes at once: {other.what}: {other.fix}{told}",
+            other.argument,
+        ),
+    )
 
 
 def _changes(before: Array, after: Array) -> tuple[float, float]:

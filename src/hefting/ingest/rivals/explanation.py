@@ -1,16 +1,14 @@
 """Explanation: one way to understand a recording, fitted to it."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import partial
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from hefting.core.recording import Recording
 from hefting.core.spatial import WRENCH, Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
-from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals.case import FINE_OFFSETS, Case, Motion
 from hefting.ingest.rivals.evidence import (
     ITERATIONS,
@@ -167,34 +165,19 @@ def at_offset(case: Case, build: Build, offset: float) -> Fitted:
     return fit_rows(case, build(case.motion_late(offset)))
 
 
-def explained_by_poses(case: Case, recording: Recording) -> Fitted | None:
-    """The fit with the poses of another recording; None where there is no motion in
-    them."""
-    if case.path.kind in ("columns", "accelerometer"):
-        return None
-    path = (
-        path_of(recording, "auto", case.gravity)
-        if case.path.moves
-        else static_path(recording)
-    )
-    if path is None:
-        return None
-    other = replace(case, recording=recording, path=path)
-    return over_offsets(other, lambda motion: newton_euler(other, motion))[0]
-
-
-def explained_by_motion(case: Case) -> Iterator[RobustRows]:
+def explained_by_motion(case: Case) -> Iterator[tuple[RobustRows, float]]:
     """The fits of free channels at clock offsets closer and closer to the likeliest one,
-    each better than the one before."""
+    each better than the one before, and that offset [s]."""
     if not case.path.moves:
-        yield _fit(case, case.motion, ITERATIONS)
+        yield _fit(case, case.motion, ITERATIONS), 0.0
         return
     near, iterations = case.offsets, FIRST_ITERATIONS
-    for step in (FINE_OFFSETS, FINEST_OFFSETS):
+    for step in (FINE_OFFSETS, FINEST_OFFSETS, None):
         fitted = _fit(case, case.motion_late(near), iterations)
-        yield fitted
-        near, iterations = near[fitted.best] + step, ITERATIONS
-    yield _fit(case, case.motion_late(near), iterations)
+        offset = float(near[fitted.best])
+        yield fitted, offset
+        if step is not None:
+            near, iterations = offset + step, ITERATIONS
 
 
 def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:

@@ -5,6 +5,7 @@ turning body. With a wrong unit the two differ by its ratio. Both in units that 
 together, as in kgf and kgf m, only change the mass, which no recording can tell.
 """
 
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
@@ -26,8 +27,12 @@ from hefting.ingest.rivals.explanation import (
     explains_nothing,
     over_offsets,
 )
+from hefting.ingest.rivals.undone import Undone
 
 CODE = "force-unit"
+FIX = (
+    "give force in newtons and torque in newton-metres, or their units in a column map"
+)
 UNITS = {
     "the force seems to be in kgf": (9.80665, 1.0),
     "the force seems to be in daN": (10.0, 1.0),
@@ -48,6 +53,16 @@ UNITS = {
 }
 """Units of force [N] and torque [N m] that sensors give together; of those of one ratio
 the usual first."""
+COMMON = (
+    "the force seems to be in kgf",
+    "the force seems to be in lbf",
+    "the force seems to be in grams-force",
+    "the force seems to be in lbf and the torque in lbf in",
+    "the force seems to be in kgf and the torque in kgf cm",
+    "the torque seems to be in N mm",
+    "the torque seems to be in N cm",
+)
+"""Those beside which another mistake is looked for."""
 LEVERS = (0.005, 0.5)
 """[m] Distances of a held object's COM from the sensor that are usual; others count
 against a unit."""
@@ -86,7 +101,7 @@ def explain(case: Case) -> Explanation | None:
     force, torque = UNITS[what]
     least = usual[what] - ALIKE * correlation(fitted, fitted.best) / len(case.time)
     alike = [name for name in usual if usual[name] > least and name != what]
-    fix = "give force in newtons and torque in newton-metres, or their units in a column map"
+    fix = FIX
     if not alike:
         fix += f', unit = ["{force:g} N", "{torque:g} N m"]'
     told = [f"{name} (then {masses[name]:.3g} kg)" for name in (what, *alike)]
@@ -101,6 +116,27 @@ def explain(case: Case) -> Explanation | None:
         is_grave=True,
         parameters=fitted.solution[fitted.best, :10] * ((force,) + (torque,) * 9),
     )
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """Each pair of units that are common."""
+    if not case.path.moves or case.path.kind == "orientation":
+        return
+    for what in COMMON:
+        force, torque = UNITS[what]
+        fix = f'{FIX}, unit = ["{force:g} N", "{torque:g} N m"]'
+        sizes = np.repeat((force, torque), 3)
+        yield Undone(
+            CODE,
+            what,
+            fix,
+            case.with_wrench(np.diag(sizes)),
+            argument="column_map",
+            rarity=1.0,
+            is_grave=True,
+            log_scale=float(np.log(sizes).sum()),
+            is_linear=True,
+        )
 
 
 def _lever(fitted: Fitted, ratio: float) -> float:

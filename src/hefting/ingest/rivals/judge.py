@@ -113,9 +113,11 @@ class Judged:
     """whether the mistake is beyond doubt"""
     whole: bool = False
     """whether it is, and leaves next to nothing unexplained"""
+    beside: Explanation | None = None
+    """another mistake that is made at once with the one that is named"""
 
 
-def judge(case: Case) -> Judged:
+def judge_one(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise; where
     none is found, beside a filter that makes the wrench as late as it is."""
     found = _judge(case, EXPLANATIONS)
@@ -162,13 +164,13 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
         return Judged(share, None, given)
     if any(
         _is_explained(case, given, fitted, BOUND_MARGIN)
-        for fitted in explained_by_motion(case)
+        for fitted, _ in explained_by_motion(case)
     ):
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
     found = [explain(case) for explain in _promising(case, given, candidates)]
-    tried = [each for each in found if each is not None and not _too_heavy(each)]
+    tried = [each for each in found if each is not None and not is_too_heavy(each)]
     if not tried:
         return Judged(share, None, given)
     best = max(tried, key=lambda each: evidence(case, given, each))
@@ -179,7 +181,7 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     other: Explanation | None = best
     while other is not None:
         if (
-            not _too_heavy(other)
+            not is_too_heavy(other)
             and _is_told(case, given, other)
             and _is_preferable(case, given, other, best)
         ):
@@ -222,7 +224,7 @@ def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> b
     return _is_explained(case, given, other.fitted, BOUND_MARGIN)
 
 
-def _too_heavy(other: Explanation) -> bool:
+def is_too_heavy(other: Explanation) -> bool:
     """Whether an explanation makes the object heavier than a wrist holds, or leaves it
     so: then another mistake is to be found first."""
     return abs(other.vector[0]) > HEAVIEST_HELD
@@ -243,14 +245,24 @@ def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
 def evidence(case: Case, given: Explanation, other: Explanation) -> float:
     """Log of the ratio of likelihoods to that of the recording as given, less the cost
     of unknowns."""
+    samples = independent_samples(case, other)
+    return samples * (other.likelihood - given.likelihood) - cost_of(other, samples)
+
+
+def independent_samples(case: Case, other: Explanation) -> float:
+    """How many samples count as independent, by what an explanation leaves."""
     fitted = other.fitted
     worth = max(float(case.worth.sum()), LEAST_WORTH * len(case.time))
-    samples = max(worth / correlation(fitted, fitted.best), 2.0)
-    gain = samples * (other.likelihood - given.likelihood)
+    return max(worth / correlation(fitted, fitted.best), 2.0)
+
+
+def cost_of(other: Explanation, samples: float) -> float:
+    """Log-likelihood that the unknowns of an explanation cost beside so many independent
+    samples, and that it is rare."""
     cost = other.cost
     if cost is None:
         cost = 0.5 * other.unknowns * float(np.log(samples))
-    return gain - cost - other.rarity
+    return cost + other.rarity
 
 
 def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:

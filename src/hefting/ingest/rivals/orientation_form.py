@@ -4,14 +4,15 @@ angles in another form."""
 
 import itertools
 import warnings
+from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.recording import Stream
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted
-from hefting.ingest.rivals.explanation import Explanation, explained_by_poses
+from hefting.ingest.rivals.explanation import Explanation
+from hefting.ingest.rivals.undone import Undone, likeliest, with_poses
 from hefting.logs.orientations import quaternions
 
 CODE = "orientation-form"
@@ -29,88 +30,102 @@ as one capital letter tells them apart."""
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest form of the angles as they were logged."""
+    return likeliest(_forms(case))
+
+
+def explain_order(case: Case) -> Explanation | None:
+    """The poses with the quaternion's parts in the other order."""
+    return likeliest(_orders(case))
+
+
+def explain_composed(case: Case) -> Explanation | None:
+    """The quaternions composed of their angles about the other axes, fixed or turning."""
+    return likeliest(_composed(case))
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """All forms."""
+    yield from _orders(case)
+    yield from _forms(case)
+    yield from _composed(case)
+
+
+def _forms(case: Case) -> Iterator[Undone]:
+    """Forms of the angles as they were logged."""
     angles = case.recording.angles
     if angles is None or case.recording.sensor_pose is not None:
-        return None
+        return
     recording = case.recording
     within = (recording.start, recording.start + recording.duration)
     first, last = np.searchsorted(angles.time, within)
-    angles, found = angles[first : last + 1], []
+    angles = angles[first : last + 1]
     read = angles.values
     # degrees that may have been radians
     small = np.abs(read).max(axis=0, initial=0.0) <= np.radians(np.pi)
     radians = np.where(small, np.degrees(read), read)
     for values in (read, radians) if small.any() != small.all() else (read,):
         for form, order in FORMS:
-            logged = replace(angles, values=quaternions(values, form, order))
-            fitted = _explained(case, logged)
-            if fitted is not None:
-                found.append((fitted, form, order, values is radians))
-    if not found:
-        return None
-    best = max(found, key=lambda each: each[0].likelihood.max())
-    fitted, form, order, in_radians = best
-    said = f'form = "{form}"' + (f', order = "{order}"' if order else "")
-    what, fix = "seem to be of another form than they are read in", said
-    if in_radians:
-        what = f"seem to be in degrees, but number {np.argmax(small) + 1} in radians"
-        fix = f"all in degrees, and {said}"
-    return Explanation(
-        CODE,
-        f"the angles of the orientation {what}",
-        f"give {fix} of the orientation in a column map",
-        fitted,
-        0,
-        argument="column_map",
-        is_grave=in_radians,
-    )
+            said = f'form = "{form}"' + (f', order = "{order}"' if order else "")
+            what, fix = "seem to be of another form than they are read in", said
+            if values is radians:
+                what = f"seem to be in degrees, but number {np.argmax(small) + 1} in radians"
+                fix = f"all in degrees, and {said}"
+            yield from _with_orientation(
+                case,
+                replace(angles, values=quaternions(values, form, order)),
+                CODE,
+                f"the angles of the orientation {what}",
+                f"give {fix} of the orientation in a column map",
+                argument="column_map",
+                is_grave=values is radians,
+            )
 
 
-def explain_order(case: Case) -> Explanation | None:
-    """The poses with the quaternion's parts in the other order."""
+def _orders(case: Case) -> Iterator[Undone]:
+    """The quaternion's parts in the other order."""
     orientation = case.recording["orientation"]
-    q = np.roll(orientation.values, -1, axis=1)
-    fitted = _explained(case, replace(orientation, values=q))
-    if fitted is None:
-        return None
-    return Explanation(
+    yield from _with_orientation(
+        case,
+        replace(orientation, values=np.roll(orientation.values, -1, axis=1)),
         "quaternion-order",
         "the quaternions seem to be logged as w, x, y, z",
         'put the real part last, as qw, or give form = "wxyz" in a column map',
-        fitted,
-        0,
     )
 
 
-def explain_composed(case: Case) -> Explanation | None:
-    """The quaternions composed of their angles about the other axes, fixed or turning."""
+def _composed(case: Case) -> Iterator[Undone]:
+    """The quaternions composed of their angles about the other axes."""
     from scipy.spatial.transform import Rotation
 
     if case.recording.angles is not None or case.recording.sensor_pose is not None:
-        return None
-    orientation, found = case.recording["orientation"], []
+        return
+    orientation = case.recording["orientation"]
     turns = Rotation.from_quat(np.array(orientation.values))
     for took, meant in itertools.permutations(EULER):
         with warnings.catch_warnings():  # where two axes coincide an angle is arbitrary
             warnings.simplefilter("ignore")
             values = quaternions(turns.as_euler(took), "euler", meant)
-        fitted = _explained(case, replace(orientation, values=values))
-        if fitted is not None:
-            found.append((fitted, took, meant))
-    if not found:
-        return None
-    fitted, took, meant = max(found, key=lambda each: each[0].likelihood.max())
-    return Explanation(
-        CODE,
-        f"the orientation seems to be composed of {EULER[meant]} as if they were "
-        f"{EULER[took]}",
-        f"compose it as scipy's Rotation.from_euler('{meant}', ...), or log the angles",
-        fitted,
-        0,
-    )
+        yield from _with_orientation(
+            case,
+            replace(orientation, values=values),
+            CODE,
+            f"the orientation seems to be composed of {EULER[meant]} as if they were "
+            f"{EULER[took]}",
+            f"compose it as scipy's Rotation.from_euler('{meant}', ...), or log the angles",
+        )
 
 
-def _explained(case: Case, orientation: Stream) -> Fitted | None:
-    """The fit with other orientations."""
+def _with_orientation(
+    case: Case,
+    orientation: Stream,
+    code: str,
+    what: str,
+    fix: str,
+    argument: str | None = None,
+    is_grave: bool = False,
+) -> Iterator[Undone]:
+    """The mistake that other orientations undo; none where they do not move."""
     streams = {**case.recording.streams, "orientation": orientation}
-    return explained_by_poses(case, replace(case.recording, streams=streams))
+    other = with_poses(case, replace(case.recording, streams=streams))
+    if other is not None:
+        yield Undone(code, what, fix, other, argument=argument, is_grave=is_grave)

@@ -1,9 +1,10 @@
 """Positions in another unit of length."""
 
-from dataclasses import replace
+from collections.abc import Iterator
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+from hefting.ingest.rivals.explanation import Explanation
+from hefting.ingest.rivals.undone import Undone, likeliest
 
 CODE = "position-unit"
 UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}
@@ -12,21 +13,24 @@ UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest unit."""
+    return likeliest(_each(case, *UNITS))
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """Each unit that is common."""
+    return _each(case, "millimetres", "centimetres")
+
+
+def _each(case: Case, *units: str) -> Iterator[Undone]:
     if not case.recording.has("position") or case.path.kind != "smooth":
-        return None
-    found = {}
-    for unit, size in UNITS.items():
-
-        def build(motion, size=size):
-            return newton_euler(case, replace(motion, a=size * motion.a))
-
-        found[unit] = over_offsets(case, build)[0]
-    unit = max(found, key=lambda name: found[name].likelihood.max())
-    return Explanation(
-        CODE,
-        f"the positions seem to be in {unit}",
-        f'give them in metres, or unit = "{UNITS[unit]:g} m" of them in a column map',
-        found[unit],
-        0,
-        argument="column_map",
-    )
+        return
+    for unit in units:
+        size = UNITS[unit]
+        yield Undone(
+            CODE,
+            f"the positions seem to be in {unit}",
+            f'give them in metres, or unit = "{size:g} m" of them in a column map',
+            case.with_accelerations(size, 1.0),
+            argument="column_map",
+            is_linear=True,
+        )

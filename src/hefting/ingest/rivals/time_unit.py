@@ -7,6 +7,7 @@ time is told beside it, or where samples are further apart than any are. Of a pa
 heavier than the object it seems to have hardly any mass where it is accelerated.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -22,6 +23,7 @@ from hefting.ingest.rivals.explanation import (
     newton_euler,
     over_offsets,
 )
+from hefting.ingest.rivals.undone import Undone
 
 CODE = "time-unit"
 MILLISECONDS = 1e-3
@@ -29,6 +31,8 @@ MILLISECONDS = 1e-3
 RATIOS = (2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0)
 """Of the rates at which arms and sensors are usually sampled: 50, 100, 125, 200, 250,
 400, 500 and 1000 Hz. Smaller ones are like a payload that the controller takes away."""
+COMMON = frozenset((2.0, 5.0, 10.0, 0.5, MILLISECONDS))
+"""[s] Units beside which another mistake is looked for."""
 SHORTEST_INTERVALS = {MILLISECONDS: 0.2, 0.5: 0.0}
 """[s] Interval between samples, as recorded, below which a unit of less than a second is
 not tried; that of the others is `RARE_INTERVAL`."""
@@ -41,33 +45,16 @@ RARE_INTERVAL = 0.05
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest unit [s] of the recorded time."""
-    if case.path.kind != "smooth" or case.path.gravity_measured:
+    if not _may_be_told(case) or explains_nothing(
+        case, partial(wrench_compensated.freed, case)
+    ):
         return None
-    if explains_nothing(case, partial(wrench_compensated.freed, case)):
-        return None
-    interval = float(np.median(np.diff(case.recording["wrench"].time)))
-    faster = (MILLISECONDS, *(1.0 / ratio for ratio in RATIOS))
-    units = [
-        *RATIOS,
-        *(u for u in faster if interval >= SHORTEST_INTERVALS.get(u, RARE_INTERVAL)),
-    ]
+    units = _units(case)
     motion = case.motion_late(case.likely_offsets)
     found = [fit_rows(case, _builder(case, unit)(motion)).likelihood for unit in units]
     unit = units[int(np.argmax(np.max(found, axis=1)))]
     fitted, _ = over_offsets(case, _builder(case, unit))
-    what = "time seems to be in milliseconds"
-    fix = 'give time in seconds, or unit = "ms" of it in a column map'
-    if unit != MILLISECONDS:
-        fix = "give time in seconds, of samples at the rate at which they were taken"
-        size, way = max(unit, 1.0 / unit), "fast" if unit < 1.0 else "slow"
-        what = f"time seems to run {size:g} times too {way}"
-        if unit < 1.0:
-            share = 100.0 * (1.0 - unit**2)
-            what += (
-                f", or the controller to subtract {share:.0f} % of the object's weight"
-            )
-        elif unit > LARGEST_INERTIAL:
-            what += wrench_compensated.OR_HEAVIER
+    what, fix = _texts(unit)
     return Explanation(
         CODE,
         what,
@@ -78,6 +65,47 @@ def explain(case: Case) -> Explanation | None:
         alternative=None if unit < 1.0 else lambda: wrench_compensated.explain(case),
         is_grave=True,
     )
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """Each unit."""
+    if not _may_be_told(case):
+        return
+    for unit in COMMON.intersection(_units(case)):
+        other = case.with_accelerations(unit**-2.0, unit**-2.0)
+        yield Undone(
+            CODE, *_texts(unit), other, rarity=1.0, is_grave=True, is_linear=True
+        )
+
+
+def _may_be_told(case: Case) -> bool:
+    """Whether all accelerations are those of poses."""
+    return case.path.kind == "smooth" and not case.path.gravity_measured
+
+
+def _units(case: Case) -> list[float]:
+    """Units [s] that time may be in, of samples at such intervals."""
+    interval = float(np.median(np.diff(case.recording["wrench"].time)))
+    faster = (MILLISECONDS, *(1.0 / ratio for ratio in RATIOS))
+    return [
+        *RATIOS,
+        *(u for u in faster if interval >= SHORTEST_INTERVALS.get(u, RARE_INTERVAL)),
+    ]
+
+
+def _texts(unit: float) -> tuple[str, str]:
+    """What is wrong with time in a unit [s], and what to do about it."""
+    if unit == MILLISECONDS:
+        fix = 'give time in seconds, or unit = "ms" of it in a column map'
+        return "time seems to be in milliseconds", fix
+    size, way = max(unit, 1.0 / unit), "fast" if unit < 1.0 else "slow"
+    what = f"time seems to run {size:g} times too {way}"
+    if unit < 1.0:
+        share = 100.0 * (1.0 - unit**2)
+        what += f", or the controller to subtract {share:.0f} % of the object's weight"
+    elif unit > LARGEST_INERTIAL:
+        what += wrench_compensated.OR_HEAVIER
+    return what, "give time in seconds, of samples at the rate at which they were taken"
 
 
 def _builder(case: Case, unit: float) -> Build:

@@ -1,0 +1,188 @@
+"""Two mistakes: one without unknowns is undone, and another looked for beside it.
+
+Of a first log several things may be wrong at once: quaternions with w first and forces in
+kgf. Each alone then explains little, or another mistake imitates both. Only pairs that
+leave next to nothing unexplained are named, and free channels tell beforehand whether any
+may.
+"""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from hefting.core.progress import each as each_of
+from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import NEGLIGIBLE_UNEXPLAINED, missing
+from hefting.ingest.rivals.explanation import Explanation, explained_by_motion
+from hefting.ingest.rivals.judge import (
+    CLEAR_EVIDENCE,
+    FEWEST_SAMPLES,
+    LARGE_UNEXPLAINED,
+    Judged,
+    cost_of,
+    independent_samples,
+    is_too_heavy,
+    judge_one,
+)
+from hefting.ingest.rivals.undone import Undone
+from hefting.ingest.rivals.vibration import Vibration
+
+LARGEST_LEFT = 0.5
+"""Share of what is unexplained that two mistakes may leave to be named."""
+LARGEST_AT_FIRST = 1.6
+"""What a second mistake that is not fitted to the end may leave, over that."""
+LARGEST_LEFT_OF_ONE = 0.4
+"""Share of what one mistake leaves unexplained that another beside it may leave: beside a
+right one, in two recordings of a real sensor, its imperfections leave 0.55."""
+LARGEST_LEFT_OF_ANOTHER = 0.8
+"""The same where it is none of the two."""
+RARITY_OF_TWO = 5.0
+"""Rarity of two mistakes at once, of which there are some 150 times as many as of one."""
+FARTHEST_COM = 1.0
+"""[m] Distance of an object's COM from the sensor beyond which two mistakes explain
+nothing."""
+CLEAR_EFFECT = 3.0
+"""Standard deviations from which on a second mistake is there."""
+
+Explain = Callable[[Case], Explanation | None]
+
+
+@dataclass(frozen=True, eq=False)
+class Pair:
+    """Two mistakes at once."""
+
+    undone: Undone
+    """the first"""
+    explain: Explain
+    """looks for the second"""
+    second: Explanation
+    """that, fitted to the recording without the first"""
+
+    @classmethod
+    def of(cls, undone: Undone, explain: Explain) -> "Pair | None":
+        """Both, where there is a second one."""
+        second = explain(undone.case)
+        if second is None or second.code == undone.code or not _is_held(second):
+            return None
+        if second.effect is not None and not second.effect > CLEAR_EFFECT:
+            return None
+        return cls(undone, explain, second)
+
+    @property
+    def left(self) -> float:
+        """Log-likelihood of a sample that is missing to noise alone."""
+        return missing(self.undone.case, self.second.fitted)
+
+    @property
+    def samples(self) -> float:
+        """How many samples count as independent."""
+        return independent_samples(self.undone.case, self.second)
+
+    def value(self, samples: float) -> float:
+        """Log-likelihood of so many independent samples, less what the mistakes cost."""
+        cost = cost_of(self.second, samples) + self.undone.rarity + RARITY_OF_TWO
+        return samples * (self.second.likelihood + self.undone.log_scale) - cost
+
+
+def _is_held(second: Explanation) -> bool:
+    """Whether the object is one that a wrist holds."""
+    mass, moment = abs(second.vector[0]), np.linalg.norm(second.vector[1:4])
+    return not is_too_heavy(second) and bool(moment < FARTHEST_COM * mass)
+
+
+def judge(case: Case) -> Judged:
+    """Look for one mistake, and for two at once where one leaves much that is no
+    vibration."""
+    found = judge_one(case)
+    if found.given is None or found.whole or not found.unexplained > LARGE_UNEXPLAINED:
+        return found
+    vibration = Vibration.of(case) if case.path.moves else None
+    if (
+        vibration is not None
+        and vibration.beside(found.unexplained) < LARGE_UNEXPLAINED
+    ):
+        return found
+    pair = _likeliest(case, found.given)
+    if pair is None or not _is_told(case, found, pair):
+        return found
+    first, second = pair.undone.explanation(), None
+    alone = missing(pair.undone.case, first.fitted)
+    if pair.left < max(LARGEST_LEFT_OF_ONE * alone, NEGLIGIBLE_UNEXPLAINED):
+        first = pair.undone.explanation(pair.second.fitted)
+        first, second = replace(first, parameters=pair.second.vector), pair.second
+    elif not alone < _most_left(case, found.given):
+        return found
+    whole = min(pair.left, alone) < NEGLIGIBLE_UNEXPLAINED
+    return replace(found, named=first, certain=True, whole=whole, beside=second)
+
+
+def _is_told(case: Case, found: Judged, pair: Pair) -> bool:
+    """Whether two mistakes are to be named in place of none or of one."""
+    assert found.given is not None
+    if not pair.left < _most_left(case, found.given):
+        return False
+    samples, one = pair.samples, found.given
+    if found.named is not None:
+        one = found.named
+        same = one.code == pair.undone.code or one.what == pair.second.what
+        share = LARGEST_LEFT_OF_ONE if same else LARGEST_LEFT_OF_ANOTHER
+        most = share * missing(case, one.fitted)
+        if not pair.left < max(most, NEGLIGIBLE_UNEXPLAINED):
+            return False
+    alone = samples * one.likelihood - cost_of(one, samples)
+    return pair.value(samples) - alone > CLEAR_EVIDENCE
+
+
+def _most_left(case: Case, given: Explanation) -> float:
+    """What two mistakes may leave unexplained."""
+    return max(NEGLIGIBLE_UNEXPLAINED, LARGEST_LEFT * missing(case, given.fitted))
+
+
+def _likeliest(case: Case, given: Explanation) -> Pair | None:
+    """The likeliest pair, found by fewer averages; None where there is none."""
+    nth = max(len(case.time) // FEWEST_SAMPLES, 1)
+    most = _most_left(case, given)
+    offset_as_given = _clock_offset(case, most)
+    found: list[tuple[Pair, Undone]] = []
+    for undone, others in _all(case):
+        offset = offset_as_given
+        if not undone.is_linear:
+            offset = _clock_offset(undone.case, most)
+        if offset is None:
+            continue
+        few = tuple(np.unique((0.0, case.offset, offset)).tolist())
+        undone = replace(
+            undone,
+            case=replace(
+                undone.case, few_offsets=few, most_left=LARGEST_AT_FIRST * most
+            ),
+        )
+        thin = replace(undone, case=undone.case.every(nth))
+        pairs = (Pair.of(thin, explain) for explain in others)
+        found += [(p, undone) for p in pairs if p is not None and p.left < most]
+    if not found:
+        return None
+    samples = min(found, key=lambda each: each[0].left)[0].samples
+    best, undone = max(found, key=lambda each: each[0].value(samples))
+    return Pair.of(undone, best.explain)
+
+
+def _all(case: Case) -> Iterator[tuple[Undone, list[Explain]]]:
+    """Mistakes that are undone, and those that are looked for beside each."""
+    others: list[Explain] = [*BESIDE_ANOTHER]
+    for undone, explain in each_of("looking for two mistakes at once", UNDONE):
+        for each in undone(case):
+            yield each, others
+        if explain is not None:
+            others = [*others, explain]
+
+
+def _clock_offset(case: Case, most: float) -> float | None:
+    """The likeliest clock offset [s] with free channels; None where they leave more than
+    two mistakes may."""
+    found = None
+    for fitted, offset in explained_by_motion(case):
+        found = offset if missing(case, fitted) < most else None
+    return found

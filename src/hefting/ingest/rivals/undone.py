@@ -1,0 +1,71 @@
+"""Undone: a recording without one mistake, in which others are looked for."""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, replace
+
+from hefting.core.recording import Recording
+from hefting.ingest.path import path_of, static_path
+from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import Fitted
+from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+
+
+@dataclass(frozen=True, eq=False)
+class Undone:
+    """A mistake without unknowns, and the recording without it."""
+
+    code: str
+    """code of the message that names it"""
+    what: str
+    """what would be wrong, as a clause"""
+    fix: str
+    """what to do about it, as an imperative"""
+    case: Case
+    """the recording, with the mistake undone"""
+    argument: str | None = None
+    """argument of the library with which the user can act on it"""
+    rarity: float = 0.0
+    """as that of an `Explanation`"""
+    is_grave: bool = False
+    """as that of an `Explanation`"""
+    log_scale: float = 0.0
+    """log of the factor by which undoing it multiplies volumes of the wrench's space"""
+
+    is_linear: bool = False
+    """whether free channels explain the recording with it as well as without"""
+
+    def explanation(self, fitted: Fitted | None = None) -> Explanation:
+        """The mistake alone, by a fit to the recording without it; by default that at the
+        likeliest clock offset."""
+        if fitted is None:
+            case = self.case
+            fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion))
+        return Explanation(
+            self.code,
+            self.what,
+            self.fix,
+            fitted,
+            0,
+            rarity=self.rarity,
+            argument=self.argument,
+            is_grave=self.is_grave,
+        )
+
+
+def likeliest(each: Iterable[Undone]) -> Explanation | None:
+    """The likeliest of mistakes that exclude one another; None where there is none."""
+    found = [undone.explanation() for undone in each]
+    return max(found, key=lambda other: other.likelihood, default=None)
+
+
+def with_poses(case: Case, recording: Recording) -> Case | None:
+    """The case with the poses of another recording; None where there is no motion in
+    them."""
+    if case.path.kind in ("columns", "accelerometer"):
+        return None
+    path = (
+        path_of(recording, "auto", case.gravity)
+        if case.path.moves
+        else static_path(recording)
+    )
+    return None if path is None else replace(case, recording=recording, path=path)
