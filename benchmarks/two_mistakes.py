@@ -23,38 +23,39 @@ from benchmarks.mistake_runs import Said, identified  # noqa: E402
 from benchmarks.mistaken import mistakes  # noqa: E402
 
 COMMON = (
+    ("put down", ""),
+    ("cable", "20 N/m"),
+    ("in contact", "15%"),
+    ("low-passed", "2 Hz"),
+    ("compensated wrench", "100% of the payload"),
+    ("wrench in base axes", ""),
+    ("torque about the TCP", "50 mm"),
     ("turned about z", "30°"),
     ("turned about z", "90°"),
     ("turned about x", "180°"),
-    ("quaternion order", "w first"),
-    ("inverse pose", "whole"),
+    ("gain of one axis", "10%"),
     ("axis flipped", "fx"),
     ("axis flipped", "fz"),
     ("columns swapped", "x and y"),
-    ("unit of position", "mm"),
-    ("axes of position", "y up"),
+    ("dead channel", "fy"),
+    ("bias none", "5 N"),
     ("unit of force", "kgf"),
     ("unit of torque", "N mm"),
-    ("bias none", "5 N"),
-    ("compensated wrench", "100% of the payload"),
-    ("in contact", "15%"),
-    ("dead channel", "fy"),
-    ("low-passed", "2 Hz"),
     ("flange behind sensor", "50 mm"),
-    ("torque about the TCP", "50 mm"),
-    ("time", "twice as fast"),
-    ("late clock", "100 ms"),
     ("base tilted", "15°"),
     ("gravity", "upwards"),
-    ("cable", "20 N/m"),
-    ("form of angles", "roll, pitch, yaw"),
-    ("put down", ""),
-    ("rows lost", "5%"),
-    ("gain of one axis", "10%"),
-    ("wrench in base axes", ""),
+    ("axes of position", "y up"),
     ("frozen poses", "0.5 s"),
+    ("rows lost", "5%"),
+    ("late clock", "100 ms"),
+    ("time", "twice as fast"),
+    ("inverse pose", "whole"),
+    ("quaternion order", "w first"),
+    ("form of angles", "roll, pitch, yaw"),
+    ("unit of position", "mm"),
 )
-"""Names and strengths of the mistakes that are made in pairs."""
+"""Names and strengths of the mistakes that are made in pairs, in the order in which they
+happen: to the object and in the sensor, to the wrench's numbers, to the poses."""
 
 
 @dataclass(frozen=True)

@@ -4,7 +4,7 @@ from functools import cache
 
 from benchmarks.mistaken import mistakes as catalogue
 
-from benchmarks import clean, mistake_runs, mistakes
+from benchmarks import clean, mistake_runs, mistakes, two_mistakes
 
 
 def test_half_a_turn_is_named_and_not_to_be_used(monkeypatch):
@@ -23,6 +23,25 @@ def test_half_a_turn_is_named_and_not_to_be_used(monkeypatch):
     text = "\n".join((*mistakes.table(said), *mistakes.totals(said)))
     assert "| turned about x | 180° | 2 of 2 |" in text
     assert "named, of those that data can tell: 100.0 % of 4" in text
+
+
+def test_two_mistakes_are_both_named(monkeypatch):
+    """One pair, with and without a shape; and what the table says of them."""
+    monkeypatch.setattr("benchmarks.given.DURATION", 4.0)
+    again = cache(mistake_runs._answer_to_correct.__wrapped__)
+    monkeypatch.setattr(mistake_runs, "_answer_to_correct", again)
+    found = two_mistakes.run(1, "turned about z, 30° + quaternion order, w first")
+    assert [each.named for each in found] == [2, 2]
+    assert {each.said.verdict for each in found} == {"do not use"}
+    text = "\n".join((*two_mistakes.totals(found), *two_mistakes.table(found)))
+    assert "both named: 100.0 %" in text
+    assert "wrong, and good: 0" in text
+    assert "w first |" not in text
+
+
+def test_the_pairs_are_of_mistakes_in_the_catalogue():
+    keys = {(mistake.name, mistake.strength) for mistake in catalogue()}
+    assert set(two_mistakes.COMMON) <= keys
 
 
 def test_there_are_at_least_sixty_mistakes_each_once():

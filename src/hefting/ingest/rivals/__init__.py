@@ -88,6 +88,8 @@ UNDONE = (
     (position_unit.undone, position_unit.explain),
     (base_axes.undone, base_axes.explain),
     (bias_wrong.undone, bias_wrong.explain),
+    (wrench_compensated.undone, None),
+    (base_tilted.undone, None),
     (orientation_form.undone, None),
     (pose_inverse.undone, None),
 )

@@ -1,6 +1,7 @@
 """Gravity points elsewhere in the logged world: the base is tilted, or the world's axes
 are others than assumed."""
 
+from collections.abc import Iterator
 from functools import partial
 
 import numpy as np
@@ -23,6 +24,7 @@ from hefting.ingest.rivals.explanation import (
     offset_columns,
     over_offsets,
 )
+from hefting.ingest.rivals.undone import Undone
 from hefting.ingest.rivals.wrench_compensated import OR_HEAVIER
 
 CODE = "base-tilted"
@@ -48,7 +50,7 @@ SENSOR_ERROR = np.radians(0.3)
 
 def explain(case: Case) -> Explanation | None:
     """The direction of gravity, from the one given and from the six along the axes."""
-    if case.path.gravity_measured or explains_nothing(case, partial(_freed, case)):
+    if not _may_be_told(case) or explains_nothing(case, partial(_freed, case)):
         return None
     size = float(np.linalg.norm(case.gravity))
     starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
@@ -71,15 +73,9 @@ def explain(case: Case) -> Explanation | None:
     angle = angle_between(case.gravity, gravity)
     std = float(np.hypot(std, SENSOR_ERROR))
     if angle > REVERSED:
-        what = "gravity seems to point the other way"
-        if case.gravity[2] < 0.0:  # as everyone's
-            what += OR_HEAVIER
-        x, y, z = 0.0 - case.gravity
-        fix = f"give `gravity`='{x:g},{y:g},{z:g}'"
         return Explanation(
             "gravity-reversed",
-            what,
-            fix,
+            *_texts_of_reversed(case),
             fitted,
             0,
             argument="gravity",
@@ -96,6 +92,33 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(
         CODE, what, fix, fitted, 2, argument="gravity", effect=angle / std
     )
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """Gravity the other way."""
+    if _may_be_told(case):
+        yield Undone(
+            "gravity-reversed",
+            *_texts_of_reversed(case),
+            case.with_gravity(-case.gravity),
+            argument="gravity",
+            is_grave=True,
+            is_linear=True,
+        )
+
+
+def _may_be_told(case: Case) -> bool:
+    """Whether gravity is modelled."""
+    return not case.path.gravity_measured and bool(case.gravity.any())
+
+
+def _texts_of_reversed(case: Case) -> tuple[str, str]:
+    """What is wrong where gravity points the other way, and what to do about it."""
+    what = "gravity seems to point the other way"
+    if case.gravity[2] < 0.0:  # as everyone's
+        what += OR_HEAVIER
+    x, y, z = 0.0 - case.gravity
+    return what, f"give `gravity`='{x:g},{y:g},{z:g}'"
 
 
 def gravity_to_give(gravity: Array, angle: float) -> str:

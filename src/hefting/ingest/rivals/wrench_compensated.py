@@ -4,6 +4,7 @@ it, or of more, as of a heavier object before it.
 Gravity then acts on another mass and first moment than acceleration does.
 """
 
+from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
 
@@ -18,8 +19,10 @@ from hefting.ingest.rivals.explanation import (
     explains_nothing,
     over_offsets,
 )
+from hefting.ingest.rivals.undone import Undone
 
 CODE = "wrench-compensated"
+FIX = "set its payload to zero before recording"
 SMALLEST_SHARE = 0.005
 """Smallest share of the object's weight that is told: less is none."""
 SMALL_SHARE = 0.05
@@ -35,7 +38,7 @@ OR_HEAVIER = ", or the controller to subtract a payload heavier than the object"
 
 def explain(case: Case) -> Explanation | None:
     """The share of the object's weight that is missing."""
-    if not case.path.moves or case.path.kind == "orientation":
+    if not _may_be_told(case):
         return None
     build = partial(freed, case)
     if explains_nothing(case, build):
@@ -55,9 +58,22 @@ def explain(case: Case) -> Explanation | None:
         f"some {part} seem to be missing in the wrench, as where the controller "
         "subtracts a payload"
     )
-    fix = "set its payload to zero before recording"
     effect = _effect(fitted) if share < SMALL_SHARE else None
-    return Explanation(CODE, what, fix, fitted, 4, effect=effect)
+    return Explanation(CODE, what, FIX, fitted, 4, effect=effect)
+
+
+def undone(case: Case) -> Iterator[Undone]:
+    """All of the weight subtracted: as if there were no gravity."""
+    if _may_be_told(case) and not case.path.gravity_measured:
+        what = "all of the object's weight seems to be missing in the wrench, as where the controller subtracts it"
+        other = case.with_gravity(np.zeros(3))
+        yield Undone(CODE, what, FIX, other, is_linear=True)
+
+
+def _may_be_told(case: Case) -> bool:
+    """Whether gravity and accelerations are told apart."""
+    moves = case.path.moves and case.path.kind != "orientation"
+    return moves and bool(case.gravity.any())
 
 
 def freed(case: Case, motion: Motion) -> Rows:
