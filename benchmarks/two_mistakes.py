@@ -1,9 +1,9 @@
 """`python -m benchmarks.two_mistakes [--seeds N]`: what is said of two mistakes that are
 made at once.
 
-Each pair of 30 common mistakes, in N simulated recordings, with and without a shape:
-whether both are named, or one, which is then mended first, and whether an answer that is
-called good is wrong. Some fifteen minutes for one seed on two cores.
+Each pair of 30 common mistakes, in N simulated recordings, without a shape: whether both
+are named, or one, which is then mended first, and whether an answer that is called good
+is wrong. Some fifteen minutes for one seed on two cores.
 """
 
 import argparse
@@ -80,16 +80,15 @@ def main() -> None:
 
 
 def run(seeds: int, only: str = "", jobs: int = 1) -> list[Both]:
-    """What is said of every pair, with and without a shape; each of other recordings."""
+    """What is said of every pair, each of other recordings."""
     from concurrent.futures import ProcessPoolExecutor
 
     pairs = list(itertools.combinations(range(len(COMMON)), 2))
     work = [
-        (first, second, number + seed, with_shape)
+        (first, second, number + seed)
         for number, (first, second) in enumerate(pairs)
         if only in _name(first, second)
         for seed in range(seeds)
-        for with_shape in (False, True)
     ]
     if jobs == 1:
         return [_said(task) for task in work]
@@ -101,10 +100,9 @@ def _name(first: int, second: int) -> str:
     return " + ".join(", ".join(filter(None, COMMON[i])) for i in (first, second))
 
 
-def _said(task: tuple[int, int, int, bool]) -> Both:
-    """Of two mistakes, by their places in the list, a recording's seed, and with a shape
-    or without."""
-    first, second, number, with_shape = task
+def _said(task: tuple[int, int, int]) -> Both:
+    """Of two mistakes, by their places in the list, and a recording's number."""
+    first, second, number = task
     seed = number % 30  # the answers without a mistake are found once
     catalogue = {(each.name, each.strength): each for each in mistakes()}
     one, other = catalogue[COMMON[first]], catalogue[COMMON[second]]
@@ -115,7 +113,7 @@ def _said(task: tuple[int, int, int, bool]) -> Both:
     codes = one.codes | other.codes
     pair = Mistake(_name(first, second), "", make, codes)
     given = make(correct(seed), np.random.default_rng([17, seed]))
-    said = identified(given, pair, seed, with_shape, tellable=True)
+    said = identified(given, pair, seed, with_shape=False, tellable=True)
     return Both(said, sum(bool(said.codes & each.codes) for each in (one, other)))
 
 
@@ -134,14 +132,13 @@ def totals(found: Sequence[Both]) -> Iterable[str]:
 
 def table(found: Sequence[Both]) -> Iterable[str]:
     """Those of which none was named, though they are not good."""
-    yield "| neither is named | recording | shape | verdict | said |"
-    yield "|---|---|---|---|---|"
+    yield "| neither is named | recording | verdict | said |"
+    yield "|---|---|---|---|"
     for each in found:
         said = each.said
         if not each.named and said.verdict != "good":
-            shape = "yes" if said.shape else "no"
             codes = ", ".join(said.reasons) or "refused"
-            yield f"| {said.mistake} | {said.seed} | {shape} | {said.verdict} | {codes} |"
+            yield f"| {said.mistake} | {said.seed} | {said.verdict} | {codes} |"
 
 
 if __name__ == "__main__":

@@ -114,7 +114,7 @@ def test_no_mistake_that_is_linear_in_the_motion_explains_more_than_free_channel
         if each.name == name and each.strength == LINEAR_MISTAKES[name]
     )
     case = case_of(mistake.make(correct(0), np.random.default_rng(1)))
-    *_, free = explained_by_motion(case)
+    *_, (free, _) = explained_by_motion(case)
     found = [explain(case) for explain in LINEAR_EXPLANATIONS]
     likelihoods = [each.likelihood for each in found if each is not None]
     assert max(likelihoods) < free.likelihood[free.best] + 0.01

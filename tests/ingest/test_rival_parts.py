@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from hefting.core.spatial import WRENCH
+from hefting.core.spatial import STANDARD_GRAVITY, WRENCH
 from hefting.ingest.offset import Design, _stands_out
 from hefting.ingest.response import Response
 from hefting.ingest.rivals import wrench_compensated
@@ -121,7 +121,10 @@ def test_a_payload_is_told_from_half_a_percent_to_a_hundred_times_the_weight(
     monkeypatch.setattr(wrench_compensated, "over_offsets", lambda *_: (fitted, 0.0))
     monkeypatch.setattr(wrench_compensated, "_effect", lambda fitted: 7.0)
     monkeypatch.setattr(wrench_compensated, "explains_nothing", lambda *_: False)
-    case = SimpleNamespace(path=SimpleNamespace(moves=True, kind="smooth"))
+    case = SimpleNamespace(
+        path=SimpleNamespace(moves=True, kind="smooth"),
+        gravity=np.array(STANDARD_GRAVITY),
+    )
     found = wrench_compensated.explain(cast(Any, case))
     assert (found is not None) is (words is not None)
     if found is not None:
@@ -133,6 +136,8 @@ def test_a_payload_is_told_from_half_a_percent_to_a_hundred_times_the_weight(
     ):
         case.path = SimpleNamespace(**other)
         assert wrench_compensated.explain(cast(Any, case)) is None
+    case.path, case.gravity = SimpleNamespace(moves=True, kind="smooth"), np.zeros(3)
+    assert wrench_compensated.explain(cast(Any, case)) is None
 
 
 def test_gravity_is_along_an_axis_that_it_is_within_three_degrees_of():

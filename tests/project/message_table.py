@@ -14,6 +14,7 @@ MAKERS = {
     "warning": "warning",
     "error": "error",
     "Explanation": "warning or error",
+    "Undone": "warning or error",
     "say": "warning or error",
 }
 """Functions that make messages, and their severity."""

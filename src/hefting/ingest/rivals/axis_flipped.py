@@ -46,7 +46,8 @@ def explain(case: Case) -> Explanation | None:
     what, matrix, rarity = changes[best]
     return Explanation(
         CODE,
-        *_texts(what, matrix),
+        f"{what} in the wrench",
+        _fix(matrix),
         fitted,
         0,
         rarity=rarity,
@@ -62,10 +63,10 @@ def undone(case: Case) -> Iterator[Undone]:
         if np.trace(matrix) == 2.0 and not rarity:
             continue
         other = case.with_wrench(matrix)
-        texts = _texts(what, matrix)
         yield Undone(
             CODE,
-            *texts,
+            f"{what} in the wrench",
+            _fix(matrix),
             other,
             argument="column_map",
             rarity=rarity,
@@ -73,10 +74,10 @@ def undone(case: Case) -> Iterator[Undone]:
         )
 
 
-def _texts(what: str, matrix: Array) -> tuple[str, str]:
-    """What is wrong, and what to do about it."""
+def _fix(matrix: Array) -> str:
+    """What to do about a mistake that a matrix (6, 6) undoes."""
     fix = "correct it where the log is written, or give the wrench's columns as "
-    return f"{what} in the wrench", f"{fix}{as_columns(matrix)} in a column map"
+    return f"{fix}{as_columns(matrix)} in a column map"
 
 
 def _apart(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:

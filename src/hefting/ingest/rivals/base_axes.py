@@ -26,7 +26,8 @@ FIX_ABOUT_BASE = "log it in sensor axes about the sensor's origin"
 def explain(case: Case) -> Explanation | None:
     """The wrench turned into sensor axes, beside a constant bias in either."""
     fitted, _ = over_offsets(case, lambda motion: _rows(case, motion, case.wrench))
-    what, fix = WHAT, FIX
+    what = WHAT
+    fix = FIX
     if case.recording.has("position"):
         about = _about_sensor(case, case.time, case.wrench)
         other, _ = over_offsets(case, lambda motion: _rows(case, motion, about))

@@ -75,7 +75,8 @@ def explain(case: Case) -> Explanation | None:
     if angle > REVERSED:
         return Explanation(
             "gravity-reversed",
-            *_texts_of_reversed(case),
+            f"gravity seems to point the other way{_or_heavier(case)}",
+            _fix_of_reversed(case),
             fitted,
             0,
             argument="gravity",
@@ -99,7 +100,8 @@ def undone(case: Case) -> Iterator[Undone]:
     if _may_be_told(case):
         yield Undone(
             "gravity-reversed",
-            *_texts_of_reversed(case),
+            f"gravity seems to point the other way{_or_heavier(case)}",
+            _fix_of_reversed(case),
             case.with_gravity(-case.gravity),
             argument="gravity",
             is_grave=True,
@@ -112,13 +114,14 @@ def _may_be_told(case: Case) -> bool:
     return not case.path.gravity_measured and bool(case.gravity.any())
 
 
-def _texts_of_reversed(case: Case) -> tuple[str, str]:
-    """What is wrong where gravity points the other way, and what to do about it."""
-    what = "gravity seems to point the other way"
-    if case.gravity[2] < 0.0:  # as everyone's
-        what += OR_HEAVIER
+def _or_heavier(case: Case) -> str:
+    """What else gravity the other way may be, where it was given as everyone's."""
+    return OR_HEAVIER if case.gravity[2] < 0.0 else ""
+
+
+def _fix_of_reversed(case: Case) -> str:
     x, y, z = 0.0 - case.gravity
-    return what, f"give `gravity`='{x:g},{y:g},{z:g}'"
+    return f"give `gravity`='{x:g},{y:g},{z:g}'"
 
 
 def gravity_to_give(gravity: Array, angle: float) -> str:

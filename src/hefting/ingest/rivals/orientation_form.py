@@ -63,34 +63,39 @@ def _forms(case: Case) -> Iterator[Undone]:
     # degrees that may have been radians
     small = np.abs(read).max(axis=0, initial=0.0) <= np.radians(np.pi)
     radians = np.where(small, np.degrees(read), read)
-    for values in (read, radians) if small.any() != small.all() else (read,):
+    for logged in (read, radians) if small.any() != small.all() else (read,):
+        in_radians = logged is radians
         for form, order in FORMS:
             said = f'form = "{form}"' + (f', order = "{order}"' if order else "")
             what, fix = "seem to be of another form than they are read in", said
-            if values is radians:
+            if in_radians:
                 what = f"seem to be in degrees, but number {np.argmax(small) + 1} in radians"
                 fix = f"all in degrees, and {said}"
-            yield from _with_orientation(
-                case,
-                replace(angles, values=quaternions(values, form, order)),
-                CODE,
-                f"the angles of the orientation {what}",
-                f"give {fix} of the orientation in a column map",
-                argument="column_map",
-                is_grave=values is radians,
-            )
+            values = quaternions(logged, form, order)
+            other = _with_orientation(case, replace(angles, values=values))
+            if other is not None:
+                yield Undone(
+                    CODE,
+                    f"the angles of the orientation {what}",
+                    f"give {fix} of the orientation in a column map",
+                    other,
+                    argument="column_map",
+                    is_grave=in_radians,
+                )
 
 
 def _orders(case: Case) -> Iterator[Undone]:
     """The quaternion's parts in the other order."""
     orientation = case.recording["orientation"]
-    yield from _with_orientation(
-        case,
-        replace(orientation, values=np.roll(orientation.values, -1, axis=1)),
-        "quaternion-order",
-        "the quaternions seem to be logged as w, x, y, z",
-        'put the real part last, as qw, or give form = "wxyz" in a column map',
-    )
+    q = np.roll(orientation.values, -1, axis=1)
+    other = _with_orientation(case, replace(orientation, values=q))
+    if other is not None:
+        yield Undone(
+            "quaternion-order",
+            "the quaternions seem to be logged as w, x, y, z",
+            'put the real part last, as qw, or give form = "wxyz" in a column map',
+            other,
+        )
 
 
 def _composed(case: Case) -> Iterator[Undone]:
@@ -105,27 +110,19 @@ def _composed(case: Case) -> Iterator[Undone]:
         with warnings.catch_warnings():  # where two axes coincide an angle is arbitrary
             warnings.simplefilter("ignore")
             values = quaternions(turns.as_euler(took), "euler", meant)
-        yield from _with_orientation(
-            case,
-            replace(orientation, values=values),
-            CODE,
-            f"the orientation seems to be composed of {EULER[meant]} as if they were "
-            f"{EULER[took]}",
-            f"compose it as scipy's Rotation.from_euler('{meant}', ...), or log the angles",
-        )
+        other = _with_orientation(case, replace(orientation, values=values))
+        if other is not None:
+            yield Undone(
+                CODE,
+                f"the orientation seems to be composed of {EULER[meant]} as if they "
+                f"were {EULER[took]}",
+                f"compose it as scipy's Rotation.from_euler('{meant}', ...), or log the "
+                "angles",
+                other,
+            )
 
 
-def _with_orientation(
-    case: Case,
-    orientation: Stream,
-    code: str,
-    what: str,
-    fix: str,
-    argument: str | None = None,
-    is_grave: bool = False,
-) -> Iterator[Undone]:
-    """The mistake that other orientations undo; none where they do not move."""
+def _with_orientation(case: Case, orientation: Stream) -> Case | None:
+    """The case with other orientations; None where they do not move."""
     streams = {**case.recording.streams, "orientation": orientation}
-    other = with_poses(case, replace(case.recording, streams=streams))
-    if other is not None:
-        yield Undone(code, what, fix, other, argument=argument, is_grave=is_grave)
+    return with_poses(case, replace(case.recording, streams=streams))

@@ -54,11 +54,10 @@ def explain(case: Case) -> Explanation | None:
     found = [fit_rows(case, _builder(case, unit)(motion)).likelihood for unit in units]
     unit = units[int(np.argmax(np.max(found, axis=1)))]
     fitted, _ = over_offsets(case, _builder(case, unit))
-    what, fix = _texts(unit)
     return Explanation(
         CODE,
-        what,
-        fix,
+        f"time seems to {_what(unit)}",
+        _fix(unit),
         fitted,
         0,
         rarity=1.0,
@@ -74,7 +73,13 @@ def undone(case: Case) -> Iterator[Undone]:
     for unit in COMMON.intersection(_units(case)):
         other = case.with_accelerations(unit**-2.0, unit**-2.0)
         yield Undone(
-            CODE, *_texts(unit), other, rarity=1.0, is_grave=True, is_linear=True
+            CODE,
+            f"time seems to {_what(unit)}",
+            _fix(unit),
+            other,
+            rarity=1.0,
+            is_grave=True,
+            is_linear=True,
         )
 
 
@@ -93,19 +98,23 @@ def _units(case: Case) -> list[float]:
     ]
 
 
-def _texts(unit: float) -> tuple[str, str]:
-    """What is wrong with time in a unit [s], and what to do about it."""
+def _what(unit: float) -> str:
+    """What time in a unit [s] seems to do."""
     if unit == MILLISECONDS:
-        fix = 'give time in seconds, or unit = "ms" of it in a column map'
-        return "time seems to be in milliseconds", fix
+        return "be in milliseconds"
     size, way = max(unit, 1.0 / unit), "fast" if unit < 1.0 else "slow"
-    what = f"time seems to run {size:g} times too {way}"
+    what = f"run {size:g} times too {way}"
     if unit < 1.0:
         share = 100.0 * (1.0 - unit**2)
-        what += f", or the controller to subtract {share:.0f} % of the object's weight"
-    elif unit > LARGEST_INERTIAL:
-        what += wrench_compensated.OR_HEAVIER
-    return what, "give time in seconds, of samples at the rate at which they were taken"
+        return f"{what}, or the controller to subtract {share:.0f} % of the object's weight"
+    return what + wrench_compensated.OR_HEAVIER if unit > LARGEST_INERTIAL else what
+
+
+def _fix(unit: float) -> str:
+    """What to do about time in a unit [s]."""
+    if unit == MILLISECONDS:
+        return 'give time in seconds, or unit = "ms" of it in a column map'
+    return "give time in seconds, of samples at the rate at which they were taken"
 
 
 def _builder(case: Case, unit: float) -> Build:

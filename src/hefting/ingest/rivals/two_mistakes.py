@@ -19,7 +19,6 @@ from hefting.ingest.rivals.explanation import Explanation, explained_by_motion
 from hefting.ingest.rivals.judge import (
     CLEAR_EVIDENCE,
     FEWEST_SAMPLES,
-    LARGE_UNEXPLAINED,
     Judged,
     cost_of,
     independent_samples,
@@ -29,6 +28,12 @@ from hefting.ingest.rivals.judge import (
 from hefting.ingest.rivals.undone import Undone
 from hefting.ingest.rivals.vibration import Vibration
 
+LARGE_UNEXPLAINED = 0.2
+"""Residual over the wrench's changes from which on two mistakes are looked for: of pairs
+of common ones in a recording of a real sensor it is 0.26 and more."""
+ENOUGH_EXPLAINED = 0.25
+"""Share of what is unexplained up to which one mistake may leave it and no second is
+looked for."""
 LARGEST_LEFT = 0.5
 """Share of what is unexplained that two mistakes may leave to be named."""
 LARGEST_AT_FIRST = 1.6
@@ -96,13 +101,7 @@ def judge(case: Case) -> Judged:
     """Look for one mistake, and for two at once where one leaves much that is no
     vibration."""
     found = judge_one(case)
-    if found.given is None or found.whole or not found.unexplained > LARGE_UNEXPLAINED:
-        return found
-    vibration = Vibration.of(case) if case.path.moves else None
-    if (
-        vibration is not None
-        and vibration.beside(found.unexplained) < LARGE_UNEXPLAINED
-    ):
+    if found.given is None or not _is_worth_a_search(case, found, found.given):
         return found
     pair = _likeliest(case, found.given)
     if pair is None or not _is_told(case, found, pair):
@@ -116,6 +115,20 @@ def judge(case: Case) -> Judged:
         return found
     whole = min(pair.left, alone) < NEGLIGIBLE_UNEXPLAINED
     return replace(found, named=first, certain=True, whole=whole, beside=second)
+
+
+def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
+    """Whether two mistakes may be told: much is unexplained, by the best one too, and not
+    as of a vibration."""
+    if found.whole or not found.unexplained > LARGE_UNEXPLAINED:
+        return False
+    if found.named is not None:
+        left = missing(case, found.named.fitted)
+        if left < ENOUGH_EXPLAINED * missing(case, given.fitted):
+            return False
+    vibration = Vibration.of(case) if case.path.moves else None
+    left = found.unexplained
+    return (left if vibration is None else vibration.beside(left)) > LARGE_UNEXPLAINED
 
 
 def _is_told(case: Case, found: Judged, pair: Pair) -> bool:
