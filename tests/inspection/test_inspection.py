@@ -537,3 +537,16 @@ def test_recorded_static_poses(name, gravity, mass):
     assert found.facts.quick_mass_less_bias == pytest.approx(mass, rel=1e-2)
     assert found.undetermined == ("Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz")
     assert found.movement.turn > 2.0
+
+
+def test_beside_a_named_mistake_nothing_else_is_advised():
+    """What follows from it is not told, and would not help."""
+    log = log_of()
+    orientation = log["orientation"]
+    q = np.roll(np.array(orientation.values), 1, axis=1)
+    streams = {**log.streams, "orientation": replace(orientation, values=q)}
+    found = inspect(replace(log, streams=streams))
+    codes = {message.code for message in found.verdict.reasons}
+    assert "quaternion-order" in codes
+    assert not codes & {"sign-uncertain", "unexplained", "many-outliers"}
+    assert found.advice == ("put right what the verdict names, and inspect again",)

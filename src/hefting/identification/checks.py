@@ -31,7 +31,6 @@ from hefting.ingest.plausibility import (
     misfit_warnings,
     named_instead,
 )
-from hefting.ingest.rivals.consequence import SUPERSEDED
 from hefting.shapes import Shape
 
 LARGEST_CHANGE_BY_SHAPE = 2.0
@@ -65,9 +64,7 @@ def warnings_of(checked: Checked) -> tuple[str, ...]:
     accounts for."""
     said = tuple(message for check in CHECKS for message in check(checked))
     doubt = checked.found.doubt
-    if doubt is None or not (doubt.names_mistake and doubt.is_fatal):
-        return said
-    return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
+    return said if doubt is None else doubt.without_consequences(said)
 
 
 def _undetermined(checked: Checked) -> Iterable[Message]:

@@ -142,6 +142,8 @@ def _inspection(
             check_wrench(found, None)
         except InputError as error:
             warnings.append(warning("wrong-unit", _reason(error)))
+        if found.doubt is not None:
+            warnings = [*found.doubt.without_consequences(warnings)]
     if found is not None:
         gravity = found.conditioned.gravity
     return Inspection(
@@ -218,6 +220,9 @@ def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
     """Sentences for a person, the most pressing first."""
     if "object" in found.missing:
         return _what_is_missing(found, recording)
+    doubt = None if found.ingested is None else found.ingested.doubt
+    if doubt is not None and doubt.names_mistake and doubt.is_fatal:
+        return ("put right what the verdict names, and inspect again",)
     ready = f"ready: {_with_shape(found)}"
     return (*(list(_obstacles(found)) or [ready]), *_improvements(found))
 

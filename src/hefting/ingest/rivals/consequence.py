@@ -1,6 +1,8 @@
 """Consequence: what a mistake does to the answer, and how it is told."""
 
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import TypeVar
 
 import numpy as np
 
@@ -12,6 +14,7 @@ from hefting.ingest.rivals.judge import Judged, unexplained_share
 from hefting.ingest.rivals.two_mistakes import judge
 from hefting.ingest.rivals.vibration import Vibration
 
+Said = TypeVar("Said", bound=str)
 LARGE_MASS_CHANGE = 0.03
 """Change of the mass, as a share of it, from which on a mistake makes the answer
 wrong."""
@@ -94,6 +97,13 @@ class Doubt:
     def is_fatal(self) -> bool:
         """Whether the answer is wrong."""
         return self.message.severity == "error"
+
+    def without_consequences(self, said: Iterable[Said]) -> tuple[Said, ...]:
+        """Messages without those that a mistake which makes the answer wrong accounts
+        for: what they advise would not help."""
+        if not (self.names_mistake and self.is_fatal):
+            return tuple(said)
+        return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
 
     @property
     def needs_no_change(self) -> bool:
