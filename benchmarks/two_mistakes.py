@@ -131,14 +131,20 @@ def totals(found: Sequence[Both]) -> Iterable[str]:
 
 
 def table(found: Sequence[Both]) -> Iterable[str]:
-    """Those of which none was named, though they are not good."""
-    yield "| neither is named | recording | verdict | said |"
-    yield "|---|---|---|---|"
+    """Those of which none was named, though they are not good, and wrong answers that
+    may be used."""
+    yield "| pair | recording | named | verdict | wrong | said |"
+    yield "|---|---|---|---|---|---|"
     for each in found:
         said = each.said
-        if not each.named and said.verdict != "good":
+        usable = said.is_wrong and said.verdict != "do not use"
+        if usable or (not each.named and said.verdict != "good"):
+            wrong = "yes" if said.is_wrong else "no"
             codes = ", ".join(said.reasons) or "refused"
-            yield f"| {said.mistake} | {said.seed} | {said.verdict} | {codes} |"
+            yield (
+                f"| {said.mistake} | {said.seed} | {each.named} | {said.verdict} | "
+                f"{wrong} | {codes} |"
+            )
 
 
 if __name__ == "__main__":
