@@ -99,15 +99,8 @@ class Path:
     def scaled(self, linear: float, angular: float) -> "Path":
         """The motion with its linear accelerations multiplied by one factor, and the
         angular ones and the squares of angular velocities by another."""
-        read, factors = self.read, np.ones(21)
-        factors[MOTION_COLUMNS] = np.repeat((linear, angular), (3, 9))
-        squares = np.square([[linear], [angular]])
-
-        def scaled(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-            value, variances, known = read(time, spread)
-            return value * factors, variances * squares, known
-
-        return replace(self, read=scaled, curves=None)
+        read = partial(_read_scaled, self.read, linear, angular)
+        return replace(self, read=read, curves=None)
 
     def known_at(self, time: Array) -> Mask:
         """(K,) times [s] at which the motion is known, as in `Reading.known`."""
@@ -238,6 +231,19 @@ def _pose_path(curves: Curves) -> Path:
     kind = "orientation" if poses.position is None else "smooth"
     read = partial(_read_poses, poses)
     return Path(kind, poses.first, poses.last, read, poses.bandwidth, curves=curves)
+
+
+def _read_scaled(
+    read: Callable[[Array, bool], tuple[Array, Array, Mask]],
+    linear: float,
+    angular: float,
+    time: Array,
+    spread: bool,
+) -> tuple[Array, Array, Mask]:
+    value, variances, known = read(time, spread)
+    factors = np.ones(value.shape[1])
+    factors[MOTION_COLUMNS] = np.repeat((linear, angular), (3, 9))
+    return value * factors, variances * np.square([[linear], [angular]]), known
 
 
 def _read_poses(

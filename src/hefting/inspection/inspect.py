@@ -221,7 +221,7 @@ def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
     if "object" in found.missing:
         return _what_is_missing(found, recording)
     doubt = None if found.ingested is None else found.ingested.doubt
-    if doubt is not None and doubt.names_mistake and doubt.is_fatal:
+    if doubt is not None and doubt.makes_wrong:
         return ("put right what the verdict names, and inspect again",)
     ready = f"ready: {_with_shape(found)}"
     return (*(list(_obstacles(found)) or [ready]), *_improvements(found))

@@ -151,7 +151,8 @@ class Case:
         return self._of_same_motion(replace(self, gravity=gravity))
 
     def with_wrench(self, matrix: Array) -> "Case":
-        """With the wrench multiplied by a matrix (6, 6), which adds no force to torque."""
+        """With the wrench multiplied by a matrix (6, 6), which mixes no force with torque
+        but may exchange them."""
         time, wrench = self.consecutive
         size = np.abs(matrix).reshape(2, 3, 2, 3).max(axis=(1, 3))
         other = replace(

@@ -98,10 +98,15 @@ class Doubt:
         """Whether the answer is wrong."""
         return self.message.severity == "error"
 
+    @property
+    def makes_wrong(self) -> bool:
+        """Whether a mistake is named that makes the answer wrong."""
+        return self.names_mistake and self.is_fatal
+
     def without_consequences(self, said: Iterable[Said]) -> tuple[Said, ...]:
         """Messages without those that a mistake which makes the answer wrong accounts
         for: what they advise would not help."""
-        if not (self.names_mistake and self.is_fatal):
+        if not self.makes_wrong:
             return tuple(said)
         return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
 

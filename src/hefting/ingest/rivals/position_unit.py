@@ -22,6 +22,7 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _each(case: Case, *units: str) -> Iterator[Undone]:
+    """Each of the units, where accelerations are those of positions."""
     if not case.recording.has("position") or case.path.kind != "smooth":
         return
     for unit in units:

@@ -31,7 +31,7 @@ from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_UNEXPLAINED = 0.2
 """Residual over the wrench's changes from which on two mistakes are looked for: of pairs
-of common ones in a recording of a real sensor it is 0.26 and more."""
+of common ones in a recording of a real sensor it is 0.23 and more."""
 ENOUGH_EXPLAINED = 0.25
 """Share of what is unexplained up to which one mistake may leave it and no second is
 looked for."""

@@ -30,7 +30,6 @@ class Undone:
     """as that of an `Explanation`"""
     log_scale: float = 0.0
     """log of the factor by which undoing it multiplies volumes of the wrench's space"""
-
     is_linear: bool = False
     """whether free channels explain the recording with it as well as without"""
 
