@@ -112,7 +112,8 @@ def nothing_looked_for(monkeypatch):
     (`ingest/test_changes.py`); a mistake that is named widens intervals."""
     ingest = import_module("hefting.ingest.ingest")
     monkeypatch.setattr(ingest, "condition", partial(ingest.condition, changes=False))
-    monkeypatch.setattr(ingest, "doubt_of", lambda case, with_tool: None)
+    part = import_module("hefting.ingest.chosen_part")
+    monkeypatch.setattr(part, "doubt_of", lambda case, **_: None)
 
 
 @pytest.fixture(scope="module")

@@ -46,7 +46,7 @@ def said(
     case = SimpleNamespace(path=SimpleNamespace(moves=True), noise=np.zeros(2))
     case.floor = np.ones(2)
     monkeypatch.setattr(consequence.Vibration, "of", lambda case: None)
-    return doubt_of(cast(Any, case), tool)
+    return doubt_of(cast(Any, case), with_tool=tool)
 
 
 @pytest.mark.parametrize(

@@ -2,6 +2,7 @@
 any method is applied."""
 
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Literal
 
@@ -25,6 +26,7 @@ from hefting.ingest.channels import (
     require_changing_wrench,
     still_pose_message,
 )
+from hefting.ingest.chosen_part import choose_part
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.faulty_wrench import (
@@ -37,8 +39,7 @@ from hefting.ingest.left_out import left_out_of
 from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
-from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.consequence import Doubt, doubt_of
+from hefting.ingest.rivals.consequence import Doubt
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_estimated_gravity,
@@ -47,7 +48,6 @@ from hefting.ingest.systematic import (
 from hefting.ingest.tool import tool_covariance, tool_warnings, without_tool
 from hefting.ingest.weights import (
     acceleration_message,
-    may_be_acceleration,
     motion_noise_of,
     weights_of,
 )
@@ -97,20 +97,24 @@ def ingest(
     may_be_biased = given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)
     tilt = assumed.direction == "estimate"
-    found = condition(recording, assumed.vector, motion, tilt=tilt, hint=hint)
-    doubt = _doubt(recording, found, may_be_biased=may_be_biased, tool=tool)
-    changes, asked = found.changes, bool(start) or duration is not None
-    if doubt is not None and doubt.needs_no_change:
-        changes = None
-    if changes is not None and tool is not None:
-        changes = changes.beside(tool.parameters.vector)
-    if changes is not None and not asked:
-        part = changes.chosen
-        recording = recording.slice(part.start, part.duration)
-        found = condition(
-            recording, assumed.vector, motion, tilt=tilt, hint=hint, changes=False
-        )
-        doubt = _doubt(recording, found, may_be_biased=may_be_biased, tool=tool)
+    asked = bool(start) or duration is not None
+    chosen = choose_part(
+        recording,
+        condition(recording, assumed.vector, motion, tilt=tilt, hint=hint),
+        partial(
+            condition,
+            gravity=assumed.vector,
+            source=motion,
+            tilt=tilt,
+            hint=hint,
+            changes=False,
+        ),
+        may_be_biased=may_be_biased,
+        tool=tool,
+        as_given=asked,
+    )
+    recording, found = chosen.recording, chosen.found
+    doubt, changes = chosen.doubt, chosen.changes
     left_out = left_out_of(
         whole, recording, found, changes if not asked else None, later=first
     )
@@ -272,27 +276,6 @@ def _conditioning_warnings(
         )
         warnings.append(warning("drift-left-in", what, "bias"))
     return warnings
-
-
-def _doubt(
-    recording: Recording,
-    found: Conditioned,
-    *,
-    may_be_biased: bool,
-    tool: Estimate | None,
-) -> Doubt | None:
-    """A mistake in the recording, or that much of it is unexplained."""
-    if found.path is None or may_be_acceleration(recording, found):
-        return None
-    case = Case.of(
-        recording,
-        found.path,
-        found.gravity,
-        found.offset,
-        biased=may_be_biased,
-        parameters=found.parameters,
-    )
-    return doubt_of(case, with_tool=tool is not None)
 
 
 def _choose_sign(

@@ -10,7 +10,7 @@ from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.judge import Judged, unexplained_share
+from hefting.ingest.rivals.judge import Judged, judge_one, unexplained_share
 from hefting.ingest.rivals.two_mistakes import judge
 from hefting.ingest.rivals.vibration import Vibration
 
@@ -117,10 +117,15 @@ class Doubt:
         return self.names_mistake and self.is_whole
 
 
-def doubt_of(case: Case, with_tool: bool = False) -> Doubt | None:
+def doubt_of(
+    case: Case | None, *, with_tool: bool = False, pairs: bool = True
+) -> Doubt | None:
     """The mistake in a recording, or that much of it is unexplained; None where neither
-    is. What is held includes a tool where one is known."""
-    judged = judge(case)
+    is, or none could be told. What is held includes a tool where one is known. Where one
+    mistake does not explain it, two at once are looked for if `pairs`."""
+    if case is None:
+        return None
+    judged = judge(case) if pairs else judge_one(case)
     if judged.named is not None and not _is_negligible(judged, judged.named):
         message, second = _named(
             judged, judged.named, "object and tool" if with_tool else "it"

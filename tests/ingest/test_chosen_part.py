@@ -1,0 +1,68 @@
+"""The part of a recording that is used: two mistakes at once are looked for in the whole
+where they may account for its changes."""
+
+import numpy as np
+import pytest
+from benchmarks.changing import case
+
+from given_cases import correct, mistake
+from hefting.ingest import chosen_part
+from hefting.ingest.ingest import ingest
+from hefting.ingest.rivals import UNDONE, two_mistakes
+
+
+@pytest.fixture
+def searches(monkeypatch):
+    """Whether two at once were looked for, of each search for mistakes, and how many
+    averages it was among."""
+    made, doubt_of = [], chosen_part.doubt_of
+
+    def search(case, *, with_tool, pairs=True):
+        made.append((pairs, case.recording["wrench"].time[-1]))
+        return doubt_of(case, with_tool=with_tool, pairs=pairs)
+
+    monkeypatch.setattr(chosen_part, "doubt_of", search)
+    return made
+
+
+def test_two_mistakes_are_not_looked_for_beside_a_change_that_leaves_a_right_part(
+    searches,
+):
+    """Of an object that is put down the whole is understood as wrongly as with two
+    mistakes, and the part as right."""
+    found = ingest(case("put-down", 1).recording)
+    assert found.changes is not None
+    (whole, end), (part, end_of_part) = searches
+    assert not whole
+    assert part
+    assert end_of_part < end
+
+
+def is_brief(undone):
+    """Whether it is of a mistake that is made below, or of one beside it."""
+    file = undone.__module__.rpartition(".")[2]
+    return file in ("pose_inverse", "base_tilted", "axis_flipped")
+
+
+@pytest.mark.parametrize(
+    ("other", "searched"),
+    [
+        (("inverse pose", "whole"), [False, True]),
+        (("axis flipped", "fx"), [False, True, True]),
+    ],
+    ids=["one explains the whole", "the part is wrong"],
+)
+def test_two_mistakes_that_look_like_changes_are_found_in_the_whole(
+    other, searched, searches, monkeypatch
+):
+    """In place of one that explains all of it, and of a part that is wrong; among a few
+    that are undone."""
+    monkeypatch.setattr(two_mistakes, "UNDONE", [e for e in UNDONE if is_brief(e[0])])
+    given, rng = correct(2), np.random.default_rng(1)
+    for name in (other, ("gravity", "upwards")):
+        given = mistake(*name).make(given, rng)
+    found = ingest(given.recording, gravity=given.options["gravity"])
+    assert found.changes is None
+    assert found.doubt is not None
+    assert found.doubt.second is not None
+    assert [pairs for pairs, _ in searches] == searched
