@@ -42,15 +42,6 @@ OWN = ("file:", "data:", "blob:", "about:", "http://127.0.0.1", "ws://127.0.0.1"
 """How addresses begin that stay on the machine."""
 
 
-def lit_plainly(server: Any) -> Any:
-    """A server of viser whose scene has no picture of surroundings, from which a
-    processor takes many seconds to find the light. The picture comes with the scene,
-    and the same script reads it in all pages: the player of `viewer/test_pages.py` has
-    it."""
-    server.scene.configure_environment_map(hdri=None)
-    return server
-
-
 @dataclass
 class Visit:
     """One page in the browser, and what came of it."""

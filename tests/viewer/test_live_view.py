@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import hefting
-from browser import COARSE, browsing, lit_plainly, needs_browser
+from browser import COARSE, browsing, needs_browser
 from hefting.scene import headline_of
 from hefting.viewer.live import LAST, LiveView, live_html
 from hefting.viewer.server import address_of, serving
@@ -32,7 +32,7 @@ def estimates():
 @pytest.fixture
 def view():
     with serving() as server:
-        view = LiveView(lit_plainly(server))
+        view = LiveView(server)
         yield view
         view.close()
 

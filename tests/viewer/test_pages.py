@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from browser import COARSE, DESKTOP, PHONE, browsing, lit_plainly, needs_browser
+from browser import COARSE, DESKTOP, PHONE, browsing, needs_browser
 from hefting.core.regressor import predict_wrench
 from hefting.robots import Arm
 from hefting.scene import headline_of
@@ -48,7 +48,6 @@ def viewer(tmp_path_factory):
 def visit(viewer, browser):
     """The page of the viewer in one window, which the tests share: to draw a scene for
     the first time takes a processor seconds."""
-    lit_plainly(viewer.server)
     with browsing(browser) as visit:
         page = visit.page
         page.goto(f"{address_of(viewer.server)}/{COARSE}")
@@ -109,8 +108,7 @@ def curves_of(page):
 
 
 def test_the_player_plays_from_disk_without_a_network(viewer, browser, tmp_path):
-    """On a phone whose scheme is dark, then on a screen, in one window. First, while the
-    scene is lit by the surroundings that viser shows unless it is told otherwise."""
+    """On a phone whose scheme is dark, then on a screen, in one window."""
     show_end(viewer)
     file = tmp_path / "player.html"
     file.write_text(player_of(viewer, f"log.csv {HOSTILE}"))

@@ -1,17 +1,15 @@
 """The page that plays a planned motion."""
 
 import time
-from contextlib import contextmanager
 from dataclasses import replace
 
 import numpy as np
 import pytest
 
-from browser import COARSE, DESKTOP, browsing, lit_plainly, needs_browser
+from browser import COARSE, DESKTOP, browsing, needs_browser
 from folding_arm import folding_arm
 from hefting.core.errors import InputError
 from hefting.viewer.player import EDGES, plan_player
-from hefting.viewer.server import serving
 from plans import random_plan
 
 BOX = np.array(
@@ -39,16 +37,8 @@ def test_edges_are_those_of_a_box():
         np.testing.assert_allclose(along, np.tile(wanted, (4, 1)), atol=1e-15)
 
 
-@contextmanager
-def serving_plainly():
-    """In place of `serving`."""
-    with serving() as server:
-        yield lit_plainly(server)
-
-
 @needs_browser
-def test_it_plays_from_disk_without_a_network(tmp_path, browser, monkeypatch):
-    monkeypatch.setattr("hefting.viewer.player.serving", serving_plainly)
+def test_it_plays_from_disk_without_a_network(tmp_path, browser):
     plan = replace(plan_of(tmp_path), tip="tool")
     file = tmp_path / "plan.html"
     file.write_text(plan_player(plan))

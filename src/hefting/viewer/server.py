@@ -21,6 +21,8 @@ OWN_NAMES = ("127.0.0.1", "localhost", "[::1]")
 """How pages of this machine name it."""
 EVERYWHERE = ("0.0.0.0", "::", "")
 """Addresses by which a machine listens under all of its names."""
+SKY, GROUND = 3.0, (120, 120, 140)
+"""Light from above, and the colour of that from below."""
 T = TypeVar("T")
 
 
@@ -51,10 +53,20 @@ def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
         if port not in (0, server.get_port()):  # taken since it was looked at
             raise _in_use(host, port)
         _refuse_tunnels(server)
+        _light(server)
         yield server
     finally:
         with contextlib.redirect_stdout(io.StringIO()):
             server.stop()
+
+
+def _light(server: "ViserServer") -> None:
+    """Light the scene from all sides, without the picture of surroundings and the
+    shadows that a processor without a graphics card draws for many seconds."""
+    scene = server.scene
+    scene.configure_environment_map(hdri=None)
+    scene.configure_default_lights(cast_shadow=False)
+    scene.add_light_hemisphere("/light", ground_color=GROUND, intensity=SKY)
 
 
 def address_of(server: "ViserServer") -> str:
