@@ -1,8 +1,7 @@
 # Every target sets up what it needs in .venv, from the locked requirements, and touches nothing outside the clone.
 PYTHON ?= python3
 BIN := .venv/bin
-# what is never imported is not compiled: a quarter of the time of setting up
-LOCKED := --require-hashes --no-deps --no-compile --quiet --disable-pip-version-check
+INSTALL := $(BIN)/python requirements/install.py
 # recordings of others, for tests that skip where they are absent
 ifneq ($(wildcard ../shared/data),)
 export HEFTING_DATA ?= $(abspath ../shared/data)
@@ -53,10 +52,10 @@ clean:  ## remove the environment and everything made
 	@touch $@
 
 .venv/run.stamp: .venv/base.stamp requirements/run.txt pyproject.toml
-	$(BIN)/python -m pip install $(LOCKED) -r requirements/run.txt
+	$(INSTALL) requirements/run.txt
 	$(BIN)/python -m pip install --quiet --disable-pip-version-check --no-deps --no-build-isolation -e .
 	@touch $@
 
 .venv/dev.stamp: .venv/run.stamp requirements/dev.txt
-	$(BIN)/python -m pip install $(LOCKED) -r requirements/dev.txt
+	$(INSTALL) requirements/dev.txt
 	@touch $@
