@@ -112,22 +112,22 @@ def simulated(number: int, duration: float, wrench_delay: float = 0.0):
 
 def verdict(number: int) -> Verdict:
     """Identify one."""
-    import hefting.ingest.ingest as ingesting
+    import hefting.ingest.chosen_part as choosing
     from hefting.core.errors import HeftingError
     from hefting.identification import identify
 
     made, shape, motion, level, mass = recording(number)
     spent = 0.0
-    search = ingesting.doubt_of
+    search = choosing.doubt_of
 
-    def timed(case, with_tool):
+    def timed(case, **how):
         nonlocal spent
         began = time.process_time()
-        found = search(case, with_tool)
+        found = search(case, **how)
         spent += time.process_time() - began
         return found
 
-    ingesting.doubt_of = timed
+    choosing.doubt_of = timed
     began = time.process_time()
     try:
         found = identify(made, shape).estimate.verdict
@@ -135,7 +135,7 @@ def verdict(number: int) -> Verdict:
     except HeftingError as error:
         said = "refused", (type(error).__name__,)
     finally:
-        ingesting.doubt_of = search
+        choosing.doubt_of = search
     seconds = time.process_time() - began
     return Verdict(motion, level, mass, *said, seconds, spent)
 

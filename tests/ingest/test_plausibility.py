@@ -20,6 +20,7 @@ from hefting.identification import identify
 from hefting.ingest import plausibility
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.plausibility import com_warnings, density_warnings
+from hefting.inspection import inspect
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, simulate
 
@@ -219,6 +220,40 @@ def test_a_shape_ten_times_too_large_is_doubted(scale, doubted):
     assert said == ({"shape-too-large"} if doubted else set())
     around = Shape.from_box(*(10.0 * np.array((-0.1, 0.1, -0.1, 0.1, -0.1, 0.1))))
     assert not density_warnings(fit, around)
+
+
+@pytest.mark.parametrize(
+    ("mass", "factor", "said"),
+    [
+        (
+            0.5,
+            1e-3,
+            "0.5 g: is the wrench in newtons and newton-metres, not kN and kN m",
+        ),
+        (
+            0.5,
+            1e3,
+            "500 kg: is the wrench in newtons and newton-metres, not mN and mN m",
+        ),
+        (0.009, 1.0, ""),  # a light object, by the noise of a real sensor
+        (0.02, 1.0, ""),
+        (90.0, 1.0, ""),
+    ],
+)
+def test_a_wrench_of_which_all_is_in_a_far_unit_is_in_doubt(mass, factor, said):
+    """It had been *good*, with a thousandth or a thousand times the mass."""
+    log = simulate(
+        UR5.motion(random_smooth(6.0, 100.0, 1.0, 0)),
+        InertialParameters.from_com(mass, (0.0, 0.02, 0.05), mass * 1e-3 * np.eye(3)),
+        noise=Noise(0.01, 5e-4),
+    )
+    wrench = log["wrench"]
+    scaled = Stream(wrench.time, factor * wrench.values)
+    log = replace(log, streams={**log.streams, "wrench": scaled})
+    for found in (identify(log), inspect(log)):
+        told = [m for m in found.warnings if m.code == "mass-unusual"]
+        assert [m for m in told if said in m] == told
+        assert len(told) == bool(said)
 
 
 @pytest.mark.parametrize(("share", "refused"), [(0.95, False), (1.05, True)])

@@ -16,6 +16,13 @@ LONGEST_OBJECT = 10.0
 wrong unit or pose."""
 HEAVIEST_OBJECT = 1000.0
 """[kg] Larger masses indicate a wrong unit of force."""
+UNUSUALLY_HEAVY = 100.0
+"""[kg] Mass above which newtons are in doubt: a wrench all in mN has the same law."""
+UNUSUALLY_LIGHT = 0.01
+"""[kg] Mass below which they are, too, where the noise is as small as of a wrench in
+kN."""
+LEAST_NOISE = 1e-3
+"""[N] Least noise of a sensor: those for the wrist of a robot have 3 mN and more."""
 SHORTEST_RECORDING = 0.2
 """[s] Duration below which a wrong unit of time is likelier than so short a recording."""
 DENSEST_MATERIAL = 23_000.0
@@ -221,6 +228,24 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
         "force and torque, and the wrench's sign and bias"
     )
     return [warning("com-outside-shape", what, "shape")]
+
+
+def mass_warnings(found: Ingested) -> list[Message]:
+    """A warning of a mass that robots seldom hold: force and torque in a unit that is a
+    thousand times too large or too small fit as well."""
+    fit = found.fit
+    if found.tool is not None or not fit.mass_t > 10.0:
+        return []
+    mass = float(fit.vector[0])
+    if mass > UNUSUALLY_HEAVY:
+        units = "newtons and newton-metres, not mN and mN m"
+    elif mass < UNUSUALLY_LIGHT and found.noise.force < LEAST_NOISE:
+        units = "newtons and newton-metres, not kN and kN m"
+    else:
+        return []
+    told = f"{mass:.3g} kg" if mass > UNUSUALLY_HEAVY else f"{1e3 * mass:.2g} g"
+    what = f"the object would weigh {told}: is the wrench in {units}?"
+    return [warning("mass-unusual", what)]
 
 
 def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:

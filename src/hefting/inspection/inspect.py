@@ -23,7 +23,7 @@ from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.lost_rows import with_time_of_lost_rows
-from hefting.ingest.plausibility import check_wrench, holds_nothing
+from hefting.ingest.plausibility import check_wrench, holds_nothing, mass_warnings
 from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
 from hefting.inspection.facts import (
@@ -142,6 +142,8 @@ def _inspection(
             check_wrench(found, None)
         except InputError as error:
             warnings.append(warning("wrong-unit", _reason(error)))
+        else:
+            warnings += mass_warnings(found)
         if found.doubt is not None:
             warnings = [*found.doubt.without_consequences(warnings)]
     if found is not None:

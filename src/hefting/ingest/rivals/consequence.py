@@ -10,8 +10,8 @@ from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.judge import Judged, judge_one, unexplained_share
-from hefting.ingest.rivals.two_mistakes import judge
+from hefting.ingest.rivals.judge import Judged, unexplained_share
+from hefting.ingest.rivals.two_mistakes import judge, judge_alone
 from hefting.ingest.rivals.vibration import Vibration
 
 Said = TypeVar("Said", bound=str)
@@ -60,6 +60,7 @@ SUPERSEDED = frozenset(
         "many-outliers",
         "mass-moved-by-shape",
         "mass-undetermined",
+        "mass-unusual",
         "misfit",
         "not-identifiable",
         "not-physical",
@@ -125,7 +126,7 @@ def doubt_of(
     mistake does not explain it, two at once are looked for if `pairs`."""
     if case is None:
         return None
-    judged = judge(case) if pairs else judge_one(case)
+    judged = judge(case) if pairs else judge_alone(case)
     if judged.named is not None and not _is_negligible(judged, judged.named):
         message, second = _named(
             judged, judged.named, "object and tool" if with_tool else "it"

@@ -11,7 +11,6 @@ where next to nothing is unexplained, and errors as on data sheets explain that 
 import itertools
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -118,22 +117,9 @@ class Judged:
     """another mistake that is made at once with the one that is named"""
 
 
-_JUDGED: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
-"""Of each case once: two mistakes may be looked for after one."""
-
-
 def judge_one(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise; where
     none is found, beside a filter that makes the wrench as late as it is."""
-    if case not in _JUDGED:
-        found = _judge_or_filtered(case)
-        if found.named is not None:  # an alternative would keep the case alive
-            found = replace(found, named=replace(found.named, alternative=None))
-        _JUDGED[case] = found
-    return _JUDGED[case]
-
-
-def _judge_or_filtered(case: Case) -> Judged:
     found = _judge(case, EXPLANATIONS)
     if found.named is not None or found.given is None or case.offset < SHORTEST_LAG:
         return found

@@ -9,6 +9,7 @@ unexplained as given, of simulated ones next to nothing.
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
@@ -98,10 +99,24 @@ def _is_held(second: Explanation) -> bool:
     return not is_too_heavy(second) and bool(moment < FARTHEST_COM * mass)
 
 
+_ALONE: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
+"""Found once a case: two are looked for after one."""
+
+
+def judge_alone(case: Case) -> Judged:
+    """Look for one mistake."""
+    if case not in _ALONE:
+        found = judge_one(case)
+        if found.named is not None:  # an alternative would keep the case alive
+            found = replace(found, named=replace(found.named, alternative=None))
+        _ALONE[case] = found
+    return _ALONE[case]
+
+
 def judge(case: Case) -> Judged:
     """Look for one mistake, and for two at once where one leaves much that is no
     vibration."""
-    found = judge_one(case)
+    found = judge_alone(case)
     if found.given is None or not _is_worth_a_search(case, found, found.given):
         return found
     pair = _likeliest(case, found.given)
