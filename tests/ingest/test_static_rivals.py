@@ -15,6 +15,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.identification import identify
 from hefting.ingest.ingest import ingest
+from hefting.ingest.rivals import axes_turned, cable, judge
 
 NOISE = np.repeat((0.01, 0.0006), 3)
 """[N, N m] of an average over some seconds."""
@@ -39,17 +40,48 @@ def poses(seed: int, count: int = 24) -> Given:
     return Given(Recording(streams, static=True, source="poses"), body.shape, thing)
 
 
-def made(name: str, strength: str, seed: int) -> Given:
+def made(name: str, strength: str, seed: int, count: int = 24) -> Given:
     """One of the benchmark's mistakes."""
     (mistake,) = (m for m in mistakes() if (m.name, m.strength) == (name, strength))
-    return mistake.make(poses(seed), np.random.default_rng(seed))
+    return mistake.make(poses(seed, count), np.random.default_rng(seed))
 
 
 @pytest.mark.parametrize("seed", range(6))
 def test_right_poses_are_good(seed):
     """Also the fewest in which mistakes are looked for."""
-    for count in (12, 24):
+    for count in (6, 8, 12, 24):
         assert str(identify(poses(seed, count).recording).verdict) == "good"
+
+
+@pytest.mark.parametrize("count", [6, 8, 11])
+@pytest.mark.parametrize(
+    ("name", "strength", "code"),
+    [
+        ("turned about z", "30°", "axes-turned"),
+        ("axis flipped", "fx", "axis-flipped"),
+        ("quaternion order", "w first", "quaternion-order"),
+        ("wrench in base axes", "", "wrench-in-base-axes"),
+        ("base tilted", "15°", "base-tilted"),
+        ("inverse pose", "whole", "pose-inverse"),
+    ],
+)
+def test_a_mistake_is_named_in_few_poses(name, strength, code, count):
+    """Of fewer than twelve none had been looked for: answers were *good* and wrong."""
+    given = made(name, strength, 0, count)
+    doubt = ingest(given.recording).doubt
+    assert doubt is not None
+    assert doubt.message.code == code
+    assert doubt.makes_wrong
+
+
+def test_no_mistake_of_many_unknowns_is_looked_for_in_few_poses(monkeypatch):
+    """Among six to eleven, noise alone would be explained."""
+    looked = []
+    monkeypatch.setattr(judge, "each_of", lambda _, some: looked.extend(some) or some)
+    for count in (11, 12):
+        ingest(made("wrench in base axes", "", 0, count).recording)
+        assert (cable.explain in looked) == (count == 12)
+        assert axes_turned.explain in looked
 
 
 @pytest.mark.parametrize("seed", range(3))

@@ -72,6 +72,19 @@ LARGE_EXPLANATIONS = (
     pose_inverse.explain,
 )
 """Mistakes that leave much unexplained: they are looked for only then."""
+OF_FEW_POSES = (
+    axes_turned.explain,
+    axis_flipped.explain,
+    force_unit.explain,
+    base_tilted.explain,
+    base_axes.explain,
+    bias_wrong.explain,
+    orientation_form.explain,
+    orientation_form.explain_order,
+    orientation_form.explain_composed,
+    pose_inverse.explain,
+)
+"""Mistakes of few unknowns: those that are looked for in a few static poses."""
 BESIDE_ANOTHER = (
     axes_turned.explain,
     lever_arm.explain,

@@ -18,7 +18,12 @@ from hefting.core.progress import each as each_of
 from hefting.core.spatial import Array, Mask, interpolated
 from hefting.ingest.filtering import SHORTEST_LAG, filtered
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
-from hefting.ingest.rivals import EXPLANATIONS, LARGE_EXPLANATIONS, LINEAR_EXPLANATIONS
+from hefting.ingest.rivals import (
+    EXPLANATIONS,
+    LARGE_EXPLANATIONS,
+    LINEAR_EXPLANATIONS,
+    OF_FEW_POSES,
+)
 from hefting.ingest.rivals.cable import pulling_columns
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
 from hefting.ingest.rivals.case import Case
@@ -41,8 +46,8 @@ from hefting.ingest.rivals.explanation import (
 )
 from hefting.ingest.robust_rows import RobustRows
 
-FEWEST_POSES = 12
-"""Fewest static poses on which explanations are compared."""
+FEWEST_POSES, MANY_POSES = 6, 12
+"""Fewest static poses on which explanations are compared: `OF_FEW_POSES`, and all."""
 FEWEST_SAMPLES = 60
 """Fewest averages of the wrench of a moving sensor on which they are."""
 LEAST_CORRELATION = 4.0
@@ -153,6 +158,7 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
     if len(case.time) < fewest:
         return Judged(0.0)
+    few = not case.path.moves and len(case.time) < MANY_POSES
     quick = fit_rows(case, newton_euler(case, case.motion_as_found))
     if not np.isfinite(quick.likelihood[0]):  # the motion is hardly known
         return Judged(0.0)
@@ -169,6 +175,8 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
+    if few:
+        candidates = tuple(each for each in candidates if each in OF_FEW_POSES)
     found = [explain(case) for explain in _promising(case, given, candidates)]
     tried = [each for each in found if each is not None and not is_too_heavy(each)]
     if not tried:

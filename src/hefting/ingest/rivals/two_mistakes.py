@@ -21,6 +21,7 @@ from hefting.ingest.rivals.explanation import Explanation, explained_by_motion
 from hefting.ingest.rivals.judge import (
     CLEAR_EVIDENCE,
     FEWEST_SAMPLES,
+    MANY_POSES,
     Judged,
     cost_of,
     independent_samples,
@@ -137,6 +138,8 @@ def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
     """Whether two mistakes may be told: much is unexplained, by the best one too, and not
     as of a vibration."""
     if found.whole or not found.unexplained > LARGE_UNEXPLAINED:
+        return False
+    if len(case.time) < MANY_POSES:
         return False
     if found.named is not None:
         left = missing(case, found.named.fitted)
