@@ -2,6 +2,8 @@
 are judged by."""
 
 from functools import cache
+from types import ModuleType
+from typing import Any
 
 import numpy as np
 from benchmarks.given import Given, Mistake
@@ -11,6 +13,7 @@ from scipy.signal import lfilter
 from benchmarks import given as benchmark
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest.path import path_of
+from hefting.ingest.rivals import UNDONE
 from hefting.ingest.rivals.case import Case
 
 
@@ -37,6 +40,13 @@ def mistake(name: str, strength: str) -> Mistake:
         if (m.name, m.strength.split(" of ")[0]) == (name, strength)
     )
     return found
+
+
+def undone_of(*files: ModuleType) -> list[tuple[Any, Any]]:
+    """Of the mistakes that are undone where two at once are looked for, those of these
+    files."""
+    names = {file.__name__ for file in files}
+    return [each for each in UNDONE if each[0].__module__ in names]
 
 
 def with_coloured_noise(given: Given, newtons: float) -> Given:

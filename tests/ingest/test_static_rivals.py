@@ -16,6 +16,8 @@ from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.identification import identify
 from hefting.ingest.ingest import ingest
 from hefting.ingest.rivals import axes_turned, cable, judge
+from hefting.logs import read_log
+from recordings import DATA, needs_recordings
 
 NOISE = np.repeat((0.01, 0.0006), 3)
 """[N, N m] of an average over some seconds."""
@@ -51,6 +53,30 @@ def test_right_poses_are_good(seed):
     """Also the fewest in which mistakes are looked for."""
     for count in (6, 8, 12, 24):
         assert str(identify(poses(seed, count).recording).verdict) == "good"
+
+
+@needs_recordings
+def test_few_poses_of_real_sensors_are_good():
+    """Seven of one sensor, each six of these, and some of 24 of another."""
+    rng, six = np.random.default_rng(0), np.arange(7)
+    seven = read_log(DATA / "axia80" / "poses7.csv")
+    kuka = read_log(DATA / "kuka-ati" / "static_poses.csv")
+    some = [(seven, six), *((seven, np.delete(six, left_out)) for left_out in six)]
+    some += [(kuka, rng.choice(24, n, replace=False)) for n in (6, 7, 8, 9, 10, 11)]
+    for log, rows in some:
+        poses, wrench = log["orientation"].values[rows], log["wrench"].values[rows]
+        found = identify(orientation=poses, wrench=wrench)
+        assert str(found.verdict) == "good"
+
+
+@needs_recordings
+def test_a_turn_is_named_in_few_poses_of_a_real_sensor():
+    log = read_log(DATA / "axia80" / "poses7.csv")
+    turn = Rotation.from_euler("x", 20.0, degrees=True).as_matrix()
+    wrench = log["wrench"].values @ np.kron(np.eye(2), turn).T
+    found = identify(orientation=log["orientation"].values, wrench=wrench)
+    assert found.verdict.level == "do not use"
+    assert "axes-turned" in codes(found.verdict.reasons)
 
 
 @pytest.mark.parametrize("count", [6, 8, 11])

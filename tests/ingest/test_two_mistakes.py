@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from given_cases import case_of, correct, mistake
+from given_cases import case_of, correct, mistake, undone_of
 from hefting.core.errors import HeftingError
 from hefting.core.messages import codes
 from hefting.core.spatial import STANDARD_GRAVITY
@@ -79,9 +79,8 @@ def test_both_are_named(names, monkeypatch):
     """Half of the pairs among all that are undone, the others among their own kind and
     those of a wrong sign or unit."""
     if names in BRIEF:
-        own = {"axis_flipped", "force_unit", BRIEF[names].__name__.rpartition(".")[2]}
-        kept = [each for each in UNDONE if each[0].__module__.rpartition(".")[2] in own]
-        monkeypatch.setattr(two_mistakes, "UNDONE", kept)
+        among = undone_of(axis_flipped, force_unit, BRIEF[names])
+        monkeypatch.setattr(two_mistakes, "UNDONE", among)
     doubt = doubt_of(case_with(*names))
     assert doubt is not None
     assert {each.code for each in doubt.messages} == PAIRS[names]

@@ -42,7 +42,6 @@ def choose_part(
 
     `fit` conditions a part of the recording, in which no changes are looked for.
     """
-
     with_tool, changes = tool is not None, found.changes
     case = _case(recording, found, may_be_biased=may_be_biased)
     may_change = changes is not None and not as_given

@@ -22,7 +22,7 @@ UNUSUALLY_LIGHT = 0.01
 """[kg] Mass below which they are, too, where the noise is as small as of a wrench in
 kN."""
 LEAST_NOISE = 1e-3
-"""[N] Least noise of a sensor: those for the wrist of a robot have 3 mN and more."""
+"""[N] Less noise than that of a sensor: one of the finest, ATI's Nano17, resolves 3 mN."""
 SHORTEST_RECORDING = 0.2
 """[s] Duration below which a wrong unit of time is likelier than so short a recording."""
 DENSEST_MATERIAL = 23_000.0
@@ -232,19 +232,22 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
 
 def mass_warnings(found: Ingested) -> list[Message]:
     """A warning of a mass that robots seldom hold: force and torque in a unit that is a
-    thousand times too large or too small fit as well."""
+    thousand times too large or too small fit as well. Beside a tool none is given: what
+    is held with it may weigh next to nothing."""
     fit = found.fit
     if found.tool is not None or not fit.mass_t > 10.0:
         return []
     mass = float(fit.vector[0])
     if mass > UNUSUALLY_HEAVY:
-        units = "newtons and newton-metres, not mN and mN m"
+        told, unit = f"{mass:.3g} kg", "mN"
     elif mass < UNUSUALLY_LIGHT and found.noise.force < LEAST_NOISE:
-        units = "newtons and newton-metres, not kN and kN m"
+        told, unit = f"{1e3 * mass:.2g} g", "kN"
     else:
         return []
-    told = f"{mass:.3g} kg" if mass > UNUSUALLY_HEAVY else f"{1e3 * mass:.2g} g"
-    what = f"the object would weigh {told}: is the wrench in {units}?"
+    what = (
+        f"the object would weigh {told}: is the wrench in newtons and newton-metres, "
+        f"not {unit} and {unit} m?"
+    )
     return [warning("mass-unusual", what)]
 
 

@@ -54,6 +54,9 @@ nothing."""
 CLEAR_EFFECT = 3.0
 """Standard deviations from which on a second mistake is there."""
 
+_ALONE: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
+"""What `judge_alone` found."""
+
 Explain = Callable[[Case], Explanation | None]
 
 
@@ -100,12 +103,8 @@ def _is_held(second: Explanation) -> bool:
     return not is_too_heavy(second) and bool(moment < FARTHEST_COM * mass)
 
 
-_ALONE: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
-"""Found once a case: two are looked for after one."""
-
-
 def judge_alone(case: Case) -> Judged:
-    """Look for one mistake."""
+    """Look for one mistake, once a case."""
     if case not in _ALONE:
         found = judge_one(case)
         if found.named is not None:  # an alternative would keep the case alive
