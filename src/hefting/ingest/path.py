@@ -26,10 +26,12 @@ from hefting.motion.measure import (
     nearest_rows,
     reads_columns,
 )
-from hefting.motion.state import lasting_variances
+from hefting.motion.state import angular_motion
 
 FEWEST_POSES_OF_PATH = 8
 """Fewest orientations from which a motion is smoothed."""
+TIMES_READ_TOGETHER = 4096
+"""Times at which a motion is read at once: what is computed in between stays small."""
 DIFFERENTIATION_STEP = 2e-3
 """[s] Step of the numerical derivatives by time. A motion of 15 Hz advances by 0.19 rad
 of its phase in it."""
@@ -39,6 +41,11 @@ MOTION_COLUMNS = slice(0, 12)
 WORLD_AXES_COLUMNS = slice(12, 21)
 """Columns of a reading that hold the rotation matrix (3, 3) from world to sensor axes,
 by rows."""
+
+
+Read = Callable[[Array, bool], tuple[Array, Array, Mask]]
+"""Function of times (K,), and of whether variances are needed: rows (K, 21) as of
+`Reading.value`, variances (2, K) or zeros, and a mask (K,) of known rows."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -74,10 +81,8 @@ class Path:
     """[s] Start of the motion."""
     last: float
     """[s] End of the motion."""
-    read: Callable[[Array, bool], tuple[Array, Array, Mask]]
-    """Function of times (K,) from `first` to `last`, and of whether variances are
-    needed: rows (K, 21), variances (2, K) or zeros, and a mask (K,) of known rows. It
-    can be pickled."""
+    read: Read
+    """Of times from `first` to `last`. It can be pickled."""
     bandwidth: float
     """[rad/s] Bandwidth of the motion's errors; infinite if it is exact."""
     gravity_measured: bool = False
@@ -204,37 +209,36 @@ def _world_to_sensor_rows(quaternions: Array) -> Array:
 
 
 def _reading_rows(
-    a: Array | None, w: Array, alpha: Array, quaternions: Array
+    a: Array | None, w: Array, alpha: Array, world: Array
 ) -> tuple[Array, Mask]:
     """Rows (K, 21) of a `Reading`, and a mask (K,) of those that are finite.
 
-    The others are zero. Without an acceleration `a` the motion columns are zero, so
-    that only gravity is modelled.
+    From vectors (3, K) in sensor axes, and the rotation (3, 3, K) to them from world
+    axes. Rows that are not finite are zero. Without an acceleration `a` the motion
+    columns are zero, so that only gravity is modelled.
     """
-    rows = np.zeros((len(w), 21))
-    rows[:, WORLD_AXES_COLUMNS] = _world_to_sensor_rows(quaternions)
+    columns = np.zeros((21, world.shape[2]))
+    columns[WORLD_AXES_COLUMNS] = world.reshape(9, -1)
     if a is not None:
-        rows[:, 0:3] = a
-        rows[:, 3:6] = alpha
-        rows[:, 6:12] = w[:, TENSOR_ROWS] * w[:, TENSOR_COLUMNS]
-    finite = np.isfinite(rows if a is not None else np.hstack((rows, alpha)))
-    if finite.all():  # faster than row by row
-        return rows, np.ones(len(rows), dtype=bool)
-    known = np.asarray(finite.all(axis=1))
-    rows[~known] = 0.0
-    return rows, known
+        columns[0:3] = a
+        columns[3:6] = alpha
+        np.multiply(w[TENSOR_ROWS], w[TENSOR_COLUMNS], out=columns[6:12])
+    finite = np.isfinite(columns if a is not None else np.vstack((columns, alpha)))
+    known = np.asarray(finite.all(axis=0))
+    columns[:, ~known] = 0.0
+    return np.ascontiguousarray(columns.T), known
 
 
 def _pose_path(curves: Curves) -> Path:
     """Path of poses; of an orientation alone only gravity is modelled."""
     poses = curves.alone
     kind = "orientation" if poses.position is None else "smooth"
-    read = partial(_read_poses, poses)
+    read = partial(_read_in_pieces, partial(_read_poses, poses))
     return Path(kind, poses.first, poses.last, read, poses.bandwidth, curves=curves)
 
 
 def _read_scaled(
-    read: Callable[[Array, bool], tuple[Array, Array, Mask]],
+    read: Read,
     linear: float,
     angular: float,
     time: Array,
@@ -246,19 +250,38 @@ def _read_scaled(
     return value * factors, variances * np.square([[linear], [angular]]), known
 
 
+def _read_in_pieces(read: Read, time: Array, spread: bool) -> tuple[Array, Array, Mask]:
+    if len(time) <= TIMES_READ_TOGETHER:
+        return read(time, spread)
+    K = len(time)
+    rows, variances, known = np.empty((K, 21)), np.empty((2, K)), np.empty(K, bool)
+    for first in range(0, K, TIMES_READ_TOGETHER):
+        part = slice(first, first + TIMES_READ_TOGETHER)
+        rows[part], variances[:, part], known[part] = read(time[part], spread)
+    return rows, variances, known
+
+
 def _read_poses(
     poses: SmoothedPoses, time: Array, spread: bool
 ) -> tuple[Array, Array, Mask]:
-    spread = spread and poses.position is not None
-    m = poses.at(time, spread)
-    rows, known = _reading_rows(
-        m.linear_acceleration,
-        m.angular_velocity,
-        m.angular_acceleration,
-        m.orientation,
-    )
-    variances = lasting_variances(m) if spread else np.zeros((2, len(time)))
+    w, alpha, world = _read_orientation(poses, time)
+    a, variances = None, np.zeros((2, len(time)))
+    if poses.position is not None:
+        (acceleration,) = poses.position.derivatives(time, (2,))
+        a = np.einsum("ijk,jk->ik", world, acceleration)
+        if spread:
+            variances = poses.lasting_variances(time)
+    rows, known = _reading_rows(a, w, alpha, world)
     return rows, np.where(known, variances, 0.0), known
+
+
+def _read_orientation(poses: SmoothedPoses, time: Array) -> tuple[Array, Array, Array]:
+    """Angular velocity and acceleration (3, K) in sensor axes, and the rotation
+    (3, 3, K) to them from world axes."""
+    q, dq, ddq = poses.orientation.derivatives(time, (0, 1, 2))
+    w, alpha = angular_motion(q, dq, ddq)
+    q = q / np.sqrt(np.einsum("jk,jk->k", q, q))
+    return w, alpha, rotation_matrices(q.T).transpose(2, 1, 0)
 
 
 def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
@@ -271,11 +294,12 @@ def _accelerometer_path(curves: Curves, accelerometer: Stream) -> Path:
     )
     first = max(poses.first, accelerometer.time[0])
     last = min(poses.last, accelerometer.time[-1])
+    read = partial(_read_specific_force, poses, accelerometer, accelerometer_std)
     return Path(
         "accelerometer",
         first,
         last,
-        partial(_read_specific_force, poses, accelerometer, accelerometer_std),
+        partial(_read_in_pieces, read),
         poses.orientation.smoothness.bandwidth,
         True,
         curves,
@@ -289,12 +313,11 @@ def _read_specific_force(
     time: Array,
     spread: bool,
 ) -> tuple[Array, Array, Mask]:
-    m = poses.at(time, spread)
     f = interpolated(time, accelerometer.time, accelerometer.values)
-    rows, known = _reading_rows(
-        f, m.angular_velocity, m.angular_acceleration, m.orientation
-    )
-    variances = lasting_variances(m)
+    rows, known = _reading_rows(f.T, *_read_orientation(poses, time))
+    variances = np.zeros((2, len(time)))
+    if spread:
+        variances = poses.lasting_variances(time)
     variances[0] = accelerometer_std**2
     return rows, np.where(known, variances, 0.0), known
 
@@ -325,7 +348,7 @@ def _read_columns(
 ) -> tuple[Array, Array, Mask]:
     q = turn(time)
     q = q / np.linalg.norm(q, axis=1, keepdims=True)
-    world = _world_to_sensor_rows(q).reshape(-1, 3, 3)
-    a, w, alpha = (np.einsum("kij,kj->ki", world, curve(time)) for curve in curves)
-    rows, known = _reading_rows(a, w, alpha, q)
+    world = rotation_matrices(q).transpose(2, 1, 0)
+    a, w, alpha = (np.einsum("ijk,kj->ik", world, curve(time)) for curve in curves)
+    rows, known = _reading_rows(a, w, alpha, world)
     return rows, np.zeros((2, len(time))), known

@@ -202,43 +202,62 @@ class Curve:
         Outside the segments the values are NaN and the deviations infinite. If `spread`
         is False the deviations, which take as long as the values, are zero inside.
         """
-        out = np.empty((3, self.coefficients.shape[1], len(at)))
-        std = np.zeros((3, len(at)))
-        columns = np.ascontiguousarray(self.coefficients.T)
+        values = self.derivatives(at, (0, 1, 2))
+        known = np.where(np.isnan(values[0, 0]), np.inf, np.zeros((3, 1)))
+        std = self.deviations(at) if spread else known
+        return (*np.swapaxes(values, 1, 2), *std)
+
+    def derivatives(self, at: Array, orders: tuple[int, ...]) -> Array:
+        """(n, d, L) derivatives of n orders at times (L,) [s]; NaN outside the
+        segments."""
+        out = np.empty((len(orders), self.coefficients.shape[1], len(at)))
         for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
             part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
             index, u, covered = self.knots.locate(at[part])
-            neighbours = columns.take(index + np.arange(SUPPORT)[:, None], axis=1)
-            rows = [basis(u, k) / self.knots.h**k for k in range(3)]
-            for k in range(3):
-                np.einsum("jl,djl->dl", rows[k], neighbours, out=out[k, :, part])
-            out[:, :, part][:, :, ~covered] = np.nan
-            if spread:
-                std[:2, part] = np.sqrt(self._variances(index, rows))
-                std[2, part] = self._jump_spread(index, u, neighbours)
+            neighbours = self._neighbours(index)
+            for k, order in enumerate(orders):
+                rows = basis(u, order) / self.knots.h**order
+                np.einsum("jl,djl->dl", rows, neighbours, out=out[k, :, part])
+            if not covered.all():
+                out[:, :, part][:, :, ~covered] = np.nan
+        return out
+
+    def deviations(self, at: Array) -> Array:
+        """(3, L) standard deviations of the first and the second derivative at times
+        (L,) [s], and the one that jumps add to the second; infinite outside the
+        segments."""
+        std = np.empty((3, len(at)))
+        for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
+            part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
+            index, u, covered = self.knots.locate(at[part])
+            std[:2, part] = np.sqrt(self._variances(index, u))
+            std[2, part] = self._jump_spread(index, u)
             std[:, part][:, ~covered] = np.inf
-        return (*np.swapaxes(out, 1, 2), *std)
+        return std
 
-    def _jump_spread(self, index: Integers, u: Array, neighbours: Array) -> Array:
+    def _neighbours(self, index: Integers) -> Array:
+        """(d, 6, L) coefficients in effect, by the index (L,) of the first of them."""
+        return self._columns.take(index + np.arange(SUPPORT)[:, None], axis=1)
+
+    @cached_property
+    def _columns(self) -> Array:
+        """(d, n) coefficients."""
+        return np.ascontiguousarray(self.coefficients.T)
+
+    def _jump_spread(self, index: Integers, u: Array) -> Array:
         """(L,) standard deviation that jumps add to the second derivative of one
-        component; zero where the penalty does not vary.
-
-        `neighbours` (d, 6, L) are the coefficients in effect at each time.
-        """
+        component; zero where the penalty does not vary."""
         if self.local is None:
             return np.zeros(len(index))
         rows = basis(u, 3) / self.knots.h**3
-        third = np.einsum("jl,djl->dl", rows, neighbours)
+        third = np.einsum("jl,djl->dl", rows, self._neighbours(index))
         jump_time = self.local.jump_time[index + SUPPORT // 2 - 1]
         return jump_time * np.sqrt(np.sum(third**2, axis=0) / 3.0)
 
-    def _variances(self, index: Integers, rows: list[Array]) -> Array:
-        """(2, L) variances of the first and the second derivative.
-
-        `rows` holds the basis functions (6, L) and their first two derivatives.
-        """
+    def _variances(self, index: Integers, u: Array) -> Array:
+        """(2, L) variances of the first and the second derivative."""
         variances = np.zeros((2, len(index)))
-        both = np.stack(rows[1:])
+        both = np.stack([basis(u, k) / self.knots.h**k for k in (1, 2)])
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
                 covariance = self.covariance[b - a].take(index + a)

@@ -59,6 +59,17 @@ class SmoothedPoses:
         )
         return motion_from_pieces(at, pieces)
 
+    def lasting_variances(self, time: Array) -> Array:
+        """(2, L) error variances of linear and angular acceleration along one axis at
+        times (L,) [s], without those at jumps: those of
+        `hefting.motion.state.lasting_variances`."""
+        curves = (self.position, self.orientation)
+        linear, angular = (
+            np.zeros(len(time)) if each is None else np.square(each.deviations(time)[1])
+            for each in curves
+        )
+        return np.stack((linear, 4.0 * angular))
+
     def covers(self, time: Array) -> Mask:
         """(L,) times [s] at which the motion is known: inside, and in no long gap."""
         inside = (time >= self.first) & (time <= self.last)

@@ -21,6 +21,9 @@ from hefting.core.spatial import (
     rotation_matrices,
 )
 
+NEXT, LAST = np.array((1, 2, 0)), np.array((2, 0, 1))
+"""Indices of the next axis, and of the one after it."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -191,18 +194,12 @@ def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
                 length, and (K,) standard deviations of one component
     Both may end with the standard deviation (K,) that jumps add to that of ddp or ddq.
 
-    With q of any length, w = 2 Im(q* dq)/|q|² and, by differentiation,
-    alpha = 2 Im(q* ddq)/|q|² - 2 (q.dq) w/|q|².
     A component's error counts twice because a rotation by theta moves q by theta/2.
     """
     q, dq, ddq, dq_std, ddq_std, *q_jump = quaternion
     q_jump_std = q_jump[0] if q_jump else None
-    square = np.sum(q * q, axis=1, keepdims=True)
-    product = _conjugate_product(q)
-    w = 2.0 * np.einsum("kij,kj->ki", product, dq) / square
-    alpha = 2.0 * np.einsum("kij,kj->ki", product, ddq) / square
-    alpha -= 2.0 * np.sum(q * dq, axis=1, keepdims=True) / square * w
-    q = q / np.sqrt(square)
+    w, alpha = (x.T for x in angular_motion(q.T, dq.T, ddq.T))
+    q = q / np.sqrt(np.einsum("kj,kj->k", q, q))[:, None]
     linear = {}
     if position is not None:
         p, dp, ddp, ddp_std, *p_jump = position
@@ -233,9 +230,21 @@ def _with_jumps(std: Array, jump_std: Array | None) -> Array:
     return std if jump_std is None else np.hypot(std, jump_std)
 
 
-def _conjugate_product(q):
-    """(K, 3, 4): vector part of q* r as a matrix times r, for (K, 4) quaternions
-    xyzw."""
-    x, y, z, s = q.T
-    rows = ((s, z, -y, -x), (-z, s, x, -y), (y, -x, s, -z))
-    return np.moveaxis(np.array(rows), 2, 0)
+def angular_motion(q: Array, dq: Array, ddq: Array) -> tuple[Array, Array]:
+    """Angular velocity and acceleration (3, K) in sensor axes, of a quaternion (4, K)
+    xyzw of any length and its derivatives: w = 2 Im(q* dq)/|q|² and, by differentiation,
+    alpha = 2 Im(q* ddq)/|q|² - 2 (q.dq) w/|q|²."""
+    inverse = q * (2.0 / np.einsum("jk,jk->k", q, q))
+    w, alpha = _vector_part(inverse, dq), _vector_part(inverse, ddq)
+    alpha -= np.einsum("jk,jk->k", inverse, dq) * w
+    return w, alpha
+
+
+def _vector_part(q: Array, r: Array) -> Array:
+    """(3, K) vector part of q* r, of quaternions (4, K) xyzw."""
+    v, u = q[:3], r[:3]
+    part = q[3] * u
+    part -= v * r[3]
+    part -= v[NEXT] * u[LAST]
+    part += v[LAST] * u[NEXT]
+    return part
