@@ -113,10 +113,8 @@ def test_a_trifle_is_not_odd_however_small_the_noise():
 def test_of_fewer_poses_it_is_said_that_none_is_looked_for():
     turns, wrench = poses(1, FEWEST_POSES - 1)
     found = identified(turns, wrench)
-    told = [each for each in found.warnings if each.code == "too-few-samples"]
-    assert [str(each) for each in told] == [
-        "too few poses to tell whether one of them is odd: none left out"
-    ]
+    told = "too few poses to tell whether one of them is odd: none left out"
+    assert told in [str(each) for each in found.warnings]
 
 
 def test_inspect_tells_it_too():
