@@ -349,6 +349,8 @@ def test_usage_errors(run, folder):
     for box in (("--box", "100,450,150"), ("--shape", "box:0,100,0,450,0,150")):
         assert refused(run("identify", folder / "log.csv", *box), "give it in metres")
     assert refused(run("identify", folder / "log.csv", "--bias", "tare:1"), "tare")
+    backwards = run("identify", folder / "log.csv", "--bias", "tare:2,1")
+    assert refused(backwards, "--bias", "ends before it begins")
     assert refused(run("identify", folder / "log.csv", "--wrench", "up"), "on-sensor")
     assert refused(run("identify", folder / "log.csv", "--motion", "up"), "smooth")
     assert refused(run("identify", folder / "log.csv", "--shape", ""), "shape")
