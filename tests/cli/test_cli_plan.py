@@ -251,7 +251,10 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         ((*TORQUES, "--stop-and-go"), ("joints at rest tell nothing by torques",)),
         ((*TORQUES, "--torque-noise", "0.1,0.1"), ("of all or of 6 joints",)),
         ((*TORQUES, "--torque-noise", "0"), ("not positive",)),
-        ((*TORQUES, "--torque-noise", "x"), ("--torque-noise", "is not a finite number")),
+        (
+            (*TORQUES, "--torque-noise", "x"),
+            ("--torque-noise", "is not a finite number"),
+        ),
     ],
 )
 def test_what_cannot_be_is_one_line(run, arm, given, said):
