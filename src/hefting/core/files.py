@@ -100,10 +100,9 @@ def read_xml(path: str | Path) -> bytes:
     try:
         with open(path, "rb") as stream:
             data = stream.read(MAX_XML + 1)
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
-    except ValueError as error:  # a null byte in the path
-        raise InputError(f"cannot be read ({error})", where=path) from error
+    except (OSError, ValueError) as error:  # a null byte in the path
+        why = getattr(error, "strerror", error)
+        raise InputError(f"cannot be read ({why})", where=path) from error
     if len(data) > MAX_XML:
         raise InputError(f"is larger than {MAX_XML // 2**20} MiB", where=path)
     try:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,10 @@ from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
 from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
+
+HOW_POSES_ARE_GIVEN = (
+    "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix"
+)
 
 
 def load_shape(
@@ -153,7 +158,7 @@ def parse_pose(source: str | Path) -> Array:
     try:
         numbers = [float(number) for number in text.split(",")]
     except ValueError:
-        numbers = _json_numbers(Path(text))
+        numbers = _json_numbers(text)
     try:
         array = np.asarray(numbers, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -167,27 +172,10 @@ def parse_pose(source: str | Path) -> Array:
             return check_pose(array)
     except InputError as error:
         raise InputError(error.what, text, error.fix) from None
-    raise InputError(
-        "not a pose",
-        text,
-        "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix",
-    )
+    raise InputError("not a pose", text, HOW_POSES_ARE_GIVEN)
 
 
-def _json_numbers(path: Path):
-    try:
-        if not path.is_file():
-            raise InputError(
-                "neither seven numbers nor a file",
-                path,
-                "give x,y,z,qx,qy,qz,qw or a JSON file",
-            )
-        if path.stat().st_size > 100_000:
-            raise InputError(
-                "too large for a pose", path, "give a JSON file with a 4 x 4 matrix"
-            )
-    except OSError as error:
-        raise InputError(
-            "not a readable JSON file", path, "write a 4 x 4 matrix or seven numbers"
-        ) from error
-    return read_json(path)
+def _json_numbers(path: str) -> Any:
+    if not isfile(path):
+        raise InputError("neither seven numbers nor a file", path, HOW_POSES_ARE_GIVEN)
+    return read_json(path, HOW_POSES_ARE_GIVEN)
