@@ -107,7 +107,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     fault.add_argument(
         "--drift",
         metavar="N|FX,FY,FZ,TX,TY,TZ",
-        help="of the bias over the recording; as for --bias",
+        help="of the bias over the recording",
     )
     fault.add_argument(
         "--drift-kind",

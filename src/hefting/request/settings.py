@@ -187,7 +187,7 @@ def shape_of(a: Any) -> "Shape | None":
 def pose_of(text: str | None) -> "Array | None":
     """A pose (4, 4) that was given [m], if one was. `InputError` as
     `hefting.parse_pose`."""
-    if not text:
+    if text is None:
         return None
     from hefting.shapes import parse_pose
 

@@ -145,9 +145,8 @@ def parse_pose(source: str | Path) -> Array:
     """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw``, from
     ``x,y,z`` where nothing is turned, or from a JSON file.
 
-    The file holds a 4 x 4 matrix, or the seven or three numbers as a list. Raises
-    `InputError` unless the quaternion has unit norm within 1e-3, or the matrix is a
-    proper rigid motion.
+    The file holds a 4 x 4 matrix or a list of those numbers. Raises `InputError`
+    unless the quaternion has unit norm within 1e-3 or the matrix is a rigid motion.
 
     Examples
     --------

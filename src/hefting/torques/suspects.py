@@ -336,8 +336,8 @@ class Suspects:
         return np.stack(each, axis=-1) / (2.0 * ANGLE)
 
     def _parts(self, i: int) -> Iterator[Suspect]:
-        """Another object in run `i`, between any two of `PARTS` + 1 evenly spaced
-        instants; in the whole run only where there are several loaded ones."""
+        """Another object in any stretch of whole parts of run `i`; in all of it only
+        beside another loaded run."""
         time = self.parts[i].samples.time
         edges = np.linspace(0, len(time), PARTS + 1).astype(int)
         Y = self.parts[i].columns[..., -PAYLOAD - 1 : -1]
