@@ -23,7 +23,6 @@ from hefting.ingest.rivals import (
     LARGE_EXPLANATIONS,
     LINEAR_EXPLANATIONS,
     OF_FEW_POSES,
-    wrench_filtered,
 )
 from hefting.ingest.rivals.cable import pulling_columns
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
@@ -125,21 +124,12 @@ class Judged:
 
 def judge_one(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise; where
-    none is found, beside a filter that makes the wrench as late as it is. A filter is
-    compared with such a one where that is likelier, as the answer will be corrected."""
+    none is found, beside a filter that makes the wrench as late as it is."""
     found = _judge(case, EXPLANATIONS)
-    is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
-    if found.given is None or case.offset < SHORTEST_LAG:
-        return found
-    if found.named is not None and not is_filtered:
+    if found.named is not None or found.given is None or case.offset < SHORTEST_LAG:
         return found
     slow = _as_filtered(case)
-    if slow is None:
-        return found
-    if is_filtered:
-        given = max((found.given, as_given(slow)), key=lambda each: each.likelihood)
-        return replace(found, given=given)
-    named = _judge(slow, ()).named
+    named = None if slow is None else _judge(slow, ()).named
     if named is None or not _is_told(case, found.given, named):
         return found
     certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
