@@ -344,6 +344,8 @@ class Suspects:
         return np.stack(each, axis=-1) / (2.0 * ANGLE)
 
     def _parts(self, i: int) -> Iterator[Suspect]:
+        """Another object in any stretch of whole parts of run `i`; in all of it only
+        beside another loaded run."""
         time = self.parts[i].samples.time
         edges = np.linspace(0, len(time), PARTS + 1).astype(int)
         Y = self.parts[i].columns[..., -PAYLOAD - 1 : -1]
