@@ -10,6 +10,7 @@ from hefting.core.measurements import MotionNoise, Noise
 from hefting.estimators import OLS, Bayes
 from hefting.estimators.joint_state import motion_record
 from hefting.estimators.sample_state import SampleState
+from hefting.simulation import UR5, hammer, trapezoids, wield
 
 
 def record(z):
@@ -67,6 +68,36 @@ def test_nothing_is_found_in_motion_rounding_and_noise_of_another_colour(kind):
     if kind == "shuffled":
         z = z[rng.permutation(K)]
     assert record(z).found_motion_noise is None
+
+
+@pytest.mark.parametrize("rate", [100.0, 500.0])
+@pytest.mark.parametrize(("speed", "acceleration"), [(0.6, 1.2), (1.5, 4.0)])
+def test_jumps_at_the_corners_of_trapezoids_are_no_noise(rate, speed, acceleration):
+    """But noise beside them is found: jumps that are a part of the differences' square
+    may make it a third larger. Bayes had taken the jumps for noise of the motion, and its
+    inertia was up to seven times as far off."""
+    moves = trapezoids(12.0, rate, speed, acceleration, seed=3)
+    z = wield(UR5.motion(moves), hammer().parameters)
+    assert record(z).found_motion_noise is None
+    said = replace(z, motion_noise=MotionNoise(0.0, 0.0))
+    found, exactly = (Bayes().fit(each).inertia for each in (z, said))
+    np.testing.assert_allclose(found, exactly)
+    rng = np.random.default_rng(4)
+    moved = z.linear_acceleration.std(axis=0).mean()
+    level = 0.3 * moved
+    noise = level * rng.normal(size=z.linear_acceleration.shape)
+    shaken = replace(z, linear_acceleration=z.linear_acceleration + noise)
+    both = record(
+        replace(
+            shaken,
+            angular_acceleration=z.angular_acceleration
+            + 0.3
+            * z.angular_acceleration.std(axis=0).mean()
+            * rng.normal(size=noise.shape),
+        )
+    ).found_motion_noise
+    assert both is not None
+    assert both.linear == pytest.approx(level, rel=0.33)
 
 
 def test_what_is_said_is_not_looked_for():

@@ -39,7 +39,10 @@ LARGEST_SHARE = 0.5
 """Share of the accelerations' variance above which what looks like noise may be the
 motion itself, of samples that do not follow one another in time."""
 
-NO_ROUGHNESS = np.zeros((5, 7))
+LARGEST_KURTOSIS = 9.0
+"""Kurtosis of the differences, 3 of Gaussian noise, above which they are of accelerations
+that jump, as at the corners of trapezoids."""
+NO_ROUGHNESS = np.zeros((6, 7))
 """`roughness` of no samples."""
 
 
@@ -49,10 +52,11 @@ def roughness(blocks: Array) -> Array:
     Returns
     -------
     Array
-        (5, 7) The number, and squares by axis of the linear [m²/s⁴] and angular
+        (6, 7) The number, and squares by axis of the linear [m²/s⁴] and angular
         [rad²/s⁴] accelerations: of fourth differences, third ones, changes between
-        pairs, and the samples themselves; last, their number and plain sums.
-        Differences are scaled so that white noise keeps its variance.
+        pairs, and the samples themselves; then their number and plain sums; last, that
+        of fourth differences and their fourth powers. Differences are scaled so that
+        white noise keeps its variance.
     """
     # samples that are left out are no neighbours
     blocks = blocks[blocks[:, :, ONE].all(axis=1)]
@@ -65,15 +69,16 @@ def roughness(blocks: Array) -> Array:
         row[0] = each.shape[0] * each.shape[1]
         row[1:] = np.einsum("bki,bki->i", each, each)
     sums[4, 0], sums[4, 1:] = sums[3, 0], x.sum(axis=(0, 1))
+    sums[5, 0], sums[5, 1:] = sums[0, 0], (scaled[0] ** 4).sum(axis=(0, 1))
     return sums
 
 
 def white_noise_of(sums: Array) -> MotionNoise | None:
-    """White noise of the accelerations by their `roughness` (5, 7).
+    """White noise of the accelerations by their `roughness` (6, 7).
 
-    None where none is found, where it would be most of what is there or is along some
-    axes only, or where the noise of either kind of acceleration is of another colour:
-    intervals that allow for the other kind alone are too narrow.
+    None where none is found, where it would be most of what is there, is along some axes
+    only or comes in jumps, or where the noise of either kind of acceleration is of
+    another colour: intervals that allow for the other kind alone are too narrow.
     """
     if sums[:, 0].min() < FEWEST_DIFFERENCES:
         return None
@@ -85,8 +90,11 @@ def white_noise_of(sums: Array) -> MotionNoise | None:
     noisy = (np.abs((third / fourth) ** 0.5 - 1.0) < LARGEST_LEVEL_DIFFERENCE) & (
         fourth > ROUNDING**2 * whole
     )
+    fourth_powers = mean[5].reshape(2, 3).mean(axis=1)
+    kurtosis = fourth_powers / np.maximum(np.square(axes[0]).mean(axis=1), 1e-300)
     unclear = (
-        (pairs < SMALLEST_PAIR_CHANGE * fourth)
+        (kurtosis > LARGEST_KURTOSIS)
+        | (pairs < SMALLEST_PAIR_CHANGE * fourth)
         | (fourth > LARGEST_SHARE * whole)
         | (fourth > LARGEST_RATIO_OF_AXES * axes[0].min(axis=1))
     )

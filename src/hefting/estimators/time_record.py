@@ -138,7 +138,7 @@ class TimeRecord:
     known: 1, squared errors of linear [m²/s⁴] and of angular [rad²/s⁴] acceleration,
     the time for which those errors last [s]"""
     rough: Array = field(default_factory=NO_ROUGHNESS.copy)
-    """(5, 7) `hefting.estimators.raw_motion.roughness` of samples that came while
+    """(6, 7) `hefting.estimators.raw_motion.roughness` of samples that came while
     nothing was said of their motion's noise"""
 
     def fold(self, x: Array, weights: Array | None, noise: MotionNoise | None) -> Self:
