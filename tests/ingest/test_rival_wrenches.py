@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.constants
 from benchmarks.mistaken_wrenches import (
+    RATE,
     compensated,
     gains,
     mapped,
@@ -129,6 +130,22 @@ def test_a_low_pass_filter_is_that_of_scipy(order):
     b, a = butter(order, 2.0, fs=100.0)
     found = wrench_filtered.low_passed(Signal(values, 100.0), order, 2.0)
     assert np.abs(found - lfilter(b, a, values, axis=0)).max() < 0.01
+
+
+@pytest.mark.parametrize("seconds", [0.05, 0.08, 0.15])
+def test_a_filter_is_no_liquid_and_is_corrected_whatever_noise_is_behind_it(seconds):
+    """A filter of first order, between the bandwidths that are tried: its whole lag is
+    the clock offset that was found. Noise of amplifiers and digits is behind it. The
+    answer is corrected for such a filter, so that it makes nothing wrong."""
+    given = correct(0)
+    load = given.wrench_of(given.truth.vector)
+    part = 1.0 / (1.0 + seconds * RATE)
+    late = lfilter([part], [1.0, part - 1.0], load - load[0], axis=0) + load[0]
+    late_given = given.wrench(lambda _, w: w + late - load)
+    found = condition(late_given.recording, STANDARD_GRAVITY, changes=False)
+    doubt = doubt_of(case_of(late_given, found.offset))
+    assert doubt is not None
+    assert (doubt.message.code, doubt.is_fatal) == ("wrench-filtered", False)
 
 
 @pytest.mark.parametrize(

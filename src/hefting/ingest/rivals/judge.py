@@ -23,6 +23,7 @@ from hefting.ingest.rivals import (
     LARGE_EXPLANATIONS,
     LINEAR_EXPLANATIONS,
     OF_FEW_POSES,
+    wrench_filtered,
 )
 from hefting.ingest.rivals.cable import pulling_columns
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
@@ -124,12 +125,21 @@ class Judged:
 
 def judge_one(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise; where
-    none is found, beside a filter that makes the wrench as late as it is."""
+    none is found, beside a filter that makes the wrench as late as it is. A filter is
+    compared with such a one where that is likelier, as the answer will be corrected."""
     found = _judge(case, EXPLANATIONS)
-    if found.named is not None or found.given is None or case.offset < SHORTEST_LAG:
+    is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
+    if found.given is None or case.offset < SHORTEST_LAG:
+        return found
+    if found.named is not None and not is_filtered:
         return found
     slow = _as_filtered(case)
-    named = None if slow is None else _judge(slow, ()).named
+    if slow is None:
+        return found
+    if is_filtered:
+        given = max((found.given, as_given(slow)), key=lambda each: each.likelihood)
+        return replace(found, given=given)
+    named = _judge(slow, ()).named
     if named is None or not _is_told(case, found.given, named):
         return found
     certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
