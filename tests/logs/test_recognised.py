@@ -121,6 +121,10 @@ NAMES = {
         f"time {FRANKA} {numbered('O_F_ext_hat_K_')}",
         (TIME, BY_COLUMNS, IN_BASE),
     ),
+    "a matrix of any name": (
+        f"time {FRANKA.replace('O_T_EE', 'T_base_flange')} {numbered('ft_')}",
+        (TIME, BY_COLUMNS, WRENCH),
+    ),
     "KUKA Sunrise": (
         "timestamp_ms pose.x pose.y pose.z pose.alphaRad pose.betaRad pose.gammaRad"
         " force.x force.y force.z torque.x torque.y torque.z",
