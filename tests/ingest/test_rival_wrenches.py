@@ -194,6 +194,23 @@ def test_a_payload_that_is_taken_away_is_no_unit_of_time(share, code):
     assert f"{share:.0%}".replace("%", " %") in doubt.message
 
 
+@pytest.mark.parametrize("factor", [1.25, 1.5])
+def test_time_that_runs_a_little_fast_is_said_beside_a_payload(factor):
+    """As of 125 Hz taken for 100 Hz; accelerations are then weaker by its square."""
+    given = correct(1)
+    streams = {
+        name: replace(stream, time=factor * stream.time)
+        for name, stream in given.recording.streams.items()
+    }
+    recording = replace(given.recording, streams=streams)
+    doubt = doubt_of(case_of(replace(given, recording=recording)))
+    assert doubt is not None
+    assert doubt.message.code == "wrench-compensated"
+    found = re.search(r"or time runs ([\d.]+) times too fast", doubt.message)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(factor, rel=0.02)
+
+
 @pytest.mark.parametrize(
     ("share", "code"),
     [
