@@ -15,8 +15,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hefting.core.progress import each as each_of
-from hefting.core.spatial import Array, Mask, interpolated
-from hefting.ingest.filtering import SHORTEST_LAG, filtered
+from hefting.core.spatial import Array
+from hefting.ingest.filtering import SHORTEST_LAG
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import (
     EXPLANATIONS,
@@ -133,7 +133,7 @@ def judge_one(case: Case) -> Judged:
         return found
     if found.named is not None and not is_filtered:
         return found
-    slow = _as_filtered(case)
+    slow = wrench_filtered.as_filtered(case)
     if slow is None:
         return found
     if is_filtered:
@@ -144,22 +144,6 @@ def judge_one(case: Case) -> Judged:
         return found
     certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
     return replace(found, named=named, certain=certain)
-
-
-def _as_filtered(case: Case) -> Case | None:
-    """The case with its motion through a filter of the wrench's lag; None where it is too
-    long for that."""
-    lag, path = case.offset, case.path
-    step = max(0.1 * lag, 5e-5 * (path.last - path.first))
-    grid = np.arange(path.first, path.last, step)
-    value = filtered(grid, path.read(grid, False)[0], lag)
-    if value is None:
-        return None
-
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        return interpolated(time, grid, value), *path.read(time, spread)[1:]
-
-    return replace(case, path=replace(path, read=read))
 
 
 def _judge(case: Case, candidates: Candidates) -> Judged:

@@ -1,9 +1,11 @@
 """The wrench was low-pass filtered: its fast part is weaker, and late."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from hefting.core.spatial import Array
-from hefting.ingest.filtering import Complex, Signal
+from hefting.core.spatial import Array, Mask, interpolated
+from hefting.ingest.filtering import Complex, Signal, filtered
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
@@ -49,6 +51,22 @@ def explain(case: Case) -> Explanation | None:
     )
     fix = "record it unfiltered, or move slower"
     return Explanation(CODE, what, fix, fitted, 1, of_many_laws=True)
+
+
+def as_filtered(case: Case) -> Case | None:
+    """The case with its motion through a filter of the wrench's lag; None where it is too
+    long for that."""
+    lag, path = case.offset, case.path
+    step = max(0.1 * lag, 5e-5 * (path.last - path.first))
+    grid = np.arange(path.first, path.last, step)
+    value = filtered(grid, path.read(grid, False)[0], lag)
+    if value is None:
+        return None
+
+    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
+        return interpolated(time, grid, value), *path.read(time, spread)[1:]
+
+    return replace(case, path=replace(path, read=read))
 
 
 def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
