@@ -2,7 +2,7 @@
 delay, or through a low-pass filter.
 
 A simulated UR5 holds a hammer in smooth motion, in quick and in slow moves with rests
-between; each recording is identified in parts of 6, 9 and 20 s. A minute for eight
+between; each recording is identified in parts of 6, 9 and 20 s. A few minutes for eight
 seeds.
 """
 

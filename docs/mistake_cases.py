@@ -269,10 +269,10 @@ CASES = {
         Case(
             "None of these",
             "unexplained",
-            ("sloshing", "30%"),
+            ("a hand on the object", "1 N"),
             "More is left of the wrench than noise, and no mistake that is looked for "
-            "explains it. The answer is doubted, or not to be used.",
-            seed=4,
+            "explains it: here a hand stays on the object. The answer is doubted, or not "
+            "to be used.",
         ),
     ),
 }

@@ -13,6 +13,7 @@ from benchmarks.given import Given, Mistake, correct
 from benchmarks.mistaken import mistakes
 from matplotlib.figure import Figure
 from PIL import Image
+from scipy.interpolate import make_interp_spline
 
 import hefting
 from hefting.cli import render
@@ -40,12 +41,28 @@ def warming_up(given: Given, rng: np.random.Generator) -> Given:
     return replace(given, recording=given.recording.slice(first, 6.0))
 
 
-WARMING = Mistake("warming up", "6 s", warming_up, frozenset({"drift-in-short"}))
+def hand_on_object(given: Given, rng: np.random.Generator) -> Given:
+    """A force and a torque that change at random, by 1 N and 0.05 N m each 0.3 s."""
+    size = np.repeat((1.0, 0.05), 3)
+
+    def pushed(t: np.ndarray, wrench: np.ndarray) -> np.ndarray:
+        instants = np.arange(t[0], t[-1] + 0.6, 0.3)
+        pushes = size * rng.normal(size=(len(instants), 6))
+        return wrench + make_interp_spline(instants, pushes, k=1)(t)
+
+    return given.wrench(pushed)
+
+
+OTHERS = (
+    Mistake("warming up", "6 s", warming_up, frozenset({"drift-in-short"})),
+    Mistake("a hand on the object", "1 N", hand_on_object, frozenset({"unexplained"})),
+)
+"""Besides those of `benchmarks.mistaken`."""
 
 
 def main() -> None:
     """Write the page and its pictures."""
-    made = {(each.name, each.strength): each for each in (*mistakes(), WARMING)}
+    made = {(each.name, each.strength): each for each in (*mistakes(), *OTHERS)}
     lines = [HEAD]
     for part, cases in CASES.items():
         lines.append(f"\n## {part}\n")

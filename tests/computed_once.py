@@ -20,6 +20,7 @@ OF_RUNS = (
     ("hefting.identification.by_torques", "samples_of"),
     ("hefting.identification.by_torques", "of_rivals"),
     ("hefting.identification.by_torques", "without_delay"),
+    ("hefting.torques.runs", "_rows"),
     ("hefting.torques.runs", "_folded"),
 )
 """What identification calls of runs of joint torques."""

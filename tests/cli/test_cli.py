@@ -349,6 +349,12 @@ def test_usage_errors(run, folder):
     for box in (("--box", "100,450,150"), ("--shape", "box:0,100,0,450,0,150")):
         assert refused(run("identify", folder / "log.csv", *box), "give it in metres")
     assert refused(run("identify", folder / "log.csv", "--bias", "tare:1"), "tare")
+    backwards = run("identify", folder / "log.csv", "--bias", "tare:2,1")
+    assert refused(backwards, "--bias", "ends before it begins")
+    for option in ("--tool", "--truth", "--object-pose"):
+        for empty in ((option, ""), (f"{option}=",)):
+            said = run("identify", folder / "log.csv", *empty)
+            assert refused(said, f"{option}: its value is missing")
     assert refused(run("identify", folder / "log.csv", "--wrench", "up"), "on-sensor")
     assert refused(run("identify", folder / "log.csv", "--motion", "up"), "smooth")
     assert refused(run("identify", folder / "log.csv", "--shape", ""), "shape")

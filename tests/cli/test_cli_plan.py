@@ -231,8 +231,12 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--sensor-noise", "1,2"), ("--sensor-noise", "N, mN")),
         (("--sensor-range", "1"), ("--sensor-range", "100N,5Nm")),
         (("--sensor-range", "1N,5Nm"), ("the sensor's range of force", "relax")),
-        (("--acceleration", "1,2"), ("--acceleration: is not", "6 joints")),
-        (("--jerk", "x"), ("--jerk", "numbers")),
+        (
+            ("--acceleration", "1,2"),
+            ("--acceleration: is not", "6 of them, one for each joint"),
+        ),
+        (("--jerk", "x"), ("--jerk", "is not a finite number")),
+        (("--jerk", "1,x"), ("--jerk", "2 finite numbers")),
         (("--gravity", "0,0,0"), ("gravity", "not all zero")),
         (("--output", "motion.txt"), ("'.txt' is not an output format", ".csv")),
         (("--stop-and-go", "--until", "inertia=9%"), ("rests do not tell an inertia",)),
@@ -247,7 +251,10 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         ((*TORQUES, "--stop-and-go"), ("joints at rest tell nothing by torques",)),
         ((*TORQUES, "--torque-noise", "0.1,0.1"), ("of all or of 6 joints",)),
         ((*TORQUES, "--torque-noise", "0"), ("not positive",)),
-        ((*TORQUES, "--torque-noise", "x"), ("--torque-noise", "numbers")),
+        (
+            (*TORQUES, "--torque-noise", "x"),
+            ("--torque-noise", "is not a finite number"),
+        ),
     ],
 )
 def test_what_cannot_be_is_one_line(run, arm, given, said):

@@ -214,7 +214,7 @@ def test_an_odd_pose_is_left_out(run, tmp_path):
         )
         found.append(identified(run, saved(poses, tmp_path / "poses.csv")))
     assert [f["samples"] for f in found] == [20, 19]
-    assert "1 odd pose (5 %) left out" in found[1]["provenance"]["notes"]
+    assert "1 odd pose (5 %) left out: 7" in found[1]["provenance"]["notes"]
     assert abs(found[1]["mass"] - found[0]["mass"]) < 2.0 * found[0]["std"]["mass"]
 
 

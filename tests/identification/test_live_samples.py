@@ -253,7 +253,7 @@ def _twice(sample, times):
     ("options", "match"),
     [
         ({"sign": "auto"}, "use on-object or on-sensor"),
-        ({"gravity": 9.81}, "gravity must be three numbers"),
+        ({"gravity": 9.81}, "gravity must be three numbers.*; give `gravity`"),
         ({"tuning": 0.0}, "tuning is 0.0"),
         ({"method": "Bayes"}, "method is not an estimator"),
         ({"method": hefting.OLS(), "until": "mass=1%"}, "give them to the estimator"),

@@ -9,15 +9,14 @@ import numpy as np
 import pytest
 
 from changing_cells import random_cells
-from hefting.ingest.changes.assignment import (
-    NO_BODY,
-    Assignment,
-    _with_a_contact,
-    _without_contacts,
-    assign,
-)
+from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
 from hefting.ingest.changes.bodies import JointModel
 from hefting.ingest.changes.cells import _starts, _without_spikes, has_long_contact
+from hefting.ingest.changes.contacts import (
+    SeparateBodies,
+    _with_a_contact,
+    without_contacts,
+)
 from hefting.ingest.changes.screening import _best_change, is_suspicious
 from hefting.ingest.outliers import Outliers, no_outliers
 
@@ -128,28 +127,51 @@ def test_a_cell_is_explained_up_to_sixty_variances(size, good):
 
 def test_runs_of_intervals_are_taken_for_contacts_but_for_one_interval():
     """Of one to six."""
-    none = NO_BODY
-    assert _with_a_contact([0]) == []
-    assert _with_a_contact([0, 1]) == [[none, 1], [0, none]]
-    assert _with_a_contact([none, 1]) == []
-    found = _with_a_contact(list(range(9)))
-    runs = {tuple(np.flatnonzero(np.array(each) == none)) for each in found}
+    for held, others in (
+        ([True], []),
+        ([True, True], [[False, True], [True, False]]),
+        ([False, True], []),
+    ):
+        assert _with_a_contact(np.array(held)).tolist() == others
+    found = _with_a_contact(np.ones(9, dtype=bool))
+    runs = {tuple(np.flatnonzero(~each)) for each in found}
     assert runs == {
         tuple(range(i, j)) for i in range(9) for j in range(i + 1, min(i + 6, 9) + 1)
     }
     assert len(found) == len(runs)
 
 
-@pytest.mark.parametrize(("size", "labels"), [(3.0, [0, 1, 2]), (5.0, [0, NO_BODY, 2])])
-def test_a_contact_is_four_times_as_large_as_noise(size, labels):
+@pytest.mark.parametrize("reference", [1.0, 2.5])
+def test_costs_without_a_body_are_those_of_joint_fits(reference):
+    """Every choice of intervals, the bodies eliminated, beside a fit of each choice."""
+    rng = np.random.default_rng(13)
+    cells = random_cells(rng, 120, change=50)
+    cells.wrench[70:90] += 2.0 * rng.normal(size=(20, 6))
+    model = JointModel(cells, [(0, 30), (31, 50), (50, 70), (70, 90), (92, 120)])
+    choices = np.array([k >> np.arange(5) & 1 for k in range(1, 32)], dtype=bool)
+    expected = []
+    for held in choices:
+        labels = [i if kept else NO_BODY for i, kept in enumerate(held)]
+        fit = model.fit(labels)
+        variances = np.maximum(fit.variances / reference, 1.0)
+        each = fit.equations * np.log(variances).sum(axis=1)
+        contact = 6.0 * model.lengths * np.log(16.0)
+        expected.append(np.where(held, each, contact).sum())
+    found = SeparateBodies(model).costs(choices, reference)
+    # the joint fits invert the unknowns of all bodies, of very different sizes
+    np.testing.assert_allclose(found, expected, rtol=1e-6, atol=1e-6)
+
+
+@pytest.mark.parametrize(("size", "held"), [(3.0, True), (5.0, False)])
+def test_a_contact_is_four_times_as_large_as_noise(size, held):
     """A body with a push of white noise, from 20 to 50 of 90 cells."""
     rng = np.random.default_rng(12)
     cells = random_cells(rng, 90)
     cells.wrench[20:50] += (size**2 - 1.0) ** 0.5 * rng.normal(size=(30, 6))
     model = JointModel(cells, [(0, 20), (20, 50), (50, 90)])
-    assert _without_contacts(model, 1.0) == labels
+    assert without_contacts(model, 1.0).tolist() == [True, held, True]
     # of noisier bodies a larger push is none
-    assert _without_contacts(model, 4.0) == [0, 1, 2]
+    assert without_contacts(model, 4.0).all()
     found = assign(cells)
     assert found is not None
     assert len({label for label in found.labels if label != NO_BODY}) == 1

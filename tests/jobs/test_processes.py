@@ -170,5 +170,5 @@ def test_idle_processes_that_were_killed_are_not_blamed_on_a_task():
 
 
 def test_at_least_one_process():
-    with pytest.raises(InputError, match="at least one process"):
+    with pytest.raises(InputError, match=r"at least one process.*; give `jobs`"):
         Jobs(workers=0)

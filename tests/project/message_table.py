@@ -5,6 +5,7 @@
 
 import ast
 import re
+from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
 
@@ -18,6 +19,8 @@ MAKERS = {
     "say": "warning or error",
 }
 """Functions that make messages, and their severity."""
+RETURNED = re.compile(r"[a-z]+(-[a-z]+)+")
+"""Codes that a function of rival explanations returns beside a text, as a maker's are."""
 LONGEST = 160
 """Characters of a text that the table shows."""
 
@@ -41,6 +44,20 @@ def flat(node: ast.expr | None, names: dict[str, ast.expr]) -> str | None:
             return None
 
 
+def _constants(tree: ast.Module) -> Iterator[tuple[str, ast.expr]]:
+    """Names of a module's constants, and their values."""
+    for node in tree.body:
+        match node:
+            case ast.Assign(targets=[ast.Name(id=name)], value=value):
+                yield name, value
+            case ast.Assign(
+                targets=[ast.Tuple(elts=names)], value=ast.Tuple(elts=values)
+            ):
+                for each, value in zip(names, values, strict=True):
+                    if isinstance(each, ast.Name):
+                        yield each.id, value
+
+
 @cache
 def messages() -> list[tuple[str, str, str, str]]:
     """Code, severity, package and text of every message made in the source, in order of
@@ -52,11 +69,7 @@ def messages() -> list[tuple[str, str, str, str]]:
         if not any(f"{maker}(" in text for maker in MAKERS):
             continue
         tree = ast.parse(text)
-        constants = {
-            node.targets[0].id: node.value
-            for node in tree.body
-            if isinstance(node, ast.Assign) and isinstance(node.targets[0], ast.Name)
-        }
+        constants = dict(_constants(tree))
         for function in ast.walk(tree):
             if not isinstance(function, ast.FunctionDef):
                 continue
@@ -67,24 +80,27 @@ def messages() -> list[tuple[str, str, str, str]]:
                 and isinstance(node.targets[0], ast.Name)
             ]
             for node in ast.walk(function):
-                if not (
-                    isinstance(node, ast.Call)
-                    and isinstance(node.func, ast.Name)
-                    and node.func.id in MAKERS
-                ):
-                    continue
+                match node:
+                    case ast.Call(
+                        func=ast.Name(id=maker), args=[first, second, *_]
+                    ) if maker in MAKERS:
+                        of_call = True
+                    case ast.Return(value=ast.Tuple(elts=[first, second])):
+                        maker, of_call = "Explanation", False
+                    case _:
+                        continue
                 names = constants | {
                     name: value
                     for line, name, value in sorted(assigned, key=lambda a: a[0])
                     if line <= node.lineno
                 }
-                if len(node.args) < 2 or (code := flat(node.args[0], names)) is None:
+                if (code := flat(first, names)) is None:
                     continue
-                text = re.sub(r"\s+", " ", flat(node.args[1], names) or "…").replace(
-                    "|", "/"
-                )
+                if not of_call and not RETURNED.fullmatch(code):
+                    continue
+                text = re.sub(r"\s+", " ", flat(second, names) or "…").replace("|", "/")
                 text = text if len(text) <= LONGEST else text[: LONGEST - 2] + " …"
-                found.setdefault(code, (code, MAKERS[node.func.id], package, text))
+                found.setdefault(code, (code, MAKERS[maker], package, text))
     return [found[code] for code in sorted(found)]
 
 

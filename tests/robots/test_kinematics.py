@@ -367,7 +367,7 @@ BAD_FILES = {
     "not URDF: its root is <sdf>": "<sdf/>",
     "document type declaration": '<!DOCTYPE r [<!ENTITY a "aaa"><!ENTITY b "&a;&a;">]><robot name="&b;"/>',
     "is not UTF-8": b"<robot>\xff</robot>",
-    "larger than 16 MiB": "<robot>" + " " * MAX_XML + "</robot>",
+    "larger than 16,777,216 bytes": "<robot>" + " " * MAX_XML + "</robot>",
     "nested deeper": "<robot>" + "<a>" * MAX_DEPTH,
     "expand it first: xacro": "<robot xmlns:xacro='x'><xacro:macro name='arm'/></robot>",
     "is xacro, not URDF": PLAIN.replace("elbow", "${prefix}elbow"),

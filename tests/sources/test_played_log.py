@@ -48,6 +48,16 @@ def test_everything_is_played(speed):
         assert np.array_equal(found[name][:, 1:], stream.values)
 
 
+@pytest.mark.parametrize(
+    ("speed", "how"),
+    [(1.0, ""), (4.0, " at 4 times its speed"), (np.inf, " without pauses")],
+)
+def test_it_is_said_how_fast(speed, how):
+    source = PlayedLog("log", Request(speed=speed), RECORDING)
+    source.open()
+    assert str(source.chosen[0]) == f"log is played{how}"
+
+
 def test_streams_keep_together():
     """However fast: no stream is ahead of another by more than a step."""
     source = PlayedLog("log", Request(speed=np.inf), RECORDING)

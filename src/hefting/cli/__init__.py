@@ -73,7 +73,7 @@ OPTIONS = {
         *("output", "report", "into", "link", "fill_inertia", "torques"),
         *("empty", "torque_gains", "tip", "estimate", "speed", "acceleration"),
         *("jerk", "keep", "srdf", "rate", "sensor_range", "sensor_noise"),
-        *("stop_and_go", "seed", "resume"),
+        *("stop_and_go", "seed", "resume", "jobs"),
     )
 }
 """Option of each argument of the library that a message may name, besides those of

@@ -123,7 +123,7 @@ def _output_help() -> str:
     parts = [f"canonical {join_words(tables, 'or')}"]
     for each in formats():
         if each.written and not each.is_table:
-            files = [suffix or "or a folder for no suffix" for suffix in each.written]
+            files = [suffix or "or no suffix for a folder" for suffix in each.written]
             parts.append(f"a {each.name}: {', '.join(files)}")
     return "; ".join(parts)
 

@@ -124,13 +124,14 @@ def add_reading(log: argparse._ActionsContainer) -> None:
         "--wrench",
         metavar="auto|on-object|on-sensor",
         default="auto",
-        help="whom the recorded wrench acts on",
+        help="what the recorded wrench acts on; default auto",
     )
     log.add_argument(
         "--bias",
         metavar="BIAS",
         default="auto",
-        help="of the wrench: auto, none, estimate, tare:START,END or a JSON file",
+        help="of the wrench: auto, none, estimate, tare:START,END or a JSON file; "
+        "default auto",
     )
     add_motion(log)
     add_gravity(log)

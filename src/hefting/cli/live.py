@@ -74,6 +74,8 @@ STEP = 0.2
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting live``."""
+    from hefting.estimators import default_method
+
     parser.add_argument(
         "source",
         metavar="SOURCE",
@@ -83,7 +85,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     add_shape(parser)
     add_tool(parser)
-    parser.add_argument("--method", metavar="NAME", help="see hefting methods")
+    parser.add_argument(
+        "--method",
+        metavar="NAME",
+        help=f"see hefting methods; default {default_method(True)}",
+    )
     add_mass(parser)
     parser.add_argument(
         "--until",
@@ -136,13 +142,13 @@ def _add_reading(group: argparse._ActionsContainer) -> None:
         "--wrench",
         metavar="auto|on-object|on-sensor",
         default="auto",
-        help="whom the wrench acts on",
+        help="what the wrench acts on; default auto",
     )
     group.add_argument(
         "--bias",
         metavar="BIAS",
         default="auto",
-        help="of the wrench: auto, none, estimate or a JSON file",
+        help="of the wrench: auto, none, estimate or a JSON file; default auto",
     )
     add_gravity(group)
     add_sensor_accuracy(group)

@@ -14,7 +14,7 @@ EXAMPLES = (
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting methods``."""
     add_json(parser)
-    add_verbose(parser)
+    add_verbose(parser, "sources, variants, and what a method does not depend on")
 
 
 def run(arguments: argparse.Namespace) -> None:

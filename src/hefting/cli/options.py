@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 GRAVITY = "0,0,-9.80665"
 """`hefting.core.spatial.STANDARD_GRAVITY` as one writes it on the command line."""
-POSE = "x,y,z,qx,qy,qz,qw [m], or a JSON file with a 4 x 4 matrix"
+POSE = "x,y,z[,qx,qy,qz,qw] [m], or a JSON file with a 4 x 4 matrix"
 ESTIMATE = "written by hefting identify --output; - reads standard input"
 
 
@@ -41,13 +41,16 @@ def add_json(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_verbose(parser: argparse._ActionsContainer) -> None:
-    """All that was found and assumed."""
+def add_verbose(
+    parser: argparse._ActionsContainer,
+    what: str = "what was found, assumed and checked on the way",
+) -> None:
+    """Details."""
     parser.add_argument(
         "-v",
         "--verbose",
         action="store_true",
-        help="also print what was found, assumed and checked on the way",
+        help=f"also print {what}",
     )
 
 
@@ -341,4 +344,4 @@ def add_shape_details(group: argparse._ActionsContainer) -> None:
         metavar="N",
         help="about how many point masses; default 56",
     )
-    add_number(group, "--points-per-cm3", "D", "their density instead")
+    add_number(group, "--points-per-cm3", "D", "points per cm³ instead")

@@ -81,13 +81,16 @@ class Parser(argparse.ArgumentParser):
 
     def check_options(self, words: Sequence[str], where: str = "") -> None:
         """`InputError` that names all of the `words` that are unknown options, each
-        with the one that was probably meant, and `where` they are."""
+        with the one that was probably meant, and `where` they are; and for a value that
+        is empty."""
         known = [name for name in self._option_string_actions if name.startswith("--")]
         unknown = []
-        for word in words:
+        for last, word in zip(("", *words), words, strict=False):
             if word == "--":
                 break
-            name = word.partition("=")[0]
+            name, equals, value = (word or f"{last}=").partition("=")
+            if name.startswith("--") and equals and not value:
+                self.error(f"{name}: its value is missing")
             if name.startswith("--") and name not in known:
                 unknown.append(f"{name}{did_you_mean(name, known)}")
         if unknown:

@@ -90,7 +90,7 @@ def run(arguments: argparse.Namespace) -> int:
             estimate,
             recording,
             gravity=gravity,
-            tool=a.tool or None,
+            tool=a.tool,
             motion=a.motion,
             start=a.start,
             duration=a.duration,

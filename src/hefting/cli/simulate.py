@@ -39,7 +39,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         (suffix for each in formats() for suffix in each.written),
         key=lambda suffix: not suffix,
     )
-    written = ", ".join(suffix or "or a folder for no suffix" for suffix in suffixes)
+    written = ", ".join(suffix or "or no suffix for a folder" for suffix in suffixes)
     parser.add_argument("output", metavar="OUTPUT", help=f"log: {written}")
     scene = parser.add_argument_group("what is simulated (in MuJoCo)")
     scene.add_argument(
@@ -85,7 +85,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--seed", type=int, default=0, help="of all that is random; default %(default)s"
     )
     log = parser.add_argument_group("what the log holds")
-    add_number(log, "--rate", "HZ", "of the wrench; default %(default)s", default=100.0)
+    add_number(log, "--rate", "HZ", "of the wrench; default 100", default=100.0)
     add_number(log, "--pose-rate", "HZ", "default that of the wrench; 0: no poses")
     add_number(log, "--joint-rate", "HZ", "joint angles; default none", default=0.0)
     add_number(
@@ -102,10 +102,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     fault.add_argument(
         "--bias",
         metavar="N|FX,FY,FZ,TX,TY,TZ",
-        help="of the wrench; or its force, somewhere",
+        help="of the wrench; or the size of its force, in a random direction",
     )
     fault.add_argument(
-        "--drift", metavar="N|FX,FY,FZ,TX,TY,TZ", help="of the bias over the recording"
+        "--drift",
+        metavar="N|FX,FY,FZ,TX,TY,TZ",
+        help="of the bias over the recording",
     )
     fault.add_argument(
         "--drift-kind",

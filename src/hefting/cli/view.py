@@ -38,10 +38,14 @@ EXAMPLES = (
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting view``."""
+    from hefting.estimators import default_method
+
     add_shape(parser)
     add_tool(parser)
     parser.add_argument(
-        "--method", metavar="NAME", help="at first; see hefting methods"
+        "--method",
+        metavar="NAME",
+        help=f"at first; see hefting methods; default {default_method(True)}",
     )
     add_mass(parser)
     parser.add_argument(

@@ -75,20 +75,29 @@ def check_size(path: str | Path, largest: float | None = None) -> None:
         )
 
 
-def read_json(path: str | Path, fix: str | None = None) -> Any:
-    """The content of a JSON file. `InputError` when it cannot be read, is too large or
-    too deep, or is not JSON, with what to do then."""
+def _read(path: str | Path, largest: int, kind: str) -> bytes:
+    """The bytes of a file; `InputError` when it cannot be read or has too many."""
     check_readable(path)
     try:
         with open(path, "rb") as stream:
-            data = stream.read(MAX_JSON + 1)
-        if len(data) > MAX_JSON:
-            raise InputError(f"is larger than {MAX_JSON:,} bytes", where=path)
-        if data.count(b"[") + data.count(b"{") > MAX_LISTS:
-            raise InputError(f"holds more than {MAX_LISTS:,} lists", where=path)
+            data = stream.read(largest + 1)
+    except (OSError, ValueError) as error:  # a null byte in the path
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot be read ({why})", where=path) from error
+    if len(data) > largest:
+        what = f"is larger than {largest:,} bytes, too large for {kind}"
+        raise InputError(what, where=path)
+    return data
+
+
+def read_json(path: str | Path, fix: str | None = None) -> Any:
+    """The content of a JSON file. `InputError` when it cannot be read, is too large or
+    too deep, or is not JSON, with what to do then."""
+    data = _read(path, MAX_JSON, "JSON")
+    if data.count(b"[") + data.count(b"{") > MAX_LISTS:
+        raise InputError(f"holds more than {MAX_LISTS:,} lists", where=path)
+    try:
         return json.loads(data)
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
     except (ValueError, RecursionError) as error:
         raise InputError(f"is not JSON ({str(error)[:80]})", path, fix) from error
 
@@ -96,16 +105,7 @@ def read_json(path: str | Path, fix: str | None = None) -> Any:
 def read_xml(path: str | Path) -> bytes:
     """The bytes of an XML file. `InputError` when it cannot be read, is larger than
     `MAX_XML`, or is not UTF-8."""
-    check_readable(path)
-    try:
-        with open(path, "rb") as stream:
-            data = stream.read(MAX_XML + 1)
-    except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror})", where=path) from error
-    except ValueError as error:  # a null byte in the path
-        raise InputError(f"cannot be read ({error})", where=path) from error
-    if len(data) > MAX_XML:
-        raise InputError(f"is larger than {MAX_XML // 2**20} MiB", where=path)
+    data = _read(path, MAX_XML, "XML")
     try:
         data.decode()
     except UnicodeDecodeError as error:
@@ -247,18 +247,7 @@ def load_toml(
     is not TOML."""
     import tomllib
 
-    check_readable(path)
-    try:
-        with open(path, "rb") as stream:
-            data = stream.read(largest + 1)
-    except (OSError, ValueError) as error:
-        raise InputError(
-            f"cannot be read ({getattr(error, 'strerror', None) or error})", where=path
-        ) from error
-    if len(data) > largest:
-        raise InputError(
-            f"is larger than {largest:,} bytes, too large for a {what}", where=path
-        )
+    data = _read(path, largest, f"a {what}")
     if any(line.count(b".") > MAX_DOTS for line in data.split(b"\n")):
         raise InputError(f"has a line of more than {MAX_DOTS:,} dots", where=path)
     try:

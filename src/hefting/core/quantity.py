@@ -54,9 +54,9 @@ def numbers(text: str, count: int, option: str) -> list[float]:
     except ValueError:
         values = []
     if len(values) != count or not all(abs(value) < float("inf") for value in values):
-        raise InputError(
-            f"'{text}' is not {count} finite numbers separated by commas", where=option
-        )
+        what = f"{count} finite numbers separated by commas"
+        what = "a finite number" if count == 1 else what
+        raise InputError(f"'{text}' is not {what}", where=option)
     return values
 
 

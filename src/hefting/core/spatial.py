@@ -152,7 +152,8 @@ def check_gravity(gravity: ArrayLike) -> Array:
     g = frozen(gravity)
     if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
         raise InputError(
-            f"gravity must be three numbers [m/s²], not all zero; got {g.tolist()}"
+            f"gravity must be three numbers, not all zero, and is {g.tolist()}",
+            fix="give `gravity` X,Y,Z in m/s²",
         )
     if not SMALLEST_GRAVITY <= np.abs(g).max() <= LARGEST_GRAVITY:
         raise InputError(

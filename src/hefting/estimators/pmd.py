@@ -70,7 +70,10 @@ class PMD(PointEstimator):
     and 25e3 on its robot."""
     regularization: float = field(
         default=0.1,
-        metadata={"help": "pull to equal masses; default 0.1", "metavar": "LAMBDA"},
+        metadata={
+            "help": "pull towards equal masses; default 0.1",
+            "metavar": "LAMBDA",
+        },
     )
     """lambda [N/kg]: pull towards equal masses."""
     bias: BiasModel = "none"

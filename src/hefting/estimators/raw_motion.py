@@ -52,7 +52,7 @@ def roughness(blocks: Array) -> Array:
         (5, 7) The number, and squares by axis of the linear [m²/s⁴] and angular
         [rad²/s⁴] accelerations: of fourth differences, third ones, changes between
         pairs, and the samples themselves; last, their number and plain sums.
-        Differences are scaled as to make none to the variance of white noise.
+        Differences are scaled so that white noise keeps its variance.
     """
     # samples that are left out are no neighbours
     blocks = blocks[blocks[:, :, ONE].all(axis=1)]

@@ -103,8 +103,8 @@ def identify_understood(
     stop: bool = True,
 ) -> Identification:
     """Identify the object in one recording, or in several, that were understood; for
-    other arguments and errors see `hefting.identify`. An accuracy that was asked for
-    ends it where it is to `stop` there, and else is only judged by."""
+    other arguments and errors see `hefting.identify`. With `stop` no more is used than
+    the accuracy asked for takes; without, all is, and whether it is reached is said."""
     warnings = ()
     if method is None:
         method = default_method(shape is not None)

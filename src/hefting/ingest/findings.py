@@ -6,11 +6,13 @@ import numpy as np
 
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import runs_of
+from hefting.core.spatial import Mask, runs_of
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
+from hefting.ingest.odd_pose import FEWEST_POSES
 from hefting.ingest.offset_profile import OffsetProfile
 from hefting.ingest.outliers import Outliers
 from hefting.ingest.robust_fit import COMMON_OFFSET
+from hefting.ingest.samples import FEWEST_POSES_FOR_OUTLIERS
 
 LARGEST_OFFSET_STD = 0.05
 """[s] Standard deviation of the clock offset from which on the offset counts as
@@ -24,6 +26,8 @@ NOTICED_SATURATED_SHARE = 0.005
 LARGEST_SATURATED_SHARE = 0.05
 """Share of saturated samples above which the answer is not to be used: with a tenth of
 the samples clipped a mass was found 15 % too small."""
+MOST_NUMBERS = 5
+"""Largest number of odd poses that are told by their numbers."""
 LARGEST_REJECTED_SHARE = 0.4
 """Share of rejected samples above which a warning is given."""
 
@@ -103,17 +107,26 @@ def findings_of(
         stretches = "stretch" if number == 1 else "stretches"
         what = f"contact: {seconds:.1f} s in {number} {stretches} left out"
         said.append(note("contact", what))
+    few = recording.static and len(outliers.spike) < FEWEST_POSES_FOR_OUTLIERS
     odd = "odd pose" if recording.static else "spike"
-    for code, name, mask in (
-        ("spikes", odd, outliers.spike),
-        ("saturation", "saturated sample", outliers.saturation),
+    which = f": {_numbers(outliers.spike)}" if recording.static else ""
+    for code, name, mask, where in (
+        ("spikes", odd, outliers.spike & (not few), which),
+        ("saturation", "saturated sample", outliers.saturation, ""),
     ):
         if mask.any():
             several = "" if mask.sum() == 1 else "s"
             share = f"{100.0 * mask.mean():.2g} %"
-            what = f"{int(mask.sum())} {name}{several} ({share}) left out"
+            what = f"{int(mask.sum())} {name}{several} ({share}) left out{where}"
             said.append(note(code, what))
     return tuple(said)
+
+
+def _numbers(mask: Mask) -> str:
+    """Numbers of some samples, counted from one."""
+    numbers = 1 + np.flatnonzero(mask)
+    more = ", ..." if len(numbers) > MOST_NUMBERS else ""
+    return ", ".join(str(number) for number in numbers[:MOST_NUMBERS]) + more
 
 
 def warnings_of(
@@ -124,6 +137,8 @@ def warnings_of(
     whether there were `enough` samples to condition."""
     if enough:
         said = _clock_warnings(found, rejected)
+    elif found.path is not None and found.path.kind == "static":
+        said = _few_poses_warnings(found.rejected)
     else:
         what = (
             "too few samples to look for clock offset, drift and outliers: none assumed"
@@ -140,6 +155,20 @@ def warnings_of(
         what = f"{100.0 * share:.0f} % of the samples were left out: doubt the rest"
         said.append(warning("many-outliers", what))
     return tuple(said)
+
+
+def _few_poses_warnings(rejected: Mask) -> list[Message]:
+    """That one of a few static poses was left out, or that they are too few to tell."""
+    if len(rejected) < FEWEST_POSES:
+        what = "too few poses to tell whether one of them is odd: none left out"
+        return [warning("too-few-samples", what)]
+    if not rejected.any():
+        return []
+    what = (
+        f"pose {_numbers(rejected)} of {len(rejected)} contradicts the others: left out; was "
+        "the object touched there, or is its orientation that of another pose?"
+    )
+    return [warning("odd-pose", what)]
 
 
 def _saturation_warnings(found: Conditioned) -> list[Message]:

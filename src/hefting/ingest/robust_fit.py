@@ -17,6 +17,7 @@ from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import LARGEST_OFFSET_STEP, Fit, Start, gauss_newton
 from hefting.ingest.model import Problem
 from hefting.ingest.normal_equations import solve
+from hefting.ingest.odd_pose import find_odd_pose
 from hefting.ingest.offset import scan_offsets
 from hefting.ingest.outliers import Outliers, no_outliers
 from hefting.ingest.samples import Samples, find_outliers_of_fit
@@ -329,8 +330,8 @@ def fastest_frequency(problem: Problem) -> float:
 
 
 def fit_few_samples(samples: Samples, problem: Problem, gravity: Array) -> RobustFit:
-    """A plain fit of too few samples, without offset and outliers; gravity (3,) [m/s²]
-    as given."""
+    """A plain fit of too few samples, without offset, and without outliers but for an odd
+    pose; gravity (3,) [m/s²] as given."""
     time = problem.time
     start = Start(
         np.zeros(10),
@@ -341,6 +342,8 @@ def fit_few_samples(samples: Samples, problem: Problem, gravity: Array) -> Robus
         np.zeros((1, 6)),
     )
     fit = gauss_newton(problem, start, 1, steps=4)
-    return RobustFit(
-        problem, fit, no_outliers(len(samples.time)), estimate_uncertainty(fit)
-    )
+    outliers = find_odd_pose(samples, fit)
+    if outliers.rejected.any():
+        problem = _with_inliers(samples, problem, outliers)
+        fit = gauss_newton(problem, start, 1, steps=4)
+    return RobustFit(problem, fit, outliers, estimate_uncertainty(fit))

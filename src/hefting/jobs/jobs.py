@@ -50,7 +50,8 @@ class Jobs:
         self, workers: int | None = None, scheduler: str | None = None
     ) -> None:
         if workers is not None and workers < 1:
-            raise InputError(f"at least one process is needed, not {workers}")
+            what = f"at least one process is needed, not {workers}"
+            raise InputError(what, fix="give `jobs` of 1 or more")
         self._workers: Workers = (
             Cluster(scheduler)
             if scheduler

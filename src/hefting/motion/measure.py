@@ -293,7 +293,7 @@ def _samples_within_poses(recording: Recording, wrench: Stream) -> Mask:
 
 
 def _counted(counts: Array, of: str) -> str:
-    """How many rows of these counts stand for, as in "3 wrench samples"."""
+    """The sum of the counts (K,) and what they are of, as in "3 wrench samples"."""
     n = round(float(counts.sum()))
     return f"{n} {of}{'' if n == 1 else 's'}"
 

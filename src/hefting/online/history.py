@@ -145,8 +145,8 @@ class History:
             self.skipped[reason] += int(which.sum())
 
     def _check_unit(self, name: str, time: Array) -> None:
-        """`InputError` once so many samples of a stream in succession go ahead too far
-        that their time is not in seconds."""
+        """`InputError` once `CONFIRMED` samples of a stream in a row are each more than
+        `FORWARD` after the one before: time is not in seconds."""
         for t in time.tolist():
             before, leaps = self._leaps.get(name, (t, 0))
             leaps = leaps + 1 if t - before > FORWARD else 0

@@ -63,7 +63,7 @@ class Limits:
                 continue
             own = np.asarray(value, dtype=float)
             if own.shape != shape or not (own > 0.0).all():
-                of = f" of each of {n} joints" if shape else ""
+                of = f", or {n} of them, one for each joint" if shape else ""
                 what = f"is not a positive number{of}"
                 raise InputError(what, f"`{field.name}`")
 

@@ -41,8 +41,6 @@ def reproduce(
             raise InputError(
                 f"there is no experiment '{name}'{nearest(name, EXPERIMENTS)}", fix=fix
             )
-    if workers is not None and workers < 1:
-        raise InputError(f"needs at least one process, not {workers}", where="--jobs")
     experiments = [e for name, e in EXPERIMENTS.items() if not names or name in names]
     start = time.perf_counter()
     with Bars(show) as bars:

@@ -117,7 +117,12 @@ def bias_said(text: str) -> "str | list[float] | Array":
     if text in ("auto", "none", "estimate"):
         return text
     if text.startswith("tare:"):
-        return numbers(text[5:], 2, "--bias tare:START,END")
+        start, end = numbers(text[5:], 2, "--bias tare:START,END")
+        if end < start:
+            raise InputError(
+                f"'{text}' ends before it begins", "--bias", "as in tare:0,2"
+            )
+        return [start, end]
     if not Path(text).exists():
         raise InputError(
             f"no file '{text}'",
@@ -182,7 +187,7 @@ def shape_of(a: Any) -> "Shape | None":
 def pose_of(text: str | None) -> "Array | None":
     """A pose (4, 4) that was given [m], if one was. `InputError` as
     `hefting.parse_pose`."""
-    if not text:
+    if text is None:
         return None
     from hefting.shapes import parse_pose
 

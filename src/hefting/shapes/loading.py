@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from os.path import isfile
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +15,10 @@ from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
 from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, MESH_SUFFIXES
 from hefting.shapes.shape import LABELS, Shape
+
+HOW_POSES_ARE_GIVEN = (
+    "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix"
+)
 
 
 def load_shape(
@@ -140,8 +145,8 @@ def parse_pose(source: str | Path) -> Array:
     """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw``, from
     ``x,y,z`` where nothing is turned, or from a JSON file.
 
-    The file holds a 4 x 4 matrix or as many numbers. Raises `InputError` unless the
-    quaternion has unit norm within 1e-3 or the matrix is a proper rigid motion.
+    The file holds a 4 x 4 matrix or a list of those numbers. Raises `InputError`
+    unless the quaternion has unit norm within 1e-3 or the matrix is a rigid motion.
 
     Examples
     --------
@@ -152,7 +157,7 @@ def parse_pose(source: str | Path) -> Array:
     try:
         numbers = [float(number) for number in text.split(",")]
     except ValueError:
-        numbers = _json_numbers(Path(text))
+        numbers = _json_numbers(text)
     try:
         array = np.asarray(numbers, dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -166,27 +171,10 @@ def parse_pose(source: str | Path) -> Array:
             return check_pose(array)
     except InputError as error:
         raise InputError(error.what, text, error.fix) from None
-    raise InputError(
-        "not a pose",
-        text,
-        "give x,y,z,qx,qy,qz,qw or a JSON file with those or a 4 x 4 matrix",
-    )
+    raise InputError("not a pose", text, HOW_POSES_ARE_GIVEN)
 
 
-def _json_numbers(path: Path):
-    try:
-        if not path.is_file():
-            raise InputError(
-                "neither seven numbers nor a file",
-                path,
-                "give x,y,z,qx,qy,qz,qw or a JSON file",
-            )
-        if path.stat().st_size > 100_000:
-            raise InputError(
-                "too large for a pose", path, "give a JSON file with a 4 x 4 matrix"
-            )
-    except OSError as error:
-        raise InputError(
-            "not a readable JSON file", path, "write a 4 x 4 matrix or seven numbers"
-        ) from error
-    return read_json(path)
+def _json_numbers(path: str) -> Any:
+    if not isfile(path):
+        raise InputError("neither seven numbers nor a file", path, HOW_POSES_ARE_GIVEN)
+    return read_json(path, HOW_POSES_ARE_GIVEN)

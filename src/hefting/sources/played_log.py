@@ -45,8 +45,10 @@ class PlayedLog:
         self._begin = time.monotonic() - given / self._request.speed
         said = (*recording.notes, *recording.warnings)
         own = tuple(text for text in said if isinstance(text, Message))
-        speed = f" at {self._request.speed:g} times its speed"
-        played = f"{self.name} is played{speed if self._request.speed != 1 else ''}"
+        how = f" at {self._request.speed:g} times its speed"
+        if not np.isfinite(self._request.speed):
+            how = " without pauses"
+        played = f"{self.name} is played{how if self._request.speed != 1 else ''}"
         self.chosen = (note("live-source", played), *own)
 
     def read(self, timeout: float) -> list[Samples]:

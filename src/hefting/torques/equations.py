@@ -10,7 +10,8 @@ with the offset o_j, Coulomb friction c_j and its part l_j that grows with the r
 bodies' torque, viscous friction v_j and the rotor's reflected inertia a_j. s is a
 smoothed sign; L is 1 in samples with the payload and 0 in those without, so that p_j
 and d_j are what has changed of offset and friction. The torque and every column pass
-the same linear filter: the average over some milliseconds. Where a joint hardly moves
+the same linear filter: the average over some milliseconds, of which the friction by load
+is made, so that another load needs no sample again. Where a joint hardly moves
 its friction has no law, so that its row is left out.
 """
 
@@ -38,6 +39,7 @@ OWN = (
     "change of the Coulomb friction under load",
 )
 """What each joint has of its own."""
+COULOMB_FRICTION = OWN.index("Coulomb friction")
 FRICTION_BY_LOAD = OWN.index("friction by load")
 OFFSET_CHANGE = OWN.index("change of the offset under load")
 FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
@@ -77,6 +79,8 @@ class Rows:
     """(K,) [s]"""
     used: Mask
     """(K, n) which of them count"""
+    published: Array | None = None
+    """(K, n) torques of the URDF's arm [N m], where that is taken for the arm"""
 
     @classmethod
     def of(
@@ -85,54 +89,62 @@ class Rows:
         samples: TorqueSamples,
         loaded: bool,
         arm_known: bool = False,
-        load: Load | None = None,
     ) -> Self:
-        """Of a run with (`loaded`) or without the payload.
+        """Of a run with (`loaded`) or without the payload, with friction by the
+        published load.
 
         With `arm_known` the URDF's inertias are taken for the arm's, and the columns of
-        its parameters left out. `load` is by default the published one.
+        its parameters left out.
         """
-        load = Load.published(dynamics) if load is None else load
         starts = samples.bins(RATE)
         parts = [
-            _averages(dynamics, samples, part, loaded, arm_known, load)
+            _averages(dynamics, samples, part, loaded, arm_known)
             for part in _parts(starts, len(samples.time))
         ]
-        values, time, speed = (
+        values, published, time, speed = (
             np.concatenate(each) for each in zip(*parts, strict=True)
         )
-        return cls(values, time, np.abs(speed) >= STICTION_SPEED)
+        used = np.abs(speed) >= STICTION_SPEED
+        rows = cls(values, time, used, published if arm_known else None)
+        return rows.under(dynamics, Load.published(dynamics))
+
+    def under(self, dynamics: JointDynamics, load: Load) -> Self:
+        """The same with friction by another `load`."""
+        values = self.values.copy()
+        rigid = values[..., -PAYLOAD - 1 : -1] @ load.payload
+        if self.published is None:
+            arm = values[..., len(OWN) : -PAYLOAD - 1]
+            rigid += arm @ (dynamics.links @ load.arm)
+        else:
+            rigid += self.published
+        sign = values[..., COULOMB_FRICTION]
+        values[..., FRICTION_BY_LOAD] = np.abs(rigid) * sign
+        return replace(self, values=values)
 
 
 def columns(
-    dynamics: JointDynamics,
-    samples: TorqueSamples,
-    loaded: bool,
-    arm_known: bool,
-    load: Load,
-) -> Array:
-    """(K, n, c) columns of every sample, unfiltered."""
+    dynamics: JointDynamics, samples: TorqueSamples, loaded: bool, arm_known: bool
+) -> tuple[Array, Array]:
+    """(K, n, c) columns of every sample, unfiltered, without friction by load; and
+    (K, n) torques of the URDF's arm."""
     dq, ddq = samples.velocity, samples.acceleration
     W = dynamics.regressor(samples.position, dq, ddq)
     arm = 0 if arm_known else len(dynamics.base)
     found = np.zeros((*dq.shape, len(OWN) + arm + PAYLOAD + 1))
     sign = np.tanh(dq / SIGN_SPEED)
-    Y = W[..., -PAYLOAD:] @ dynamics.payload
-    rigid = W @ load.arm
-    if loaded:
-        rigid += Y @ load.payload
-    friction = np.abs(rigid) * sign
-    for i, values in enumerate((1.0, sign, dq, ddq, friction)):
+    for i, values in enumerate((1.0, sign, dq, ddq)):
         found[..., i] = values
     if loaded:
         found[..., OFFSET_CHANGE], found[..., FRICTION_CHANGE] = 1.0, sign
+        Y = W[..., -PAYLOAD:] @ dynamics.payload
         found[..., -PAYLOAD - 1 : -1] = Y
     found[..., -1] = samples.torque
+    published = W @ dynamics.arm
     if arm_known:
-        found[..., -1] -= W @ dynamics.arm
+        found[..., -1] -= published
     else:
         found[..., len(OWN) : len(OWN) + arm] = W[..., dynamics.base]
-    return found
+    return found, published
 
 
 def _parts(starts: Indices, samples: int) -> list[Indices]:
@@ -155,18 +167,21 @@ def _averages(
     edges: Indices,
     loaded: bool,
     arm_known: bool,
-    load: Load,
-) -> tuple[Array, Array, Array]:
-    """Columns, time and velocity, averaged between `edges`."""
+) -> tuple[Array, Array, Array, Array]:
+    """Columns, torques of the URDF's arm, time and velocity, averaged between
+    `edges`."""
     chosen = samples[int(edges[0]) : int(edges[-1])]
-    starts = edges[:-1] - edges[0]
+    values, published = columns(dynamics, chosen, loaded, arm_known)
+    found = values, published, chosen.time, chosen.velocity
     counts = np.diff(edges)
-    values = columns(dynamics, chosen, loaded, arm_known, load)
-    values, time, velocity = (
-        np.add.reduceat(each, starts, axis=0)
-        for each in (values, chosen.time, chosen.velocity)
+    if (counts == 1).all():
+        return found
+    starts = edges[:-1] - edges[0]
+    sums = (np.add.reduceat(each, starts, axis=0) for each in found)
+    values, published, time, velocity = (
+        each / counts.reshape(-1, *(1,) * (each.ndim - 1)) for each in sums
     )
-    return values / counts[:, None, None], time / counts, velocity / counts[:, None]
+    return values, published, time, velocity
 
 
 LEVELS = 7

@@ -7,7 +7,7 @@ much between the runs is said by the standard deviations of two nuisances that t
 loaded samples alone have.
 
 How friction grows with the load depends on the torques of the rigid bodies, which are
-sought. So the samples are folded twice: first with the published arm's, then with those
+sought. So the rows are folded twice: first with the published arm's, then with those
 that were found.
 """
 
@@ -65,10 +65,11 @@ class EmptyRuns:
     @classmethod
     def of(cls, dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> EmptyRuns:
         """Of one or more runs."""
-        found = fit(_folded(dynamics, (), runs, None, False), drifting)
+        rows = _rows(dynamics, (), runs, False)
+        found = fit(_folded(dynamics, rows, Load.published(dynamics)), drifting)
         load = Load(_arm_of(dynamics, found), np.zeros(PAYLOAD))
         digests = tuple(run.digest for run in runs)
-        return cls(_folded(dynamics, (), runs, load, False), load, digests)
+        return cls(_folded(dynamics, rows, load), load, digests)
 
     @property
     def fit(self) -> TorqueFit:
@@ -103,12 +104,13 @@ class LoadedRuns:
         known = self.calibration
         load = Load.published(self.dynamics) if known is None else known.load
         prior = drifting if self.drift else steady
-        first = fit(self._scales(load), prior)
+        rows = _rows(self.dynamics, self.loaded, self.empty, self.arm_known)
+        first = fit(self._scales(rows, load), prior)
         payload = _payload_of(first)
         arm = load.arm
         if not self.arm_known and known is None:
             arm = _arm_of(self.dynamics, first)
-        scales = self._scales(Load(arm, payload))
+        scales = self._scales(rows, Load(arm, payload))
         found = fit(scales, prior)
         if self.drift and found.changes > LARGEST_CHANGE:
             wider = found.changes * np.array((OFFSET_CHANGE, FRICTION_CHANGE))
@@ -132,8 +134,8 @@ class LoadedRuns:
             runs.append(self.calibration)
         return [each.fit for each in runs]
 
-    def _scales(self, load: Load) -> TorqueScales:
-        own = _folded(self.dynamics, self.loaded, self.empty, load, self.arm_known)
+    def _scales(self, rows: Sequence[Rows], load: Load) -> TorqueScales:
+        own = _folded(self.dynamics, rows, load)
         return own if self.calibration is None else own.merge(self.calibration.scales)
 
 
@@ -162,17 +164,23 @@ def no_samples(dynamics: JointDynamics, arm_known: bool = False) -> TorqueScales
     return TorqueScales.empty(dynamics.joints, len(OWN), arm)
 
 
-def _folded(
+def _rows(
     dynamics: JointDynamics,
     loaded: Sequence[TorqueSamples],
     empty: Sequence[TorqueSamples],
-    load: Load | None,
     arm_known: bool,
-) -> TorqueScales:
+) -> tuple[Rows, ...]:
+    """Of the empty runs, then of the loaded ones."""
+    runs = *((own, False) for own in empty), *((own, True) for own in loaded)
+    return tuple(Rows.of(dynamics, own, carries, arm_known) for own, carries in runs)
+
+
+def _folded(dynamics: JointDynamics, rows: Sequence[Rows], load: Load) -> TorqueScales:
+    """Moments of the rows of runs, with friction by a load."""
+    arm_known = any(own.published is not None for own in rows)
     scales = no_samples(dynamics, arm_known)
-    for runs, carries in ((empty, False), (loaded, True)):
-        for samples in runs:
-            scales = scales.fold(Rows.of(dynamics, samples, carries, arm_known, load))
+    for own in rows:
+        scales = scales.fold(own.under(dynamics, load))
     return scales
 
 

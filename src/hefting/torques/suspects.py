@@ -15,14 +15,14 @@ Long delays are beyond the first order: they are tried one by one.
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields, replace
+from dataclasses import dataclass, fields
 from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD
-from hefting.torques.equations import OWN, RATE, STICTION_SPEED, Load, columns
+from hefting.torques.equations import OWN, RATE, STICTION_SPEED, Load, Rows, columns
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns, loads_of
 from hefting.torques.samples import TorqueSamples
@@ -123,8 +123,13 @@ class _Run:
         raw, many = self.raw, len(self.raw.time)
         steps = round(by / raw.interval)
         torque = raw.torque[np.clip(np.arange(many) + steps, 0, many - 1)]
-        after = averaged(replace(raw, torque=torque)).torque
-        return self.columns[..., -1:] + (after - self.samples.torque)[..., None]
+        change = _averages(torque - raw.torque, self.starts)
+        return self.columns[..., -1:] + change[..., None]
+
+    @cached_property
+    def starts(self) -> Indices:
+        """(K,) first sample of each average."""
+        return self.raw.bins(1.0 / INTERVAL)
 
 
 @dataclass(frozen=True, eq=False)
@@ -150,8 +155,11 @@ class Suspects:
         ):
             few = averaged(samples)
             used = np.abs(few.velocity) >= STICTION_SPEED
-            own = columns(runs.dynamics, few, loaded, runs.arm_known, self.load)
-            found.append(_Run(samples, few, used, own, loaded))
+            values, published = columns(runs.dynamics, few, loaded, runs.arm_known)
+            rows = Rows(
+                values, few.time, used, published if runs.arm_known else None
+            ).under(runs.dynamics, self.load)
+            found.append(_Run(samples, few, used, rows.values, loaded))
         return tuple(found)
 
     @cached_property
@@ -336,6 +344,8 @@ class Suspects:
         return np.stack(each, axis=-1) / (2.0 * ANGLE)
 
     def _parts(self, i: int) -> Iterator[Suspect]:
+        """Another object in any stretch of whole parts of run `i`; in all of it only
+        beside another loaded run."""
         time = self.parts[i].samples.time
         edges = np.linspace(0, len(time), PARTS + 1).astype(int)
         Y = self.parts[i].columns[..., -PAYLOAD - 1 : -1]
@@ -370,10 +380,11 @@ def _evidence(before: Array, after: Array, rows: int, unknown: int) -> float:
 def averaged(samples: TorqueSamples) -> TorqueSamples:
     """Averages over `INTERVAL`."""
     starts = samples.bins(1.0 / INTERVAL)
-    counts = np.diff(np.append(starts, len(samples.time)))
-    found = []
-    for own in fields(samples):
-        values = getattr(samples, own.name)
-        sums = np.add.reduceat(values, starts, axis=0)
-        found.append(sums / (counts if values.ndim == 1 else counts[:, None]))
-    return TorqueSamples(*found)
+    each = (getattr(samples, own.name) for own in fields(samples))
+    return TorqueSamples(*(_averages(values, starts) for values in each))
+
+
+def _averages(values: Array, starts: Indices) -> Array:
+    """Of values (L, ...) from each start to the next."""
+    counts = np.diff(np.append(starts, len(values)))
+    return (np.add.reduceat(values, starts, axis=0).T / counts).T

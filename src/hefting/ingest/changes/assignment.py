@@ -12,19 +12,15 @@ from hefting.ingest.changes.bodies import (
     log_ratio,
 )
 from hefting.ingest.changes.cells import Cells
+from hefting.ingest.changes.contacts import without_contacts
 from hefting.ingest.changes.partition import LONGEST_TRANSITION, Interval, partition
 
 NO_BODY = -1
 """Label of an interval in which no body explains the wrench."""
-CONTACT_VARIANCE = 16.0
-"""Variance of the residuals in a contact, over that where a body explains the wrench
-best: a push is four times as large as the noise of a tenth of a second, or more."""
 MOST_INTERVALS = 9
 """Most intervals that are looked at: as a drift of the bias or a contact is divided into
 several, that is about three events. More are found where something is wrong all the
 time."""
-MOST_JOINED = 6
-"""Most intervals that are taken for one contact at a time."""
 FEWEST_CELLS_OF_REFERENCE = 15
 """Fewest cells of the interval in which a body explains the wrench best: in shorter ones
 any wrench is explained."""
@@ -110,7 +106,8 @@ def assign(cells: Cells) -> Assignment | None:
     long = [i for i in intervals if i[1] - i[0] >= FEWEST_CELLS_OF_REFERENCE]
     each = [JointModel(cells, [i], drift=1).fit([0]) for i in long]
     reference = min((float(fit.variance.max()) for fit in each), default=1.0)
-    labels = _without_contacts(model, max(reference, 1.0))
+    held = without_contacts(model, max(reference, 1.0))
+    labels = [i if held[i] else NO_BODY for i in range(len(intervals))]
     while True:
         fit = model.fit(labels)
         tau = autocorrelation(model.residuals(fit))
@@ -118,50 +115,6 @@ def assign(cells: Cells) -> Assignment | None:
         if merged is None or log_ratio(model.fit(merged), fit) / tau > DIFFERENT_BODIES:
             return Assignment(cells, model, labels, fit, tau)
         labels = merged
-
-
-def _without_contacts(model: JointModel, reference: float) -> list[int]:
-    """A body for each interval, but for those in which none explains the wrench beside
-    the bias of the others.
-
-    One run of intervals after the other is taken for a contact, that which lowers the
-    cost most. `reference` is the variance of residuals where a body explains the
-    wrench.
-    """
-    labels = list(range(len(model.intervals)))
-    cost = _cost(model, labels, reference)
-    while True:
-        others = _with_a_contact(labels)
-        costs = [_cost(model, other, reference) for other in others]
-        if not costs or min(costs) >= cost:
-            return labels
-        cost = min(costs)
-        labels = others[costs.index(cost)]
-
-
-def _with_a_contact(labels: list[int]) -> list[list[int]]:
-    """The labels with each run of intervals taken for a contact, but for one interval at
-    least."""
-    L = len(labels)
-    others = []
-    for begin in range(L):
-        for end in range(begin + 1, min(begin + MOST_JOINED, L) + 1):
-            run = [NO_BODY] * (end - begin)
-            other = [*labels[:begin], *run, *labels[end:]]
-            if other != labels and max(other) != NO_BODY:
-                others.append(other)
-    return others
-
-
-def _cost(model: JointModel, labels: list[int], reference: float) -> float:
-    """Minus twice the log-likelihood: each interval with a variance of its own, that of
-    contacts with `CONTACT_VARIANCE`."""
-    fit = model.fit(labels)
-    variances = np.maximum(fit.variances / reference, 1.0)
-    explained = fit.equations * np.log(variances).sum(axis=1)
-    contact = 6.0 * model.lengths * np.log(CONTACT_VARIANCE)
-    left_out = np.array(labels) == NO_BODY
-    return float(np.sum(np.where(left_out, contact, explained)))
 
 
 def _merged(fit: JointFit, labels: list[int]) -> list[int] | None:

@@ -57,9 +57,9 @@ def explain(case: Case) -> Explanation | None:
 
 
 def undone(case: Case) -> Iterator[Undone]:
-    """Each of the mistakes, but for two axes of the wrong sign: with the other sign
-    convention it is one, and all of the other part."""
+    """Each of the mistakes, except two axes of force or torque with the wrong sign."""
     for what, matrix, rarity in _changes():
+        # else named as the third axis and the other quantity, of the other sign
         if np.trace(matrix) == 2.0 and not rarity:
             continue
         other = case.with_wrench(matrix)

@@ -43,6 +43,8 @@ ROUND_ANGLE = np.radians(0.5)
 """[rad] Standard deviation up to which an angle is known well enough to be rounded to a
 whole number of degrees."""
 
+CONVERGED = 0.03
+"""Step over its standard deviation, as of white residuals, from which on none follows."""
 STEPS = 6
 """Gauss-Newton steps of turn, place and clock offset."""
 FIRST_STEPS = 2
@@ -121,6 +123,8 @@ def find_placement(
         if case.path.moves:
             columns.append(offset_columns(case, build, offset, fitted.solution[0]))
         step = linear_step(fitted, 0, np.concatenate(columns, axis=2))
+        if (np.abs(step.change) < CONVERGED * np.sqrt(step.white.diagonal())).all():
+            break
         change = np.clip(step.change, -LARGEST_STEP, LARGEST_STEP)
         turn, move, tilt, _ = np.split(change, parts)
         if turns:
