@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 import scipy.constants
 from benchmarks.mistaken_wrenches import (
+    RATE,
     compensated,
     gains,
     mapped,
@@ -131,6 +132,22 @@ def test_a_low_pass_filter_is_that_of_scipy(order):
     assert np.abs(found - lfilter(b, a, values, axis=0)).max() < 0.01
 
 
+@pytest.mark.parametrize("seconds", [0.05, 0.08, 0.15])
+def test_a_filter_is_no_liquid_and_is_corrected_whatever_noise_is_behind_it(seconds):
+    """A filter of first order, between the bandwidths that are tried: its whole lag is
+    the clock offset that was found. Noise of amplifiers and digits is behind it. The
+    answer is corrected for such a filter, so that it makes nothing wrong."""
+    given = correct(0)
+    load = given.wrench_of(given.truth.vector)
+    part = 1.0 / (1.0 + seconds * RATE)
+    late = lfilter([part], [1.0, part - 1.0], load - load[0], axis=0) + load[0]
+    late_given = given.wrench(lambda _, w: w + late - load)
+    found = condition(late_given.recording, STANDARD_GRAVITY, changes=False)
+    doubt = doubt_of(case_of(late_given, found.offset))
+    assert doubt is not None
+    assert (doubt.message.code, doubt.is_fatal) == ("wrench-filtered", False)
+
+
 @pytest.mark.parametrize(
     ("name", "strength"),
     [
@@ -175,6 +192,23 @@ def test_a_payload_that_is_taken_away_is_no_unit_of_time(share, code):
     assert doubt is not None
     assert doubt.message.code == code
     assert f"{share:.0%}".replace("%", " %") in doubt.message
+
+
+@pytest.mark.parametrize("factor", [1.25, 1.5])
+def test_time_that_runs_a_little_fast_is_said_beside_a_payload(factor):
+    """As of 125 Hz taken for 100 Hz; accelerations are then weaker by its square."""
+    given = correct(1)
+    streams = {
+        name: replace(stream, time=factor * stream.time)
+        for name, stream in given.recording.streams.items()
+    }
+    recording = replace(given.recording, streams=streams)
+    doubt = doubt_of(case_of(replace(given, recording=recording)))
+    assert doubt is not None
+    assert doubt.message.code == "wrench-compensated"
+    found = re.search(r"or time runs ([\d.]+) times too fast", doubt.message)
+    assert found is not None
+    assert float(found[1]) == pytest.approx(factor, rel=0.02)
 
 
 @pytest.mark.parametrize(

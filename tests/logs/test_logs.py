@@ -386,7 +386,9 @@ def test_implausible_steps(tmp_path):
         "step of orientation is 1e+07",
         "in seconds",
     )
-    for plausible in ([0.0, 2.5, 4.0], [53211.2, 53211.21], [-1.0, -0.9], [0, 1, 2]):
+    bursts = [0.04 * (k // 5) + 1e-6 * k for k in range(20)]
+    hours = [53211.2, 53211.21]
+    for plausible in ([0.0, 2.5, 4.0], hours, [-1.0, -0.9], [0, 1, 2], bursts):
         assert read_log(timed(tmp_path, plausible)).warnings == ()
 
 

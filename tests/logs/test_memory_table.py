@@ -86,6 +86,25 @@ def test_every_table_is_read_as_the_file_is(form, frame, read):
     assert same(read, as_recording(FORMS[form](frame)))
 
 
+@pytest.mark.parametrize("form", [pd.DataFrame, pl.DataFrame, pa.Table.from_pylist])
+def test_lists_and_dictionaries_in_rows_are_columns(form, frame, read):
+    """As lines of JSON hold them: some lists, the orientation by x, y, z, w."""
+    rows = [
+        {
+            "t": row[0],
+            "pose": {
+                "position": row[1:4].tolist(),
+                "orientation": dict(zip("xyzw", row[4:8].tolist(), strict=True)),
+            },
+            "ft": row[8:].tolist(),
+        }
+        for row in frame.to_numpy()
+    ]
+    found = as_recording(form(rows))
+    for name in ("position", "orientation", "wrench"):
+        np.testing.assert_array_equal(found[name].values, read[name].values)
+
+
 @pytest.mark.parametrize("form", ["pandas", "pandas, nullable", "polars", "Arrow"])
 def test_blanks_mean_not_measured(form, frame, tmp_path):
     frame.loc[::3, list(WRENCH)] = None

@@ -100,12 +100,12 @@ NAMES = {
         PLAIN,
     ),
     "robosuite": (
-        "time eef_pos_0 eef_pos_1 eef_pos_2 eef_quat_0 eef_quat_1 eef_quat_2 eef_quat_3"
+        "timestamps eef_pos_0 eef_pos_1 eef_pos_2 eef_quat_0 eef_quat_1 eef_quat_2 eef_quat_3"
         " ee_force_0 ee_force_1 ee_force_2 ee_torque_0 ee_torque_1 ee_torque_2",
         PLAIN,
     ),
     "ABB": (
-        "time x y z q1 q2 q3 q4 fx fy fz tx ty tz",
+        "time_since_start x y z q1 q2 q3 q4 fx fy fz tx ty tz",
         (TIME, POSITION, QUATERNION[:, [3, 0, 1, 2]], WRENCH),
     ),
     "TCP": (
@@ -120,6 +120,10 @@ NAMES = {
     "Franka in base axes": (
         f"time {FRANKA} {numbered('O_F_ext_hat_K_')}",
         (TIME, BY_COLUMNS, IN_BASE),
+    ),
+    "a matrix of any name": (
+        f"time {FRANKA.replace('O_T_EE', 'T_base_flange')} {numbered('ft_')}",
+        (TIME, BY_COLUMNS, WRENCH),
     ),
     "KUKA Sunrise": (
         "timestamp_ms pose.x pose.y pose.z pose.alphaRad pose.betaRad pose.gammaRad"

@@ -239,6 +239,10 @@ def test_is_ur():
     assert is_ur(("timestamp", "actual_q_0"))
     assert not is_ur(("time", "qx", "q1", "fx", "timestamp"))
     assert not is_ur(("time", "actual_q_0", "fx"))
+    pose = tuple(f"actual_TCP_pose_{i}" for i in range(6))
+    for names in (("Fx [N]", "Fy [N]", "Fz [N]"), tuple(f"ft_{i}" for i in range(6))):
+        assert not is_ur(("timestamp", *pose, *names))
+        assert is_ur(("timestamp", *pose, "actual_TCP_force_0", *names))
 
 
 def test_times_may_be_called_time(tmp_path):

@@ -19,7 +19,10 @@ from hefting.logs.map_groups import (
     WORDS,
     Choice,
     Groups,
+    best_of,
     group_columns,
+    is_other,
+    rank_of,
     words_of,
 )
 from hefting.logs.map_sample import Sample, read_sample
@@ -188,7 +191,8 @@ def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None
     """Poses in one numbered group: a matrix, or a position with what turns it."""
     if (matrix := groups.matrix("matrix", 4, near)) is not None:
         return [Guess("pose", matrix.columns, ('form = "matrix4"',), "", matrix.equals)]
-    if (matrix := groups.numbered("pose-matrix", 16, near)) is not None:
+    matrix = groups.numbered("pose-matrix", 16, near) or _rigid(sample, groups, near)
+    if matrix is not None:
         last = np.abs(sample.values[:, list(matrix.columns[12:15])])
         form = "matrix4-columns" if (last > 1e-6).any() else "matrix4"
         return [Guess("pose", matrix.columns, (f'form = "{form}"',), "", matrix.equals)]
@@ -202,6 +206,26 @@ def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None
             turned(sample, six.columns[3:], form, equals=six.equals),
         ]
     return None
+
+
+def _rigid(sample: Sample, groups: Groups, near: set[str]) -> Choice | None:
+    """Sixteen numbered columns of whatever name whose numbers are those of poses, but of
+    nothing that is held elsewhere."""
+    found = []
+    for words, columns in groups.by_words.items():
+        if is_other(words) or len(columns) != 16 or not all(map(str.isdigit, columns)):
+            continue
+        chosen = tuple(columns[c] for c in sorted(columns, key=int))
+        poses = sample.values[:, list(chosen)].reshape(-1, 4, 4)
+        poses = poses[np.isfinite(poses).all(axis=(1, 2))]
+        if (poses[:, 3, :3] != 0.0).any():
+            poses = poses.swapaxes(1, 2)
+        turns = poses[:, :3, :3]
+        off = np.abs(turns @ turns.swapaxes(1, 2) - np.eye(3))
+        last = np.abs(poses[:, 3] - np.eye(4)[3])
+        if len(poses) and max(off.max(), last.max()) < UNIT_NORM:
+            found.append(Choice(chosen, words, rank_of(words, near)))
+    return best_of([choice for choice in found if choice.rank >= 0])
 
 
 def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:

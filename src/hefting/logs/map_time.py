@@ -14,6 +14,7 @@ from hefting.logs.units import ALIASES, UNITS
 
 TIMES = (
     *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
+    *("times", "timestamps", "stamps"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
     *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
 )
@@ -37,8 +38,11 @@ NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanosecond
 
 
 def names_time(text: str) -> bool:
-    """Whether a name is one of the time, its unit and what it is within aside."""
+    """Whether a name is one of the time, its unit, what it is within and since when
+    aside."""
     words = _small_words(text)
+    if "since" in words[1:]:
+        words = words[: words.index("since")]
     bare = [word for word in words if word not in TIME_UNITS | {"in"}]
     alone = bare in (["t"], ["x", "value"]) or text.endswith(".t")
     return bool(words) and (not bare or bare[-1] in TIMES[1:] or alone)

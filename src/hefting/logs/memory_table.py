@@ -73,8 +73,17 @@ class MemoryTable:
     @classmethod
     def _of_frame(cls, frame: Any, names: list[Any]) -> MemoryTable:
         """The columns of a data frame, before them its index where that has a name or
-        holds times."""
-        columns = _by_text(frame, dict.fromkeys(names))
+        holds times. One that holds lists is the columns of their numbers, one of
+        dictionaries those of their values, as in `of_arrays`."""
+        columns: dict[str, Any] = {}
+        texts = list(map(str, names))
+        for name in dict.fromkeys(names):
+            parts = _parts(str(name), frame[name])
+            columns |= parts
+            if str(name) not in parts:
+                at = texts.index(str(name))
+                texts[at : at + 1] = parts
+        names = texts
         index = getattr(frame, "index", None)
         name = _index_name(index)
         unnamed = getattr(index, "name", None) is None
@@ -82,7 +91,7 @@ class MemoryTable:
             name = ""  # the rows have their own time
         if name and name not in columns:
             columns, names = {name: index} | columns, [name, *names]
-        return cls(type(frame).__name__, tuple(map(str, names)), columns, columns)
+        return cls(type(frame).__name__, tuple(names), columns, columns)
 
     @property
     def holds_streams(self) -> bool:
@@ -190,9 +199,24 @@ def _index_name(index: Any) -> str:
     return "time" if kind in "mM" or (kind == "f" and grows) else ""
 
 
-def _by_text(table: Any, names: Any) -> dict[str, Any]:
-    """Columns by their names as text."""
-    return {str(name): table[name] for name in names}
+def _parts(name: str, column: Any) -> dict[str, Any]:
+    """The columns of one whose rows are lists of numbers or dictionaries; itself of
+    another."""
+    first = next((row for row in column if row is not None), None)
+    if not hasattr(first, "__len__") or isinstance(first, str | bytes):
+        return {name: column}
+    rows = column.to_pylist() if hasattr(column, "to_pylist") else list(column)
+    if isinstance(first, Mapping):
+        found: dict[str, Any] = {}
+        for key in first:
+            of_key = [(row or {}).get(key) for row in rows]
+            found |= _parts(f"{name}.{key}", of_key)
+        return found
+    try:
+        array = np.array([np.asarray(row, dtype=float) for row in rows])
+    except (TypeError, ValueError):  # of several lengths, or of other things
+        return {name: column}
+    return _columns(name, array, len(rows))
 
 
 def _floats(values: Any) -> Array:

@@ -40,6 +40,9 @@ FEWEST_SMOOTH, LARGEST_STEP = 50, 0.1
 """Poses, and the largest step among them over their extent, from which on they are
 those of a motion: an arm that turns by 3 rad/s, logged at 20 Hz, goes 0.15 rad a row."""
 
+SHORTEST_STEP = 2e-5
+"""[s] Time between samples below which another unit may be meant."""
+
 STATIC_STREAMS = (
     "position",
     "orientation",
@@ -251,7 +254,9 @@ def _check_step(
         meant = "milliseconds" + (", or a count of rows" if whole and step == 1 else "")
         what = f"the median step of {name} is {step:.4g} s: is time in {meant}, not seconds?"
         return [warning("time-step-long", what)]
-    if 0 < step < 2e-5:
+    # of stamps that come in bursts only the steps within one are short
+    short = SHORTEST_STEP * (len(stream) - 1)
+    if 0 < step < SHORTEST_STEP and stream.time[-1] - stream.time[0] < short:
         what = f"the median step of {name} is {step:.4g} s: is time in seconds?"
         return [warning("time-step-short", what)]
     return []

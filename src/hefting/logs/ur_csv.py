@@ -30,6 +30,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
+from hefting.logs.map_groups import group_columns
 from hefting.logs.orientations import rotate_into_sensor
 from hefting.logs.registry import Format
 from hefting.logs.table import Table, collect, in_seconds
@@ -65,9 +66,14 @@ TIMES = ("timestamp", "time")
 
 def is_ur(names: Iterable[str]) -> bool:
     """Whether a header is that of a real-time record. One whose wrench has a canonical
-    name is not: another sensor measured it."""
-    names = set(names)
-    return not MARKS.isdisjoint(names) and "fx" not in names
+    name, or that has only one of another name, is not: another sensor measured it."""
+    names = tuple(names)
+    if MARKS.isdisjoint(names) or "fx" in names:
+        return False
+    if f"{RAW}_0" in names or f"{FORCE}_0" in names:
+        return True
+    groups = group_columns(names)
+    return not (groups.find("force", "xyz") or groups.numbered("wrench", 6))
 
 
 def read_ur(table: Table, wrench_needed: bool = True) -> Recording:

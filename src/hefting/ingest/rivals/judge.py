@@ -15,14 +15,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from hefting.core.progress import each as each_of
-from hefting.core.spatial import Array, Mask, interpolated
-from hefting.ingest.filtering import SHORTEST_LAG, filtered
+from hefting.core.spatial import Array
+from hefting.ingest.filtering import SHORTEST_LAG
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals import (
     EXPLANATIONS,
     LARGE_EXPLANATIONS,
     LINEAR_EXPLANATIONS,
     OF_FEW_POSES,
+    wrench_filtered,
 )
 from hefting.ingest.rivals.cable import pulling_columns
 from hefting.ingest.rivals.calibration_matrix import errors_on_data_sheet
@@ -124,32 +125,25 @@ class Judged:
 
 def judge_one(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise; where
-    none is found, beside a filter that makes the wrench as late as it is."""
+    none is found, beside a filter that makes the wrench as late as it is. A filter is
+    compared with such a one where that is likelier, as the answer will be corrected."""
     found = _judge(case, EXPLANATIONS)
-    if found.named is not None or found.given is None or case.offset < SHORTEST_LAG:
+    is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
+    if found.given is None or case.offset < SHORTEST_LAG:
         return found
-    slow = _as_filtered(case)
-    named = None if slow is None else _judge(slow, ()).named
+    if found.named is not None and not is_filtered:
+        return found
+    slow = wrench_filtered.as_filtered(case)
+    if slow is None:
+        return found
+    if is_filtered:
+        given = max((found.given, as_given(slow)), key=lambda each: each.likelihood)
+        return replace(found, given=given)
+    named = _judge(slow, ()).named
     if named is None or not _is_told(case, found.given, named):
         return found
     certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
     return replace(found, named=named, certain=certain)
-
-
-def _as_filtered(case: Case) -> Case | None:
-    """The case with its motion through a filter of the wrench's lag; None where it is too
-    long for that."""
-    lag, path = case.offset, case.path
-    step = max(0.1 * lag, 5e-5 * (path.last - path.first))
-    grid = np.arange(path.first, path.last, step)
-    value = filtered(grid, path.read(grid, False)[0], lag)
-    if value is None:
-        return None
-
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        return interpolated(time, grid, value), *path.read(time, spread)[1:]
-
-    return replace(case, path=replace(path, read=read))
 
 
 def _judge(case: Case, candidates: Candidates) -> Judged:

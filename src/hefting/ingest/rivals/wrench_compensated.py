@@ -32,6 +32,12 @@ LARGEST_SHARE = 100.0
 """Largest share of the object's weight that a controller takes away: that of a tool of
 3 kg, of an object of 30 g. Of 2 it is gravity the wrong way round, which has no unknowns
 and is told instead."""
+MOST_BY_TIME = 0.75
+"""Share up to which time that runs fast is said to do the same: by up to 2 times, as of
+125 Hz taken for 100 Hz."""
+ALIKE = 0.1
+"""Difference of the shares of first moment and mass that time leaves alike, over that of
+the mass."""
 OR_HEAVIER = ", or the controller to subtract a payload heavier than the object"
 """What is said beside a mistake that may be one."""
 
@@ -58,8 +64,19 @@ def explain(case: Case) -> Explanation | None:
         f"some {part} seem to be missing in the wrench, as where the controller "
         "subtracts a payload"
     )
+    fix = FIX
+    if SMALL_SHARE < share < MOST_BY_TIME and _is_alike(solution, share):
+        what += f", or time runs {(1.0 - share) ** -0.5:.3g} times too fast"
+        fix += ", or give time at the rate at which samples were taken"
     effect = _effect(fitted) if share < SMALL_SHARE else None
-    return Explanation(CODE, what, FIX, fitted, 4, effect=effect)
+    return Explanation(CODE, what, fix, fitted, 4, effect=effect)
+
+
+def _is_alike(solution: Array, share: float) -> bool:
+    """Whether as much of the first moment is missing as of the mass, as by time."""
+    missing = solution[1:4] - solution[11:14]
+    apart = np.linalg.norm(missing - share * solution[1:4])
+    return bool(apart < ALIKE * share * np.linalg.norm(solution[1:4]))
 
 
 def undone(case: Case) -> Iterator[Undone]:

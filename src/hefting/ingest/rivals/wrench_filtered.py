@@ -1,13 +1,14 @@
 """The wrench was low-pass filtered: its fast part is weaker, and late."""
 
+from dataclasses import replace
+
 import numpy as np
 
-from hefting.core.spatial import Array
-from hefting.ingest.filtering import Complex, Signal
+from hefting.core.spatial import Array, Mask, interpolated
+from hefting.ingest.filtering import Complex, Signal, filtered
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
-    Fitted,
     Rows,
     fit_rows,
     is_hopeless,
@@ -22,9 +23,6 @@ ORDERS = (1, 2)
 """Orders of the Butterworth filters that are tried."""
 RATE = 50.0
 """[Hz] Rate at which the motion is filtered: far above the cut-off frequencies."""
-FILTERED_SHARE = 0.5
-"""Correlation of all channels' residuals from one average to the next, over that of
-noise through the filter, below which their noise did not pass it."""
 FIRST_ITERATIONS = 2
 """Reweightings by which it is told whether any explains something."""
 KEPT = 8
@@ -34,8 +32,7 @@ MOST_INSTANTS = 6000
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest bandwidth. A filter in the sensor takes its noise, too: where the
-    residuals of a channel are white beside it, there is none."""
+    """The likeliest bandwidth."""
     if not case.path.moves:
         return None
     names, rows = _rows(case)
@@ -48,10 +45,6 @@ def explain(case: Case) -> Explanation | None:
     kept = np.argsort(quick.likelihood)[-KEPT:]
     fitted = fit_rows(case, rows.part(kept))
     _, bandwidth = names[kept[fitted.best]]
-    interval = float(np.median(np.diff(case.time)))
-    expected = np.exp(-2.0 * np.pi * bandwidth * interval)
-    if _least_correlation(fitted) < FILTERED_SHARE * expected:
-        return None
     what = (
         f"the wrench seems to be low-pass filtered at some {bandwidth:.2g} Hz, which "
         "weakens and delays what the motion needs"
@@ -60,12 +53,20 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(CODE, what, fix, fitted, 1, of_many_laws=True)
 
 
-def _least_correlation(fitted: Fitted) -> float:
-    """Smallest correlation of a channel's residuals from one average to the next."""
-    residual = fitted.residual[fitted.best]
-    product = np.sum(residual[1:] * residual[:-1], axis=0)
-    square = np.sum(np.square(residual), axis=0)
-    return float((product / np.maximum(square, 1e-300)).min())
+def as_filtered(case: Case) -> Case | None:
+    """The case with its motion through a filter of the wrench's lag; None where it is too
+    long for that."""
+    lag, path = case.offset, case.path
+    step = max(0.1 * lag, 5e-5 * (path.last - path.first))
+    grid = np.arange(path.first, path.last, step)
+    value = filtered(grid, path.read(grid, False)[0], lag)
+    if value is None:
+        return None
+
+    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
+        return interpolated(time, grid, value), *path.read(time, spread)[1:]
+
+    return replace(case, path=replace(path, read=read))
 
 
 def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
@@ -77,11 +78,6 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
     rate = (count - 1) / (grid[-1] - grid[0])
     motion = case.motion_at(grid[None])
     features = Signal(motion.features(case.modelled_gravity)[0], rate)
-    offsets = case.likely_offsets if abs(case.offset) > 1e-4 else np.zeros(1)
-    # the wrench's samples among the instants, and how far each is from the one before
-    places = (case.time - offsets[:, None] - grid[0]) * rate
-    before = np.clip(places.astype(int), 0, count - 2)
-    beyond = np.clip(places - before, 0.0, 1.0)[:, :, None]
     names: list[tuple[int, float]] = []
     known: list[Array] = []
     for order in ORDERS:
@@ -89,7 +85,16 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
             if bandwidth > 0.4 * rate:
                 continue
             smooth = low_passed(features, order, bandwidth)
-            # an offset of the filter's own delay is possible besides
+            # a clock offset is possible besides: what the filter's own delay leaves
+            offsets = np.zeros(1)
+            if abs(case.offset) > 1e-4:
+                own = order**0.5 / (2.0 * np.pi * bandwidth)
+                offsets = np.array((0.0, case.offset - own))
+            # the wrench's samples among the instants, and how far each is from the one
+            # before
+            places = (case.time - offsets[:, None] - grid[0]) * rate
+            before = np.clip(places.astype(int), 0, count - 2)
+            beyond = np.clip(places - before, 0.0, 1.0)[:, :, None]
             names += [(order, bandwidth)] * len(offsets)
             known.append(smooth[before] * (1.0 - beyond) + smooth[before + 1] * beyond)
     if not known:
