@@ -85,7 +85,8 @@ def test_rows_are_the_motion_in_sensor_axes_and_zero_where_it_is_not_finite():
     rng = np.random.default_rng(1)
     a, w, alpha = rng.normal(size=(3, 4, 3))
     R = Rotation.random(4, random_state=2)
-    rows, known = _reading_rows(a, w, alpha, R.as_quat())
+    world = np.moveaxis(R.inv().as_matrix(), 0, 2)
+    rows, known = _reading_rows(a.T, w.T, alpha.T, world)
     assert known.all()
     np.testing.assert_array_equal(rows[:, :6], np.hstack((a, alpha)))
     products = [w[:, i] * w[:, j] for i, j in zip(*np.triu_indices(3), strict=True)]
@@ -93,13 +94,13 @@ def test_rows_are_the_motion_in_sensor_axes_and_zero_where_it_is_not_finite():
     np.testing.assert_allclose(found, np.sort(np.array(products).T, axis=1))
     matrices = rows[:, 12:].reshape(-1, 3, 3)
     np.testing.assert_allclose(matrices, R.inv().as_matrix(), atol=1e-12)
-    gravity_alone, _ = _reading_rows(None, w, alpha, R.as_quat())
+    gravity_alone, _ = _reading_rows(None, w.T, alpha.T, world)
     assert not gravity_alone[:, :12].any()
     np.testing.assert_array_equal(gravity_alone[:, 12:], rows[:, 12:])
-    for given in (a, None):
+    for given in (a.T, None):
         broken = alpha.copy()
         broken[2, 1] = np.nan
-        rows, known = _reading_rows(given, w, broken, R.as_quat())
+        rows, known = _reading_rows(given, w.T, broken.T, world)
         np.testing.assert_array_equal(known, (True, True, False, True))
         assert not rows[2].any()
         assert rows[3].any()

@@ -189,11 +189,11 @@ def test_the_help_of_commands_names_a_new_format(run, command):
 def test_the_help_of_outputs_names_a_new_format(run):
     words = " ".join(run("convert", "--help")[1].split())
     assert (
-        "canonical .csv or .parquet; a bag: .bag, .mcap, or a folder for no suffix; a toy: .toy"
+        "canonical .csv or .parquet; a bag: .bag, .mcap, or no suffix for a folder; a toy: .toy"
         in words
     )
     words = " ".join(run("simulate", "--help")[1].split())
-    assert "log: .csv, .parquet, .bag, .mcap, .toy, or a folder for no suffix" in words
+    assert "log: .csv, .parquet, .bag, .mcap, .toy, or no suffix for a folder" in words
 
 
 @pytest.mark.usefixtures("toy")

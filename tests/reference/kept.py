@@ -42,15 +42,21 @@ def values_of(group: str) -> dict[str, Values]:
 
 def write_values(group: str, cases: Cases) -> None:
     """Run a group of cases, and write their values: a line for each name, so that a
-    change shows what it changes."""
-    blocks = []
+    change shows what it changes. Numbers that differ by no more than the tolerance stay
+    as they were."""
+    blocks, path = [], FOLDER / f"{group}.json"
+    kept = values_of(group) if path.exists() else {}
     for name, case in sorted(cases.items()):
+        found, before = numbers_of(case), kept.get(name, {})
+        for key in found.keys() & before.keys():
+            if _distance(key, found[key], before[key], SMALLEST) <= TOLERANCE:
+                found[key] = before[key]
         lines = [
             f"  {json.dumps(key)}: {json.dumps(numbers)}"
-            for key, numbers in numbers_of(case).items()
+            for key, numbers in found.items()
         ]
         blocks.append(f" {json.dumps(name)}: {{\n" + ",\n".join(lines) + "\n }")
-    (FOLDER / f"{group}.json").write_text("{\n" + ",\n".join(blocks) + "\n}\n")
+    path.write_text("{\n" + ",\n".join(blocks) + "\n}\n")
 
 
 def differences(
