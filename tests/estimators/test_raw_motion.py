@@ -82,22 +82,16 @@ def test_jumps_at_the_corners_of_trapezoids_are_no_noise(rate, speed, accelerati
     said = replace(z, motion_noise=MotionNoise(0.0, 0.0))
     found, exactly = (Bayes().fit(each).inertia for each in (z, said))
     np.testing.assert_allclose(found, exactly)
-    rng = np.random.default_rng(4)
-    moved = z.linear_acceleration.std(axis=0).mean()
-    level = 0.3 * moved
-    noise = level * rng.normal(size=z.linear_acceleration.shape)
-    shaken = replace(z, linear_acceleration=z.linear_acceleration + noise)
+    rng, levels, noisy_ones = np.random.default_rng(4), [], []
+    for values in (z.linear_acceleration, z.angular_acceleration):
+        levels.append(0.3 * values.std(axis=0).mean())
+        noisy_ones.append(values + levels[-1] * rng.normal(size=values.shape))
+    linear, angular = noisy_ones
     both = record(
-        replace(
-            shaken,
-            angular_acceleration=z.angular_acceleration
-            + 0.3
-            * z.angular_acceleration.std(axis=0).mean()
-            * rng.normal(size=noise.shape),
-        )
+        replace(z, linear_acceleration=linear, angular_acceleration=angular)
     ).found_motion_noise
     assert both is not None
-    assert both.linear == pytest.approx(level, rel=0.33)
+    assert (both.linear, both.angular) == pytest.approx(levels, rel=0.33)
 
 
 def test_what_is_said_is_not_looked_for():

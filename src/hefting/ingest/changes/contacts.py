@@ -62,6 +62,7 @@ class SeparateBodies:
 
     def __init__(self, model: JointModel) -> None:
         self.lengths = model.lengths
+        """(L,) cells of the intervals"""
         p, each = PARAMETERS, model.grams
         both = each.sum(axis=1)
         own = both[:, :p, :p] + np.diag(LARGEST_PARAMETERS**-2.0)
@@ -73,9 +74,12 @@ class SeparateBodies:
         residual[:, p:] = -np.eye(D)
         residual[:, :, -1] *= -1.0
         self.grams = np.swapaxes(residual, 1, 2)[:, None] @ each @ residual[:, None]
+        """(L, 2, D, D) of the residuals of force and torque, by the bias and one"""
         left = both[:, p:, p:] - np.swapaxes(both[:, :p, p:], 1, 2) @ bodies
         self.normal, self.right = left[:, :-1, :-1], left[:, :-1, -1]
+        """what each interval adds to the normal equations of the bias"""
         self.spent = np.trace(np.linalg.solve(own, both[:, :p, :p]), axis1=1, axis2=2)
+        """(L,) equations that the bodies' own unknowns take, of force and torque"""
         self.ridge = np.diag(ridge_of_bias(model.drift))
 
     def costs(self, held: Mask, reference: float) -> Array:
