@@ -248,6 +248,7 @@ def test_what_cannot_be_run(tmp_path, monkeypatch, capsys):
         reproduce(["nois"], tmp_path)
     with pytest.raises(InputError, match="at least one process"):
         reproduce(["noise"], tmp_path, workers=0)
+    assert not list(tmp_path.iterdir())
     (tmp_path / "file").write_text("")
     with pytest.raises(InputError, match="cannot be made"):
         reproduce(["noise"], tmp_path / "file" / "folder")

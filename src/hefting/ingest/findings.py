@@ -111,10 +111,11 @@ def findings_of(
     odd = "odd pose" if recording.static else "spike"
     which = f": {_numbers(outliers.spike)}" if recording.static else ""
     for code, name, mask, where in (
-        ("spikes", odd, outliers.spike & (not few), which),
+        ("spikes", odd, outliers.spike, which),
         ("saturation", "saturated sample", outliers.saturation, ""),
     ):
-        if mask.any():
+        # one of a few poses is a warning (`_few_poses_warnings`)
+        if mask.any() and not (few and code == "spikes"):
             several = "" if mask.sum() == 1 else "s"
             share = f"{100.0 * mask.mean():.2g} %"
             what = f"{int(mask.sum())} {name}{several} ({share}) left out{where}"

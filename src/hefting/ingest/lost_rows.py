@@ -151,9 +151,9 @@ def _rows_at(steps: Array, places: Indices) -> Indices:
     is no whole number of rows, one where that is not clear."""
     chosen = steps[places]
     near = steps[np.clip(places[:, None] + NEIGHBOURS, 0, len(steps) - 1)]
-    # of eight: to sort them is faster than a median along the middle axis
-    ordered = np.sort(np.swapaxes(near, 1, 2), axis=2)
-    expected = ordered[:, :, 3:5].mean(axis=2)
+    # their median: a sort of few numbers is faster
+    ordered, half = np.sort(np.swapaxes(near, 1, 2), axis=2), len(NEIGHBOURS) // 2
+    expected = ordered[:, :, half - 1 : half + 1].mean(axis=2)
     size = np.linalg.norm(expected, axis=1)
     spread = np.median(np.abs(np.linalg.norm(near, axis=2) - size[:, None]), axis=1)
     share = np.einsum("ij,ij->i", chosen, expected) / np.maximum(size, 1e-12) ** 2

@@ -19,6 +19,7 @@ from hefting.core.spatial import (
     rotation_matrices,
 )
 from hefting.motion import Curves, SmoothedPoses, smooth_poses
+from hefting.motion.bspline import TIMES_EVALUATED_TOGETHER
 from hefting.motion.measure import (
     TWIST,
     Source,
@@ -30,8 +31,6 @@ from hefting.motion.state import angular_motion
 
 FEWEST_POSES_OF_PATH = 8
 """Fewest orientations from which a motion is smoothed."""
-TIMES_READ_TOGETHER = 4096
-"""Times at which a motion is read at once: what is computed in between stays small."""
 DIFFERENTIATION_STEP = 2e-3
 """[s] Step of the numerical derivatives by time. A motion of 15 Hz advances by 0.19 rad
 of its phase in it."""
@@ -251,12 +250,13 @@ def _read_scaled(
 
 
 def _read_in_pieces(read: Read, time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-    if len(time) <= TIMES_READ_TOGETHER:
+    """The same at a few times after the other, which bounds the memory."""
+    if len(time) <= TIMES_EVALUATED_TOGETHER:
         return read(time, spread)
     K = len(time)
     rows, variances, known = np.empty((K, 21)), np.empty((2, K)), np.empty(K, bool)
-    for first in range(0, K, TIMES_READ_TOGETHER):
-        part = slice(first, first + TIMES_READ_TOGETHER)
+    for first in range(0, K, TIMES_EVALUATED_TOGETHER):
+        part = slice(first, first + TIMES_EVALUATED_TOGETHER)
         rows[part], variances[:, part], known[part] = read(time[part], spread)
     return rows, variances, known
 

@@ -24,6 +24,13 @@ WINDOW = 4
 to wait while the caller takes its time with a result."""
 
 
+def check_workers(count: int | None) -> None:
+    """`InputError` for fewer local processes than one; None is one a core."""
+    if count is not None and count < 1:
+        what = f"at least one process is needed, not {count}"
+        raise InputError(what, fix="give `jobs` of 1 or more")
+
+
 class Jobs:
     """Workers for as many runs as are wanted, one after the other.
 
@@ -49,9 +56,7 @@ class Jobs:
     def __init__(
         self, workers: int | None = None, scheduler: str | None = None
     ) -> None:
-        if workers is not None and workers < 1:
-            what = f"at least one process is needed, not {workers}"
-            raise InputError(what, fix="give `jobs` of 1 or more")
+        check_workers(workers)
         self._workers: Workers = (
             Cluster(scheduler)
             if scheduler

@@ -203,8 +203,8 @@ class Curve:
         is False the deviations, which take as long as the values, are zero inside.
         """
         values = self.derivatives(at, (0, 1, 2))
-        known = np.where(np.isnan(values[0, 0]), np.inf, np.zeros((3, 1)))
-        std = self.deviations(at) if spread else known
+        without = np.where(np.isnan(values[0, 0]), np.inf, np.zeros((3, 1)))
+        std = self.deviations(at) if spread else without
         return (*np.swapaxes(values, 1, 2), *std)
 
     def derivatives(self, at: Array, orders: tuple[int, ...]) -> Array:

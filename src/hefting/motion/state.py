@@ -21,8 +21,8 @@ from hefting.core.spatial import (
     rotation_matrices,
 )
 
-NEXT, LAST = np.array((1, 2, 0)), np.array((2, 0, 1))
-"""Indices of the next axis, and of the one after it."""
+NEXT, BEFORE = np.array((1, 2, 0)), np.array((2, 0, 1))
+"""Indices of the next axis, and of the one before."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -245,6 +245,6 @@ def _vector_part(q: Array, r: Array) -> Array:
     v, u = q[:3], r[:3]
     part = q[3] * u
     part -= v * r[3]
-    part -= v[NEXT] * u[LAST]
-    part += v[LAST] * u[NEXT]
+    part -= v[NEXT] * u[BEFORE]
+    part += v[BEFORE] * u[NEXT]
     return part

@@ -21,6 +21,7 @@ import hefting
 from hefting.core.errors import HeftingError, InputError
 from hefting.core.files import write_atomically
 from hefting.jobs import Jobs, Lost, source_version
+from hefting.jobs.jobs import check_workers
 from hefting.plots.style import save_figure
 from hefting.reproduction.experiment import (
     Experiment,
@@ -124,6 +125,7 @@ def run_experiments(
     reached, `HeftingError` when it is lost or its workers have another source, or when
     all else is done but a job by which its worker dies, and whatever a job raises.
     """
+    check_workers(workers)  # before anything is written
     make_folder(folder / "results")
     wanted = {experiment.name: experiment.jobs(quick) for experiment in experiments}
     found = {

@@ -90,8 +90,8 @@ class Rows:
         loaded: bool,
         arm_known: bool = False,
     ) -> Self:
-        """Of a run with (`loaded`) or without the payload, with friction by the
-        published load.
+        """Of a run with (`loaded`) or without the payload; friction by load is zero, see
+        `under`.
 
         With `arm_known` the URDF's inertias are taken for the arm's, and the columns of
         its parameters left out.
@@ -105,11 +105,10 @@ class Rows:
             np.concatenate(each) for each in zip(*parts, strict=True)
         )
         used = np.abs(speed) >= STICTION_SPEED
-        rows = cls(values, time, used, published if arm_known else None)
-        return rows.under(dynamics, Load.published(dynamics))
+        return cls(values, time, used, published if arm_known else None)
 
     def under(self, dynamics: JointDynamics, load: Load) -> Self:
-        """The same with friction by another `load`."""
+        """The same with friction by a `load`."""
         values = self.values.copy()
         rigid = values[..., -PAYLOAD - 1 : -1] @ load.payload
         if self.published is None:

@@ -16,7 +16,7 @@ import numpy as np
 
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import OWN, Rows, TorqueScales
+from hefting.torques.equations import OWN, Load, Rows, TorqueScales
 from hefting.torques.noise import fit
 from hefting.torques.runs import drifting, no_samples
 from hefting.torques.samples import TorqueSamples
@@ -61,7 +61,8 @@ class Rival:
         fix: str = "",
     ) -> Self:
         """Of runs that are put right."""
-        rows = [Rows.of(dynamics, samples, False) for samples in runs]
+        load = Load.published(dynamics)
+        rows = [Rows.of(dynamics, own, False).under(dynamics, load) for own in runs]
         used = np.concatenate([each.used for each in rows])
         values = np.concatenate([each.values for each in rows])
         return cls(words, dynamics, values, used, fix)
