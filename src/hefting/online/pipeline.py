@@ -1,8 +1,6 @@
 """Pipeline: samples of a live stream in, live estimates out, driven by the stream's own
 clock."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import replace
 from typing import Protocol

@@ -1,8 +1,6 @@
 """Search for the best motion: random ones first, the best of them optimised, and of
 those that keep every limit the best."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 

@@ -4,8 +4,6 @@ The inertias that robots are published with predict their torques poorly. So the
 links differ from those in the URDF that is written beside a simulated log.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
