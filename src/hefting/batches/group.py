@@ -68,15 +68,8 @@ class Condensed:
 def rows_of_objects(
     entries: Recordings, kept: Kept, workers: Jobs
 ) -> Iterator[tuple[int, Row | None]]:
-    """For each object how many recordings it has, and its row; None where that is
-    unchanged.
-
-    Parameters
-    ----------
-    entries : the recordings, grouped by their object.
-    kept : hash of each row that is there, by object.
-    workers : who condenses the recordings, and identifies the objects.
-    """
+    """For each object how many of the recordings, grouped by it, it has, and its row;
+    None where that is unchanged by the hashes `kept` of rows that are there."""
     for wave in _waves(entries.in_groups()):
         groups = [_sharing([entries[row] for row in rows]) for rows in wave]
         known = _hashes([g for g in groups if kept.get(g[0].row_name)], workers)

@@ -32,21 +32,9 @@ SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
 
 
 class Viewer:
-    """A session as it is seen and handled.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where it is shown.
-    session, playback
-        What is shown.
-    arm : Arm, optional
-        Drawn at the recorded joint positions.
-    settings : Settings, optional
-        At first; by default those of the session.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """A session as it is seen and handled: the arm at the recorded joint positions, and
+    at first `settings`, by default those of the session. `say` turns names of arguments
+    in backquotes into the reader's."""
 
     def __init__(
         self,
