@@ -205,7 +205,6 @@ def _require_joints(a: argparse.Namespace) -> None:
 
 
 def _plan(a: argparse.Namespace) -> "Plan":
-    """The plan that was asked for."""
     from hefting.planning import plan
 
     torques = torques_of(a)
@@ -239,7 +238,6 @@ def _plan(a: argparse.Namespace) -> "Plan":
 
 
 def _content(found: "Plan", path: str) -> str | bytes:
-    """The plan as a file of a suffix."""
     from hefting.planning.files import format_of
 
     suffix = Path(path).suffix.lower()

@@ -33,7 +33,6 @@ def write(body: Body) -> str:
 
 
 def _inertia(body: Body) -> tuple[str, ...]:
-    """What is said of the inertia."""
     if body.is_point:
         return ()
     tensor = ", ".join(in_single(np.array(list(body.tensor.values()))))

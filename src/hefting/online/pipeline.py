@@ -175,7 +175,6 @@ class Pipeline:
         self._fold()
 
     def _filter(self) -> None:
-        """Filter the new poses."""
         if self._follower is None:
             return
         orientation = self._stream("orientation")

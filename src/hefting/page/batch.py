@@ -64,7 +64,6 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
 
 
 def _verdicts(summary: Summary) -> Section:
-    """How many rows have which verdict."""
     total = max(summary.total, 1)
 
     def row(name: str, count: int, colour: str) -> Count:
@@ -173,7 +172,6 @@ def _sizes(summary: Summary) -> Section | None:
 
 
 def _times(summary: Summary) -> Section:
-    """Where the time went, of all rows together."""
     total = sum(summary.seconds.values()) or 1.0
     rows = [
         Count(
@@ -217,7 +215,6 @@ def look_at(row: Mapping[str, Any]) -> str | None:
 
 
 def _options(options: Mapping[str, Any]) -> Sequence[str]:
-    """Options as they are typed."""
     words: list[str] = []
     for name, value in options.items():
         option = f"--{name.replace('_', '-')}"

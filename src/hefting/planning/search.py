@@ -225,7 +225,6 @@ class Searcher:
         return max(float(g.max()) for g in excesses.values()) < 0.0
 
     def _infeasible(self, problem: Problem, starts: Array) -> InputError:
-        """Which limit leaves no room to move."""
         own = replace(problem, start=starts[0])
         still = self.found(own, np.zeros(own.size))
         what = f"no motion keeps all limits; the tightest is {still.usage.worst}"

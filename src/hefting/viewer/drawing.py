@@ -107,7 +107,6 @@ class ObjectDrawing:
             node.visible = name not in self._absent and not parts & self.hidden
 
     def _draw_axes(self) -> None:
-        """The sensor's axes, with their names."""
         length = axes_length(self.size)
         self.sensor = self._api.add_frame(
             SENSOR, axes_length=length, axes_radius=0.02 * length, show_axes=False

@@ -109,7 +109,6 @@ class LiveView:
             camera.near = 1e-2 * size
 
     def _fail(self, error: Exception) -> None:
-        """Say in the panel what went wrong."""
         self.text.content = block(bold("cannot be shown", BAD) + line(str(error)))
 
 

@@ -224,8 +224,6 @@ class Controls:
         return names & {*NUMBERS, "pose_std"}
 
     def _listen(self) -> None:
-        """Follow every widget."""
-
         @self.method.on_update
         def _(_: Any) -> None:
             self._show_settings()
@@ -246,7 +244,6 @@ class Controls:
             widget.on_update(lambda _: self._changed())
 
     def _show_settings(self) -> None:
-        """Show the controls that the method has."""
         names = self._hyperparameters(str(self.method.value))
         for name, number in self.numbers.items():
             number.visible = name in names
@@ -255,7 +252,6 @@ class Controls:
             number.visible = "pose_std" in names and bool(self.pose_known.value)
 
     def _set_defaults(self, own: dict[str, Any]) -> None:
-        """Set the numbers of a method to what it would take by itself."""
         method = str(self.method.value)
         if method in self._session.given:
             return

@@ -39,7 +39,6 @@ def _content(plan: Plan) -> bytes:
 
 
 def _message(plan: Plan, types: Any) -> Any:
-    """The message as rosbags has it."""
     plain = message_of(plan)
     time = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
     points = []
