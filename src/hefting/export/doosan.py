@@ -4,7 +4,7 @@ and units in a comment."""
 import numpy as np
 
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_single
+from hefting.export.known import comment, in_single
 from hefting.export.target import Target
 
 
