@@ -200,7 +200,7 @@ def _show_errors(what: str, found: "Sequence[Cell]", methods: tuple[str, ...]) -
 def show_objects(seeds: int, quick: bool) -> None:
     """Errors, ratios and coverage by setting and speed."""
     from benchmarks.accuracy_objects import NOISE, SETTINGS, SPEEDS, runs
-    from hefting.reproduction.setting import DURATION, OBJECTS
+    from hefting.reproduction.experiment import DURATION, OBJECTS
 
     speeds, duration = ((QUICK_SPEED,), QUICK_MOTION) if quick else (SPEEDS, DURATION)
     found: dict[tuple[str, float], list[Run]] = {
