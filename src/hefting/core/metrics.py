@@ -1,6 +1,8 @@
 """How far an estimate is from the truth: the paper's three errors and a distance on the
 manifold of bodies."""
 
+from __future__ import annotations
+
 from dataclasses import asdict, dataclass
 
 import numpy as np
