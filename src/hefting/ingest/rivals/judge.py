@@ -150,7 +150,7 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     """Look for a mistake among those that are always looked for and those that are where
     they may explain enough."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
-    if len(case.time) < fewest:
+    if len(case.time) < fewest or case.poses < FEWEST_POSES:
         return Judged(0.0)
     quick = fit_rows(case, newton_euler(case, case.motion_as_found))
     if not np.isfinite(quick.likelihood[0]):  # the motion is hardly known
@@ -168,7 +168,7 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
-    if not case.path.moves and len(case.time) < MANY_POSES:
+    if case.poses < MANY_POSES:
         candidates = tuple(each for each in candidates if each in OF_FEW_POSES)
     found = [explain(case) for explain in _promising(case, given, candidates)]
     tried = [each for each in found if each is not None and not is_too_heavy(each)]
