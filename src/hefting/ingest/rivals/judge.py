@@ -273,9 +273,17 @@ def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
         return False
     if other.effect is not None and not other.effect > 3.0:
         return False
-    if other.of_many_laws and told > OVERWHELMING_EVIDENCE:
-        left = missing(case, other.fitted)
-        return left < (1.0 - EXPLAINED_BY_ANOTHER_LAW) * missing(case, given.fitted)
+    if told > OVERWHELMING_EVIDENCE:
+        left, before = missing(case, other.fitted), missing(case, given.fitted)
+        if other.of_many_laws:
+            return left < (1.0 - EXPLAINED_BY_ANOTHER_LAW) * before
+        if not case.path.moves:
+            # the noise of static poses is not known: what free channels leave counts
+            free, _ = next(iter(explained_by_motion(case)))
+            before -= missing(case, free)
+            left -= missing(case, free)
+            if left < (1.0 - EXPLAINED_SHARE) * before:
+                return True
     return _is_explained(case, given, other.fitted)
 
 
