@@ -147,9 +147,10 @@ def _fuse_accelerometer(
         misfit = (
             readings.values - force - found.bias - _lever_columns(motion) @ found.lever
         )
+        known = later.known  # the last readings before a gap have no derivative
         step = _ridge(
-            columns,
-            misfit,
+            columns[known],
+            misfit[known],
             (ACCELEROMETER_BIAS_STD,) * 3 + (LEVER_STD,) * 3 + (CLOCK_STD,),
         )
         found = _Calibration(

@@ -67,8 +67,8 @@ SMALLEST_CHANGE = 1e-6
 """Variance of a wrench over its mean square below which it does not change."""
 LARGE_UNEXPLAINED = 0.1
 """Residual over the wrench's changes from which on mistakes that leave much are tried."""
-CLEAR_SHARE_OF_FEW = 0.05
-"""The same from which on a mistake of few static poses may be named whatever it leaves:
+CLEAR_SHARE_OF_POSES = 0.05
+"""The same from which on a mistake of static poses may be named whatever it leaves:
 of 480 right simulated sets beside a sensor's errors of 1 % three in four are below 0.035,
 of 150 choices of a real arm's poses all are below 0.025, and a gain of 1.3 or a tilt of
 5° are above 0.055."""
@@ -154,7 +154,7 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     """Look for a mistake among those that are always looked for and those that are where
     they may explain enough."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
-    if len(case.time) < fewest:
+    if len(case.time) < fewest or case.poses < FEWEST_POSES:
         return Judged(0.0)
     quick = fit_rows(case, newton_euler(case, case.motion_as_found))
     if not np.isfinite(quick.likelihood[0]):  # the motion is hardly known
@@ -165,14 +165,14 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     given = as_given(case)
     if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
-    if _few_poses(case) or any(
+    if case.poses < MANY_POSES or any(
         _is_explained(case, given, fitted, BOUND_MARGIN)
         for fitted, _ in explained_by_motion(case)
     ):
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
-    if _few_poses(case):
+    if case.poses < MANY_POSES:
         candidates = tuple(each for each in candidates if each in OF_FEW_POSES)
     found = [explain(case) for explain in _promising(case, given, candidates)]
     tried = [each for each in found if each is not None and not is_too_heavy(each)]
@@ -282,18 +282,12 @@ def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
         return left < (1.0 - EXPLAINED_BY_ANOTHER_LAW) * missing(case, given.fitted)
     if _is_explained(case, given, other.fitted):
         return True
-    if not _few_poses(case) or not (
-        unexplained_share(case, given.fitted, case.floor) > CLEAR_SHARE_OF_FEW
-    ):
+    # of static poses nothing tells how much noise and the sensor's errors leave
+    left = unexplained_share(case, given.fitted, case.floor)
+    if case.path.moves or not left > CLEAR_SHARE_OF_POSES:
         return False
-    # how much the sensor's errors leave is not known
     errors = errors_on_data_sheet(case, LARGE_DATA_SHEET_ERROR)
     return told > CLEAR_EVIDENCE + max(evidence(case, given, errors), 0.0)
-
-
-def _few_poses(case: Case) -> bool:
-    """Whether these are static poses, and so few that their noise is not known."""
-    return not case.path.moves and len(case.time) < MANY_POSES
 
 
 def _is_explained(
