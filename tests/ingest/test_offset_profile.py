@@ -22,7 +22,9 @@ from hefting.ingest.offset_profile import (
     OFFSET_OF_UNIT_GAIN,
     OffsetProfile,
 )
+from hefting.logs import read_log
 from hefting.simulation import UR5, simulate, sinusoids, trapezoids
+from recordings import DATA, needs_recordings
 
 pytestmark = pytest.mark.usefixtures("same_poses")
 
@@ -133,6 +135,19 @@ def test_a_filter_delays(constant):
         filtered = with_wrench(recording, wrench.time, np.asarray(values))
         found = condition(filtered, changes=False)
         assert found.offset == pytest.approx(constant, rel=0.3)
+
+
+@needs_recordings
+@pytest.mark.parametrize("late", [-0.2, 0.2, 0.3])
+def test_coloured_residuals_of_a_real_sensor_leave_enough_gain(late):
+    """Its 18 ms are a filter's; the rest gains 500 to 980."""
+    recording = read_log(DATA / "panda-optoforce" / "run3.csv")
+    streams = dict(recording.streams)
+    wrench = streams["wrench"]
+    streams["wrench"] = Stream(wrench.time + late, wrench.values)
+    found = condition(replace(recording, streams=streams), changes=False)
+    assert found.offset == pytest.approx(late + 0.0175, abs=0.002)
+    assert not codes(found.warnings) & DOUBTS
 
 
 def profile(found, square, at_zero=None):
