@@ -187,6 +187,23 @@ NAMES = {
         f"t {each('link_pos_*')} {each('link_orn_*', 'x y z w')} {FT}",
         (TIME, POSITION, QUATERNION, WRENCH),
     ),
+    "MuJoCo": (
+        f"time {numbered('site_xpos_', 3)} {numbered('site_xquat_', 4)} {FT}",
+        (TIME, POSITION, WXYZ, WRENCH),
+    ),
+    "a matrix of MuJoCo": (
+        f"time {numbered('site_xpos_', 3)} {numbered('site_xmat_', 9)} {FT}",
+        (TIME, POSITION, TURNS.as_matrix().reshape(ROWS, 9), WRENCH),
+    ),
+    "frames behind, as of Isaac Lab": (
+        f"time {numbered('ee_pos_w_', 3)} {each('ee_quat_w_*', 'x y z w')} "
+        f"{numbered('body_incoming_joint_wrench_b_', 6)}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "Vicon": (
+        f"time {each('R*', 'X Y Z W')} {each('T*')} {each('F*')} {each('M*')}",
+        (TIME, QUATERNION, POSITION, WRENCH),
+    ),
     "Greek letters": (
         f"time_usec tvec_x tvec_y tvec_z phi theta psi {FT}",
         (1e6 * TIME, POSITION, RPY, WRENCH),
@@ -272,6 +289,18 @@ def test_what_may_be_meant_as_well_is_a_doubt(names, words):
     got = hefting.as_recording(frame)
     [said] = [each for each in got.warnings if each.code == "columns-doubtful"]
     assert words in said
+
+
+def test_columns_of_two_levels(tmp_path):
+    """Of pandas, whose names are tuples, in memory and as Parquet has them."""
+    levels = [("time", "")] + [("position", c) for c in "xyz"]
+    levels += [("orientation", c) for c in "xyzw"]
+    levels += [(kind, c) for kind in ("force", "torque") for c in "xyz"]
+    table = np.column_stack((TIME, POSITION, QUATERNION, WRENCH))
+    frame = pd.DataFrame(table, columns=pd.MultiIndex.from_tuples(levels))
+    frame.to_parquet(tmp_path / "log.parquet")
+    assert is_same(hefting.as_recording(frame))
+    assert is_same(read_log(tmp_path / "log.parquet"))
 
 
 def test_what_stands_in_brackets_may_be_no_unit():

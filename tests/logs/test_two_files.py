@@ -138,11 +138,20 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
         POSE_NAMES,
         np.hstack((POSITION, QUATERNION)),
     )
+    frames = table(
+        tmp_path / "vicon.csv",
+        "Frame",
+        TIME,
+        ["RX", "RY", "RZ", "TX", "TY", "TZ"],
+        WRENCH,
+    )
     epoch = table(tmp_path / "epoch.csv", "time", START + TIME, WRENCH_NAMES, WRENCH)
     (tmp_path / "held.bag").write_bytes(b"#ROSBAG V2.0\n")
     cases = (
         (poses, wrench, "robot.csv: there is no wrench"),
         (whole, poses, "whole.csv: holds position and orientation itself"),
+        (whole, poses, "leave `poses` out, or name time and wrench alone in a column"),
+        (wrench, frames, r"there is no time; .* column map time = .*\{ rate = 250 \}"),
         (wrench, epoch, "epoch.csv: there are neither poses nor joint angles"),
         (wrench, late, "do not overlap those of ft.csv"),
         (epoch, poses, "only the times of epoch.csv count from 1970"),

@@ -29,6 +29,7 @@ from hefting.logs.csv_cells import (
     in_columns,
     merge_spaces,
     one_line,
+    quote_lists,
     unify_line_ends,
 )
 from hefting.logs.csv_end import find_end
@@ -333,8 +334,8 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
 
 
 def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
-    """The text of a file, of LabVIEW as a table; see `_texts`."""
-    return as_table(_texts(path, end), path)
+    """The text of a file, of LabVIEW as a table, lists in quotes; see `_texts`."""
+    return map(quote_lists, as_table(_texts(path, end), path))
 
 
 def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:

@@ -20,7 +20,7 @@ WORDS = {
         *("tcppose", "xpos", "tvec"),
     ),
     "orientation": (
-        *("q", "o", "quat", "quaternion", "xquat"),
+        *("q", "o", "r", "quat", "quaternion", "xquat"),
         *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
     ),
     "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation"),
@@ -29,7 +29,7 @@ WORDS = {
     "pose": ("", "pose", "tcppose", "posx"),
     "pose-matrix": ("ot", "pose", "matrix", "transform", "tf"),
     "matrix": ("t", "h", "tf", "pose", "matrix", "transform"),
-    "rotation-matrix": ("r", "rot", "rotation", "rotmat", "orientation"),
+    "rotation-matrix": ("r", "rot", "rotation", "rotmat", "xmat", "orientation"),
     "joint_positions": ("q", "j", "joint", "joints", "jointposition", "jpos"),
     "gyroscope": ("g", "gyro", "gyroscope"),
     "linear_accelerometer": ("linearacc", "linearaccel", "linearaccelerometer"),
@@ -210,8 +210,15 @@ def group_columns(names: Sequence[str]) -> Groups:
 
 def split_name(name: str) -> list[str]:
     """Words of a name in small letters, its component as the last: ``Force_X``,
-    ``forceX``, ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``."""
+    ``forceX``, ``force_x_N``, ``force_x_raw`` and ``force_w_x``, in world axes, end in
+    ``force``, ``x``."""
     words = words_of(name)
+    if (
+        len(words) > 2
+        and words[-2] in ("w", "b")
+        and re.fullmatch(r"\d+|[w-z]", words[-1])
+    ):
+        del words[-2]  # the frame, as of Isaac Lab
     places = [i for i, word in enumerate(words) if word in set("xyzw")]
     if places:
         return [*words[: places[-1]], *words[places[-1] + 1 :], words[places[-1]]]

@@ -59,6 +59,12 @@ UNIT_NORM = 0.02
 FEWEST_JOINTS = 4
 """Fewest columns that are taken for the joints of an arm."""
 
+JOINT_STATE = re.compile(
+    r".*joint[^/.]*[/.](?:([^/.]+)[/.]position|position[/.]([^/.]*[^/.\d]+[^/.]*))",
+    re.IGNORECASE,
+)
+"""A position among those of JointState, under a name that is no number."""
+
 
 @dataclass(frozen=True)
 class GuessedMap:
@@ -138,16 +144,18 @@ def _guesses(sample: Sample) -> list[Guess]:
 
 def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     six = groups.numbered("wrench", 6) or groups.numbered("force", 6)
-    if six is not None:
-        force, torque, equals = six.columns[:3], six.columns[3:], six.equals
-    else:
-        of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
-        first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
-        second = _torque(groups, {*first.words}) if first else None
-        if first is None or second is None:
-            return None
+    of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
+    first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
+    second = _torque(groups, {*first.words}) if first else None
+    if first and second:
         force, torque = first.columns, second.columns
         equals = first.equals + second.equals
+        if six and "tcp" not in six.words:  # which is a controller's
+            equals += six.columns[:1]
+    elif six:
+        force, torque, equals = six.columns[:3], six.columns[3:], six.equals
+    else:
+        return None
     units, remark = _wrench_units(sample, force, torque)
     name = "_".join(words_of(sample.words(force[0])))
     axes = ('axes = "world"',) if re.search(r"(^|_)o_f_ext", name) else ()
@@ -259,9 +267,10 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
 
 def _four(sample: Sample, choice: Choice) -> Guess:
     """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` or
-    ``rot.q1`` to ``q4`` and ``orient.u0`` to ``u3``, the first is w."""
+    ``rot.q1`` to ``q4``, ``orient.u0`` to ``u3`` and MuJoCo's ``xquat``, the first is
+    w."""
     name = sample.words(choice.columns[0]).lower()
-    told = re.fullmatch(r"(rot\.)?q\d|.*orient\Wu\d|.*wxyz.*", name) is not None
+    told = re.fullmatch(r"(rot\.)?q\d|.*orient\Wu\d|.*(wxyz|xquat).*", name) is not None
     form, other = ("wxyz", "xyzw") if told else ("xyzw", "wxyz")
     remark = f"or {other}: their numbers do not tell which is w"
     if {"wxyz", "xyzw"} & set(choice.words):
@@ -293,7 +302,7 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
 def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     if len(named := _named_joints(sample)) >= FEWEST_JOINTS:
         unit, remark = sample.stated_or_by_size(named, "angle")
-        names = json.dumps([sample.words(column) for column in named])
+        names = json.dumps([*map(_joint_of, map(sample.words, named))])
         rest = (unit_entry(unit), f"names = {names}")
         return Guess("joint_positions", named, rest, remark)
     for count in range(9, FEWEST_JOINTS - 1, -1):
@@ -307,12 +316,21 @@ def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
 
 def _named_joints(sample: Sample) -> tuple[int, ...]:
     """Columns with the names of a robot's joints: ``wrist_3_joint``."""
-    words = [words_of(sample.words(column)) for column in range(len(sample.names))]
+    names = [sample.words(column) for column in range(len(sample.names))]
     return tuple(
         column
-        for column, each in enumerate(words)
-        if len(each) > 1 and each[-1] == "joint" and not OTHER & set(each)
+        for column, name in enumerate(names)
+        if _joint_of(name) and not OTHER & set(words_of(name))
     )
+
+
+def _joint_of(name: str) -> str:
+    """The joint whose position a column has by its name, as ``wrist_3_joint``, or of
+    JointState in PlotJuggler ``/joint_states/joint_7/position``; empty for others."""
+    if found := JOINT_STATE.fullmatch(name):
+        return found[1] or found[2]
+    words = words_of(name)
+    return name if len(words) > 1 and words[-1] == "joint" else ""
 
 
 def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:

@@ -24,7 +24,7 @@ from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
 MOST_ROWS = 2000
 """Rows that are looked at."""
 BRACKETS = re.compile(
-    r"^(?![\s\S]{200})(.*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
+    r"^(?![\s\S]{200})([^\[(].*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
 )
 """A short name with its unit behind it, as in ``Fx [N]``; a number in brackets is none."""
 UNKNOWN = "is not known"
