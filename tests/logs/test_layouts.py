@@ -187,6 +187,23 @@ NAMES = {
         f"t {each('link_pos_*')} {each('link_orn_*', 'x y z w')} {FT}",
         (TIME, POSITION, QUATERNION, WRENCH),
     ),
+    "what is desired, and a leader": (
+        f"t {numbered('leader_pose_', 7)} {numbered('T_d_', 16)} {numbered('T_', 16)} "
+        f"{numbered('finger_ft_', 6)} {numbered('wrist_ft_', 6)}",
+        (
+            TIME,
+            POSITION[::-1],
+            QUATERNION[::-1],
+            MATRICES[::-1].reshape(ROWS, 16),
+            MATRICES.reshape(ROWS, 16),
+            0.1 * WRENCH,
+            WRENCH,
+        ),
+    ),
+    "times of computing before it": (
+        f"loop_time cycle_time timestamp {POSE} {each('F*')} {each('M*')}",
+        (np.abs(ELSE[:, 0]), np.full(ROWS, 0.01), TIME, POSITION, QUATERNION, WRENCH),
+    ),
     "MuJoCo": (
         f"time {numbered('site_xpos_', 3)} {numbered('site_xquat_', 4)} {FT}",
         (TIME, POSITION, WXYZ, WRENCH),

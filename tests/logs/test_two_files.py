@@ -169,6 +169,38 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
         read_log(wrench)
 
 
+@pytest.mark.parametrize("markers", [0, 3, 9])
+@pytest.mark.parametrize("form", ["{}", "{:032X}"])
+@pytest.mark.parametrize("parents", [False, True])
+def test_exports_of_motive(tmp_path, wrench, markers, form, parents):
+    """Names in five lines or six, of a rigid body and its markers, whose numbers are
+    rows of numbers among them."""
+    body = form.format(10**36)
+    columns = [("Rigid Body", "ft", body, "", "Rotation", c) for c in "XYZW"]
+    columns += [("Rigid Body", "ft", body, "", "Position", c) for c in "XYZ"]
+    columns += [("Rigid Body", "ft", body, "", "Mean Marker Error", "")]
+    values = [QUATERNION, POSITION, np.full((20, 1), 1e-4)]
+    for k in range(markers):
+        of = ("Rigid Body Marker", f"ft:Marker {k}", form.format(10**36 + k + 1), body)
+        columns += [(*of, "Position", c) for c in "XYZ"]
+        columns += [(*of, "Marker Quality", "")]
+        values += [RNG.normal(size=(20, 3)), np.ones((20, 1))]
+    heads = ("Type", "Name", "ID", "Parent", "", "Time (Seconds)")
+    lines = [
+        ["Frame" if "Time" in head else "", head, *line]
+        for head, line in zip(heads, zip(*columns, strict=True), strict=True)
+        if parents or head != "Parent"
+    ]
+    table = np.column_stack((POSE_TIME, *values)).tolist()
+    lines += [[str(k), *map(repr, row)] for k, row in enumerate(table)]
+    path = tmp_path / "motive.csv"
+    path.write_text("\n".join(("Format Version,1.25", "", *map(",".join, lines))))
+    got = read_log(wrench, poses=path)
+    assert got["position"].values.tolist() == POSITION.tolist()
+    np.testing.assert_allclose(got["orientation"].values, QUATERNION, atol=1e-15)
+    assert codes(got.warnings) == {"columns-by-name"}
+
+
 def test_joint_torques_alone_in_a_table(tmp_path):
     """As they are read where no wrench is needed."""
     names, angles = ([f"{name}{j}" for j in range(1, 7)] for name in ("tau", "q"))

@@ -39,7 +39,17 @@ WORDS = {
 
 OTHER = {
     *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
-    *("target", "desired", "des", "cmd", "command", "commanded", "goal", "setpoint"),
+    *(
+        "target",
+        "desired",
+        "des",
+        "d",
+        "cmd",
+        "command",
+        "commanded",
+        "goal",
+        "setpoint",
+    ),
     *("soll", "rsol", "planned", "plan", "nominal"),
     *("action", "actions", "delta", "diff"),
     *("pred", "predicted", "prediction", "expected", "model", "residual"),
@@ -54,7 +64,8 @@ PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"
 
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
-    *("base", "odom", "shoulder", "elbow", "forearm"),
+    *("base", "odom", "shoulder", "elbow", "forearm", "finger"),
+    *("leader", "master", "next"),
 }
 """Words of what is not held there."""
 
