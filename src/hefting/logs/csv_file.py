@@ -318,8 +318,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     at least two columns."""
     text = one_line(next(texts(path), b""))
     header = read_header(text, path, layout)
-    rows = text.split(b"\n", header.first)[header.first - 1 : header.first]
-    first_row = rows[0].decode(errors="replace") if rows else ""
+    first_row = b"".join(text.split(b"\n", header.first)[header.first - 1 :][:1])
     return CsvTable(
         str(path),
         header.names,
@@ -329,7 +328,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.dates,
         header.other_way,
         header.lists,
-        *find_end(path, header, first_row),
+        *find_end(path, header, first_row.decode(errors="replace")),
     )
 
 
