@@ -433,6 +433,21 @@ def test_times_that_are_written_in_other_ways(tmp_path, way):
     assert is_same(read_log(tmp_path / "log.csv"))
 
 
+def test_durations_of_matlab(tmp_path):
+    rows = [
+        f"{t:.5g} sec,{x.partition(',')[2]}" for t, x in zip(TIME, LINES, strict=True)
+    ]
+    (tmp_path / "log.csv").write_text("\n".join((HEAD, *rows)))
+    assert is_same(read_log(tmp_path / "log.csv"))
+
+
+def test_names_without_rows_are_said_to_be_so(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("Time,X,Y,Z,A,B,C,Fx,Fy,Fz,Mx,My,Mz\n")
+    with pytest.raises(InputError, match="no rows of numbers below the header"):
+        read_log(path)
+
+
 def test_of_a_time_by_another_name_it_is_said_what_is_read(tmp_path):
     lines = [HEAD.replace("time", "Stamp"), "3-Apr-2026 13:31:07" + LINES[0][3:]]
     (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")

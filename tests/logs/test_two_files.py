@@ -150,7 +150,7 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
     cases = (
         (poses, wrench, "robot.csv: there is no wrench"),
         (whole, poses, "whole.csv: holds position and orientation itself"),
-        (whole, poses, "leave `poses` out, or name time and wrench alone in a column"),
+        (whole, poses, "leave `poses` out, or name the wrench alone in a column map"),
         (wrench, frames, r"there is no time; .* column map time = .*\{ rate = 250 \}"),
         (wrench, epoch, "epoch.csv: there are neither poses nor joint angles"),
         (wrench, late, "do not overlap those of ft.csv"),

@@ -39,18 +39,8 @@ WORDS = {
 
 OTHER = {
     *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
-    *(
-        "target",
-        "desired",
-        "des",
-        "d",
-        "cmd",
-        "command",
-        "commanded",
-        "goal",
-        "setpoint",
-    ),
-    *("soll", "rsol", "planned", "plan", "nominal"),
+    *("target", "desired", "des", "cmd", "command", "commanded", "goal", "setpoint"),
+    *("d", "soll", "rsol", "planned", "plan", "nominal"),
     *("action", "actions", "delta", "diff"),
     *("pred", "predicted", "prediction", "expected", "model", "residual"),
     *("comp", "compensated", "gravity", "contact", "init", "initial"),
@@ -64,8 +54,7 @@ PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"
 
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
-    *("base", "odom", "shoulder", "elbow", "forearm", "finger"),
-    *("leader", "master", "next"),
+    *("base", "odom", "shoulder", "elbow", "forearm", "finger", "leader", "next"),
 }
 """Words of what is not held there."""
 
@@ -221,14 +210,10 @@ def group_columns(names: Sequence[str]) -> Groups:
 
 def split_name(name: str) -> list[str]:
     """Words of a name in small letters, its component as the last: ``Force_X``,
-    ``forceX``, ``force_x_N``, ``force_x_raw`` and ``force_w_x``, in world axes, end in
-    ``force``, ``x``."""
+    ``forceX``, ``force_x_N``, ``force_x_raw`` and ``force_w_x`` end in ``force``,
+    ``x``."""
     words = words_of(name)
-    if (
-        len(words) > 2
-        and words[-2] in ("w", "b")
-        and re.fullmatch(r"\d+|[w-z]", words[-1])
-    ):
+    if len(words) > 2 and re.fullmatch(r"[wb](\d+|[w-z])", "".join(words[-2:])):
         del words[-2]  # the frame, as of Isaac Lab
     places = [i for i, word in enumerate(words) if word in set("xyzw")]
     if places:

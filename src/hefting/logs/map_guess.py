@@ -60,10 +60,9 @@ FEWEST_JOINTS = 4
 """Fewest columns that are taken for the joints of an arm."""
 
 JOINT_STATE = re.compile(
-    r".*joint[^/.]*[/.](?:([^/.]+)[/.]position|position[/.]([^/.]*[^/.\d]+[^/.]*))",
-    re.IGNORECASE,
+    r".*joint[^/.]*[/.](?:([^/.]+)[/.]position|position[/.]([^/.]*[A-Za-z][^/.]*))"
 )
-"""A position among those of JointState, under a name that is no number."""
+"""Names of positions in JointState."""
 
 
 @dataclass(frozen=True)
@@ -301,10 +300,10 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
 
 def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     if len(named := _named_joints(sample)) >= FEWEST_JOINTS:
-        unit, remark = sample.stated_or_by_size(named, "angle")
-        names = json.dumps([*map(_joint_of, map(sample.words, named))])
+        unit, remark = sample.stated_or_by_size([*named], "angle")
+        names = json.dumps([*named.values()])
         rest = (unit_entry(unit), f"names = {names}")
-        return Guess("joint_positions", named, rest, remark)
+        return Guess("joint_positions", (*named,), rest, remark)
     for count in range(9, FEWEST_JOINTS - 1, -1):
         choice = groups.numbered("joint_positions", count, near)
         if choice is None or (count == 4 and _has_unit_norm(sample, choice.columns)):
@@ -314,23 +313,19 @@ def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     return None
 
 
-def _named_joints(sample: Sample) -> tuple[int, ...]:
-    """Columns with the names of a robot's joints: ``wrist_3_joint``."""
-    names = [sample.words(column) for column in range(len(sample.names))]
-    return tuple(
-        column
-        for column, name in enumerate(names)
-        if _joint_of(name) and not OTHER & set(words_of(name))
-    )
-
-
-def _joint_of(name: str) -> str:
-    """The joint whose position a column has by its name, as ``wrist_3_joint``, or of
-    JointState in PlotJuggler ``/joint_states/joint_7/position``; empty for others."""
-    if found := JOINT_STATE.fullmatch(name):
-        return found[1] or found[2]
-    words = words_of(name)
-    return name if len(words) > 1 and words[-1] == "joint" else ""
+def _named_joints(sample: Sample) -> dict[int, str]:
+    """Joints of a robot whose positions are in columns of their names, ``wrist_3_joint``
+    or, of PlotJuggler, ``/joint_states/joint_7/position``."""
+    joints = {}
+    for column in range(len(sample.names)):
+        words = words_of(name := sample.words(column))
+        if OTHER & {*words}:
+            continue
+        if found := JOINT_STATE.fullmatch(name):
+            joints[column] = found[1] or found[2]
+        elif len(words) > 1 and words[-1] == "joint":
+            joints[column] = name
+    return joints
 
 
 def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:

@@ -91,12 +91,14 @@ def _recognise(
         streams, ignored = {}, ()
     if streams and (not ignored or set(RATES) & set(streams)):
         return None
+    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
     try:
         guessed = _guess(table)
         column_map = None if guessed.missing else _map_of(table, guessed)
-    except InputError:
-        return None
-    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
+    except InputError as error:
+        # one without advice is that of a table without rows
+        told = not table.names or there - {"time"} or error.fix
+        return None if told else error
     if not there < guessed.columns:
         return None
     if column_map is None:

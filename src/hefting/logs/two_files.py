@@ -79,8 +79,7 @@ def read_with_poses(
         raise InputError(
             f"holds {join_words(there, 'and')} itself",
             path,
-            "leave `poses` out, or name time and wrench alone in a column map of this "
-            "file (`column_map`=FILE)",
+            "leave `poses` out, or name the wrench alone in a column map (`column_map`=FILE)",
         )
     if not {"orientation", "joint_positions"} & set(second.found.streams):
         raise InputError(

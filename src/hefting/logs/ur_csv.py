@@ -65,9 +65,8 @@ TIMES = ("timestamp", "time")
 
 
 def is_ur(names: Iterable[str]) -> bool:
-    """Whether a header is that of a real-time record. One that has a wrench of another
-    name, or of its own no wrench and forces of another name, is not: another sensor
-    measured it."""
+    """Whether a header is that of a real-time record. One that has another wrench, or
+    forces alone where it has none, is not: another sensor measured them."""
     names = tuple(names)
     groups = group_columns([name for name in names if not name.startswith(RAW)])
     force = groups.find("force", "xyz")
