@@ -320,6 +320,17 @@ def test_columns_of_two_levels(tmp_path):
     assert is_same(read_log(tmp_path / "log.parquet"))
 
 
+def test_of_long_names_the_ends_are_said():
+    """As of a topic, whose beginnings are one."""
+    topics = [f"/the_broadcaster_of_the_state/robot_state/{k}/pose/" for k in "ab"]
+    turns = [each(f"{topic}orientation/*", "x y z w") for topic in topics]
+    names = f"time {' '.join(turns)} {FT}"
+    got = hefting.as_recording(frame_of(names, (TIME, QUATERNION, QUATERNION, WRENCH)))
+    [said] = [each for each in got.warnings if each.code == "columns-doubtful"]
+    for k in "ab":
+        assert f"robot_state/{k}/pose/orientation/x" in said
+
+
 def test_what_stands_in_brackets_may_be_no_unit():
     names = f"{BASIC} {each('F*(tool)')} {each('T*(tool)')}"
     got = hefting.as_recording(frame_of(names, (TIME, POSITION, QUATERNION, WRENCH)))
@@ -439,6 +450,12 @@ def test_durations_of_matlab(tmp_path):
     ]
     (tmp_path / "log.csv").write_text("\n".join((HEAD, *rows)))
     assert is_same(read_log(tmp_path / "log.csv"))
+
+
+def test_a_table_of_poses_alone_is_said_to_be_the_second():
+    frame = frame_of("Time X Y Z A B C", (TIME, POSITION, ZYX))
+    with pytest.raises(InputError, match="a table with it, and this one as `poses`"):
+        hefting.as_recording(frame)
 
 
 def test_names_without_rows_are_said_to_be_so(tmp_path):

@@ -157,6 +157,8 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
     )
     if "time" in absent:
         fix += f", as {TIME_EXAMPLE}; rows of a map without it are static poses"
+    if "wrench" in absent:
+        fix += ", or give a table with it, and this one as `poses`"
     if "orientation" in absent:
         fix += ", or give another table with the poses (`poses`)"
         if {*"UVW"} <= {name[:2].rstrip("[(_ ") for name in others}:
