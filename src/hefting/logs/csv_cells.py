@@ -23,8 +23,8 @@ WORDS = re.compile(r"\b(np\.)?(array|float\d\d)(?=\()|,\s*dtype=\w+(?=\)$)")
 """What NumPy writes around numbers."""
 
 UNQUOTED = re.compile(
-    rb"(?:(?<=[,;]) +|(?<![^,;\t\n ]))([\[(](?=\s*[-+.\d\[(])"
-    rb"(?:[^\[\]()\n]|[\[(][^\[\]()\n]*[\])])*[\])])(?![^,;\t\n ])"
+    rb"[\[(](?<![^,;\t\n ].)(?=\s*[-+.\d\[(])"
+    rb"(?:[^\[\]()\n]|[\[(][^\[\]()\n]*[\])])*[\])](?![^,;\t\n ])"
 )
 """A list in a cell of its own without quotes, as Python prints it."""
 
@@ -106,8 +106,10 @@ def merge_spaces(text: bytes) -> bytes:
 
 def quote_lists(text: bytes) -> bytes:
     """Text with quotes around each list, where it has none."""
-    plain = b'"' not in text and (b"[" in text or b"(" in text)
-    return UNQUOTED.sub(rb'"\1"', text) if plain else text
+    if b'"' in text or (b"[" not in text and b"(" not in text):
+        return text
+    text = text.replace(b", [", b",[").replace(b", (", b",(")
+    return UNQUOTED.sub(rb'"\g<0>"', text)
 
 
 def one_line(text: bytes) -> bytes:

@@ -254,8 +254,8 @@ class Rows:
             return []
 
     def names_in(self, row: int) -> tuple[bool, int]:
-        """Whether a line begins with a name and most are there, and how many different
-        ones: names of groups over those of the columns, and units under them, repeat."""
+        """Whether a line has a first name and most others, and how many different ones:
+        names of groups over those of the columns, and units under them, repeat."""
         cells = self.cells(row)
         names = [*filter(None, cells)]
         return bool(cells and cells[0]) and 2 * len(names) > len(cells), len({*names})

@@ -210,8 +210,7 @@ def group_columns(names: Sequence[str]) -> Groups:
 
 def split_name(name: str) -> list[str]:
     """Words of a name in small letters, its component as the last: ``Force_X``,
-    ``forceX``, ``force_x_N``, ``force_x_raw`` and ``force_w_x`` end in ``force``,
-    ``x``."""
+    ``forceX``, ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``."""
     words = words_of(name)
     if len(words) > 2 and re.fullmatch(r"[wb](\d+|[w-z])", "".join(words[-2:])):
         del words[-2]  # the frame, as of Isaac Lab

@@ -60,7 +60,7 @@ FEWEST_JOINTS = 4
 """Fewest columns that are taken for the joints of an arm."""
 
 JOINT_STATE = re.compile(
-    r".*joint[^/.]*[/.](?:([^/.]+)[/.]position|position[/.]([^/.]*[A-Za-z][^/.]*))"
+    r".*joint[^/.]*[/.](?:([^/.]+)[/.]position|position[/.](?!\d)([^/.]+))"
 )
 """Names of positions in JointState."""
 
@@ -250,12 +250,9 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
         return Guess("orientation", quaternion.columns, equals=equals)
     if angles is not None:
         return angles[1]
-    nine = groups.matrix("rotation-matrix", 3, near)
-    remark = ""
-    if nine is None:
-        nine = groups.numbered("rotation-matrix", 9, near)
-        remark = "row by row"
-    if nine is not None:
+    named = groups.matrix("rotation-matrix", 3, near)
+    if nine := named or groups.numbered("rotation-matrix", 9, near):
+        remark = "" if named else "row by row"
         form = 'form = "matrix"'
         return Guess("orientation", nine.columns, (form,), remark, nine.equals)
     numbered = groups.numbered("orientation", 4, near)

@@ -78,7 +78,7 @@ def time_of(sample: Sample) -> Guess | None:
 
 
 def _grows(values: np.ndarray) -> bool:
-    """Whether numbers never fall and do not stay, as a time of computing does."""
+    """Whether numbers never fall, and do not stay."""
     steps = np.diff(values[np.isfinite(values)])
     return bool((steps >= 0.0).all() and (steps > 0.0).any())
 
