@@ -187,6 +187,40 @@ NAMES = {
         f"t {each('link_pos_*')} {each('link_orn_*', 'x y z w')} {FT}",
         (TIME, POSITION, QUATERNION, WRENCH),
     ),
+    "what is desired, and a leader": (
+        f"t {numbered('leader_pose_', 7)} {numbered('T_d_', 16)} {numbered('T_', 16)} "
+        f"{numbered('finger_ft_', 6)} {numbered('wrist_ft_', 6)}",
+        (
+            TIME,
+            POSITION[::-1],
+            QUATERNION[::-1],
+            MATRICES[::-1].reshape(ROWS, 16),
+            MATRICES.reshape(ROWS, 16),
+            0.1 * WRENCH,
+            WRENCH,
+        ),
+    ),
+    "times of computing before it": (
+        f"loop_time cycle_time timestamp {POSE} {each('F*')} {each('M*')}",
+        (np.abs(ELSE[:, 0]), np.full(ROWS, 0.01), TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "MuJoCo": (
+        f"time {numbered('site_xpos_', 3)} {numbered('site_xquat_', 4)} {FT}",
+        (TIME, POSITION, WXYZ, WRENCH),
+    ),
+    "a matrix of MuJoCo": (
+        f"time {numbered('site_xpos_', 3)} {numbered('site_xmat_', 9)} {FT}",
+        (TIME, POSITION, TURNS.as_matrix().reshape(ROWS, 9), WRENCH),
+    ),
+    "frames behind, as of Isaac Lab": (
+        f"time {numbered('ee_pos_w_', 3)} {each('ee_quat_w_*', 'x y z w')} "
+        f"{numbered('body_incoming_joint_wrench_b_', 6)}",
+        (TIME, POSITION, QUATERNION, WRENCH),
+    ),
+    "Vicon": (
+        f"time {each('R*', 'X Y Z W')} {each('T*')} {each('F*')} {each('M*')}",
+        (TIME, QUATERNION, POSITION, WRENCH),
+    ),
     "Greek letters": (
         f"time_usec tvec_x tvec_y tvec_z phi theta psi {FT}",
         (1e6 * TIME, POSITION, RPY, WRENCH),
@@ -272,6 +306,29 @@ def test_what_may_be_meant_as_well_is_a_doubt(names, words):
     got = hefting.as_recording(frame)
     [said] = [each for each in got.warnings if each.code == "columns-doubtful"]
     assert words in said
+
+
+def test_columns_of_two_levels(tmp_path):
+    """Of pandas, whose names are tuples, in memory and as Parquet has them."""
+    levels = [("time", "")] + [("position", c) for c in "xyz"]
+    levels += [("orientation", c) for c in "xyzw"]
+    levels += [(kind, c) for kind in ("force", "torque") for c in "xyz"]
+    table = np.column_stack((TIME, POSITION, QUATERNION, WRENCH))
+    frame = pd.DataFrame(table, columns=pd.MultiIndex.from_tuples(levels))
+    frame.to_parquet(tmp_path / "log.parquet")
+    assert is_same(hefting.as_recording(frame))
+    assert is_same(read_log(tmp_path / "log.parquet"))
+
+
+def test_of_long_names_the_ends_are_said():
+    """As of a topic, whose beginnings are one."""
+    topics = [f"/the_broadcaster_of_the_state/robot_state/{k}/pose/" for k in "ab"]
+    turns = [each(f"{topic}orientation/*", "x y z w") for topic in topics]
+    names = f"time {' '.join(turns)} {FT}"
+    got = hefting.as_recording(frame_of(names, (TIME, QUATERNION, QUATERNION, WRENCH)))
+    [said] = [each for each in got.warnings if each.code == "columns-doubtful"]
+    for k in "ab":
+        assert f"robot_state/{k}/pose/orientation/x" in said
 
 
 def test_what_stands_in_brackets_may_be_no_unit():
@@ -385,6 +442,27 @@ def test_times_that_are_written_in_other_ways(tmp_path, way):
         lines[0] = HEAD.replace(",", ";")
     (tmp_path / "log.csv").write_text("\n".join(lines))
     assert is_same(read_log(tmp_path / "log.csv"))
+
+
+def test_durations_of_matlab(tmp_path):
+    rows = [
+        f"{t:.5g} sec,{x.partition(',')[2]}" for t, x in zip(TIME, LINES, strict=True)
+    ]
+    (tmp_path / "log.csv").write_text("\n".join((HEAD, *rows)))
+    assert is_same(read_log(tmp_path / "log.csv"))
+
+
+def test_a_table_of_poses_alone_is_said_to_be_the_second():
+    frame = frame_of("Time X Y Z A B C", (TIME, POSITION, ZYX))
+    with pytest.raises(InputError, match="a table with it, and this one as `poses`"):
+        hefting.as_recording(frame)
+
+
+def test_names_without_rows_are_said_to_be_so(tmp_path):
+    path = tmp_path / "log.csv"
+    path.write_text("Time,X,Y,Z,A,B,C,Fx,Fy,Fz,Mx,My,Mz\n")
+    with pytest.raises(InputError, match="no rows of numbers below the header"):
+        read_log(path)
 
 
 def test_of_a_time_by_another_name_it_is_said_what_is_read(tmp_path):

@@ -277,12 +277,22 @@ def test_where_only_the_time_is_unknown_it_is_said_how_to_name_it():
 
 
 @pytest.mark.parametrize("order", [(0, 1, 2, 3), (2, 0, 3, 1)])
-def test_joints_keep_their_names(order):
-    """The URDF's order is found by them: tables of ROS have that of the alphabet."""
+@pytest.mark.parametrize(
+    "form", ["{}", "/joint_states/{}/position", "/joint_states/position/{}"]
+)
+def test_joints_keep_their_names(order, form):
+    """The URDF's order is found by them: tables of ROS have that of the alphabet. The
+    others are as PlotJuggler writes them."""
     joints = ["pan_joint", "lift_joint", "elbow_joint", "wrist_1_joint"]
+    if form != "{}":
+        joints[-1] = "joint_7"
     angles = RNG.uniform(-1.0, 1.0, (ROWS, 4))
-    names = ["time", *(joints[i] for i in order), *CANONICAL[8:]]
-    frame = frame_of(" ".join(names), (TIME, angles[:, list(order)], WRENCH))
+    columns = [form.format(joints[i]) for i in order]
+    speeds = [name.replace("position", "velocity") for name in columns]
+    beside = speeds if speeds != columns else []
+    names = ["time", *columns, *beside, *CANONICAL[8:]]
+    rates = np.zeros((ROWS, len(beside)))
+    frame = frame_of(" ".join(names), (TIME, angles[:, list(order)], rates, WRENCH))
     got = hefting.as_recording(frame)
     assert got.joint_names == tuple(joints[i] for i in order)
     np.testing.assert_array_equal(got["joint_positions"].values, angles[:, list(order)])

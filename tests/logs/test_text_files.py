@@ -95,6 +95,26 @@ def test_lists_on_several_lines_in_whatever_block(tmp_path, monkeypatch, block):
     assert is_same(read_log(path), 5e-8)
 
 
+@pytest.mark.parametrize("separator", [",", ", ", ";", "\t", " "])
+@pytest.mark.parametrize("form", [list, tuple, np.array])
+def test_lists_without_quotes_as_python_prints_them(tmp_path, separator, form):
+    """And the last row, which was cut in one, is left out."""
+    path = tmp_path / "log.csv"
+    rows = [
+        f"{t}{separator}{form(p.tolist())}{separator}{form(w.tolist())}".replace(
+            "\n", ""
+        )
+        for t, p, w in zip(
+            TIME.tolist(), MATRICES.reshape(ROWS, 16), WRENCH, strict=True
+        )
+    ]
+    names = separator.join(("time", "pose", "wrench"))
+    path.write_text("\n".join((names, *rows, rows[0][:12])))
+    got = read_log(path)
+    assert is_same(got, 5e-8 if form is np.array else 1e-12)
+    assert "end-left-out" in codes(got.warnings)
+
+
 def test_a_number_of_a_column_stays_beside_lists(tmp_path):
     """Those of lists come behind all others."""
     frame = lists(LISTS["a list"]).join(PLAIN[FT])

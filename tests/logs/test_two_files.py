@@ -138,11 +138,20 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
         POSE_NAMES,
         np.hstack((POSITION, QUATERNION)),
     )
+    frames = table(
+        tmp_path / "vicon.csv",
+        "Frame",
+        TIME,
+        ["RX", "RY", "RZ", "TX", "TY", "TZ"],
+        WRENCH,
+    )
     epoch = table(tmp_path / "epoch.csv", "time", START + TIME, WRENCH_NAMES, WRENCH)
     (tmp_path / "held.bag").write_bytes(b"#ROSBAG V2.0\n")
     cases = (
         (poses, wrench, "robot.csv: there is no wrench"),
         (whole, poses, "whole.csv: holds position and orientation itself"),
+        (whole, poses, "leave `poses` out, or name the wrench alone in a column map"),
+        (wrench, frames, r"there is no time; .* column map time = .*\{ rate = 250 \}"),
         (wrench, epoch, "epoch.csv: there are neither poses nor joint angles"),
         (wrench, late, "do not overlap those of ft.csv"),
         (epoch, poses, "only the times of epoch.csv count from 1970"),
@@ -158,6 +167,38 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
             read_log(first, poses=second)
     with pytest.raises(InputError, match=r"another file with them \(`poses`\)"):
         read_log(wrench)
+
+
+@pytest.mark.parametrize("markers", [0, 3, 9])
+@pytest.mark.parametrize("form", ["{}", "{:032X}"])
+@pytest.mark.parametrize("parents", [False, True])
+def test_exports_of_motive(tmp_path, wrench, markers, form, parents):
+    """Names in five lines or six, of a rigid body and its markers, whose numbers are
+    rows of numbers among them."""
+    body = form.format(10**36)
+    columns = [("Rigid Body", "ft", body, "", "Rotation", c) for c in "XYZW"]
+    columns += [("Rigid Body", "ft", body, "", "Position", c) for c in "XYZ"]
+    columns += [("Rigid Body", "ft", body, "", "Mean Marker Error", "")]
+    values = [QUATERNION, POSITION, np.full((20, 1), 1e-4)]
+    for k in range(markers):
+        of = ("Rigid Body Marker", f"ft:Marker {k}", form.format(10**36 + k + 1), body)
+        columns += [(*of, "Position", c) for c in "XYZ"]
+        columns += [(*of, "Marker Quality", "")]
+        values += [RNG.normal(size=(20, 3)), np.ones((20, 1))]
+    heads = ("Type", "Name", "ID", "Parent", "", "Time (Seconds)")
+    lines = [
+        ["Frame" if "Time" in head else "", head, *line]
+        for head, line in zip(heads, zip(*columns, strict=True), strict=True)
+        if parents or head != "Parent"
+    ]
+    table = np.column_stack((POSE_TIME, *values)).tolist()
+    lines += [[str(k), *map(repr, row)] for k, row in enumerate(table)]
+    path = tmp_path / "motive.csv"
+    path.write_text("\n".join(("Format Version,1.25", "", *map(",".join, lines))))
+    got = read_log(wrench, poses=path)
+    assert got["position"].values.tolist() == POSITION.tolist()
+    np.testing.assert_allclose(got["orientation"].values, QUATERNION, atol=1e-15)
+    assert codes(got.warnings) == {"columns-by-name"}
 
 
 def test_joint_torques_alone_in_a_table(tmp_path):

@@ -2,9 +2,12 @@
 by their definitions."""
 
 import numpy as np
+import pandas as pd
 import pytest
 
+import hefting
 from hefting.core.measurements import Noise
+from hefting.core.messages import codes
 from hefting.core.spatial import rotation_matrices
 from hefting.identification import identify
 from hefting.logs import read_log, write_log
@@ -240,9 +243,38 @@ def test_is_ur():
     assert not is_ur(("time", "qx", "q1", "fx", "timestamp"))
     assert not is_ur(("time", "actual_q_0", "fx"))
     pose = tuple(f"actual_TCP_pose_{i}" for i in range(6))
-    for names in (("Fx [N]", "Fy [N]", "Fz [N]"), tuple(f"ft_{i}" for i in range(6))):
-        assert not is_ur(("timestamp", *pose, *names))
-        assert is_ur(("timestamp", *pose, "actual_TCP_force_0", *names))
+    force = ("Fx [N]", "Fy [N]", "Fz [N]")
+    assert not is_ur(("timestamp", *pose, *force))
+    assert is_ur(("timestamp", *pose, "actual_TCP_force_0", *force))
+    for names in ((*force, "Mx", "My", "Mz"), tuple(f"ft_{i}" for i in range(6))):
+        for own in ((), ("actual_TCP_force_0",), ("ft_raw_wrench_0",)):
+            assert not is_ur(("timestamp", *pose, *own, *names))
+
+
+def test_a_record_in_memory_is_read_as_its_file(tmp_path):
+    """By the names of its columns alone the wrench was in base axes, and of the TCP."""
+    path = record(tmp_path / "log.csv", *FORCE_ONLY, offset=OFFSET)
+    got, expected = hefting.as_recording(pd.read_csv(path, sep=" ")), read_log(path)
+    assert got.streams.keys() == expected.streams.keys()
+    for name, stream in expected.streams.items():
+        # pandas reads the last digit as it likes
+        np.testing.assert_allclose(got[name].values, stream.values, atol=1e-12)
+    assert codes(got.warnings) == codes(expected.warnings)
+
+
+@pytest.mark.parametrize("own", ["actual_TCP_force", "ft_raw_wrench"])
+@pytest.mark.parametrize("names", ["fx fy fz tx ty tz", "Fx Fy Fz Mx My Mz"])
+def test_the_wrench_of_another_sensor_beside_the_controllers(own, names):
+    """A doubt where the controller's is the robot's own sensor's."""
+    wrench = np.random.default_rng(5).normal(size=(COUNT, 6))
+    numbered = [f"{own}_{i}" for i in range(6)]
+    columns = {"timestamp": 0.01 * np.arange(COUNT), "payload": np.ones(COUNT)}
+    poses = {f"actual_TCP_pose_{i}": np.linspace(0, 0.1 * i, COUNT) for i in range(6)}
+    others = dict(zip(numbered, 2.0 * wrench.T, strict=True))
+    held = dict(zip(names.split(), wrench.T, strict=True))
+    got = hefting.as_recording(columns | poses | others | held)
+    np.testing.assert_array_equal(got["wrench"].values, wrench)
+    assert ("columns-doubtful" in codes(got.warnings)) == (own == "ft_raw_wrench")
 
 
 def test_times_may_be_called_time(tmp_path):

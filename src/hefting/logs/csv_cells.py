@@ -22,6 +22,12 @@ NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")
 WORDS = re.compile(r"\b(np\.)?(array|float\d\d)(?=\()|,\s*dtype=\w+(?=\)$)")
 """What NumPy writes around numbers."""
 
+UNQUOTED = re.compile(
+    rb"[\[(](?<![^,;\t\n ].)(?=\s*[-+.\d\[(])"
+    rb"(?:[^\[\]()\n]|[\[(][^\[\]()\n]*[\])])*[\])](?![^,;\t\n ])"
+)
+"""A list in a cell of its own without quotes, as Python prints it."""
+
 MARKS = str.maketrans("[](),", 5 * " ")
 """What stands between them."""
 
@@ -98,6 +104,14 @@ def merge_spaces(text: bytes) -> bytes:
     return text
 
 
+def quote_lists(text: bytes) -> bytes:
+    """Text with quotes around each list, where it has none."""
+    if b'"' in text or (b"[" not in text and b"(" not in text):
+        return text
+    text = text.replace(b", [", b",[").replace(b", (", b",(")
+    return UNQUOTED.sub(rb'"\g<0>"', text)
+
+
 def one_line(text: bytes) -> bytes:
     """Text with each list on one line."""
 
@@ -128,7 +142,7 @@ def in_columns(
         for cells in rows:
             row = with_lists(cells, lists) if len(cells) == width else cells
             plain = [
-                "" if j in lists else cell.replace("\n", " ")
+                "0" if j in lists else cell.replace("\n", " ")
                 for j, cell in enumerate(cells)
             ]
             writer.writerow(

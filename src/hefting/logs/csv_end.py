@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hefting.core.messages import Message, warning
-from hefting.logs.csv_cells import NOTHING, NUMBER, with_lists
+from hefting.logs.csv_cells import NOTHING, NUMBER, quote_lists, with_lists
 from hefting.logs.csv_header import Header, is_numbers, split_cells
 from hefting.logs.csv_times import kind_of
 
@@ -47,7 +47,7 @@ def find_end(
     first = with_lists(split_cells(first_row, header.separator), header.lists)
     found = None
     for line in reversed(lines[begin > 0 :]):
-        text = line.decode(errors="replace")
+        text = quote_lists(line).decode(errors="replace")
         if text.strip(f" \r\n{header.separator}"):
             whole = _is_whole(text, first, header)
             if found is not None:

@@ -29,6 +29,7 @@ from hefting.logs.csv_cells import (
     in_columns,
     merge_spaces,
     one_line,
+    quote_lists,
     unify_line_ends,
 )
 from hefting.logs.csv_end import find_end
@@ -317,8 +318,7 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
     at least two columns."""
     text = one_line(next(texts(path), b""))
     header = read_header(text, path, layout)
-    rows = text.split(b"\n", header.first)[header.first - 1 : header.first]
-    first_row = rows[0].decode(errors="replace") if rows else ""
+    first_row = b"".join(text.split(b"\n", header.first)[header.first - 1 :][:1])
     return CsvTable(
         str(path),
         header.names,
@@ -328,13 +328,13 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
         header.dates,
         header.other_way,
         header.lists,
-        *find_end(path, header, first_row),
+        *find_end(path, header, first_row.decode(errors="replace")),
     )
 
 
 def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
-    """The text of a file, of LabVIEW as a table; see `_texts`."""
-    return as_table(_texts(path, end), path)
+    """The text of a file, of LabVIEW as a table, lists in quotes; see `_texts`."""
+    return map(quote_lists, as_table(_texts(path, end), path))
 
 
 def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:

@@ -71,9 +71,9 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
     names, below = _fit(lines, row, names, separator, layout)
     first, units, joined = below.first_of_numbers(row), row + 1, None
     if given is None and row:
-        joined = _joined(above.cells(row - 1), names)
+        joined = _joined([above.cells(k) for k in range(row - 1, 0, -1)], names)
         if joined is None and first and first > units:
-            joined = _joined(names, below.cells(units))
+            joined = _joined([names], below.cells(units))
             units += joined is not None
         names = joined or names
     between = below.cells(units) if row and first and first > units else []
@@ -138,7 +138,7 @@ def _find_names(lines: Sequence[str], layout: Layout) -> int:
             continue
         _, below = _fit(lines, row, names, separator, layout)
         if (first := below.first_of_numbers(row)) is not None:
-            return max(range(row, first), key=lambda k: below.distinct_names(k))
+            return max(range(row, first), key=below.names_in)
     return rows[0]
 
 
@@ -164,16 +164,26 @@ def _fit(
     return tuple(names), Rows(lines, separator, len(names))
 
 
-def _joined(upper: Sequence[str], lower: Sequence[str]) -> tuple[str, ...] | None:
+def _joined(
+    uppers: Sequence[Sequence[str]], lower: Sequence[str]
+) -> tuple[str, ...] | None:
     """Names of groups before those of the columns under them, ``Force``, ``X``, where
-    one of the two lines alone does not name each column; else None."""
-    if len(upper) != len(lower) or any(map(_name_each, (upper, lower))):
+    one of the two lines alone does not name each column: of the next line above, or of
+    all where that is not enough; else None."""
+    if _name_each(lower) or any(map(_name_each, uppers[:1])):
         return None
-    joined, group = [], ""
-    for above, name in zip(upper, lower, strict=True):
-        group = above or group
-        joined.append(group if group == name else f"{group} {name}".strip())
-    return tuple(joined) if len({*joined}) == len(joined) else None
+    joined = [*lower]
+    for k, upper in enumerate(uppers):
+        if len(upper) != len(lower):
+            break
+        group = ""
+        for j, above in enumerate(upper):
+            group = above or group
+            if group != joined[j]:
+                joined[j] = f"{group} {joined[j]}".strip()
+        if k == 0 and len({*joined}) == len(joined):
+            break
+    return tuple(joined) if len({*joined}) == len(joined) > len({*lower}) else None
 
 
 def _name_each(names: Sequence[str]) -> bool:
@@ -243,10 +253,12 @@ class Rows:
         except csv.Error:
             return []
 
-    def distinct_names(self, row: int) -> int:
-        """How many different names a line has: names of groups over those of the
-        columns, and units under them, repeat."""
-        return len(set(filter(None, self.cells(row))))
+    def names_in(self, row: int) -> tuple[bool, int]:
+        """Whether a line has a first name and most others, and how many different ones:
+        names of groups over those of the columns, and units under them, repeat."""
+        cells = self.cells(row)
+        names = [*filter(None, cells)]
+        return bool(cells and cells[0]) and 2 * len(names) > len(cells), len({*names})
 
     def first_of_numbers(self, names: int) -> int | None:
         """The first line of numbers after that of the names (0: there are none); None
@@ -259,8 +271,11 @@ class Rows:
             cells = self.cells(row)
             if len(cells) != self.width:
                 return None
-            if is_numbers(cells):
-                return row
+            below = map(self.cells, range(row + 1, row + 4))
+            if is_numbers(cells) and (
+                cells[0] or all(is_numbers(c) for c in below if any(c))
+            ):
+                return row  # and none of numbers of markers, above more names
             between += 1
             if between > MOST_LINES_BETWEEN:
                 return None

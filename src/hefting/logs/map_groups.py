@@ -20,7 +20,7 @@ WORDS = {
         *("tcppose", "xpos", "tvec"),
     ),
     "orientation": (
-        *("q", "o", "quat", "quaternion", "xquat"),
+        *("q", "o", "r", "quat", "quaternion", "xquat"),
         *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
     ),
     "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation"),
@@ -29,7 +29,7 @@ WORDS = {
     "pose": ("", "pose", "tcppose", "posx"),
     "pose-matrix": ("ot", "pose", "matrix", "transform", "tf"),
     "matrix": ("t", "h", "tf", "pose", "matrix", "transform"),
-    "rotation-matrix": ("r", "rot", "rotation", "rotmat", "orientation"),
+    "rotation-matrix": ("r", "rot", "rotation", "rotmat", "xmat", "orientation"),
     "joint_positions": ("q", "j", "joint", "joints", "jointposition", "jpos"),
     "gyroscope": ("g", "gyro", "gyroscope"),
     "linear_accelerometer": ("linearacc", "linearaccel", "linearaccelerometer"),
@@ -40,7 +40,7 @@ WORDS = {
 OTHER = {
     *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
     *("target", "desired", "des", "cmd", "command", "commanded", "goal", "setpoint"),
-    *("soll", "rsol", "planned", "plan", "nominal"),
+    *("d", "soll", "rsol", "planned", "plan", "nominal"),
     *("action", "actions", "delta", "diff"),
     *("pred", "predicted", "prediction", "expected", "model", "residual"),
     *("comp", "compensated", "gravity", "contact", "init", "initial"),
@@ -54,7 +54,7 @@ PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"
 
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
-    *("base", "odom", "shoulder", "elbow", "forearm"),
+    *("base", "odom", "shoulder", "elbow", "forearm", "finger", "leader", "next"),
 }
 """Words of what is not held there."""
 
@@ -212,6 +212,8 @@ def split_name(name: str) -> list[str]:
     """Words of a name in small letters, its component as the last: ``Force_X``,
     ``forceX``, ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``."""
     words = words_of(name)
+    if len(words) > 2 and re.fullmatch(r"[wb](\d+|[w-z])", "".join(words[-2:])):
+        del words[-2]  # the frame, as of Isaac Lab
     places = [i for i, word in enumerate(words) if word in set("xyzw")]
     if places:
         return [*words[: places[-1]], *words[places[-1] + 1 :], words[places[-1]]]

@@ -59,6 +59,11 @@ UNIT_NORM = 0.02
 FEWEST_JOINTS = 4
 """Fewest columns that are taken for the joints of an arm."""
 
+JOINT_STATE = re.compile(
+    r".*joint[^/.]*[/.](?:([^/.]+)[/.]position|position[/.](?!\d)([^/.]+))"
+)
+"""Names of positions in JointState."""
+
 
 @dataclass(frozen=True)
 class GuessedMap:
@@ -138,16 +143,18 @@ def _guesses(sample: Sample) -> list[Guess]:
 
 def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     six = groups.numbered("wrench", 6) or groups.numbered("force", 6)
-    if six is not None:
-        force, torque, equals = six.columns[:3], six.columns[3:], six.equals
-    else:
-        of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
-        first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
-        second = _torque(groups, {*first.words}) if first else None
-        if first is None or second is None:
-            return None
+    of_torques = groups.words_of_kinds(("torque", "torque-or-translation"))
+    first = groups.find("force", "xyz", of_torques) or groups.numbered("force", 3)
+    second = _torque(groups, {*first.words}) if first else None
+    if first and second:
         force, torque = first.columns, second.columns
         equals = first.equals + second.equals
+        if six and "tcp" not in six.words:  # which is a controller's
+            equals += six.columns[:1]
+    elif six:
+        force, torque, equals = six.columns[:3], six.columns[3:], six.equals
+    else:
+        return None
     units, remark = _wrench_units(sample, force, torque)
     name = "_".join(words_of(sample.words(force[0])))
     axes = ('axes = "world"',) if re.search(r"(^|_)o_f_ext", name) else ()
@@ -243,12 +250,9 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
         return Guess("orientation", quaternion.columns, equals=equals)
     if angles is not None:
         return angles[1]
-    nine = groups.matrix("rotation-matrix", 3, near)
-    remark = ""
-    if nine is None:
-        nine = groups.numbered("rotation-matrix", 9, near)
-        remark = "row by row"
-    if nine is not None:
+    named = groups.matrix("rotation-matrix", 3, near)
+    if nine := named or groups.numbered("rotation-matrix", 9, near):
+        remark = "" if named else "row by row"
         form = 'form = "matrix"'
         return Guess("orientation", nine.columns, (form,), remark, nine.equals)
     numbered = groups.numbered("orientation", 4, near)
@@ -259,9 +263,10 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
 
 def _four(sample: Sample, choice: Choice) -> Guess:
     """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` or
-    ``rot.q1`` to ``q4`` and ``orient.u0`` to ``u3``, the first is w."""
+    ``rot.q1`` to ``q4``, ``orient.u0`` to ``u3`` and MuJoCo's ``xquat``, the first is
+    w."""
     name = sample.words(choice.columns[0]).lower()
-    told = re.fullmatch(r"(rot\.)?q\d|.*orient\Wu\d|.*wxyz.*", name) is not None
+    told = re.fullmatch(r"(rot\.)?q\d|.*orient\Wu\d|.*(wxyz|xquat).*", name) is not None
     form, other = ("wxyz", "xyzw") if told else ("xyzw", "wxyz")
     remark = f"or {other}: their numbers do not tell which is w"
     if {"wxyz", "xyzw"} & set(choice.words):
@@ -292,10 +297,10 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
 
 def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     if len(named := _named_joints(sample)) >= FEWEST_JOINTS:
-        unit, remark = sample.stated_or_by_size(named, "angle")
-        names = json.dumps([sample.words(column) for column in named])
+        unit, remark = sample.stated_or_by_size([*named], "angle")
+        names = json.dumps([*named.values()])
         rest = (unit_entry(unit), f"names = {names}")
-        return Guess("joint_positions", named, rest, remark)
+        return Guess("joint_positions", (*named,), rest, remark)
     for count in range(9, FEWEST_JOINTS - 1, -1):
         choice = groups.numbered("joint_positions", count, near)
         if choice is None or (count == 4 and _has_unit_norm(sample, choice.columns)):
@@ -305,14 +310,19 @@ def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     return None
 
 
-def _named_joints(sample: Sample) -> tuple[int, ...]:
-    """Columns with the names of a robot's joints: ``wrist_3_joint``."""
-    words = [words_of(sample.words(column)) for column in range(len(sample.names))]
-    return tuple(
-        column
-        for column, each in enumerate(words)
-        if len(each) > 1 and each[-1] == "joint" and not OTHER & set(each)
-    )
+def _named_joints(sample: Sample) -> dict[int, str]:
+    """Joints of a robot whose positions are in columns of their names, ``wrist_3_joint``
+    or, of PlotJuggler, ``/joint_states/joint_7/position``."""
+    joints = {}
+    for column in range(len(sample.names)):
+        words = words_of(name := sample.words(column))
+        if OTHER & {*words}:
+            continue
+        if found := JOINT_STATE.fullmatch(name):
+            joints[column] = found[1] or found[2]
+        elif len(words) > 1 and words[-1] == "joint":
+            joints[column] = name
+    return joints
 
 
 def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:

@@ -24,7 +24,7 @@ from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
 MOST_ROWS = 2000
 """Rows that are looked at."""
 BRACKETS = re.compile(
-    r"^(?![\s\S]{200})(.*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
+    r"^(?![\s\S]{200})([^\[(].*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
 )
 """A short name with its unit behind it, as in ``Fx [N]``; a number in brackets is none."""
 UNKNOWN = "is not known"
@@ -157,7 +157,8 @@ def _of_text(path: str | Path) -> Sample:
     rows = [with_lists(row, header.lists) for row in rows if row]
     rows = [row for row in rows if len(row) == len(names)]
     if not any(is_numbers(row) for row in rows):
-        raise InputError("there are no rows of numbers below the header", path)
+        fix = "write numbers in its cells" if rows else None
+        raise InputError("there are no rows of numbers below the header", path, fix)
     values = np.array([[_number(cell, decimal) for cell in row] for row in rows])
     units = _units(names, header.between)
     has_nan = any(cell.lower() == "nan" for row in rows for cell in row)

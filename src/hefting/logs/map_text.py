@@ -64,23 +64,24 @@ def map_text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -
 def summary_of(sample: Sample, guess: Guess) -> str:
     """What is taken from which columns: "position X [mm] to Z [mm] (mm)"."""
     ends = dict.fromkeys((guess.columns[0], guess.columns[-1]))
-    names = " to ".join(printable(sample.names[j] or f"number {j + 1}") for j in ends)
+    names = [printable(sample.names[j] or f"number {j + 1}")[-60:] for j in ends]
     told = [
         word for word in guess.rest if not word.startswith(("nanoseconds", "names"))
     ]
     how = ", ".join(re.findall(r'"([^"]*)"', " ".join(told)))
     remark = f"{', ' if how else ''}{guess.remark}" if guess.remark else ""
     return (
-        f"{guess.key} from {names[:80]}{f' ({how}{remark})' if how or remark else ''}"
+        f"{guess.key} from {' to '.join(names)}"
+        f"{f' ({how}{remark})' if how or remark else ''}"
     )
 
 
 def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
     """What of the map may be another column, or in another unit."""
     for guess in guesses:
-        names = [printable(sample.names[j])[:40] for j in guess.equals[:3]]
+        names = [printable(sample.names[j])[-60:] for j in guess.equals[:3]]
         if names:
-            first = printable(sample.names[guess.columns[0]])[:40]
+            first = printable(sample.names[guess.columns[0]])[-60:]
             what = f"the {guess.key} may begin with {first} or with"
             yield f"{what} {' or '.join(names)}, and the first is taken"
         if UNKNOWN in guess.remark:

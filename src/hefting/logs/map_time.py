@@ -55,10 +55,11 @@ def _small_words(text: str) -> list[str]:
 
 
 def time_of(sample: Sample) -> Guess | None:
-    """The first column whose name is one of the time, with numbers if there is one, and
-    none that counts nanoseconds on top of seconds."""
+    """The first column whose name is one of the time, with numbers that grow if there is
+    one, and none that counts nanoseconds on top of seconds."""
     named = [j for j in range(len(sample.names)) if names_time(sample.words(j))]
     numbers = [j for j in named if np.isfinite(sample.values[:, j]).any()]
+    numbers.sort(key=lambda j: not _grows(sample.values[:, j]))
     for column in numbers or named:
         words = _small_words(sample.words(column))
         if words[-1] in NANOSECONDS and np.nanmax(sample.values[:, column]) < 1e9:
@@ -74,6 +75,12 @@ def time_of(sample: Sample) -> Guess | None:
         unit, remark = _time_unit(sample.values[:, column], said, is_told)
         return Guess("time", (column,), (unit_entry(unit),), remark)
     return _index(sample)
+
+
+def _grows(values: np.ndarray) -> bool:
+    """Whether numbers never fall, and do not stay."""
+    steps = np.diff(values[np.isfinite(values)])
+    return bool((steps >= 0.0).all() and (steps > 0.0).any())
 
 
 def _index(sample: Sample) -> Guess | None:

@@ -54,7 +54,8 @@ read."""
 
 def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Recording]:
     """What makes a recording of a table, or of a part of it, that no column map
-    describes: by its canonical names, or else by what its names tell.
+    describes: by a header that a format knows, by its canonical names, or else by what
+    its names tell.
 
     Its errors are those of `hefting.logs.canonical.read_canonical`, which say what is
     missing, wherever names and numbers do not tell a time, a wrench, and an orientation
@@ -62,6 +63,13 @@ def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Rec
     """
     if isinstance(table, MemoryTable) and table.holds_streams:
         return lambda _: table.recording()
+    readers = (
+        each.read_table
+        for each in formats()
+        if each.read_table and each.is_header and each.is_header(table.names)
+    )
+    if (read := next(readers, None)) is not None:
+        return lambda part: read(part, wrench_needed)
     found = _recognise(table) if wrench_needed else None
     if found is None:
         return lambda part: read_canonical(part, wrench_needed)
@@ -83,12 +91,14 @@ def _recognise(
         streams, ignored = {}, ()
     if streams and (not ignored or set(RATES) & set(streams)):
         return None
+    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
     try:
         guessed = _guess(table)
         column_map = None if guessed.missing else _map_of(table, guessed)
-    except InputError:
-        return None
-    there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
+    except InputError as error:
+        # one without advice is that of a table without rows
+        told = not table.names or there - {"time"} or error.fix
+        return None if told else error
     if not there < guessed.columns:
         return None
     if column_map is None:
@@ -147,6 +157,8 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
     )
     if "time" in absent:
         fix += f", as {TIME_EXAMPLE}; rows of a map without it are static poses"
+    if "wrench" in absent:
+        fix += ", or give a table with it, and this one as `poses`"
     if "orientation" in absent:
         fix += ", or give another table with the poses (`poses`)"
         if {*"UVW"} <= {name[:2].rstrip("[(_ ") for name in others}:
@@ -237,12 +249,4 @@ def _opened(
         table = file_format.open_table(path, chosen.layout)
         return table, lambda part: read_mapped(part, chosen, wrench_needed)
     table = file_format.open_table(path, None)
-    readers = (
-        each.read_table
-        for each in formats()
-        if each.read_table and each.is_header and each.is_header(table.names)
-    )
-    read = next(readers, None)
-    if read is None:
-        return table, reader_of(table, wrench_needed)
-    return table, lambda part: read(part, wrench_needed)
+    return table, reader_of(table, wrench_needed)

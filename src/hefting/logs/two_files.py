@@ -9,6 +9,7 @@ from hefting.core.files import check_readable, check_size, load_toml
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, column_names
 from hefting.logs.column_map import ColumnMap, column_map_of
+from hefting.logs.map_guess import TIME_EXAMPLE
 from hefting.logs.mapped import Mapped, has_columns, mapped
 from hefting.logs.registry import find_format, join_words, table_formats
 from hefting.logs.table import SINCE_1970, Table, with_times
@@ -76,7 +77,9 @@ def read_with_poses(
     there = [name for name in POSES if name in first.found.streams]
     if there:
         raise InputError(
-            f"holds {join_words(there, 'and')} itself", path, "leave `poses` out"
+            f"holds {join_words(there, 'and')} itself",
+            path,
+            "leave `poses` out, or name the wrench alone in a column map (`column_map`=FILE)",
         )
     if not {"orientation", "joint_positions"} & set(second.found.streams):
         raise InputError(
@@ -131,7 +134,8 @@ def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
         said += taken_by_names(guessed, f" of {Path(path).name}")
     found = mapped(table, chosen)
     if found.unit is None or not found.streams:
-        raise InputError("there is no time", path, "name its column time, in seconds")
+        fix = f"name its column time, in seconds, or in a column map {TIME_EXAMPLE}"
+        raise InputError("there is no time", path, fix)
     streams = with_times(found.streams, found.unit.to_si)
     return _Part(str(path), replace(found, streams=streams, unit=SECOND), said)
 

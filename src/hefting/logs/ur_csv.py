@@ -65,15 +65,15 @@ TIMES = ("timestamp", "time")
 
 
 def is_ur(names: Iterable[str]) -> bool:
-    """Whether a header is that of a real-time record. One whose wrench has a canonical
-    name, or that has only one of another name, is not: another sensor measured it."""
+    """Whether a header is that of a real-time record. One that has another wrench, or
+    forces alone where it has none, is not: another sensor measured them."""
     names = tuple(names)
-    if MARKS.isdisjoint(names) or "fx" in names:
-        return False
-    if f"{RAW}_0" in names or f"{FORCE}_0" in names:
-        return True
-    groups = group_columns(names)
-    return not (groups.find("force", "xyz") or groups.numbered("wrench", 6))
+    groups = group_columns([name for name in names if not name.startswith(RAW)])
+    force = groups.find("force", "xyz")
+    own = {f"{RAW}_0", f"{FORCE}_0"} & {*names}
+    torque = [groups.find(k, "xyz") for k in ("torque", "torque-or-translation")]
+    other = groups.numbered("wrench", 6) or (force and (any(torque) or not own))
+    return not (MARKS.isdisjoint(names) or "fx" in names or other)
 
 
 def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
