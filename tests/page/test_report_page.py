@@ -191,6 +191,24 @@ def test_what_is_open_is_said_and_not_drawn():
     assert "No ellipsoid of equal inertia (estimate): inertia open." in text_of(page)
 
 
+def test_what_is_open_has_no_value_although_a_prior_bounds_it():
+    log = log_of()
+    poses = {name: log[name][::8] for name in ("orientation", "wrench")}
+    page = page_of(identify(Recording(poses, static=True)))
+    shown, _, _ = page.partition('id="wrench"')
+    assert shown.count('class="open"') == 6
+    assert shown.count('class="at"') == 4
+    for title in ("Moments of inertia", "Products of inertia"):
+        group = shown.partition(title)[2].partition('class="scale"')[2]
+        assert group.startswith("></div>")  # a scale without numbers
+    figures = figures_of(page)
+    for first, known in ((0, True), (1, True), (4, False), (5, False)):
+        traces = figures[f"convergence-{first}"]["traces"]
+        lines = [trace for trace in traces if trace["mode"] == "lines+markers"]
+        assert all((y is not None) == known for line in lines for y in line["y"])
+    assert "What is open has no line." in text_of(page)
+
+
 def test_spans_are_marked_once_in_the_legend_and_are_not_too_many():
     spans = [Span("spike", float(i), i + 0.001, 1) for i in range(1_000)]
     spans += [Span("contact", 3.0, 4.0, 100)]
@@ -294,6 +312,7 @@ def test_bars_clip_what_is_wider_and_hatch_what_is_open():
     )
     assert shown.count('class="range"') == 2
     assert shown.count('class="open"') == 1
+    assert shown.count('class="at"') == 3
     assert shown.count('class="true"') == 1
     assert "width:100.000%" in shown
     assert "1.00 ± 0.50 kg" in shown

@@ -90,9 +90,13 @@ def test_what_is_open_has_no_number():
     found = headline(intervals=intervals(com=(1e-3, np.inf, 3e-3), inertia=np.inf))
     assert "y open" in found.numbers[1]
     assert found.numbers[2] == "inertia at the COM: open"
-    # as wide as the largest moment, and wider than the others
+
+
+def test_what_is_wide_is_not_open():
+    """As wide as the largest moment: a number, as on the terminal and in JSON."""
     wide = headline(intervals=intervals(inertia=BODY.inertia_at_com.max()))
-    assert wide.numbers[2] == "inertia at the COM: open"
+    assert "open" not in wide.numbers[2]
+    assert wide.numbers[2].count("±") == 3
 
 
 def test_the_verdict_and_its_gravest_reason():

@@ -2,6 +2,7 @@
 on which assumptions."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -47,7 +48,8 @@ def converged(
     truth: InertialParameters | None,
 ) -> Section:
     """What the method would have said after each part of the recording."""
-    over = convergence(estimator, found, estimate)
+    over, open_ = convergence(estimator, found, estimate), estimate.undetermined.ten
+    over = replace(over, values=np.where(open_, np.nan, over.values))
     time = (
         over.rows.astype(float)
         if found.static
@@ -64,8 +66,9 @@ def converged(
         "the whole recording. Where intervals at the beginning are far wider, they "
         "reach beyond the scale."
     )
-    known_text = "" if truth is None else " Dashed: the truth."
-    content = note(says + known_text)
+    says += " What is open has no line." if open_.any() else ""
+    says += "" if truth is None else " Dashed: the truth."
+    content = note(says)
     return Section("convergence", "How the answer came about", content, figures)
 
 

@@ -102,7 +102,7 @@ def _inertia(estimate: Estimate) -> str:
     tensor = estimate.parameters.inertia_at_com
     half = reach(estimate, "inertia_at_com")
     moments = tensor.diagonal()
-    if half is not None and not (half.diagonal() < np.abs(moments)).any():
+    if half is not None and np.isinf(half.diagonal()).all():
         return "inertia at the COM: open"
     unit, scale = power_of_thousand(moments)
     halves = None if half is None else scale * half.diagonal()
