@@ -30,7 +30,8 @@ from hefting.page import Context, identification_page, inspection_page
 from hefting.page.bars import Row, bars
 from hefting.page.figure import DARK, LIGHT
 from hefting.page.recording import MOST_SPANS, marks
-from hefting.scene import wrench_curves
+from hefting.page.solid import figure_of
+from hefting.scene import Body, Ellipsoid, Scene, wrench_curves
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, sinusoids
 from hefting.simulation.demo import POSE
@@ -117,6 +118,36 @@ def test_the_object_has_every_point_with_its_mass(found, shape):
     # the region is wider than the intervals by 2.795 / 1.960, see hefting.scene
     wide = [np.ptp(region[axis]) for axis in "xyz"]
     assert (wide > 1e3 * (high - low)).all()
+
+
+@pytest.mark.parametrize("size", [(1, 1, 1), (0, 0, 1), (0.002, 1, 0.5), (1, 0, 0)])
+def test_the_whole_object_is_in_view(size):
+    """Oracle: a pinhole camera of 45 degrees, as plotly's."""
+    far = 0.5 * np.array(size) + 0.01
+    ball = Body("estimate", np.zeros(3), ellipsoid=Ellipsoid(far, np.diag(far)))
+    figure = figure_of(Scene((ball,)))
+    layout = figure.layout["scene"]
+    eye, ratio, look = (
+        np.array([where[axis] for axis in "xyz"])
+        for where in (
+            layout["camera"]["eye"],
+            layout["aspectratio"],
+            layout["camera"]["center"],
+        )
+    )
+    low, high = np.array([layout[f"{axis}axis"]["range"] for axis in "xyz"]).T
+    assert np.ptp(ratio / (high - low)) < 1e-6  # alike along all axes
+    towards = (look - eye) / np.linalg.norm(look - eye)
+    right = np.cross(towards, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, towards)
+    for trace in figure.traces:
+        points = np.column_stack([np.array(trace[axis], float) for axis in "xyz"])
+        assert ((points > low) & (points < high)).all()
+        seen = ratio * ((points - low) / (high - low) - 0.5) - eye
+        depth = seen @ towards
+        for direction in (right, up):
+            assert (np.abs(seen @ direction) < np.tan(np.pi / 8) * depth).all()
 
 
 def test_plotly_knows_every_attribute(found, shape):
@@ -289,6 +320,10 @@ def test_several_recordings(shape):
     kept = [t for t in time if t is not None]
     assert len(kept) == len(found.measurements)
     assert kept == sorted(kept)
+    for figure in figures_of(page).values():
+        if "xaxis" in figure["layout"]:
+            title = figure["layout"]["xaxis"]["title"]["text"]
+            assert title == "Time, one recording after the other [s]"
 
 
 def test_a_recording_that_tells_nothing_is_inspected_all_the_same():

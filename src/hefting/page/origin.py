@@ -30,7 +30,7 @@ from hefting.page.answer import (
 from hefting.page.bars import Row, bars
 from hefting.page.figure import AXES, Figure, Trace, band, line, rows
 from hefting.page.html import Markup, Section, element, items, join, note, terms
-from hefting.page.recording import POSE, TIME
+from hefting.page.recording import x_title
 
 WARMING_UP = 0.25
 """Share of the instants at the beginning that the scale need not hold: intervals are
@@ -57,8 +57,7 @@ def converged(
     )
     known = None if truth is None else ten(truth)
     figures = tuple(
-        _figure(over, time, group, known, POSE if found.static else TIME)
-        for group in GROUPS
+        _figure(over, time, group, known, x_title(found)) for group in GROUPS
     )
     says = (
         f"{estimate.method} from the samples up to each of {len(time)} instants, with "
@@ -73,11 +72,11 @@ def converged(
 
 
 def _figure(
-    over: Convergence, time: Array, group: Group, truth: Array | None, x_title: str
+    over: Convergence, time: Array, group: Group, truth: Array | None, title: str
 ) -> Figure:
     """The numbers of one unit, a row each."""
     titles = [f"{NAMES[i]} [{group.unit}]" for i in group.rows]
-    layout = rows(titles, [1.0] * len(titles), x_title)
+    layout = rows(titles, [1.0] * len(titles), title)
     layout["showlegend"] = False
     traces: list[Trace] = []
     for k, (i, axis) in enumerate(zip(group.rows, AXES, strict=False), 1):

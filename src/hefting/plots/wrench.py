@@ -23,7 +23,7 @@ from hefting.plots.style import (
     write_title,
 )
 from hefting.scene import headline_of, wrench_curves
-from hefting.scene.curves import PARTS
+from hefting.scene.curves import PARTS, gaps_between
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -58,7 +58,13 @@ def draw_wrench(
     """The rows of `plot_wrench` and their legend, on an empty figure."""
     curves = wrench_curves(measurements, estimate)
     static, shown = curves.static, chosen(len(measurements))
-    time, residual = curves.time[shown], curves.residual
+    gaps = gaps_between(curves.time, shown)  # over which no line is drawn
+
+    def drawn(values: Array) -> Array:
+        return np.insert(values[shown], gaps, np.nan, axis=0)
+
+    time, residual = drawn(curves.time), curves.residual
+    measured, predicted = drawn(curves.measured), drawn(curves.predicted)
     rows = figure.subplots(
         4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)}
     )
@@ -66,7 +72,6 @@ def draw_wrench(
         PARTS, rows[::2], rows[1::2], strict=True
     ):
         three = slice(part, part + 3)
-        measured, predicted = curves.measured[shown], curves.predicted[shown]
         _draw_whole(whole, time, measured[:, three], predicted[:, three], static)
         whole.set_ylabel(f"{name} [{unit}]")
         if estimate.common_bias is not None:
@@ -75,7 +80,7 @@ def draw_wrench(
             write_title(whole, f"bias found with it ({bias}) {unit}")
         elif estimate.bias is not None:
             write_title(whole, "with the bias of each recording, one after the other")
-        draw_components(rest, time, residual[shown, three], **line_of(static, 0.4))
+        draw_components(rest, time, drawn(residual[:, three]), **line_of(static, 0.4))
         rest.axhline(0.0, color=INK, linewidth=0.4)
         rest.set_ylabel(f"[{unit}]")
         rms = curves.rms(part)
