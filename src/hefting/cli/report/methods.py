@@ -246,7 +246,8 @@ def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
             _interval(scale * agreement.values[path][at], scale * ends_[:, at])
             for path, ends_ in agreement.intervals.items()
         ]
-        far = _deviations(float(apart[at]))
+        known = sum(cell != "open" for cell in cells)
+        far = _deviations(float(apart[at])) if known > 1 else ""
         if not tall:
             rows.append([quantity, *cells, far, unit])
             continue
