@@ -95,7 +95,9 @@ def comparison_report(
     lines.append(_checks(comparison, names))
     lines += _explain_failures(comparison)
     if any(name in VARIANTS for name in names):
-        lines.append(Text("below the line: variants, see hefting methods"))
+        lines.append(
+            Text("names with a hyphen: variants, see hefting methods --verbose")
+        )
     lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
     return Group(*lines, *map(Text, assumptions(best)))
 
