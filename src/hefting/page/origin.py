@@ -31,6 +31,7 @@ from hefting.page.bars import Row, bars
 from hefting.page.figure import AXES, Figure, Trace, band, line, rows
 from hefting.page.html import Markup, Section, element, items, join, note, terms
 from hefting.page.recording import x_title
+from hefting.scene import vector_text
 
 WARMING_UP = 0.25
 """Share of the instants at the beginning that the scale need not hold: intervals are
@@ -201,18 +202,13 @@ def _sign(made: Mapping[str, Any]) -> str:
     return f"{ACTS.get(wrench, wrench)}, {found}"
 
 
-def _vector(values: Iterable[float], digits: int = 4) -> str:
-    text = ", ".join(f"{value + 0.0:.{digits}g}" for value in values)
-    return f"({text})".replace("-", "−")
-
-
 def _gravity(made: Mapping[str, Any]) -> str:
     if "gravity" not in made:
         return "not known"
     found = ", direction found" if made.get("gravity_found") else ""
     std = made.get("gravity_std")
     known = f", its size to {std:.2g} m/s²" if std else ""
-    return f"{_vector(made['gravity'])} m/s² in world axes{found}{known}"
+    return f"{vector_text(made['gravity'], 4)} m/s² in world axes{found}{known}"
 
 
 def _bias(estimate: Estimate) -> str:
@@ -226,7 +222,7 @@ def _bias(estimate: Estimate) -> str:
         how = "found with the object, as recorded"
     if given is not None:
         numbers = np.asarray(given, dtype=float)
-        force, torque = _vector(numbers[:3], 3), _vector(numbers[3:], 3)
+        force, torque = vector_text(numbers[:3]), vector_text(numbers[3:])
         return f"{how}: {force} N, {torque} N m"
     searched = made.get("bias_searched")
     return "none beyond three standard deviations" if searched else "none, as given"

@@ -22,7 +22,7 @@ from hefting.plots.style import (
     lines_of,
     write_title,
 )
-from hefting.scene import headline_of, wrench_curves
+from hefting.scene import headline_of, vector_text, wrench_curves
 from hefting.scene.curves import PARTS, gaps_between
 
 if TYPE_CHECKING:
@@ -75,9 +75,8 @@ def draw_wrench(
         _draw_whole(whole, time, measured[:, three], predicted[:, three], static)
         whole.set_ylabel(f"{name} [{unit}]")
         if estimate.common_bias is not None:
-            own = estimate.common_bias[three]
-            bias = ", ".join(f"{x:.3g}" for x in own).replace("-", "−")
-            write_title(whole, f"bias found with it ({bias}) {unit}")
+            bias = vector_text(estimate.common_bias[three])
+            write_title(whole, f"bias found with it {bias} {unit}")
         elif estimate.bias is not None:
             write_title(whole, "with the bias of each recording, one after the other")
         draw_components(rest, time, drawn(residual[:, three]), **line_of(static, 0.4))

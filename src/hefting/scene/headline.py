@@ -58,6 +58,15 @@ def plus_minus(value: float, half_width: float | None) -> str:
     return f"{shown:.{digits}f} ± {half_width:.{digits}f}".replace("-", "−")
 
 
+def vector_text(values: ArrayLike, digits: int = 3) -> str:
+    """Numbers in brackets, each to so many digits of the largest, such as
+    ``(0.891, 0, −0.046)``."""
+    numbers = np.asarray(values, dtype=float)
+    largest = float(np.abs(numbers).max()) or 1.0
+    rounded = np.round(numbers, digits - 1 - int(np.floor(np.log10(largest)))) + 0.0
+    return f"({', '.join(f'{x:g}' for x in rounded)})".replace("-", "−")
+
+
 def power_of_thousand(values: Array) -> tuple[str, float]:
     """What stands before a unit, such as ``"10⁻³ "``, and the factor for values to be
     written with it: the power of a thousand that suits the largest."""
