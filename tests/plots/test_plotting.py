@@ -109,6 +109,12 @@ def test_a_long_recording_is_thinned(measurements):
     assert len(line.get_xdata()) == DRAWN
 
 
+def test_time_may_be_that_of_the_log(measurements):
+    figure = plot_identification(measurements, estimate_of(BODY), start=-0.65)
+    first = figure.axes[-1].lines[0].get_xdata()[0]
+    assert first == pytest.approx(measurements.time[0] + 0.65)
+
+
 def test_no_line_is_drawn_over_a_gap(measurements):
     """Of half a second, as between recordings: as in a page."""
     apart = replace(measurements, time=measurements.time + 0.5 * (np.arange(100) >= 40))

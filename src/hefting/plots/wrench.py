@@ -37,26 +37,31 @@ def plot_wrench(
     measurements: Measurements,
     estimate: Estimate,
     say: Callable[[str], str] = str,
+    start: float | None = None,
 ) -> "Figure":
     """Measured wrench, the wrench the estimate predicts (with its bias), and what
     remains, over time or, for static poses, by pose.
 
     Both are exerted by the sensor on the object. Static is an estimate without a
-    duration. `say` is as for `plot_object`. Raises `MissingDependencyError` without
+    duration. `say` is as for `plot_object`; `start` is the time [s] that counts as zero,
+    by default that of the first measurement. Raises `MissingDependencyError` without
     matplotlib.
     """
     headline = headline_of(estimate)
     lines = lines_of(headline, say=say)
     with headed(HEIGHT, lines, headline.usable) as (figure, below):
-        draw_wrench(below, measurements, estimate)
+        draw_wrench(below, measurements, estimate, start)
     return figure
 
 
 def draw_wrench(
-    figure: "SubFigure", measurements: Measurements, estimate: Estimate
+    figure: "SubFigure",
+    measurements: Measurements,
+    estimate: Estimate,
+    start: float | None = None,
 ) -> None:
     """The rows of `plot_wrench` and their legend, on an empty figure."""
-    curves = wrench_curves(measurements, estimate)
+    curves = wrench_curves(measurements, estimate, start)
     static, shown = curves.static, chosen(len(measurements))
     gaps = gaps_between(curves.time, shown)  # over which no line is drawn
 
