@@ -21,6 +21,7 @@ for library in ("OMP", "OPENBLAS", "MKL"):
 if TYPE_CHECKING:
     from benchmarks.accuracy_objects import Run
     from benchmarks.accuracy_tools import Cell
+    from hefting.core.spatial import Array
 
 TOOL_SEEDS, OBJECT_SEEDS = 10, 3
 QUICK_MOTION, QUICK_SPEED = 3.6, 1.5
@@ -90,12 +91,29 @@ def show_tools(data: Path, seeds: int) -> None:
     )
     _show_ratios("All tools", found)
     _show_errors("All tools", found, ("Bayes", "PMD", "WLS"))
-    long = [cell.of(HETEROGENEOUS) for cell in found if cell.count == max(SAMPLES)]
+    several = [cell.of(HETEROGENEOUS) for cell in found]
+    long = [cell for cell in several if cell.count == max(SAMPLES)]
     what = "Tools of more than one density"
     print(f"\n{what}: {', '.join(HETEROGENEOUS)}. HPS is told their parts.")
-    _show_ratios(what, long)
+    _show_ratios(what, several)
+    for count in SAMPLES:
+        ratio = over_pmd([cell for cell in several if cell.count == count])
+        print(f"{count:,} samples, all noise together: {three(ratio)} of PMD's median")
     _show_errors(what, long, ("Bayes", "PMD", "HPS"))
     print(f"\n{BOUND}")
+
+
+def over_pmd(found: "Sequence[Cell]") -> "Array":
+    """(3,) Bayes' median errors in all of these cells together over PMD's."""
+    import numpy as np
+
+    bayes, pmd = (
+        np.median(
+            np.concatenate([c.errors[name].reshape(-1, 3) for c in found]), axis=0
+        )
+        for name in ("Bayes", "PMD")
+    )
+    return bayes / pmd
 
 
 def _show_ratios(what: str, found: "Sequence[Cell]") -> None:
@@ -182,7 +200,7 @@ def _show_errors(what: str, found: "Sequence[Cell]", methods: tuple[str, ...]) -
 def show_objects(seeds: int, quick: bool) -> None:
     """Errors, ratios and coverage by setting and speed."""
     from benchmarks.accuracy_objects import NOISE, SETTINGS, SPEEDS, runs
-    from hefting.reproduction.setting import DURATION, OBJECTS
+    from hefting.reproduction.experiment import DURATION, OBJECTS
 
     speeds, duration = ((QUICK_SPEED,), QUICK_MOTION) if quick else (SPEEDS, DURATION)
     found: dict[tuple[str, float], list[Run]] = {

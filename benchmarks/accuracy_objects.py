@@ -15,8 +15,7 @@ from hefting.ingest.free_fit import fit_freely
 from hefting.motion import sample_weights
 from hefting.motion.spline import fit_poses
 from hefting.motion.state import Motion
-from hefting.reproduction.filtered import Observed, causal_filter, windows
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     C1,
     DURATION,
     OBJECTS,
@@ -25,6 +24,7 @@ from hefting.reproduction.setting import (
     thing,
     wielded,
 )
+from hefting.reproduction.filtered import Observed, causal_filter, windows
 from hefting.simulation import WRENCH_NOISE
 
 NOISE = "moderate"

@@ -1,6 +1,8 @@
 """One identification of a body that was added to a real recording, by each method."""
 
-from dataclasses import dataclass
+from collections.abc import Collection
+from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +10,7 @@ from benchmarks.bodies import ends, sixteen
 from benchmarks.injected import Case
 from hefting.core.errors import HeftingError
 from hefting.core.estimate import Estimate
+from hefting.core.sensor_accuracy import EXACT
 from hefting.core.spatial import Array
 from hefting.estimators import METHODS as ESTIMATORS
 from hefting.estimators import default_method
@@ -45,16 +48,23 @@ class Run:
     """whether the answer says that its mass is not to be used"""
 
 
-def identified(case: Case) -> list[Run]:
-    """Identify the body of a case by every method, as `hefting.identify` does."""
+def identified(case: Case, exact: Collection[str] = ()) -> list[Run]:
+    """Identify the body of a case by every method, as `hefting.identify` does; `exact`
+    is what is said to have no errors but noise: ``"sensor"``, ``"tool"``."""
     host, runs = case.host, list[Run]()
+    tool = host.tool
+    if "tool" in exact:
+        tool = replace(tool, covariance=np.zeros((10, 10)))
+    settings = {"sensor_accuracy": EXACT} if "sensor" in exact else {}
     try:
-        found = ingest(case.recording, gravity=host.gravity, tool=host.tool)
+        found = ingest(case.recording, gravity=host.gravity, tool=tool)
     except HeftingError:
         return [Run(method, host.set, case.name, None) for method in METHODS]
     for method, with_shape in METHODS.items():
         try:
-            estimate = _estimate(found, case.body.shape if with_shape else None)
+            estimate = _estimate(
+                found, case.body.shape if with_shape else None, settings
+            )
         except HeftingError:
             runs.append(Run(method, host.set, case.name, None))
             continue
@@ -62,10 +72,12 @@ def identified(case: Case) -> list[Run]:
     return runs
 
 
-def _estimate(found: Ingested, shape: Shape | None) -> Estimate:
+def _estimate(
+    found: Ingested, shape: Shape | None, settings: dict[str, Any]
+) -> Estimate:
     require_object(found, shape)
     kind = ESTIMATORS[default_method(shape is not None)]
-    estimator = estimator_for(kind, found, shape, {})
+    estimator = estimator_for(kind, found, shape, settings)
     estimate, used = run(estimator, found)
     return with_diagnostics(estimate, estimator, used, shape)
 

@@ -16,8 +16,8 @@ Run it with ``pip install 'hefting[sim,plot]'`` and ``python examples/error_by_s
 # sees the same samples, and none more than ten seconds of them.
 
 from hefting.plots import save_figure
+from hefting.reproduction.experiment import METHODS, SPEEDS
 from hefting.reproduction.noise import report, run
-from hefting.reproduction.setting import METHODS, SPEEDS
 
 jobs = [{"object": "hammer", "speed": speed, "seed": 1} for speed in SPEEDS]
 made = report([(job, run(job)) for job in jobs])

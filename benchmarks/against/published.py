@@ -13,9 +13,7 @@ import numpy as np
 from benchmarks.accuracy_objects import informed, seen
 from benchmarks.against.runs import QUANTITIES, rounded
 from hefting.estimators import Bayes
-from hefting.reproduction.filtered import Observed
-from hefting.reproduction.observations_report import PUBLISHED
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     DURATION,
     METHODS,
     MOSTLY_WRONG,
@@ -23,6 +21,8 @@ from hefting.reproduction.setting import (
     thing,
     wielded,
 )
+from hefting.reproduction.filtered import Observed
+from hefting.reproduction.observations_report import PUBLISHED
 from hefting.simulation import WRENCH_NOISE
 
 SPEEDS = (1.0, 1.5, 2.0)

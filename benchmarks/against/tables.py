@@ -10,8 +10,7 @@ from rich.table import Table as RichTable
 from benchmarks.against.cost import slope
 from benchmarks.against.ours import BARE
 from benchmarks.report import number, seconds
-from hefting.reproduction.experiment import shown
-from hefting.reproduction.setting import MOSTLY_WRONG
+from hefting.reproduction.experiment import MOSTLY_WRONG, shown
 
 MISSED, PRINTED = "**missed**", "[bold]missed[/bold]"
 """Of a goal, on a page and on the terminal."""

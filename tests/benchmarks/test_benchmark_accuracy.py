@@ -279,8 +279,8 @@ def test_what_bayes_is_told_of_the_motion():
         seen,
     )
 
+    from hefting.reproduction.experiment import thing, wielded
     from hefting.reproduction.filtered import OBSERVATIONS, Observed
-    from hefting.reproduction.setting import thing, wielded
     from hefting.simulation import WRENCH_NOISE
 
     subject, true = thing("hammer"), wielded("hammer", 1.5, duration=3.6)
@@ -328,7 +328,7 @@ def test_which_intervals_hold():
     pytest.importorskip("mujoco", reason="MuJoCo is not installed")
     from benchmarks.accuracy_objects import compared
 
-    from hefting.reproduction.setting import thing, wielded
+    from hefting.reproduction.experiment import thing, wielded
 
     subject = thing("hammer")
     body, none = subject.held.parameters, np.zeros(3)

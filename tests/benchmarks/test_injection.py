@@ -60,3 +60,13 @@ def test_intervals_of_one_body(capsys):
     row = line("all", runs)
     assert row["number"] == len(runs)
     assert f"{row['held']:.1f}" in capsys.readouterr().out
+
+
+def test_what_is_exact_makes_intervals_narrower():
+    """Each error that is allowed for widens the interval of the mass."""
+    found = [case for case in cases(list(ready()), 1, 3) if case.window is None]
+    for case in found:
+        usual = identified(case)
+        for exact in (("sensor",), ("tool",)):
+            for own, run in zip(usual, identified(case, exact), strict=True):
+                assert run.half_width < own.half_width, (case.host.set, exact)

@@ -15,7 +15,7 @@ from registries import PACKAGE, Copy
 
 README = (Path(__file__).parents[2] / "README.md").read_text()
 NOT_TARGETS = {
-    *("__init__", "body", "controller", "known", "notes", "principal", "splice"),
+    *("__init__", "body", "known", "notes", "principal", "splice"),
     "target",
 }
 

@@ -43,9 +43,9 @@ from hefting.ingest.rivals.judge import (
     _is_white,
     _is_worth_a_search,
     _promising,
-    _small_mistakes,
     evidence,
 )
+from hefting.ingest.rivals.small_mistakes import _small_mistakes
 
 
 @pytest.fixture(scope="module")
@@ -89,7 +89,7 @@ def test_what_a_small_mistake_would_explain_is_worth_a_search(
 ):
     """Though it leaves little, and residuals that are white."""
     fitted = with_residuals(as_given(case).fitted.of_best(), 0.0)
-    monkeypatch.setattr(judging, "_score", lambda *_: above * judging.CLEAR_SCORE)
+    monkeypatch.setattr(judging, "score", lambda *_: above * judging.CLEAR_SCORE)
     assert _is_worth_a_search(case, fitted, 0.01) is worth
 
 

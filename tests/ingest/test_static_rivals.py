@@ -55,6 +55,30 @@ def test_right_poses_are_good(seed):
         assert str(identify(poses(seed, count).recording).verdict) == "good"
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_noise_as_of_a_real_sensor_hides_no_clear_mistake(seed):
+    """Nothing tells the noise of static poses, so that it counts as unexplained: a
+    mistake may explain less than half of that, and all that any could."""
+    given, rng = poses(seed), np.random.default_rng(seed)
+    noise = rng.normal(size=(24, 6)) * 8.0 * NOISE
+    right = given.wrench(lambda _, w: w + noise)
+    assert str(identify(right.recording).verdict) == "good"
+    wrong = right.wrench(lambda _, w: w * (1, 1, 1, 1, 2, 1))
+    found = identify(wrong.recording).verdict
+    assert found.level == "do not use"
+    assert "channel-wrong" in codes(found.reasons)
+
+
+@needs_recordings
+def test_a_doubled_torque_is_named_in_poses_of_a_real_sensor():
+    """Its centre of mass is twice as far away: it had been good."""
+    log = read_log(DATA / "kuka-ati" / "static_poses.csv")
+    wrench = log["wrench"].values * (1, 1, 1, 1, 2, 1)
+    found = identify(orientation=log["orientation"].values, wrench=wrench)
+    assert found.verdict.level == "do not use"
+    assert codes(found.verdict.reasons) == {"channel-wrong"}
+
+
 @needs_recordings
 def test_few_poses_of_real_sensors_are_good():
     """Seven of one sensor, each six of these, and some of 24 of another."""

@@ -550,3 +550,15 @@ def test_beside_a_named_mistake_nothing_else_is_advised():
     assert "quaternion-order" in codes
     assert not codes & {"sign-uncertain", "unexplained", "many-outliers"}
     assert found.advice == ("put right what the verdict names, and inspect again",)
+
+
+@pytest.mark.parametrize(
+    ("factor", "code", "begin"),
+    [(1.0, None, "ready: "), (400.0, "mass-unusual", "ready, with care: ")],
+)
+def test_ready_is_as_the_verdict_says(factor, code, begin):
+    """A wrench in another unit, say, leaves nothing to improve in the recording."""
+    log = log_of()
+    found = inspect(with_wrench(log, factor * log["wrench"].values))
+    assert code in {None, *(message.code for message in found.verdict.reasons)}
+    assert found.advice[0].startswith(begin)

@@ -167,3 +167,22 @@ def test_a_recording_with_sensors_is_measured_with_them():
         - truth.linear_acceleration
     )
     assert measure(without, GRAVITY).source == "smooth"
+
+
+def test_a_gap_of_the_poses_is_no_reading():
+    """Just before a gap there is no derivative of the motion: its NaN had stopped the
+    calibration."""
+    truth, (p, q) = poses_of(random_smooth, 2)
+    held = (truth.time < 2.0) | (truth.time > 2.5)
+    sensors = readings(random_smooth, 2)
+    plain = fit_poses(truth.time[held], p[held], q[held])
+    fused, notes, warnings = fuse(plain, GRAVITY, *sensors)
+    assert len(notes) == 2
+    assert not warnings
+    # away from the gap, beside which neither is much worth
+    seen = (truth.time < 1.8) | (truth.time > 2.7)
+    before, after = (
+        [rms(e[seen]) for e in deviations(motion.at(truth.time), truth)]
+        for motion in (plain, fused)
+    )
+    assert (np.array(after) < before).all()

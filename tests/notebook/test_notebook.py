@@ -14,6 +14,7 @@ import numpy as np
 import pytest
 
 import hefting
+import hefting.notebook
 from browser import LOOKS, browsing, needs_browser
 from hasty_pictures import draw_hastily
 from hefting.core.estimate import Estimate
@@ -23,7 +24,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.identification import Comparison, identify
 from hefting.identification.agreement import Agreement
 from hefting.identification.compare import compare
-from hefting.notebook import KINDS, html_of, kinds
+from hefting.notebook import KINDS, html_of
 from hefting.scene import plus_minus
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, simulate, sinusoids
@@ -117,6 +118,7 @@ def svg_of(page):
 
 def test_the_numbers_are_those_of_the_library(found):
     page = Page(found._repr_html_())
+    assert page.cells[0] == ["quantity", "estimate ± 95 %", "from", "to", "unit"]
     rows = {row[0]: row[1:] for row in page.cells}
     estimate = found.estimate
     low, high = estimate.intervals["mass"]
@@ -279,7 +281,7 @@ def test_pictures_are_small_whatever_the_shape(kind):
 
 
 def test_a_picture_that_would_be_larger_is_left_out(found, monkeypatch):
-    monkeypatch.setattr(kinds, "LARGEST", 1000)
+    monkeypatch.setattr(hefting.notebook, "LARGEST", 1000)
     assert Page(found._repr_html_()).pictures == []
 
 

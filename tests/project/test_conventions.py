@@ -154,6 +154,39 @@ def test_everything_public_is_documented_and_files_are_small(own):
         assert len(path.read_text().splitlines()) <= 400, path
 
 
+def defined(node: ast.stmt) -> set[str]:
+    """Names that a statement of a file defines."""
+    if isinstance(node, ast.ClassDef | ast.FunctionDef):
+        return (
+            set()
+            if "overload" in map(ast.unparse, node.decorator_list)
+            else {node.name}
+        )
+    targets = getattr(node, "targets", [getattr(node, "target", node)])
+    each = (name for target in targets for name in ast.walk(target))
+    return {
+        name.id
+        for name in (each if isinstance(node, ast.Assign | ast.AnnAssign) else ())
+        if isinstance(name, ast.Name) and isinstance(name.ctx, ast.Store)
+    }
+
+
+@pytest.mark.parametrize("own", sorted(FILES_OF))
+def test_no_name_of_a_file_stands_for_two_things(own):
+    """The second would replace the first, unless it is made from it."""
+    for path in FILES_OF[own]:
+        seen: set[str] = set()
+        for node in tree_of(path).body:
+            used = {
+                n.id
+                for n in ast.walk(node)
+                if isinstance(n, ast.Name) and isinstance(n.ctx, ast.Load)
+            }
+            twice = (defined(node) & seen) - used
+            assert not twice, path
+            seen |= defined(node)
+
+
 def run(code: str) -> str:
     return subprocess.run(
         [sys.executable, "-c", code], check=True, capture_output=True, text=True

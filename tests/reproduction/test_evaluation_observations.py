@@ -24,6 +24,7 @@ from hefting.reproduction import (
     prediction,
     robot,
 )
+from hefting.reproduction.experiment import RATE, SPEEDS, thing, wielded
 from hefting.reproduction.filtered import (
     OBSERVATIONS,
     WEAK,
@@ -37,7 +38,6 @@ from hefting.reproduction.filtered import (
     windows,
 )
 from hefting.reproduction.observations_report import FIRST, PUBLISHED, SHARP, pooled
-from hefting.reproduction.setting import RATE, SPEEDS, thing, wielded
 from hefting.simulation import WRENCH_NOISE, held_modular
 
 DURATION = 6.0

@@ -25,7 +25,7 @@ from hefting.core.moments import Moments
 from hefting.estimators import PMD
 from hefting.identification.identifiability import condition_number
 from hefting.reproduction import c1, condition, density, gravity, noise, stop_and_go
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     OBJECTS,
     QUANTITIES,
     SPEEDS,

@@ -24,7 +24,6 @@ from hefting.simulation import (
     wield,
 )
 from hefting.simulation.arm import JointMotion
-from hefting.simulation.joints import START
 from recordings import DATA, needs_recordings
 
 BODY = InertialParameters.from_com(
@@ -102,11 +101,11 @@ def test_sensor_motion_is_the_derivative_of_its_pose(name):
 def test_sinusoids_have_the_papers_speeds(speed):
     joints = sinusoids(35.0, 60.0, speed)
     assert UR5.motion(joints).mean_speeds[0] == pytest.approx(speed, rel=1e-9)
-    np.testing.assert_array_equal(joints.position[0], START)
+    np.testing.assert_array_equal(joints.position[0], UR5.start)
     np.testing.assert_array_equal(
-        joints.position[:, :3], np.tile(START[:3], (len(joints.time), 1))
+        joints.position[:, :3], np.tile(UR5.start[:3], (len(joints.time), 1))
     )
-    swing = np.degrees(np.abs(joints.position - START).max(axis=0)[3:])
+    swing = np.degrees(np.abs(joints.position - UR5.start).max(axis=0)[3:])
     assert (swing <= 45.0 + 1e-9).all()
     assert (swing > 44.0).all()
     # frequencies in the ratio 10 : 13 : 16 at the start, where the speed of sin is its
@@ -118,7 +117,7 @@ def test_sinusoids_have_the_papers_speeds(speed):
 
 def test_random_motion_starts_from_rest_and_repeats():
     joints = random_smooth(5.0, 100.0, 0.8, seed=7)
-    np.testing.assert_array_equal(joints.position[0], START)
+    np.testing.assert_array_equal(joints.position[0], UR5.start)
     assert not joints.velocity[0].any()
     assert not joints.acceleration[0].any()
     assert UR5.motion(joints).mean_speeds[0] == pytest.approx(0.8, rel=1e-9)

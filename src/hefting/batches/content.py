@@ -86,12 +86,8 @@ def _files(path: Path) -> list[tuple[str, os.stat_result]]:
 
 
 class Kept:
-    """Hash of each row by what identifies it, in 24 bytes a row.
-
-    Parameters
-    ----------
-    rows : of (identities, hashes), arrays of texts; later ones count.
-    """
+    """Hash of each row by what identifies it, in 24 bytes a row, from `rows` of
+    (identities, hashes), arrays of texts, of which later ones count."""
 
     def __init__(self, rows: "Iterable[tuple[pa.ChunkedArray, pa.ChunkedArray]]" = ()):
         names: list[Digests] = [np.empty(0, np.uint64)]

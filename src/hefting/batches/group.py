@@ -6,7 +6,6 @@ own; it is no average of estimates. A recording that fails, or is wrong alone wh
 others are not, is left out, and named.
 """
 
-import warnings
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, field, replace
 from hashlib import blake2b
@@ -15,6 +14,7 @@ from typing import Any
 from hefting.batches.columns import STAGES, Row, filled
 from hefting.batches.content import Kept, hash_of
 from hefting.batches.one import (
+    OF_SHAPES,
     attempted,
     estimate_of_parts,
     failure,
@@ -38,7 +38,7 @@ WAVE = 200
 """Recordings that are condensed before their objects are identified: some 30 MB, unless
 one object has more."""
 SHARED = (
-    *("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3"),
+    *OF_SHAPES,
     *("method", "mass", "tool", "pose_std", "shape_std", "sensor_accuracy"),
 )
 """Options that are said of an object, and so the same of all its recordings."""
@@ -68,15 +68,8 @@ class Condensed:
 def rows_of_objects(
     entries: Recordings, kept: Kept, workers: Jobs
 ) -> Iterator[tuple[int, Row | None]]:
-    """For each object how many recordings it has, and its row; None where that is
-    unchanged.
-
-    Parameters
-    ----------
-    entries : the recordings, grouped by their object.
-    kept : hash of each row that is there, by object.
-    workers : who condenses the recordings, and identifies the objects.
-    """
+    """For each object how many of the recordings, grouped by it, it has, and its row;
+    None where that is unchanged by the hashes `kept` of rows that are there."""
     for wave in _waves(entries.in_groups()):
         groups = [_sharing([entries[row] for row in rows]) for rows in wave]
         known = _hashes([g for g in groups if kept.get(g[0].row_name)], workers)
@@ -194,8 +187,7 @@ def _told(recordings: Sequence[Condensed]) -> Iterator[tuple[Condensed, Told]]:
 def condensed(task: Task) -> Condensed:
     """A recording without its samples; raises nothing of an input."""
     entry, told = task
-    with stopwatch() as watch, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with stopwatch() as watch:
         try:
             key, parts = attempted(lambda: _condense(entry, told))
         except Exception as error:
@@ -226,8 +218,7 @@ def _row_of_object(parts: Sequence[Condensed]) -> Row:
         ],
         "hash": _joint_hash([each.hash for each in parts]) or None,
     }
-    with stopwatch() as watch, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
+    with stopwatch() as watch:
         try:
             row = _identified(row, usable, failed)
         except Exception as error:

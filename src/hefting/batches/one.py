@@ -39,6 +39,8 @@ from hefting.shapes import Shape
 
 T = TypeVar("T")
 
+OF_SHAPES = ("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3")
+"""Options by which a shape is given."""
 SHAPES = 8
 """Shapes that a process keeps: recordings of one object follow one another."""
 
@@ -64,8 +66,7 @@ def row_of(task: tuple[Entry, str | None]) -> Row | None:
     """
     entry, kept = task
     row = start_row(entry)
-    with stopwatch() as watch, warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of NumPy: what matters is a message
+    with stopwatch() as watch:
         try:
             found = attempted(lambda: _estimate(entry, kept, row))
             row = row if found is None else filled(row, found)
@@ -149,8 +150,7 @@ def content_of(entry: Entry) -> str:
 def shape_once(request: SimpleNamespace) -> Shape | None:
     """The shape that a request means, read once for recordings that follow one
     another."""
-    names = ("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3")
-    said = {name: getattr(request, name) for name in names}
+    said = {name: getattr(request, name) for name in OF_SHAPES}
     files = {name: signature(file) for name, file in files_of(said).items()}
     return _shape(tuple(said.items()), tuple(files.items()))
 
@@ -224,9 +224,10 @@ class Stopwatch:
 
 @contextmanager
 def stopwatch() -> Generator[Stopwatch, None, None]:
-    """A stopwatch of what is reported meanwhile."""
+    """A stopwatch of what is reported meanwhile; warnings are not shown."""
     watch = Stopwatch()
-    with listening(watch):
+    with listening(watch), warnings.catch_warnings():
+        warnings.simplefilter("ignore")  # of NumPy: what matters is a message
         yield watch
 
 

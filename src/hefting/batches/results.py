@@ -107,20 +107,12 @@ class Results:
     @classmethod
     @contextmanager
     def opened(cls, folder: Path, resume: bool) -> Generator[Self, None, None]:
-        """The results in a folder, which is made where it is not there.
+        """The results in a folder of nothing else, which is made where it is not there;
+        with `resume` there may be results already.
 
-        Parameters
-        ----------
-        folder : Path
-            Of the results and nothing else.
-        resume : bool
-            Whether there may be results already.
-
-        Raises
-        ------
-        InputError
-            Where there are results and that is not said, another process writes there,
-            the folder cannot be made, or holds anything that is not of a batch.
+        Raises `InputError` where there are results and that is not said, another
+        process writes there, the folder cannot be made, or holds anything that is not
+        of a batch.
         """
         try:
             folder.mkdir(parents=True, exist_ok=True)

@@ -57,14 +57,9 @@ class Reasons:
         path: str | None,
         of: str | None = None,
     ) -> None:
-        """Count a failure among those that say the same of other recordings.
-
-        Parameters
-        ----------
-        failure : `error`, its class, and `error_text`, what it says.
-        name, path : of what failed.
-        of : path that the text speaks of, where that is another.
-        """
+        """Count a failure (`error`, its class, and `error_text`, what it says) of
+        `name` at `path` among those that say the same of other recordings; `of` is the
+        path that the text speaks of, where that is another."""
         error, own = failure["error"], _without_path(failure["error_text"], path or of)
         general = re.sub(r"\d[\d.,:e+-]*", "#", own)
         key = error, general

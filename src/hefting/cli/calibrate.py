@@ -109,7 +109,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _page(found: "Identification") -> str:
-    """The report."""
     from hefting.page import identification_page
 
     return identification_page(

@@ -139,7 +139,6 @@ def add_reading(log: argparse._ActionsContainer) -> None:
 
 
 def _add_methods(group: argparse._ActionsContainer) -> None:
-    """Numbers that methods take."""
     from hefting.estimators import methods_with
 
     group.add_argument(

@@ -262,7 +262,6 @@ def _follow(
 
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
-    """Print and write the final answer; returns the exit status."""
     from hefting.export import export
 
     estimate = found.estimate
@@ -309,7 +308,6 @@ def _tell_record(recorder: Any) -> None:
 
 
 def _check_outputs(a: argparse.Namespace) -> None:
-    """`InputError` for outputs that cannot or must not be written."""
     from hefting.export import SUFFIXES, TARGETS
 
     inputs = a.source, a.shape, a.bias, a.object_pose, a.map, a.urdf, a.tool

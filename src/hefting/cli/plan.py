@@ -194,18 +194,16 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 def _require_joints(a: argparse.Namespace) -> None:
     """`InputError` for a file that holds another number of joints than the plan."""
-    from hefting.planning.files import FORMATS
+    from hefting.planning.files import JOINTS, require_joints
     from hefting.robots import Robot
 
-    forms = [FORMATS[s] for path in a.output if (s := Path(path).suffix) in FORMATS]
-    if any(form.joints for form in forms):
+    if limited := JOINTS.keys() & {Path(path).suffix for path in a.output}:
         joints = len(Robot.from_urdf(a.urdf, a.tip).joints)
-        for form in forms:
-            form.require(joints)
+        for suffix in limited:
+            require_joints(suffix, joints)
 
 
 def _plan(a: argparse.Namespace) -> "Plan":
-    """The plan that was asked for."""
     from hefting.planning import plan
 
     torques = torques_of(a)
@@ -239,8 +237,7 @@ def _plan(a: argparse.Namespace) -> "Plan":
 
 
 def _content(found: "Plan", path: str) -> str | bytes:
-    """The plan as a file of a suffix."""
-    from hefting.planning.files import format_of
+    from hefting.planning.files import content_of
 
     suffix = Path(path).suffix.lower()
     if is_picture(path):
@@ -251,4 +248,4 @@ def _content(found: "Plan", path: str) -> str | bytes:
         from hefting.viewer.player import plan_player
 
         return plan_player(found)
-    return format_of(path).content(found)
+    return content_of(found, path)

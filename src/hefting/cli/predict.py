@@ -118,7 +118,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _content(found, suffix: str) -> bytes:
-    """The prediction as a file of a suffix."""
     if suffix == ".csv":
         return found.csv()
     from hefting.plots import picture_of, plot_prediction

@@ -206,7 +206,6 @@ def _simulate_torques(a: argparse.Namespace) -> None:
 
 
 def _held(a: argparse.Namespace) -> "HeldObject":
-    """What is held."""
     from hefting.simulation.scenario import named_object
 
     count = a.density.count(",") + 1 if a.density else 0
@@ -293,7 +292,6 @@ def _six(text: str | None, option: str, seed: list[int]) -> tuple:
 
 
 def _told(scenario: "Scenario", made: "Simulated") -> list[str]:
-    """What was made."""
     about, body = made.facts["simulation"], scenario.held.parameters
     lines = [
         f"{scenario.held.name}, {body.mass:.4g} kg, on the arm {about['arm']}; wrench from {about['engine']}",

@@ -157,7 +157,6 @@ def _check_output(a: argparse.Namespace) -> None:
 
 
 def _save(viewer: "Viewer", path: str, log: str) -> None:
-    """Write the player."""
     from hefting.viewer.player import player_of
 
     with progress("writing the player"):
@@ -167,7 +166,6 @@ def _save(viewer: "Viewer", path: str, log: str) -> None:
 
 
 def _serve(address: str, browser: bool) -> None:
-    """Wait until Ctrl-C."""
     print(f"viewer at {address} (Ctrl-C ends it)", flush=True)
     if browser:
         open_page(address)

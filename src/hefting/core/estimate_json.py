@@ -224,7 +224,6 @@ def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
 
 
 def _message(data: Json) -> Message:
-    """The message of its JSON; `ValueError` when it is none."""
     severity, argument = data["severity"], data.get("argument")
     recordings: Any = data.get("recordings", [])
     if not isinstance(recordings, list):

@@ -88,20 +88,12 @@ DIGITS_OF_HALF_WIDTH = 2
 
 
 def decimals(half_widths: ArrayLike, size: float, least_digits: int = 0) -> np.ndarray:
-    """Decimal places to which numbers are rounded.
+    """Decimal places, as integers of the same shape, to which numbers are rounded;
+    negative where tens are.
 
-    Parameters
-    ----------
-    half_widths : half the widths of their intervals; zero, infinite or NaN where there
-        is none.
-    size : size of the largest of the numbers, which are of one kind.
-    least_digits : significant digits of `size` that are kept however wide the intervals
-        are.
-
-    Returns
-    -------
-    ndarray
-        Integers of the same shape as `half_widths`; negative where tens are rounded.
+    `half_widths` of their intervals are zero, infinite or NaN where there is none;
+    `size` is that of the largest of the numbers, which are of one kind, and
+    `least_digits` of it are kept however wide the intervals are.
     """
     half = np.asarray(half_widths, dtype=float)
     finest = MOST_DIGITS - 1 - _exponent(size) if size > 0.0 else MOST_DIGITS

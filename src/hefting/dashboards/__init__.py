@@ -139,28 +139,12 @@ def dashboard_for(path: str | Path) -> Dashboard:
 def write_dashboard(
     replay: Replay, path: str | Path, say: Callable[[str], str] = str
 ) -> tuple[str, ...]:
-    """Write a recording and what was found from it, whole or not at all.
+    """Write a recording and what was found from it, whole or not at all, to a file
+    whose suffix says which kind; returns the names of the streams that it cannot hold.
+    `say` turns names of arguments in backquotes, in messages, into the reader's.
 
-    Parameters
-    ----------
-    replay : Replay
-        Of `replay_of`.
-    path : str or Path
-        The file; its suffix says which kind.
-    say : callable
-        Turns names of arguments in backquotes, in messages, into the reader's.
-
-    Returns
-    -------
-    tuple of str
-        Names of the recording's streams that the file cannot hold.
-
-    Raises
-    ------
-    InputError
-        For another suffix, and where the file cannot be written.
-    MissingDependencyError
-        Where a library that writes the file is not installed.
+    Raises `InputError` for another suffix, and where the file cannot be written,
+    `MissingDependencyError` where a library that writes the file is not installed.
     """
     kind = dashboard_for(path)
     kind.check()

@@ -1,21 +1,34 @@
-"""PMD: point mass discretization (Nadeau, Giamou & Kelly, ICRA 2022, problem 1)."""
+"""PMD: point mass discretization (Nadeau, Giamou & Kelly, ICRA 2022, problem 1).
+
+Both models' equations are in triangular form, with the biases taken out: the rows [bias
+columns | A | b] of each model are reduced to a triangular factor. As the bias columns
+are one multiple of the identity for each sample, they stay so: c I6 in the first six
+rows, c² the sum of squared weights. Each recording has a bias, and six such rows, of
+its own.
+"""
 
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass, field
+from collections.abc import Sequence
+from dataclasses import dataclass, field, replace
 from functools import cached_property
-from typing import ClassVar
+from typing import ClassVar, Self
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
+from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
 from hefting.core.spatial import Array, own
 from hefting.estimators.base import BiasModel, require_samples
 from hefting.estimators.cone import ConeProblem, solve
-from hefting.estimators.joint_state import State
-from hefting.estimators.model_rows import ModelRows
+from hefting.estimators.joint_state import (
+    State,
+    WhitenedState,
+    states_by_bias,
+    states_of,
+)
 from hefting.estimators.point_estimator import PointEstimator
 from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.sample_state import SMOOTHED_C1, Model
@@ -154,3 +167,149 @@ def _homogeneous(problem: ConeProblem) -> Array:
 
 def _norm(x: Array) -> float:
     return math.sqrt(x.dot(x))
+
+
+SHARES = np.repeat(np.eye(2), (5, 11), axis=1)
+"""(2, 16) shares in both norms of the rows that no bias couples: five of the reduced
+model, eleven of the full one."""
+WITH_INERTIA = np.eye(11)[[0, 1, 2, 3, 10]]
+"""(5, 11) [m, mc | b] among [ten parameters | b]."""
+
+
+@dataclass(frozen=True, eq=False)
+class BiasRows:
+    """The six equations c beta + A phi = b of either model that hold the bias beta of a
+    recording."""
+
+    c: Array
+    """(2,) of the reduced and of the full model; not negative"""
+    rows: Array
+    """(2, 6, 11) [A | b] of both"""
+
+    @classmethod
+    def of(cls, reduced: Array, full: Array) -> Self:
+        """Of the factors (11, 11) and (17, 17) of both models."""
+        both = [_with_positive_diagonal(R[:6]) for R in (reduced, full)]
+        rows = both[0][:, 6:].dot(WITH_INERTIA), both[1][:, 6:]
+        return cls(np.array([R[0, 0] for R in both]), np.array(rows))
+
+    @property
+    def eliminated(self) -> tuple[Array, Array]:
+        """Six rows [A | b] without the bias, and their shares (2, 6) in both norms.
+
+        A dual point must be orthogonal to the bias columns, c0 u0 + c1 u1 = 0, which
+        one unknown in place of two satisfies: u0 = c1/c t, u1 = -c0/c t, c² = c0² + c1².
+        """
+        c0, c1 = self.c / (_norm(self.c) or 1.0)
+        shares = np.repeat(((c1 * c1,), (c0 * c0,)), 6, axis=1)
+        return c1 * self.rows[0] - c0 * self.rows[1], shares
+
+    def bias(self, vector: Array, scales: Array) -> Array:
+        """(6,) bias that minimises the sum of both norms, given parameters (10,) and
+        the norms' optimal values (2,)."""
+        weights = self.c / scales
+        residuals = weights @ self._without_bias(vector)
+        return -residuals / (float(weights @ self.c) or 1.0)
+
+    def squares(self, vector: Array, bias: Array) -> Array:
+        """(2,) squared residuals of both models."""
+        r = self._without_bias(vector) + np.outer(self.c, bias)
+        return (r * r).sum(axis=1)
+
+    def _without_bias(self, vector: Array) -> Array:
+        """(2, 6) residuals A phi - b of both models."""
+        return self.rows @ np.append(vector, -1.0)
+
+
+@dataclass(frozen=True, eq=False)
+class ModelRows:
+    """Rows that each bias couples, then those of the reduced and of the full model."""
+
+    biases: tuple[BiasRows, ...]
+    """of each recording; none where no bias is free"""
+    A: Array
+    """(r, 10)"""
+    b: Array
+    """(r,)"""
+    K: Array
+    """(2, r) share of each row in both norms"""
+    size: float
+    """|b| of both before the biases were taken out"""
+
+    @classmethod
+    def of(cls, state: State, *, free_bias: bool) -> Self:
+        """Of all samples; of equations of the full model alone, in their own unit."""
+        if isinstance(state, WhitenedState):
+            return cls._of((), np.zeros((5, 5)), state.noise * state.factor)
+        first = 0 if free_bias else 6
+        states = states_by_bias(state, free_bias)
+        reduced = [s.reduced.factor_of(REDUCED_EQUATIONS[first:]) for s in states]
+        full = [s.full.factor_of(FULL_EQUATIONS[first:]) for s in states]
+        if not free_bias:
+            return cls._of((), *reduced, *full)
+        biases = tuple(map(BiasRows.of, reduced, full))
+        return cls._of(biases, _uncoupled(reduced), _uncoupled(full))
+
+    @classmethod
+    def _of(cls, biases: Sequence[BiasRows], reduced: Array, full: Array) -> Self:
+        """Of the rows [m, mc | b] (5, 5) and [ten parameters | b] (11, 11) that no bias
+        couples."""
+        rows, K = np.concatenate((reduced.dot(WITH_INERTIA), full)), SHARES
+        for each in reversed(biases):
+            coupled, shares = each.eliminated
+            rows = np.concatenate((coupled, rows))
+            K = np.concatenate((shares, K), axis=1)
+        right = (
+            rows[-SHARES.shape[1] :, 10],
+            *(r.rows[:, :, 10].ravel() for r in biases),
+        )
+        size = math.hypot(*map(_norm, right))
+        return cls(tuple(biases), rows[:, :10], rows[:, 10], K, size)
+
+    def with_equation(self, equation: Array, state: State) -> Self:
+        """With one equation more (11,) of the parameters, in the model that has more of
+        the samples of `state`."""
+        return replace(
+            self,
+            A=np.vstack((self.A, equation[:10])),
+            b=np.append(self.b, equation[10]),
+            K=np.column_stack((self.K, _share_of_most(state))),
+            size=math.hypot(self.size, equation[10]),
+        )
+
+    def bias(self, vector: Array, scales: Array) -> Array | None:
+        """(6,) bias beside parameters (10,), as of `BiasRows`; (n, 6) those of n
+        recordings; None where none is free."""
+        if not self.biases:
+            return None
+        found = [each.bias(vector, scales) for each in self.biases]
+        return found[0] if len(found) == 1 else np.array(found)
+
+    def norms(self, vector: Array, bias: Array | None) -> Array:
+        """(2,) both residual norms, of the equations with their biases."""
+        first = 6 * len(self.biases)
+        r = (self.A.dot(vector) - self.b)[first:]
+        squares = self.K[:, first:].dot(r * r)
+        own = () if bias is None else np.atleast_2d(bias)
+        for rows, beta in zip(self.biases, own, strict=True):
+            squares += rows.squares(vector, beta)
+        return np.sqrt(squares)
+
+
+def _uncoupled(factors: Sequence[Array]) -> Array:
+    """Triangular factor of the rows of all factors that hold no bias."""
+    rows = [R[6:, 6:] for R in factors]
+    return rows[0] if len(rows) == 1 else triangular(np.concatenate(rows))
+
+
+def _with_positive_diagonal(R: Array) -> Array:
+    return np.copysign(1.0, R.diagonal())[:, None] * R
+
+
+def _share_of_most(state: State) -> tuple[float, float]:
+    """Share in both norms of a row of the model that has more of the samples."""
+    if isinstance(state, WhitenedState):
+        return 0.0, 1.0
+    each = [(_norm(s.reduced.ones), _norm(s.full.ones)) for s in states_of(state)]
+    reduced, full = np.square(each).sum(axis=0)
+    return (0.0, 1.0) if full >= reduced else (1.0, 0.0)

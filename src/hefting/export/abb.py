@@ -2,7 +2,7 @@
 
 from hefting.core.messages import Message, warning
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_single
+from hefting.export.known import comment, in_single
 from hefting.export.target import Target
 
 

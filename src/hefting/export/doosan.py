@@ -4,7 +4,7 @@ and units in a comment."""
 import numpy as np
 
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_single
+from hefting.export.known import comment, in_single
 from hefting.export.target import Target
 
 
@@ -33,7 +33,6 @@ def write(body: Body) -> str:
 
 
 def _inertia(body: Body) -> tuple[str, ...]:
-    """What is said of the inertia."""
     if body.is_point:
         return ()
     tensor = ", ".join(in_single(np.array(list(body.tensor.values()))))

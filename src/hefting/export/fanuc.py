@@ -6,7 +6,7 @@ from hefting.core.messages import Message, warning
 from hefting.core.quantity import rounded
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_single
+from hefting.export.known import comment, in_single
 from hefting.export.target import Target
 
 KGF_CM_S2 = -STANDARD_GRAVITY[2] * 0.01

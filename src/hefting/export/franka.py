@@ -2,7 +2,7 @@
 and units in a comment."""
 
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_double
+from hefting.export.known import comment, in_double
 from hefting.export.target import Target
 
 

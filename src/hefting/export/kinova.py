@@ -1,7 +1,7 @@
 """Kinova Gen3: the payload in the Kortex API, with its frame and units in a comment."""
 
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_single
+from hefting.export.known import comment, in_single
 from hefting.export.target import Target
 
 

@@ -5,7 +5,7 @@ import numpy as np
 from hefting.core.quantity import rounded
 from hefting.core.spatial import Array
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_single, named
+from hefting.export.known import comment, in_single, named
 from hefting.export.target import Target
 
 

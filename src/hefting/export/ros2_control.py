@@ -3,7 +3,7 @@
 from hefting.core.quantity import decimals, rounded
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.export.body import LEAST_DIGITS, Body
-from hefting.export.controller import in_double, remarks
+from hefting.export.known import in_double, remarks
 from hefting.export.target import Target
 
 FRAMES = {"sensor": "ft_sensor", "flange": "tool0"}

@@ -4,7 +4,7 @@ in a comment."""
 import numpy as np
 
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_double
+from hefting.export.known import comment, in_double
 from hefting.export.target import Target
 
 

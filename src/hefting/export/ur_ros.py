@@ -2,7 +2,7 @@
 ``ros2 service call``."""
 
 from hefting.export.body import Body
-from hefting.export.controller import comment, in_double
+from hefting.export.known import comment, in_double
 from hefting.export.target import Target
 
 SERVICE = "/io_and_status_controller/set_payload"

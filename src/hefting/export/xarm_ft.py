@@ -1,7 +1,7 @@
 """UFACTORY xArm: a call that tells the six-axis force-torque sensor its load."""
 
 from hefting.export.body import Body
-from hefting.export.controller import in_double, remarks
+from hefting.export.known import in_double, remarks
 from hefting.export.target import Target
 
 

@@ -1,15 +1,18 @@
 """Part: which part of a recording one body was held in, and what mistake is in it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.recording import Recording
+from hefting.core.spatial import in_sensor_axes
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import Doubt, doubt_of
-from hefting.ingest.weights import may_be_acceleration
+from hefting.ingest.weights import may_be_acceleration, weights_at_rest
 
 Condition = Callable[[Recording], Conditioned]
 
@@ -71,10 +74,12 @@ def choose_part(
 def _case(
     recording: Recording, found: Conditioned, *, may_be_biased: bool
 ) -> Case | None:
-    """What mistakes in a recording are judged by; None where none could be told."""
-    if found.path is None or may_be_acceleration(recording, found):
+    """What mistakes in a recording are judged by: what rests alone where the rest may
+    be accelerations of a sensor whose position nobody measured. None where none could
+    be told."""
+    if found.path is None:
         return None
-    return Case.of(
+    case = Case.of(
         recording,
         found.path,
         found.gravity,
@@ -82,3 +87,13 @@ def _case(
         biased=may_be_biased,
         parameters=found.parameters,
     )
+    if found.curves is None or not may_be_acceleration(recording, found):
+        return case
+    time, poses = case.time - case.offset, found.curves.poses
+    known = poses.covers(time)
+    motion = poses.at(time[known])
+    gravity = in_sensor_axes(motion.orientation, found.gravity)
+    mass, noise = abs(float(found.parameters[0])), float(case.noise[0])
+    rest = np.zeros(len(time))
+    rest[known] = weights_at_rest(motion, gravity, mass, noise)
+    return None if rest[known].all() else replace(case, worth=case.worth * rest)

@@ -48,7 +48,9 @@ def weights_of(found: Conditioned, measured: Measured, counts: Array) -> Array |
     if motion is None or len(counts) < 2:
         return None if (counts == 1.0).all() else counts / counts.mean()
     if measured.source == "orientation":
-        weights = counts * weights_at_rest(motion, measured.measurements, found)
+        z, mass = measured.measurements, abs(float(found.parameters[0]))
+        noise = white_noise(z).force
+        weights = counts * weights_at_rest(motion, z.gravity, mass, noise)
     else:
         phi = np.where(np.isfinite(found.covariance.diagonal()), found.parameters, 0.0)
         noise = (max(found.noise.force, 1e-12), max(found.noise.torque, 1e-12))
@@ -84,19 +86,18 @@ def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:
     return _acceleration(found) < fastest
 
 
-def weights_at_rest(motion: Motion, z: Measurements, found: Conditioned) -> Array:
+def weights_at_rest(motion: Motion, gravity: Array, mass: float, noise: float) -> Array:
     """Weights (K,) by the acceleration of a sensor that is `LEVER` from the axis about
-    which it turns: what rests counts most, and alone where it tells as much of gravity
-    as all samples do."""
-    mass = abs(float(found.parameters[0]))
-    noise = max(white_noise(z).force, LEAST_NOISE * mass, SMALLEST_NOISE)
+    which it turns, from gravity (K, 3) in sensor axes, the mass and the noise of the
+    force: what rests counts most, and alone where it tells as much of gravity as all
+    samples do."""
+    noise = max(noise, LEAST_NOISE * mass, SMALLEST_NOISE)
     weights = 1.0 / (1.0 + (mass * LEVER * _turning(motion) / noise) ** 2)
     rests = weights > AT_REST
     if rests.sum() < max(LEAST_REST * len(rests), FEWEST_RESTS):
         return weights
     spread, all_of_it = (
-        np.linalg.eigvalsh(np.cov(gravity.T))
-        for gravity in (z.gravity[rests], z.gravity)
+        np.linalg.eigvalsh(np.cov(g.T)) for g in (gravity[rests], gravity)
     )
     none = NO_SPREAD * all_of_it[-1]
     alone = (spread + none >= ENOUGH_SPREAD * all_of_it).all()

@@ -137,23 +137,9 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """Time during which values exceed a limit.
-
-    Parameters
-    ----------
-    time : Array
-        (K,) [s].
-    values : Array
-        (K,).
-    limit : float
-        In the unit of the values.
-
-    Returns
-    -------
-    float
-        [s]; each step counts by half for either of its two samples. A step longer than
-        `GAP` times the median counts as long as the median.
-    """
+    """Time [s] during which values (K,) at times (K,) [s] exceed a limit. Each step
+    counts by half for either of its two samples; one longer than `GAP` times the median
+    counts as long as the median."""
     above = values > limit
     if len(time) < 2:
         return 0.0

@@ -223,9 +223,11 @@ def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
     if "object" in found.missing:
         return _what_is_missing(found, recording)
     doubt = None if found.ingested is None else found.ingested.doubt
+    mend = "put right what the verdict names, and inspect again"
     if doubt is not None and doubt.makes_wrong:
-        return ("put right what the verdict names, and inspect again",)
-    ready = f"ready: {_with_shape(found)}"
+        return (mend,)
+    care = "" if found.verdict.level == "good" else ", with care"
+    ready = f"ready{care}: {_with_shape(found)}" if found.verdict.usable else mend
     return (*(list(_obstacles(found)) or [ready]), *_improvements(found))
 
 

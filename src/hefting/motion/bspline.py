@@ -196,20 +196,8 @@ class Knots:
 
 
 def multiply(bands: Array, x: Array) -> Array:
-    """Product of a symmetric band matrix and x.
-
-    Parameters
-    ----------
-    bands : Array
-        (6, n) lower bands: entry [b, i] is that of row i + b and column i.
-    x : Array
-        (n, d).
-
-    Returns
-    -------
-    Array
-        (n, d), in column-major order.
-    """
+    """Product (n, d), in column-major order, of a symmetric band matrix and x (n, d);
+    entry [b, i] of its lower bands (6, n) is that of row i + b and column i."""
     columns = np.ascontiguousarray(x.T)
     product = bands[0] * columns
     for b in range(1, min(SUPPORT, len(x))):

@@ -55,29 +55,14 @@ def fuse(
     accelerometer: Stream | None = None,
     gravity_removed: bool = False,
 ) -> tuple[SmoothedPoses, tuple[Message, ...], tuple[Message, ...]]:
-    """Fit smoothed poses to inertial sensors as well.
+    """Fit curves through the poses alone to inertial sensors as well: the fitted
+    curves, notes on the sensors that were used, and warnings.
 
-    A sensor that contradicts the poses (other axes, other units, another gravity) is
-    not used, and a warning says so.
-
-    Parameters
-    ----------
-    poses : SmoothedPoses
-        Curves through the poses alone.
-    gravity : Array
-        (3,) in world axes [m/s²].
-    gyroscope : Stream, optional
-        Angular velocity in sensor axes [rad/s].
-    accelerometer : Stream, optional
-        Specific force a - g in sensor axes [m/s²]; not used if the position was not
-        measured.
-    gravity_removed : bool
-        Whether the accelerometer's stream is the acceleration a instead.
-
-    Returns
-    -------
-    tuple
-        The fitted curves, notes on the sensors that were used, and warnings.
+    The gyroscope is in sensor axes [rad/s], the accelerometer's specific force a - g
+    too [m/s²], or, where `gravity_removed`, the acceleration a; it is not used if the
+    position was not measured. `gravity` (3,) is in world axes [m/s²]. A sensor that
+    contradicts the poses (other axes, other units, another gravity) is not used, and a
+    warning says so.
     """
     said: list[Message] = []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
@@ -162,9 +147,10 @@ def _fuse_accelerometer(
         misfit = (
             readings.values - force - found.bias - _lever_columns(motion) @ found.lever
         )
+        known = later.known  # the last readings before a gap have no derivative
         step = _ridge(
-            columns,
-            misfit,
+            columns[known],
+            misfit[known],
             (ACCELEROMETER_BIAS_STD,) * 3 + (LEVER_STD,) * 3 + (CLOCK_STD,),
         )
         found = _Calibration(

@@ -184,22 +184,10 @@ def tune(
     """The most likely smoothness of a signal, its knot spacing [s], the sampling
     interval [s], and the normal equations of all data, if the search has built them.
 
-    Parameters
-    ----------
-    data : tuple of Observation
-        Samples of the signal, then of its derivatives, if any.
-    orders : tuple of int
-        Orders of smoothness to compare.
-    name : str
-        What the signal is, for error messages.
-    near : Smoothness, optional
-        An approximate smoothness: its order is kept, and the bandwidth searched near
-        its own.
-
-    Raises
-    ------
-    InputError
-        If there are too few samples.
+    `data` are samples of the signal, called `name` in errors, then of its derivatives,
+    if any; `orders` of smoothness are compared. The order of `near`, an approximate
+    smoothness, is kept, and the bandwidth searched near its own. Raises `InputError` if
+    there are too few samples.
     """
     time = data[0].time
     if len(time) < FEWEST_SEGMENT_SAMPLES:

@@ -12,8 +12,6 @@ with the covariance of the noise and of the prediction. d' cov(d)^-1 d is chi-sq
 four degrees of freedom while nothing changes.
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Self
 

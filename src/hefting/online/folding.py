@@ -1,8 +1,6 @@
 """Folding: samples that came since a stream was last understood, put right with what
 is known since then and added one by one."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import Any, Self
 

@@ -112,22 +112,13 @@ def final_estimate(
     settings: Settings,
     since: float | None,
 ) -> LiveEstimate:
-    """The last live estimate with that of the whole stream.
+    """The last live estimate with that of the whole stream, identified by `settings`;
+    `last` where the whole cannot be identified, or is not there; with the estimate of
+    the object before where nothing is held at the end.
 
-    Parameters
-    ----------
-    last : LiveEstimate
-        What was known at the end.
-    recordings : of each clock of the stream that has wrench and poses; None where it was
-        too long to be kept.
-    settings : as the stream was identified with.
-    since : [s] Stamp since when the last object is held; None where it is the first.
-
-    Returns
-    -------
-    LiveEstimate
-        `last` where the whole cannot be identified, or is not there; with the estimate
-        of the object before where nothing is held at the end.
+    `recordings` are of each clock of the stream that has wrench and poses; None where
+    it was too long to be kept. Since the stamp `since` [s] the last object is held;
+    None where it is the first.
     """
     if recordings is None:
         what = (

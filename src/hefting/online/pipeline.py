@@ -1,8 +1,6 @@
 """Pipeline: samples of a live stream in, live estimates out, driven by the stream's own
 clock."""
 
-from __future__ import annotations
-
 from collections import deque
 from dataclasses import replace
 from typing import Protocol
@@ -177,7 +175,6 @@ class Pipeline:
         self._fold()
 
     def _filter(self) -> None:
-        """Filter the new poses."""
         if self._follower is None:
             return
         orientation = self._stream("orientation")

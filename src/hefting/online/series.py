@@ -133,7 +133,6 @@ class Series:
             self._close_bins(times[:done], values[:done], bins[:done])
 
     def _close_bins(self, time: Array, values: Array, bins: Array) -> None:
-        """Append the averages of whole bins."""
         starts = np.flatnonzero(np.append(True, np.diff(bins) > 0.0))
         counts = np.diff(np.append(starts, len(time)))
         if self.name == "orientation":  # q and -q are equal

@@ -1,8 +1,6 @@
 """Understanding: what a stream's recent history, with what was condensed before, says
 of the object and of all that samples to come need."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from typing import Any

@@ -222,7 +222,6 @@ def _facts(found: Inspection) -> Iterable[tuple[str, str]]:
 
 
 def _streams(found: Inspection) -> Section:
-    """Samples, rates and gaps of each stream."""
     rows = []
     for name, facts in found.streams.items():
         gaps = (

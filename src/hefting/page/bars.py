@@ -30,17 +30,8 @@ class Row:
 
 
 def bars(rows: Sequence[Row], unit: str, *, from_zero: bool = False) -> Markup:
-    """Rows as HTML: name, number, and the interval as a bar; below them the scale.
-
-    Parameters
-    ----------
-    rows : sequence of Row
-        Of one unit.
-    unit : str
-        Shown at the scale and after the numbers.
-    from_zero : bool
-        Whether the scale holds zero.
-    """
+    """Rows of one unit as HTML: name, number, and the interval as a bar; below them the
+    scale, which holds zero if `from_zero`."""
     rows = [replace(row, value=None) if row.is_open else row for row in rows]
     low, high = _scale(rows, from_zero=from_zero)
     cells: list[Markup] = []

@@ -40,24 +40,9 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
     """A page of a batch: verdicts, residuals and masses, why recordings failed, and
     those worth a look, each with a link and the command that shows it.
 
-    Parameters
-    ----------
-    found : Batch
-        What was made.
-    context : Context, optional
-        Its command and how arguments are named.
-
-    Returns
-    -------
-    str
-        HTML that needs nothing else, of bounded size however many rows there are.
-
-    Raises
-    ------
-    InputError
-        Where the table cannot be read.
-    MissingDependencyError
-        Without plotly.
+    The HTML needs nothing else, and is of bounded size however many rows there are.
+    Raises `InputError` where the table cannot be read, `MissingDependencyError` without
+    plotly.
     """
     c = Context() if context is None else context
     summary = found.summary
@@ -79,7 +64,6 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
 
 
 def _verdicts(summary: Summary) -> Section:
-    """How many rows have which verdict."""
     total = max(summary.total, 1)
 
     def row(name: str, count: int, colour: str) -> Count:
@@ -188,7 +172,6 @@ def _sizes(summary: Summary) -> Section | None:
 
 
 def _times(summary: Summary) -> Section:
-    """Where the time went, of all rows together."""
     total = sum(summary.seconds.values()) or 1.0
     rows = [
         Count(
@@ -218,13 +201,9 @@ def link(name: str, recording: str | None) -> Markup:
 
 
 def look_at(row: Mapping[str, Any]) -> str | None:
-    """The command that identifies what a row is of once more, and writes its report;
-    None where it is of very many recordings.
-
-    Parameters
-    ----------
-    row : columns `recording`, `name`, `object`, `recordings` and `options`.
-    """
+    """The command that identifies what a row (`recording`, `name`, `object`,
+    `recordings` and `options`) is of once more, and writes its report; None where it is
+    of very many recordings."""
     alone = row["recording"]
     recordings = [alone] if alone is not None else row["recordings"] or ()
     if not 0 < len(recordings) <= MOST_RECORDINGS:
@@ -236,7 +215,6 @@ def look_at(row: Mapping[str, Any]) -> str | None:
 
 
 def _options(options: Mapping[str, Any]) -> Sequence[str]:
-    """Options as they are typed."""
     words: list[str] = []
     for name, value in options.items():
         option = f"--{name.replace('_', '-')}"

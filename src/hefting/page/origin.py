@@ -212,7 +212,6 @@ def _gravity(made: Mapping[str, Any]) -> str:
 
 
 def _bias(estimate: Estimate) -> str:
-    """Of the wrench, as recorded."""
     made, bias = estimate.provenance, estimate.common_bias
     if estimate.bias is not None and bias is None:
         return "found with the object, one for each recording"

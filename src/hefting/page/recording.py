@@ -204,7 +204,6 @@ def recording(found: Ingested, estimator: Estimator) -> Section | None:
 
 
 def _drift(found: Ingested) -> Figure:
-    """Bias of force and torque, as recorded."""
     titles = [f"Bias, {name.lower()} [{unit}]" for name, unit, _ in PARTS]
     layout, traces = rows(titles, [1.0, 1.0], x_title(found)), list(_drift_lines(found))
     return Figure("drift", traces, layout, 420, "The sensor's bias over time")

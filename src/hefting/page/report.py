@@ -153,7 +153,6 @@ def _of_recording(
 
 
 def _object(estimate: Estimate, found: Ingested, c: Context) -> Section:
-    """The object in three dimensions."""
     known = {} if c.truth is None else {"truth": c.truth}
     count = 0 if estimate.point_masses is None else len(estimate.point_masses)
     masses = c.shape is not None and count == c.shape.n

@@ -183,7 +183,6 @@ def _points(points: PointSet) -> Trace:
 
 
 def _sensor(size: float) -> Iterable[Trace]:
-    """The sensor's origin and axes."""
     length = REACH_OF_AXES * size
     for name, unit in zip(AXES, np.eye(3), strict=True):
         yield {
@@ -201,7 +200,6 @@ def _sensor(size: float) -> Iterable[Trace]:
 
 
 def _gravity(scene: Scene) -> Trace:
-    """Directions of gravity, from the sensor."""
     assert scene.gravity is not None
     length = 0.6 * REACH_OF_AXES * float(np.ptp(scene.corners, axis=0).max())
     ends = length * scene.gravity

@@ -1,7 +1,5 @@
 """Which share of its limits a motion uses, on a grid fine enough to trust."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -1,7 +1,5 @@
 """What is known of the held object before the motion."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from typing import Self
 

@@ -1,7 +1,5 @@
 """Limits that a planned motion keeps, and how far it is from them, as shares."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path

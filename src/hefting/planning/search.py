@@ -1,8 +1,6 @@
 """Search for the best motion: random ones first, the best of them optimised, and of
 those that keep every limit the best."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, replace
 from typing import NamedTuple
 
@@ -227,7 +225,6 @@ class Searcher:
         return max(float(g.max()) for g in excesses.values()) < 0.0
 
     def _infeasible(self, problem: Problem, starts: Array) -> InputError:
-        """Which limit leaves no room to move."""
         own = replace(problem, start=starts[0])
         still = self.found(own, np.zeros(own.size))
         what = f"no motion keeps all limits; the tightest is {still.usage.worst}"

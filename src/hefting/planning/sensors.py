@@ -2,8 +2,6 @@
 joints, and how sure one will be by it: what the estimator says of a recording as it is
 expected, the noise drawn."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, TypeGuard

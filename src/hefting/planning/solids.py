@@ -241,7 +241,6 @@ def _volume_cut(vertices: Array, edges: Indices, axis: int, at: float) -> float:
 def _cut(
     vertices: Array, faces: Indices, axis: int, at: float
 ) -> list[tuple[Array, Indices]]:
-    """Both parts of a surface."""
     from trimesh.intersections import slice_faces_plane
 
     normal = np.eye(3)[axis]

@@ -4,8 +4,6 @@ At rest only gravity's direction in the sensor's axes tells anything (Atkeson et
 1986): the more it changes from pose to pose, and the longer the arm rests, the better.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 

@@ -92,7 +92,6 @@ def _written(value: float) -> str:
 
 
 def _draw_joints(axes: "Axes", plan: Plan) -> None:
-    """Positions of the joints, and the limits that are in view."""
     motion = plan.motion
     shown = chosen(len(motion.time))
     time, position = motion.time[shown], motion.position[shown].T
@@ -172,7 +171,6 @@ def _columns(names: tuple[str, ...]) -> int:
 
 
 def _draw_legend(figure: "SubFigure", axes: "Axes") -> None:
-    """Names of the joints, below the picture."""
     handles, labels = axes.get_legend_handles_labels()
     figure.legend(
         handles,

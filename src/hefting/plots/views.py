@@ -196,7 +196,6 @@ def _draw_points(axes: "Axes", points: PointSet, i: int, j: int) -> None:
 
 
 def _draw_gravity(axes: "Axes", directions: Array, length: float) -> None:
-    """Directions of gravity, as lines from the sensor."""
     ends = length * directions
     gaps = np.full(len(ends), np.nan)
     zeros = np.zeros(len(ends))

@@ -16,13 +16,17 @@ from hefting.plots.style import (
     VERMILION,
     drawing,
 )
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     C1,
     OBJECTS,
     QUANTITIES,
     RATE,
     SPEEDS,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
     over_limit,
     thing,
     wielded,

@@ -6,10 +6,14 @@ from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
 from hefting.identification.identifiability import condition_number
 from hefting.plots.style import BLUE, INK, VERMILION, drawing
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     DURATION,
     SPEEDS,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
     legend_above,
     mark_limit,
     marked,

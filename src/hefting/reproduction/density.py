@@ -12,12 +12,16 @@ from hefting.core.measurements import NOISE_LEVELS
 from hefting.estimators import PMD
 from hefting.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION, drawing
 from hefting.reproduction.c1 import VALUES
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     C1,
     OBJECTS,
     RATE,
     SPEEDS,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
     Thing,
     legend_above,
     marked,

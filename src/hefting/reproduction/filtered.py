@@ -23,7 +23,7 @@ from hefting.motion import sample_weights
 from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import fit_poses
 from hefting.motion.state import Motion
-from hefting.reproduction.setting import RATE, Thing
+from hefting.reproduction.experiment import RATE, Thing
 from hefting.shapes import Shape
 from hefting.simulation import Wielding
 from hefting.simulation.faults import Six

@@ -5,10 +5,14 @@ import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
 from hefting.plots.style import BLUE, INK, VERMILION, drawing
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     OBJECTS,
     SPEEDS,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
     legend_above,
     mark_limit,
     marked,

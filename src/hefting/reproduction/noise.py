@@ -7,13 +7,17 @@ import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.plots.style import INK, drawing
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     COLOURS,
     MARKERS,
     METHODS,
     OBJECTS,
     SPEEDS,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
     legend_above,
     mark_limit,
     mean,

@@ -7,8 +7,14 @@ import numpy as np
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import tensor_to_vector
 from hefting.plots.style import BLUE, INK, SKY, VERMILION, drawing
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import OBJECTS
+from hefting.reproduction.experiment import (
+    OBJECTS,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
+)
 from hefting.simulation import MODULAR, Part
 from hefting.simulation.modular import (
     ABS_WEIGHT,

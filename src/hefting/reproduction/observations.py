@@ -11,7 +11,18 @@ from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.core.spatial import tensor_to_vector
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
 from hefting.ingest.free_fit import fit_freely
-from hefting.reproduction.experiment import Experiment, Job, Report, Result
+from hefting.reproduction.experiment import (
+    C1,
+    DURATION,
+    OBJECTS,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Thing,
+    thing,
+    wielded,
+)
 from hefting.reproduction.filtered import (
     OBSERVATIONS,
     Observed,
@@ -25,7 +36,6 @@ from hefting.reproduction.filtered import (
     windows,
 )
 from hefting.reproduction.observations_report import KINDS, figure, pooled, tables
-from hefting.reproduction.setting import C1, DURATION, OBJECTS, Thing, thing, wielded
 from hefting.simulation import WRENCH_NOISE, Wielding
 from hefting.simulation.wield import POSE_NOISE
 

@@ -7,17 +7,20 @@ import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, drawing
-from hefting.reproduction.experiment import Cell, Job, Result, Table
-from hefting.reproduction.filtered import OBSERVATIONS, SCORES
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     MOSTLY_WRONG,
     QUANTITIES,
     SPEEDS,
+    Cell,
+    Job,
+    Result,
+    Table,
     group,
     legend_above,
     over_limit,
     printed,
 )
+from hefting.reproduction.filtered import OBSERVATIONS, SCORES
 
 PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "OLS": ((1.36, 2.88, 3.22), (34.4, 44.0, 36.1), (MOSTLY_WRONG,) * 3),

@@ -5,10 +5,19 @@ import numpy as np
 from hefting.core.regressor import predict_wrench
 from hefting.estimators import PMD
 from hefting.plots.style import COMPONENTS, INK, drawing
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
+from hefting.reproduction.experiment import (
+    OBJECTS,
+    RATE,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
+    thing,
+    wielded,
+)
 from hefting.reproduction.filtered import Observed, causal_filter, cold, warm
 from hefting.reproduction.robot import SPEED
-from hefting.reproduction.setting import OBJECTS, RATE, thing, wielded
 from hefting.simulation import WRENCH_NOISE, XARM7, random_smooth, wield_in_mujoco
 
 SHOWN = "tee"

@@ -11,7 +11,23 @@ from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
 from hefting.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, drawing
-from hefting.reproduction.experiment import Cell, Experiment, Job, Report, Result, Table
+from hefting.reproduction.experiment import (
+    MOSTLY_WRONG,
+    OBJECTS,
+    QUANTITIES,
+    Cell,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
+    Thing,
+    group,
+    legend_above,
+    printed,
+    thing,
+    wielded,
+)
 from hefting.reproduction.filtered import (
     Observed,
     causal_filter,
@@ -20,17 +36,6 @@ from hefting.reproduction.filtered import (
     smoothed,
     warm,
     weak_geo,
-)
-from hefting.reproduction.setting import (
-    MOSTLY_WRONG,
-    OBJECTS,
-    QUANTITIES,
-    Thing,
-    group,
-    legend_above,
-    printed,
-    thing,
-    wielded,
 )
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE

@@ -8,12 +8,16 @@ import numpy as np
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.estimators import PMD
 from hefting.plots.style import BLUE, INK, VERMILION, drawing
-from hefting.reproduction.experiment import Experiment, Job, Report, Result, Table
-from hefting.reproduction.setting import (
+from hefting.reproduction.experiment import (
     C1,
     OBJECTS,
     QUANTITIES,
     RATE,
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Table,
     Thing,
     legend_above,
     thing,

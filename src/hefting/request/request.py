@@ -149,13 +149,8 @@ def request_of(options: Mapping[str, Any]) -> SimpleNamespace:
 def identify_requested(
     request: SimpleNamespace, log: str, shape: Shape | None
 ) -> Identification:
-    """Identify the object in a log as a request says.
-
-    Parameters
-    ----------
-    request : what `request_of` returns.
-    log : path of the recording.
-    shape : what `hefting.request.settings.shape_of` makes of the request.
+    """Identify the object in the log at a path as a request (`request_of`) says, with
+    the shape that `hefting.request.settings.shape_of` makes of it.
 
     Raises `InputError` and `NotIdentifiableError` as `hefting.identify`.
     """

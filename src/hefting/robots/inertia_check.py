@@ -60,14 +60,9 @@ def least_second_moment(mass: float, inertia: Array) -> float:
 
 
 def nearest_inertia(mass: float, inertia: Array) -> Array:
-    """The nearest tensor (3, 3) [kg m²] about the COM of a body that can exist.
-
-    Parameters
-    ----------
-    mass : positive [kg]; it and the COM stay.
-    inertia : (3, 3) symmetric [kg m²] about the COM, in any axes. In other axes the
-        answer is the same tensor, turned.
-    """
+    """The nearest tensor (3, 3) [kg m²] about the COM of a body that can exist, of the
+    same positive mass [kg] and COM, to a symmetric one (3, 3) about it. In other axes
+    the answer is the same tensor, turned."""
     moments, axes = np.linalg.eigh(second_moments(inertia))
     raised = np.maximum(moments, least_second_moment(mass, inertia))
     second = (axes * raised) @ axes.T

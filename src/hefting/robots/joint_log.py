@@ -1,7 +1,5 @@
 """Poses of the sensor from the joint positions of a recording."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import replace
 

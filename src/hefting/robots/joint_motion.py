@@ -1,7 +1,5 @@
 """Motion of a robot's joints, and the exact motion of its sensor frame that follows."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass, fields
 
 import numpy as np

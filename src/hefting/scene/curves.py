@@ -45,17 +45,9 @@ class WrenchCurves:
 def wrench_curves(
     measurements: Measurements, estimate: Estimate, start: float | None = None
 ) -> WrenchCurves:
-    """The wrench measured and the wrench an estimate explains.
-
-    Parameters
-    ----------
-    measurements : Measurements
-        That the estimate was made from.
-    estimate : Estimate
-        Static is one without a duration.
-    start : float, optional
-        Time [s] that counts as zero, by default that of the first measurement.
-    """
+    """The wrench measured and the wrench explained by an estimate made from it, which
+    is static if it has no duration. `start` is the time [s] that counts as zero, by
+    default that of the first measurement."""
     static = estimate.duration is None
     predicted = predict_wrench(measurements, estimate.parameters.vector)
     predicted = predicted + _bias_of_each(estimate, len(measurements))
@@ -91,17 +83,11 @@ def gaps_between(time: Array, shown: Indices) -> Indices:
 
 
 def thinned(values: ArrayLike, most: int = MOST) -> Indices:
-    """Indices of at most `most` samples of curves that have their time in common.
+    """Indices of at most `most` (2 c + 2 or more) samples of c curves (K, c), or one
+    (K,), that have their time in common; what is not finite is passed over.
 
     Of short curves all. Else the first and the last, and of consecutive parts of equal
     length the lowest and the highest sample of each curve: no peak is lost.
-
-    Parameters
-    ----------
-    values : ArrayLike
-        (K,) or (K, c) of c curves; what is not finite is passed over.
-    most : int
-        At least 2 c + 2.
     """
     columns = np.asarray(values, dtype=float)
     columns = columns.reshape(len(columns), -1)

@@ -115,25 +115,12 @@ def scene_of(
     gravity: ArrayLike | None = None,
     masses: bool = False,
 ) -> Scene:
-    """The scene of an object.
+    """The scene of an object: `estimates` by the names that they are to have, and what
+    is `known` exactly, such as the truth.
 
-    Parameters
-    ----------
-    estimates : mapping of str to Estimate, optional
-        What was found, by the name that it is to have.
-    shape : Shape, optional
-        Where the object may have mass. Nothing is drawn of one that is not known.
-    known : mapping of str to InertialParameters, optional
-        What is known exactly, such as the truth.
-    gravity : array_like, optional
-        (K, 3) gravity in sensor axes [m/s²], of any length.
-    masses : bool
-        Whether the masses that a method put at the points of the shape are drawn.
-
-    Raises
-    ------
-    InputError
-        If masses are asked for and an estimate has others than one for each point.
+    Nothing is drawn of a shape that is not known. `gravity` (K, 3) is in sensor axes
+    [m/s²], of any length. With `masses` those are drawn that a method put at the points
+    of the shape: `InputError` if an estimate has others than one for each point.
     """
     bodies = [
         Body(name, body.center_of_mass, ellipsoid=uniform_ellipsoid(body))

@@ -65,17 +65,12 @@ class Moments:
 def moments_in_cells(
     triangles: Array, low: Array, size: Array, shape: tuple[int, int, int]
 ) -> Moments:
-    """Moments of a solid in each cell of a grid.
+    """Moments of a solid in each cell of a grid, in the order of ``numpy.ravel``;
+    negative volumes where the surface is inside out.
 
-    Parameters
-    ----------
-    triangles : (F, 3, 3) of a closed surface, oriented outward [m].
-    low : (3,) lower corner of the grid [m], which holds the solid.
-    size : (3,) sides of a cell [m].
-    shape : numbers of cells along the axes.
-
-    Returns those of all cells, in the order of ``numpy.ravel``; negative volumes where
-    the surface is inside out.
+    The triangles (F, 3, 3) [m] are of a closed surface, oriented outward; `low` (3,) is
+    the lower corner of the grid [m], which holds the solid, `size` (3,) the sides of a
+    cell [m], and `shape` the numbers of cells along the axes.
     """
     pieces, index = (triangles - low) / size, np.zeros((len(triangles), 3), np.int64)
     for axis in range(3):

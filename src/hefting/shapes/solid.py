@@ -59,17 +59,13 @@ class Solid:
 def solid_from_mesh(
     vertices: ArrayLike, faces: ArrayLike, where: object = None
 ) -> Solid:
-    """Solid bounded by a triangle mesh, closed where it has holes.
-
-    Parameters
-    ----------
-    vertices : (V, 3) in metres.
-    faces : (F, 3) vertex indices, in either orientation.
-    where : name of the shape for error messages.
+    """Solid bounded by a triangle mesh, closed where it has holes: vertices (V, 3) [m]
+    and faces (F, 3) of them, in either orientation.
 
     Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its
-    shape; faces of mixed orientation are turned alike first. Raises `InputError` for an
-    empty mesh, coordinates that are not finite, and a surface that encloses no volume.
+    shape; faces of mixed orientation are turned alike first. Raises `InputError`, with
+    the shape's name `where`, for an empty mesh, coordinates that are not finite, and a
+    surface that encloses no volume.
     """
     v, f = np.asarray(vertices, dtype=float), np.asarray(faces)
     if v.ndim != 2 or v.shape[1] != 3 or f.ndim != 2 or f.shape[1] != 3 or len(f) == 0:

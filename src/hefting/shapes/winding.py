@@ -15,21 +15,18 @@ PAIRS_AT_ONCE = 500_000
 def winding_numbers(
     triangles: Array, rays: Array, start: Array, step: Array, count: np.ndarray
 ) -> np.ndarray:
-    """Winding numbers of equally spaced points on rays along z.
+    """Winding numbers of equally spaced points on rays along z: integers (sum of
+    `count`,), ray after ray, +1 for a point inside a surface oriented outward, 0
+    outside.
 
-    Parameters
-    ----------
-    triangles : (F, 3, 3) corners of a *closed* surface (each edge cancelled by another
-        one).
-    rays : (R, 2) x and y of every ray.
-    start, step, count : (R,) ray r carries the points z = start + step * (0 .. count -
-        1), step > 0.
+    Each edge of the *closed* surface of triangles (F, 3, 3) is cancelled by another
+    one. Ray r at `rays[r]` (x, y) carries the points z = start + step * (0 .. count -
+    1), each (R,), step > 0.
 
-    Returns integers (sum of `count`,), ray after ray: +1 for a point inside a surface
-    oriented outward, 0 outside. Each is the signed number of triangles above the point.
-    Edges follow a half-open rule evaluated from the same two numbers for both triangles
-    that share them, so a ray through an edge or a corner is counted exactly once and no
-    tolerance is needed.
+    Each number is the signed number of triangles above the point. Edges follow a
+    half-open rule evaluated from the same two numbers for both triangles that share
+    them, so a ray through an edge or a corner is counted exactly once and no tolerance
+    is needed.
     """
     slot = np.concatenate(([0], np.cumsum(count + 1)))
     tally = np.zeros(slot[-1], dtype=np.int32)

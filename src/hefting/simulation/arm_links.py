@@ -4,8 +4,6 @@ The inertias that robots are published with predict their torques poorly. So the
 links differ from those in the URDF that is written beside a simulated log.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
@@ -17,6 +15,7 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, tensor_to_vector
 from hefting.simulation.arm import UR5, XARM7, Arm
+from hefting.simulation.physics import numbers
 
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """A URDF's names of the moments and products of inertia."""
@@ -85,9 +84,9 @@ def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
         own = f"link{i}"
         lines += [
             f'<joint name="{robot.joints[screw.column]}" type="{kind}">'
-            f'<origin xyz="{_text(screw.point - place)}"/>'
+            f'<origin xyz="{numbers(screw.point - place)}"/>'
             f'<parent link="{parent}"/><child link="{own}"/>'
-            f'<axis xyz="{_text(screw.axis)}"/>'
+            f'<axis xyz="{numbers(screw.axis)}"/>'
             f'<limit lower="{low!r}" upper="{high!r}" effort="1000" '
             f'velocity="{float(speed)!r}"/>'
             "</joint>",
@@ -97,7 +96,7 @@ def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
     rpy = Rotation.from_quat(robot.home_orientation).as_euler("xyz")
     lines += [
         '<joint name="flange_joint" type="fixed">'
-        f'<origin xyz="{_text(robot.home_position - place)}" rpy="{_text(rpy)}"/>'
+        f'<origin xyz="{numbers(robot.home_position - place)}" rpy="{numbers(rpy)}"/>'
         f'<parent link="{parent}"/><child link="flange"/></joint>',
         '<link name="flange"/>',
         "</robot>",
@@ -106,10 +105,10 @@ def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
 
 
 def _inertial(link: InertialParameters) -> str:
-    numbers = zip(INERTIA, tensor_to_vector(link.inertia_at_com).tolist(), strict=True)
-    inertia = " ".join(f'{name}="{value!r}"' for name, value in numbers)
+    values = zip(INERTIA, tensor_to_vector(link.inertia_at_com).tolist(), strict=True)
+    inertia = " ".join(f'{name}="{value!r}"' for name, value in values)
     return (
-        f'<inertial><origin xyz="{_text(link.center_of_mass)}"/>'
+        f'<inertial><origin xyz="{numbers(link.center_of_mass)}"/>'
         f'<mass value="{float(link.mass)!r}"/><inertia {inertia}/></inertial>'
     )
 
@@ -129,10 +128,6 @@ def _changed(link: InertialParameters, rng: np.random.Generator) -> InertialPara
     com = link.center_of_mass + WRONG_COM * rng.standard_normal(3)
     J = link.inertia_at_com * np.exp(WRONG_INERTIA * rng.standard_normal())
     return InertialParameters.from_com(float(mass), com, J)
-
-
-def _text(values: Array) -> str:
-    return " ".join(repr(float(value)) for value in values)
 
 
 UR5E = Arm.from_dh(

@@ -14,9 +14,6 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.simulation.arm import UR5, Arm, JointMotion
 
-START = tuple(UR5.start.tolist())
-"""Initial joint angles in the paper's simulations [rad]."""
-
 FREQUENCIES = (0.10, 0.13, 0.16)
 """Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are
 scaled to the wanted speed."""
@@ -82,19 +79,18 @@ def wide_smooth(
     rate: float = 100.0,
     seed: int = 0,
     arm: Arm = UR5,
-    speed_limit: float = SPEED_LIMIT,
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids, the last three of 15° to 30°
     each and the others of 5° to 12°, starting from rest within a second: for joint
     torques, which tell the centre of mass from how the wrist turns it.
 
-    It is as fast as the `speed_limit` [m/s] of the sensor's origin allows, and the same
+    It is as fast as the limit `SPEED_LIMIT` of the sensor's origin allows, and the same
     for the same `seed`.
     """
-    time = _instants(duration, rate, speed_limit)
+    time = _instants(duration, rate, SPEED_LIMIT)
     wrist = np.arange(arm.n) >= arm.n - 3
     sizes = np.where(wrist, 15.0, 5.0), np.where(wrist, 30.0, 12.0)
-    return _random_sums(time, seed, arm, sizes, FASTEST_TURN, speed_limit)
+    return _random_sums(time, seed, arm, sizes, FASTEST_TURN, SPEED_LIMIT)
 
 
 def _random_sums(
@@ -183,6 +179,10 @@ def _instants(duration: float, rate: float, speed: float) -> Array:
         raise InputError(
             f"duration, rate and speed of a motion must be positive, {what}"
         )
+    return _sampled(duration, rate)
+
+
+def _sampled(duration: float, rate: float) -> Array:
     return np.arange(max(int(np.floor(duration * rate + 1e-9)), 1)) / rate
 
 
@@ -289,7 +289,7 @@ def trapezoids(
         if not (value > 0.0 and np.isfinite(value)):
             raise InputError(f"the {name} must be positive, but is {value:g}")
     rng = np.random.default_rng(seed)
-    time = np.arange(max(int(np.floor(duration * rate + 1e-9)), 1)) / rate
+    time = _sampled(duration, rate)
     reach = _reach(arm)
     if not reach.any():
         raise InputError("no joint of the arm can turn", arm.robot.source)

@@ -50,7 +50,7 @@ PAPER_DENSITIES = (0.04, 0.09)
 """points/cm³ the paper compares, the first of which it settles on."""
 
 GRASPED = 5
-"""Slot the object is held at by its authors."""
+"""Slot the object is held at, as by its authors."""
 
 UNEVEN = 1.8
 """Longest over shortest side of a grid's cells, at most."""
@@ -115,18 +115,18 @@ def modular(name: str) -> Assembly:
     return Assembly(name.lower(), (*outline, *inside), outline)
 
 
-def grasp(slot: int = GRASPED) -> Array:
+def grasp() -> Array:
     """Pose (4, 4) of the object in the sensor frame: the face at z = 0 on the flange,
-    the slot above its middle."""
+    the slot `GRASPED` above its middle."""
     pose = np.eye(4)
-    pose[:2, 3] = -1e-3 * np.array(SLOTS[slot])
+    pose[:2, 3] = -1e-3 * np.array(SLOTS[GRASPED])
     return pose
 
 
-def held_modular(name: str, slot: int = GRASPED) -> HeldObject:
-    """A configuration held at a slot, with the mesh one would scan: bolt holes show,
+def held_modular(name: str) -> HeldObject:
+    """A configuration as it is held, with the mesh one would scan: bolt holes show,
     pockets do not."""
-    return HeldObject.of(modular(name), grasp(slot), sections=SECTIONS)
+    return HeldObject.of(modular(name), grasp(), sections=SECTIONS)
 
 
 def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -> Shape:

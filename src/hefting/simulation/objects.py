@@ -225,14 +225,10 @@ class HeldObject:
         """Sides (3,) [m] of the bounding box along the object's axes."""
         return frozen(self.surface.extents)
 
-    def points(
-        self, points: int | None = None, points_per_cm3: float | None = None
-    ) -> Shape:
+    def points(self, points: int | None = None) -> Shape:
         """Point masses in the surface, in the sensor frame, as `Shape.from_mesh`
         chooses them."""
-        return Shape.from_mesh(
-            self.surface, pose=self.pose, points=points, points_per_cm3=points_per_cm3
-        )
+        return Shape.from_mesh(self.surface, pose=self.pose, points=points)
 
     def truth(
         self,

@@ -1,6 +1,6 @@
 """Wielding in MuJoCo, which shares no formula with us."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from importlib import import_module
@@ -172,24 +172,24 @@ def mjcf(
         [np.zeros(3), *(screw.point for screw in robot.screws), robot.home_position],
         axis=0,
     )
-    chain = f'<body pos="{_numbers(*places[-1])}" quat="{_numbers(w, x, y, z)}"><site name="sensor"/>{inertial}</body>'
+    chain = f'<body pos="{numbers(places[-1])}" quat="{numbers((w, x, y, z))}"><site name="sensor"/>{inertial}</body>'
     for screw, place, own in zip(
         reversed(robot.screws), places[-2::-1], reversed(masses), strict=True
     ):
-        joint = f'<joint type="{"slide" if screw.slides else "hinge"}" axis="{_numbers(*screw.axis)}"/>'
-        chain = f'<body pos="{_numbers(*place)}">{joint}{own}{chain}</body>'
+        joint = f'<joint type="{"slide" if screw.slides else "hinge"}" axis="{numbers(screw.axis)}"/>'
+        chain = f'<body pos="{numbers(place)}">{joint}{own}{chain}</body>'
     shown = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in MOTION)
     return (
-        f'<mujoco><option gravity="{_numbers(*np.asarray(gravity, dtype=float))}"/><worldbody>{chain}</worldbody>'
+        f'<mujoco><option gravity="{numbers(np.asarray(gravity, dtype=float))}"/><worldbody>{chain}</worldbody>'
         f'<sensor><force site="sensor"/><torque site="sensor"/>{shown}</sensor></mujoco>'
     )
 
 
 def _inertial(body: InertialParameters) -> str:
     J = body.inertia_at_com
-    tensor = _numbers(J[0, 0], J[1, 1], J[2, 2], J[0, 1], J[0, 2], J[1, 2])
+    tensor = numbers(J[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
     return (
-        f'<inertial mass="{body.mass!r}" pos="{_numbers(*body.center_of_mass)}" '
+        f'<inertial mass="{body.mass!r}" pos="{numbers(body.center_of_mass)}" '
         f'fullinertia="{tensor}"/>'
     )
 
@@ -232,5 +232,6 @@ def _mujoco() -> Any:
         raise MissingDependencyError("mujoco", "sim") from error
 
 
-def _numbers(*values: float) -> str:
+def numbers(values: Iterable[float]) -> str:
+    """As text, with blanks between, that reads back as the same doubles."""
     return " ".join(repr(float(value)) for value in values)

@@ -20,15 +20,8 @@ def with_pose_faults(
     faults: Faults,
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
-    """Poses with the faults of their stream, the same for the same generator.
-
-    Parameters
-    ----------
-    time : (K,) [s].
-    position, orientation : (K, 3) [m] and quaternions (K, 4).
-    faults : of which those of the pose stream are applied.
-    rng : generator of what is random.
-    """
+    """Positions (K, 3) [m] and quaternions (K, 4) at times (K,) [s] with the faults of
+    their stream, the same for the same generator."""
     since = time - time[0]
     position, orientation = position.copy(), orientation.copy()
     for mask in _bouts(since, faults, rng):

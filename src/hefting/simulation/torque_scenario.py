@@ -9,8 +9,6 @@ without one; with the URDF that says of the arm what its maker does.
 h in 0..1 is how warm the gears are, 1 - exp(-t / tau).
 """
 
-from __future__ import annotations
-
 from dataclasses import asdict, dataclass, field
 from typing import Any
 

@@ -39,18 +39,11 @@ class Address(NamedTuple):
 
 
 def address_of(name: str, port: int | None, example: str) -> Address:
-    """Host, port and path of ``scheme://HOST[:PORT][/PATH]``.
+    """Host, port and path of ``scheme://HOST[:PORT][/PATH]``, as the user gave it.
+    `port` is used where none is given; None for a transport that has no usual one.
 
-    Parameters
-    ----------
-    name : as the user gave it.
-    port : where none is given; None for a transport that has no usual one.
-    example : what such a name looks like, for the error.
-
-    Raises
-    ------
-    InputError
-        For a name without a host, or with a port that cannot be.
+    Raises `InputError`, which shows an `example`, for a name without a host, or with a
+    port that cannot be.
     """
     try:
         parts = urlsplit(name)

@@ -173,7 +173,6 @@ class DdsTransport(Transport):
         return found
 
     def _subscribe(self) -> None:
-        """Subscribe to new topics that are wanted."""
         for endpoint in self._found.take(N=1000):
             # of a publisher that went away they are None
             name = getattr(endpoint, "topic_name", None) or ""

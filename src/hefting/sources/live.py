@@ -167,7 +167,6 @@ class Pump:
             )
 
     def _connect_again(self, lost: HeftingError) -> None:
-        """Open the source again, however often it takes."""
         self.counts["lost"] += 1
         self.state = "lost"
         self._tell(warning("source-lost", f"{lost}; it is connected again"))

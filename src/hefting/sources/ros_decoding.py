@@ -40,15 +40,11 @@ NOT_FINITE = "values that are not finite"
 
 
 class RosDecoder:
-    """Chooses topics and frames from the first messages, then decodes what comes.
+    """Chooses topics and frames, of those that were asked for, from the first messages,
+    then decodes what comes; `name` is that of the source in messages.
 
-    Parameters
-    ----------
-    name : of the source, for messages.
-    request : topics and frames that were asked for.
-    skipped : counts what is left out, by the reason.
-
-    `chosen` tells what was chosen, once `choose` has.
+    `skipped` counts what is left out, by the reason. `chosen` tells what was chosen,
+    once `choose` has.
     """
 
     def __init__(self, name: str, request: Request, skipped: Counter[str]):

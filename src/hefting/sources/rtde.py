@@ -132,7 +132,6 @@ class Dialogue:
             raise RtdeError(f"the controller refuses request {chr(kind)}")
 
     def _ask(self, kind: int, content: bytes) -> bytes:
-        """The answer to a request."""
         self._connection.sendall(HEAD.pack(HEAD.size + len(content), kind) + content)
         end = time.monotonic() + self._patience
         while (left := end - time.monotonic()) > 0:

@@ -145,7 +145,6 @@ class ZenohTransport(Transport):
                 self._found.append(str(sample.key_expr))
 
     def _subscribe(self) -> None:
-        """Subscribe to new topics that are wanted."""
         with self._lock:
             found, self._found = self._found, []
         for token in found:

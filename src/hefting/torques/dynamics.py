@@ -10,8 +10,6 @@ The arm is found only up to its base parameters: of W a set of columns is kept t
 spans the others in any motion (Gautier & Khalil 1990).
 """
 
-from __future__ import annotations
-
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path

@@ -12,8 +12,6 @@ as of the wrench (`hefting.estimators.bayes.colour`). Residuals have fewer freed
 rows, by the share of the unknowns in each scale.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -6,8 +6,6 @@ the torques of another order or sign of joints, or of another gravity, far worse
 those of its own. So each is put right in turn, and what remains is compared.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Self

@@ -151,7 +151,6 @@ def still_joints(
 
 
 def _torques(recording: Recording, gains: Array | None) -> str:
-    """The stream that has them."""
     source = recording.source
     if recording.has("joint_torques"):
         if UR_JOINT in recording.joint_names and gains is None:

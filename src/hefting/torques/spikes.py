@@ -1,8 +1,6 @@
 """Spikes: joint angles, torques and currents that stand out from those just before and
 after, of lost or damaged messages; no joint moves or loads its motor so fast."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

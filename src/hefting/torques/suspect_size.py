@@ -1,8 +1,6 @@
 """The size of a suspect, of which the first step falls short: the tilt or the zeros that
 leave none."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

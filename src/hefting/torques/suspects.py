@@ -12,8 +12,6 @@ averages over `INTERVAL`, as the mistakes are slower than that.
 Long delays are beyond the first order: they are tried one by one.
 """
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, fields
 from functools import cached_property

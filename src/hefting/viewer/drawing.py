@@ -74,15 +74,8 @@ def axes_length(size: float) -> float:
 
 
 class ObjectDrawing:
-    """The object, as nodes below `SENSOR`.
-
-    Parameters
-    ----------
-    api : viser.SceneApi
-        Where it is drawn.
-    scene : Scene
-        Its surface and what is known of the object do not change later.
-    """
+    """The object, as nodes below `SENSOR`; surface and what is known of it in the scene
+    do not change later."""
 
     def __init__(self, api: "SceneApi", scene: Scene):
         self._api = api
@@ -114,7 +107,6 @@ class ObjectDrawing:
             node.visible = name not in self._absent and not parts & self.hidden
 
     def _draw_axes(self) -> None:
-        """The sensor's axes, with their names."""
         length = axes_length(self.size)
         self.sensor = self._api.add_frame(
             SENSOR, axes_length=length, axes_radius=0.02 * length, show_axes=False

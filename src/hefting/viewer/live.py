@@ -47,17 +47,8 @@ INTERVALS = (("mass", "kg"), ("COM, ±", "mm"))
 
 
 class LiveView:
-    """What a stream tells, as it is seen.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where it is shown.
-    shape : Shape, optional
-        Of the object.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """What a stream tells of an object, perhaps of known shape, as it is seen. `say`
+    turns names of arguments in backquotes into the reader's."""
 
     def __init__(
         self,
@@ -118,7 +109,6 @@ class LiveView:
             camera.near = 1e-2 * size
 
     def _fail(self, error: Exception) -> None:
-        """Say in the panel what went wrong."""
         self.text.content = block(bold("cannot be shown", BAD) + line(str(error)))
 
 
@@ -206,16 +196,8 @@ AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
 
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
-    """State, verdict, numbers with their 95 % intervals, and what is to be said.
-    All text is escaped.
-
-    Parameters
-    ----------
-    found : LiveEstimate
-        What is known.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """State, verdict, numbers with their 95 % intervals, and what is to be said, with
+    `say` as in `LiveView`. All text is escaped."""
     state = f"{found.state}, {found.time:.1f} s"
     if found.object > 1:
         state += f", object {found.object}"

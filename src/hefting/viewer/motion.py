@@ -35,18 +35,8 @@ HEIGHT = 170
 
 class ArmDrawing:
     """Links of an arm as their geometries, those without any as lines from their joint
-    to the next ones.
-
-    Parameters
-    ----------
-    api : viser.SceneApi
-        Where they are drawn.
-    arm : Arm
-        The links.
-    joints : (N, n)
-        Joint positions at each frame, in the columns that the arm's links name [rad],
-        [m].
-    """
+    to the next ones. `joints` (N, n) are the positions at each frame, in the columns
+    that the arm's links name [rad], [m]."""
 
     def __init__(self, api: "SceneApi", arm: Arm, joints: Array):
         self.arm = arm
@@ -127,17 +117,8 @@ def arrow(vector: Array, scale: float, aside: float) -> Array:
 
 class WrenchArrows:
     """Force and torque on the object in sensor axes, measured and predicted, without
-    bias.
-
-    Parameters
-    ----------
-    api : viser.SceneApi
-        Where they are drawn.
-    playback : Playback
-        Whose largest force and torque have arrows of the lengths `LONGEST`.
-    size : float
-        Size of the scene [m].
-    """
+    bias. The largest of the playback have arrows of the lengths `LONGEST`, in a scene
+    of `size` [m]."""
 
     def __init__(self, api: "SceneApi", playback: Playback, size: float):
         self.playback, self.size = playback, size

@@ -47,20 +47,10 @@ STEPS = {"c1": 0.01, "regularization": 0.001}
 def answer_html(
     answer: Answer, used: str, static: bool, say: Callable[[str], str] = str
 ) -> str:
-    """Verdict, reasons for doubt, numbers with their 95 % intervals, and what they
-    rest on. All text is escaped.
-
-    Parameters
-    ----------
-    answer : Answer
-        What is known at the instant.
-    used : str
-        How much of the recording that is.
-    static : bool
-        Whether the recording consists of static poses.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """Verdict, reasons for doubt, numbers with their 95 % intervals, and what they rest
+    on: how much of the recording is `used`, and whether it consists of `static` poses.
+    `say` turns names of arguments in backquotes into the reader's. All text is
+    escaped."""
     if answer.estimate is None:
         return block(bold("no answer yet", BAD) + line(say(answer.refusal)))
     headline, verdict = answer.headline, answer.estimate.verdict
@@ -148,17 +138,9 @@ def _scale(largest: float) -> str:
 
 
 class Controls:
-    """Widgets that say which instant and which settings are wanted.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Whose panel they are in.
-    session, playback
-        What is chosen from.
-    changed : callable
-        Called, in any thread, when something else is wanted.
-    """
+    """Widgets of a server's panel that say which instant and which settings of a
+    session and its playback are wanted. `changed` is called, in any thread, when
+    something else is."""
 
     def __init__(
         self,
@@ -242,8 +224,6 @@ class Controls:
         return names & {*NUMBERS, "pose_std"}
 
     def _listen(self) -> None:
-        """Follow every widget."""
-
         @self.method.on_update
         def _(_: Any) -> None:
             self._show_settings()
@@ -264,7 +244,6 @@ class Controls:
             widget.on_update(lambda _: self._changed())
 
     def _show_settings(self) -> None:
-        """Show the controls that the method has."""
         names = self._hyperparameters(str(self.method.value))
         for name, number in self.numbers.items():
             number.visible = name in names
@@ -273,7 +252,6 @@ class Controls:
             number.visible = "pose_std" in names and bool(self.pose_known.value)
 
     def _set_defaults(self, own: dict[str, Any]) -> None:
-        """Set the numbers of a method to what it would take by itself."""
         method = str(self.method.value)
         if method in self._session.given:
             return

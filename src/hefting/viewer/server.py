@@ -28,21 +28,11 @@ T = TypeVar("T")
 
 @contextmanager
 def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
-    """A server while this is entered; its port is free again afterwards.
+    """A server at an address or name of this machine while this is entered, and a port,
+    of which 0 is any that is free; it is free again afterwards.
 
-    Parameters
-    ----------
-    host : str
-        Address or name of this machine to listen at.
-    port : int
-        0 is any that is free.
-
-    Raises
-    ------
-    InputError
-        If it cannot listen there.
-    MissingDependencyError
-        Without viser.
+    Raises `InputError` if it cannot listen there, `MissingDependencyError` without
+    viser.
     """
     with needing("viser", "view"):
         import viser
@@ -128,16 +118,9 @@ def _refuse_tunnels(server: "ViserServer") -> None:
 
 
 class Follower(Generic[T]):
-    """Calls `work` with what was wanted last; what was wanted in between, while it
-    worked, is passed over.
-
-    Parameters
-    ----------
-    work : callable
-        Called in the follower's thread.
-    failed : callable
-        Told of an exception that `work` raised; the follower goes on.
-    """
+    """Calls `work`, in a thread of its own, with what was wanted last; what was wanted
+    in between, while it worked, is passed over. `failed` is told of an exception that
+    `work` raised, and it goes on."""
 
     def __init__(self, work: Callable[[T], None], failed: Callable[[Exception], None]):
         self._work, self._failed = work, failed

@@ -48,15 +48,9 @@ class Frame:
 
 
 class Playback:
-    """A recording as it is played: `len` frames, the last one at the last sample.
-
-    Parameters
-    ----------
-    recording : Recording
-        As read, with the sensor's poses.
-    found : Ingested
-        The same as conditioned; its samples are those that are played.
-    """
+    """A recording as it is played, of `len` frames, the last one at the last sample: as
+    read, with the sensor's poses, and as conditioned, whose samples are those that are
+    played."""
 
     def __init__(self, recording: Recording, found: Ingested):
         self.recording, self.found = recording, found
@@ -190,23 +184,11 @@ class Answer:
 class Session:
     """A recording that was read and conditioned, and what methods find from it.
 
-    Parameters
-    ----------
-    found : Ingested
-        One recording. Refused where it determines no object.
-    shape : Shape, optional
-        Where the object may have mass, in the sensor frame.
-    hyperparameters : mapping, optional
-        Values by name, for methods that have them, where `Settings` say nothing else.
-    given : mapping of str to Estimate, optional
-        Estimates made elsewhere, by the name that they are to have among the methods.
-    truth : InertialParameters, optional
-        Drawn beside the estimate.
-
-    Raises
-    ------
-    InputError
-        If the recording determines no object.
+    `shape` is where the object may have mass, in the sensor frame; `hyperparameters`
+    are values by name, for methods that have them, where `Settings` say nothing else;
+    `given` are estimates made elsewhere, by the names that they are to have among the
+    methods; the `truth` is drawn beside the estimate. Raises `InputError` if the
+    recording determines no object.
     """
 
     def __init__(

@@ -32,21 +32,9 @@ SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
 
 
 class Viewer:
-    """A session as it is seen and handled.
-
-    Parameters
-    ----------
-    server : viser.ViserServer
-        Where it is shown.
-    session, playback
-        What is shown.
-    arm : Arm, optional
-        Drawn at the recorded joint positions.
-    settings : Settings, optional
-        At first; by default those of the session.
-    say : callable
-        Turns names of arguments in backquotes into the reader's.
-    """
+    """A session as it is seen and handled: the arm at the recorded joint positions, and
+    at first `settings`, by default those of the session. `say` turns names of arguments
+    in backquotes into the reader's."""
 
     def __init__(
         self,
@@ -85,7 +73,6 @@ class Viewer:
         self.show(float(playback.times[-1]), settings)
 
     def _make_panel(self, settings: Settings, first: Answer) -> None:
-        """The widgets, from top to bottom."""
         gui = self.server.gui
         gui.configure_theme(show_logo=False, show_share_button=False)
         gui.set_panel_label("Hefting")
@@ -162,7 +149,6 @@ class Viewer:
         return self.drawing.sensor
 
     def _fail(self, error: Exception) -> None:
-        """Say in the panel what went wrong."""
         refused = Answer(None, self.session.scene(None), str(error))
         with self._lock:
             self.text.content = answer_html(refused, "", False, self.say)
@@ -192,7 +178,6 @@ class Viewer:
         return f"first {time:.2f} of {float(self.playback.times[-1]):.2f} s"
 
     def _hide(self) -> None:
-        """Hide what is not ticked."""
         with self._lock:
             hidden = {name for name, box in self.boxes.items() if not box.value}
             self.arrows.hidden = "wrench" in hidden
@@ -201,7 +186,6 @@ class Viewer:
             self.arrows.show(self.playback[index], self.answer.estimate)
 
     def _draw_path(self) -> None:
-        """The path of the sensor's origin."""
         path = self.playback.poses[0]
         if len(path) > 1 and np.ptp(path, axis=0).max() > 0.0:
             self.server.scene.add_line_segments(

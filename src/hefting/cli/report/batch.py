@@ -51,7 +51,6 @@ def batch_report(
 def _failures(
     title: str, reasons: "Sequence[Reason]", render: Callable[[str], str]
 ) -> Iterable[Line]:
-    """What failed and why, the most frequent first."""
     if reasons:
         yield Line("")
         yield Line(f"{title}:", "yellow")
@@ -85,7 +84,6 @@ def _outliers(summary: "Summary", render: Callable[[str], str]) -> Iterable[Line
 
 
 def _times(summary: "Summary") -> str:
-    """How the time was divided."""
     total = sum(summary.seconds.values())
     shares = [
         f"{stage} {100.0 * spent / total:.0f} %"

@@ -134,7 +134,6 @@ def _spread(estimate: Estimate) -> dict[str, list[float]]:
 
 
 def _describe_errors(errors: "Errors", verbose: bool) -> str:
-    """How far from the truth."""
     text = (
         f"errors: mass {errors.mass:.2g} %, COM {errors.center_of_mass:.2g} %, "
         f"inertia {errors.inertia_at_com:.2g} %"
@@ -256,7 +255,6 @@ def _describe_recordings(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_wrench(made: Mapping[str, Any]) -> str:
-    """What the wrench and gravity were taken to be."""
     how = "found from gravity" if made.get("wrench_found") else "as given"
     g = ", ".join(f"{x:g}" for x in made["gravity"])
     found = ", found" if made.get("gravity_found") else ""
@@ -266,7 +264,6 @@ def _describe_wrench(made: Mapping[str, Any]) -> str:
 
 
 def _describe_torques(made: Mapping[str, Any]) -> str:
-    """What joint torques, the arm and gravity were taken to be."""
     gains = made.get("torque_gains")
     unit = "in N m" if gains is None else f"times {', '.join(f'{x:g}' for x in gains)}"
     g = ", ".join(f"{x:g}" for x in made["gravity"])

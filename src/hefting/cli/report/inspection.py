@@ -259,7 +259,6 @@ def _quick_mass(found: "Inspection") -> Iterable[str]:
 
 
 def _dominance(force: float, torque: float) -> str:
-    """How far gravity outweighs the motion."""
     if not np.isfinite(force):
         return "gravity is all that shows: no motion"
     return (

@@ -76,6 +76,7 @@ OF_FEW_POSES = (
     axes_turned.explain,
     axis_flipped.explain,
     force_unit.explain,
+    one_channel.explain,
     base_tilted.explain,
     base_axes.explain,
     bias_wrong.explain,

@@ -25,6 +25,8 @@ USUAL_ERROR = 0.03
 """Standard deviation of the matrix's errors, as a share of the channels' ranges."""
 DATA_SHEET_ERROR = 0.005
 """The same of a sensor within its data sheet."""
+LARGE_DATA_SHEET_ERROR = 0.01
+"""The same of one that is used in a small part of its range."""
 RANGES = np.repeat((1.0, 0.1), 3)
 """Ranges of the channels [N, N m], up to a factor: those of common sensors."""
 PASSES = 3
@@ -38,9 +40,9 @@ def explain(case: Case) -> Explanation | None:
     )
 
 
-def errors_on_data_sheet(case: Case) -> Explanation:
+def errors_on_data_sheet(case: Case, size: float = DATA_SHEET_ERROR) -> Explanation:
     """Errors of the size that data sheets give, which are no mistake."""
-    return replace(_likeliest(case, ALL, DATA_SHEET_ERROR), rarity=0.0)
+    return replace(_likeliest(case, ALL, size), rarity=0.0)
 
 
 def _likeliest(

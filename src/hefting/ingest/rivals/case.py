@@ -34,6 +34,9 @@ COARSE_OFFSETS = 0.02 * np.arange(-5.0, 6.0)
 that conditioning found."""
 FINE_OFFSETS = 0.005 * np.array((-2.0, -1.0, 0.0, 1.0, 2.0))
 """[s] Clock offsets about the best of the coarse ones."""
+ANOTHER_POSE = 0.1
+"""Change of gravity in sensor axes, as a share of it, between one rest and another: six
+degrees. Within a rest it is a thousand times less."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -175,6 +178,16 @@ class Case:
     def _of_same_motion(self, other: "Case") -> "Case":
         other._late.update(self._late)
         return other
+
+    @property
+    def poses(self) -> int:
+        """How many poses tell something: all, or where only rests count, these."""
+        rests = self.worth > 0.0
+        if not self.path.moves or rests.all():
+            return len(self.time)
+        down = (self.motion_as_found.axes[0] @ self.gravity)[rests]
+        turned = np.linalg.norm(np.diff(down, axis=0), axis=1)
+        return 1 + int(np.sum(turned > ANOTHER_POSE * np.linalg.norm(self.gravity)))
 
     @property
     def relative_worth(self) -> Array:

@@ -138,7 +138,7 @@ def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
     as of a vibration."""
     if found.whole or not found.unexplained > LARGE_UNEXPLAINED:
         return False
-    if len(case.time) < MANY_POSES:
+    if case.poses < MANY_POSES:
         return False
     if found.named is not None:
         left = missing(case, found.named.fitted)
