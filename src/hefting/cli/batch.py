@@ -117,8 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_report(a: argparse.Namespace) -> None:
-    """`InputError` for a page that cannot be written, or among the results, and where
-    the results' folder is named like a file."""
+    """`InputError` for results or a page that cannot be written so."""
     check_report(a.report)
     if Path(a.output).suffix.lower() in {".csv", ".parquet"}:
         fix = "name a folder, in which the table is recordings.parquet"

@@ -36,7 +36,7 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         super().__init__(prog, max_help_position=26, width=columns - 1, **settings)
 
     def _split_lines(self, text: str, width: int) -> list[str]:
-        """Lines that do not part the name of a file or an option at a hyphen."""
+        """No line ends at the hyphen of a file's name."""
         return wrap(" ".join(text.split()), width, break_on_hyphens=False)
 
     def _iter_indented_subactions(

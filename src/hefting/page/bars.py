@@ -15,7 +15,7 @@ class Row:
 
     name: str
     value: float | None
-    """None where only the interval is known; of what is open it is not shown"""
+    """None where only the interval is known; not shown where open"""
     low: float
     """lower end, minus infinity where open; NaN where the method has no interval"""
     high: float

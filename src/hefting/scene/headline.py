@@ -59,8 +59,7 @@ def plus_minus(value: float, half_width: float | None) -> str:
 
 
 def vector_text(values: ArrayLike, digits: int = 3) -> str:
-    """Numbers in brackets, each to so many digits of the largest, such as
-    ``(0.891, 0, −0.046)``."""
+    """Numbers in brackets, to so many digits of the largest."""
     numbers = np.asarray(values, dtype=float)
     largest = float(np.abs(numbers).max()) or 1.0
     rounded = np.round(numbers, digits - 1 - int(np.floor(np.log10(largest)))) + 0.0

@@ -124,7 +124,7 @@ def _spread(estimate: Estimate) -> dict[str, list[float]]:
     keys = ("mass", "center_of_mass", "inertia_at_com")
     if (intervals := estimate.intervals) is not None:
         ends = np.array([_ten(*(intervals[k][i] for k in keys)) for i in (0, 1)])
-        # where what is open has one end alone, that is the value that stands in its place
+        # a single end is the value that stands in the place of what is open
         half_open = estimate.undetermined.ten & ~np.isfinite(ends).all(axis=0)
         ends[:, half_open] = np.nan
         return dict(zip(("95 % from", "to"), ends.tolist(), strict=True))
