@@ -70,6 +70,12 @@ def test_results_need_a_folder_of_their_own(run, logs, tmp_path):
     assert [each.name for each in logs.iterdir()] == ["a.csv"]
 
 
+def test_results_are_no_file(run, logs, tmp_path):
+    result = run("batch", logs, "--output", tmp_path / "table.csv")
+    assert refused(result, "table.csv: names a file", "name a folder")
+    assert not (tmp_path / "table.csv").exists()
+
+
 def test_a_report_is_not_among_the_results(run, logs, tmp_path):
     pytest.importorskip("plotly")
     output = tmp_path / "results"

@@ -39,6 +39,9 @@ def test_the_table_says_open(run, folder):
     }
     assert {v for name, v in rows.items() if name.startswith("J")} == {"open"}
     assert rows["mass"][:3] in ("0.7", "0.6")
+    _, out, _ = run("identify", folder / "log.csv", "--method", "OLS")
+    inertia = [line for line in out.splitlines() if line.startswith("│ J")]
+    assert [line.count("open") for line in inertia] == [3] * 6  # and both its ends
     status, out, _ = run("identify", folder / "log.csv", "--method", "LMI,OLS")
     assert status == 0
     assert out.count(" open ") == 2

@@ -182,7 +182,7 @@ def test_what_rest_leaves_open_is_said():
     # to the pull of 1e-14 |b|²
     np.testing.assert_allclose(found.parameters.vector[:4], body.vector[:4], rtol=1e-5)
     assert found.warnings == (
-        "the motion does not determine Jxx, Jxy, Jxz, Jyy, Jyz, Jzz: shown are those of a compact body",
+        "the motion does not determine Jxx, Jxy, Jxz, Jyy, Jyz, Jzz: in their place are those of a compact body",
     )
     # the radius of gyration, along each axis, is that of what is taken where the data
     # say nothing

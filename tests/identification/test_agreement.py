@@ -10,6 +10,7 @@ from scipy import stats
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
+from hefting.core.undetermined import Undetermined
 from hefting.identification.agreement import FALSE_ALARM, Agreement, compare, limit_of
 from random_problems import random_body
 
@@ -93,6 +94,14 @@ def test_what_is_open_contradicts_nothing():
     assert (found.apart["a", "b"][4:] == 0.0).all()
     assert found.tested
     assert found.agree
+    # a prior knows of what the recording leaves open, which is none the less open
+    names = ["mcz", "Jxx", "Jxy", "Jxz", "Jyy", "Jyz", "Jzz"]
+    undetermined = Undetermined.of_parameters(names, "the prior")
+    prior = replace(b, covariance=C, undetermined=undetermined)
+    found = Agreement.of({"a": a, "b": prior})
+    assert (found.apart["a", "b"][3:] == 0.0).all()
+    assert np.isinf(found.intervals["b"][:, 3:]).all()
+    assert np.isfinite(found.intervals["b"][:, :3]).all()
     unknown = Agreement.of({"a": a, "b": replace(b, covariance=None)})
     assert not unknown.tested
     assert unknown.agree

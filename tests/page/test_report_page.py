@@ -30,7 +30,8 @@ from hefting.page import Context, identification_page, inspection_page
 from hefting.page.bars import Row, bars
 from hefting.page.figure import DARK, LIGHT
 from hefting.page.recording import MOST_SPANS, marks
-from hefting.scene import wrench_curves
+from hefting.page.solid import figure_of
+from hefting.scene import Body, Ellipsoid, Scene, wrench_curves
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, sinusoids
 from hefting.simulation.demo import POSE
@@ -119,6 +120,36 @@ def test_the_object_has_every_point_with_its_mass(found, shape):
     assert (wide > 1e3 * (high - low)).all()
 
 
+@pytest.mark.parametrize("size", [(1, 1, 1), (0, 0, 1), (0.002, 1, 0.5), (1, 0, 0)])
+def test_the_whole_object_is_in_view(size):
+    """Oracle: a pinhole camera of 45 degrees, as plotly's."""
+    far = 0.5 * np.array(size) + 0.01
+    ball = Body("estimate", np.zeros(3), ellipsoid=Ellipsoid(far, np.diag(far)))
+    figure = figure_of(Scene((ball,)))
+    layout = figure.layout["scene"]
+    eye, ratio, look = (
+        np.array([where[axis] for axis in "xyz"])
+        for where in (
+            layout["camera"]["eye"],
+            layout["aspectratio"],
+            layout["camera"]["center"],
+        )
+    )
+    low, high = np.array([layout[f"{axis}axis"]["range"] for axis in "xyz"]).T
+    assert np.ptp(ratio / (high - low)) < 1e-6  # alike along all axes
+    towards = (look - eye) / np.linalg.norm(look - eye)
+    right = np.cross(towards, (0.0, 0.0, 1.0))
+    right /= np.linalg.norm(right)
+    up = np.cross(right, towards)
+    for trace in figure.traces:
+        points = np.column_stack([np.array(trace[axis], float) for axis in "xyz"])
+        assert ((points > low) & (points < high)).all()
+        seen = ratio * ((points - low) / (high - low) - 0.5) - eye
+        depth = seen @ towards
+        for direction in (right, up):
+            assert (np.abs(seen @ direction) < np.tan(np.pi / 8) * depth).all()
+
+
 def test_plotly_knows_every_attribute(found, shape):
     """Oracle: plotly's own schema, which refuses what it does not know."""
     truth = hammer().parameters.moved(POSE)
@@ -189,6 +220,24 @@ def test_what_is_open_is_said_and_not_drawn():
     assert "prior" not in sections_of(page)
     assert page.count('class="open"') == 6
     assert "No ellipsoid of equal inertia (estimate): inertia open." in text_of(page)
+
+
+def test_what_is_open_has_no_value_although_a_prior_bounds_it():
+    log = log_of()
+    poses = {name: log[name][::8] for name in ("orientation", "wrench")}
+    page = page_of(identify(Recording(poses, static=True)))
+    shown, _, _ = page.partition('id="wrench"')
+    assert shown.count('class="open"') == 6
+    assert shown.count('class="at"') == 4
+    for title in ("Moments of inertia", "Products of inertia"):
+        group = shown.partition(title)[2].partition('class="scale"')[2]
+        assert group.startswith("></div>")  # a scale without numbers
+    figures = figures_of(page)
+    for first, known in ((0, True), (1, True), (4, False), (5, False)):
+        traces = figures[f"convergence-{first}"]["traces"]
+        lines = [trace for trace in traces if trace["mode"] == "lines+markers"]
+        assert all((y is not None) == known for line in lines for y in line["y"])
+    assert "What is open has no line." in text_of(page)
 
 
 def test_spans_are_marked_once_in_the_legend_and_are_not_too_many():
@@ -271,6 +320,10 @@ def test_several_recordings(shape):
     kept = [t for t in time if t is not None]
     assert len(kept) == len(found.measurements)
     assert kept == sorted(kept)
+    for figure in figures_of(page).values():
+        if "xaxis" in figure["layout"]:
+            title = figure["layout"]["xaxis"]["title"]["text"]
+            assert title == "Time, one recording after the other [s]"
 
 
 def test_a_recording_that_tells_nothing_is_inspected_all_the_same():
@@ -294,6 +347,7 @@ def test_bars_clip_what_is_wider_and_hatch_what_is_open():
     )
     assert shown.count('class="range"') == 2
     assert shown.count('class="open"') == 1
+    assert shown.count('class="at"') == 3
     assert shown.count('class="true"') == 1
     assert "width:100.000%" in shown
     assert "1.00 ± 0.50 kg" in shown

@@ -2,6 +2,7 @@
 every time."""
 
 import sys
+from dataclasses import replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -106,6 +107,22 @@ def test_a_long_recording_is_thinned(measurements):
     long = measurements[np.tile(np.arange(100), 40)]
     line = plot_wrench(long, estimate_of(hammer().parameters)).axes[0].lines[0]
     assert len(line.get_xdata()) == DRAWN
+
+
+def test_time_may_be_that_of_the_log(measurements):
+    figure = plot_identification(measurements, estimate_of(BODY), start=-0.65)
+    first = figure.axes[-1].lines[0].get_xdata()[0]
+    assert first == pytest.approx(measurements.time[0] + 0.65)
+
+
+def test_no_line_is_drawn_over_a_gap(measurements):
+    """Of half a second, as between recordings: as in a page."""
+    apart = replace(measurements, time=measurements.time + 0.5 * (np.arange(100) >= 40))
+    for axes in plot_wrench(apart, estimate_of(BODY)).axes:
+        for line in axes.lines:
+            y = np.asarray(line.get_ydata(), dtype=float)
+            if len(y) > 2:  # but the line at zero
+                assert np.flatnonzero(np.isnan(y)).tolist() == [40]
 
 
 def test_one_sample_can_be_drawn(measurements):

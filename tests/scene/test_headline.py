@@ -8,7 +8,7 @@ import pytest
 from hefting.core.estimate import Estimate
 from hefting.core.messages import error, warning
 from hefting.core.undetermined import Undetermined
-from hefting.scene import headline_of, plus_minus
+from hefting.scene import headline_of, plus_minus, vector_text
 from hefting.simulation import hammer
 
 BODY = hammer().parameters
@@ -90,9 +90,21 @@ def test_what_is_open_has_no_number():
     found = headline(intervals=intervals(com=(1e-3, np.inf, 3e-3), inertia=np.inf))
     assert "y open" in found.numbers[1]
     assert found.numbers[2] == "inertia at the COM: open"
-    # as wide as the largest moment, and wider than the others
+
+
+def test_components_have_the_digits_of_the_largest():
+    assert vector_text((0.8912, -3.57e-5, -0.046)) == "(0.891, 0, −0.046)"
+    assert vector_text((-9.084, 1.02, 0.0)) == "(−9.08, 1.02, 0)"
+    assert vector_text((0.0, -0.0, 0.0)) == "(0, 0, 0)"
+    assert vector_text((1234.5, -9.8, 0.2)) == "(1230, −10, 0)"
+    assert vector_text((0.0, 0.0, -9.80665), 4) == "(0, 0, −9.807)"
+
+
+def test_what_is_wide_is_not_open():
+    """As wide as the largest moment: a number, as on the terminal and in JSON."""
     wide = headline(intervals=intervals(inertia=BODY.inertia_at_com.max()))
-    assert wide.numbers[2] == "inertia at the COM: open"
+    assert "open" not in wide.numbers[2]
+    assert wide.numbers[2].count("±") == 3
 
 
 def test_the_verdict_and_its_gravest_reason():

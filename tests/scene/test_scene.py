@@ -86,7 +86,7 @@ def test_what_an_estimate_leaves_open_is_not_in_the_scene():
     assert known.missing == ""
     doubt = 1e-4 / BODY.inertia_at_com.diagonal().max()
     assert known.inertia_doubt == pytest.approx(doubt)
-    for width, said in ((np.inf, "inertia open"), (0.8, "80%")):
+    for width, said in ((np.inf, "inertia open"), (0.8, "80 %")):
         wide = width * BODY.inertia_at_com.diagonal().max()
         body = scene_of({"estimate": estimate(inertia=wide)}).bodies[0]
         assert body.ellipsoid is None

@@ -117,8 +117,11 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_report(a: argparse.Namespace) -> None:
-    """`InputError` for a page that cannot be written, or among the results."""
+    """`InputError` for results or a page that cannot be written so."""
     check_report(a.report)
+    if Path(a.output).suffix.lower() in {".csv", ".parquet"}:
+        fix = "name a folder, in which the table is recordings.parquet"
+        raise InputError("names a file", a.output, fix)
     if a.report and Path(a.output).resolve() in Path(a.report).resolve().parents:
         what = "is among the results, whose folder is for nothing else"
         raise InputError(what, a.report, "choose another folder")

@@ -197,8 +197,7 @@ def run(arguments: argparse.Namespace) -> int:
     comparison, estimates, best = _estimates(a, found)
     truth = known.parameters if known else None
     outputs = wanted(a, estimates[best])
-    measurements = found.ingested.measurements
-    pictures = draw_pictures(outputs, measurements, estimates[best], shape, truth)
+    pictures = draw_pictures(outputs, found.ingested, estimates[best], shape, truth)
     with progress("drawing", a.json):
         page = identified(a.report, found, estimates[best], shape, truth, flange)
     errors = _errors(known, estimates, shape)

@@ -20,12 +20,12 @@ if TYPE_CHECKING:
 
     from hefting.core.estimate import Estimate
     from hefting.core.inertia import InertialParameters
-    from hefting.core.measurements import Measurements
     from hefting.core.spatial import Array
     from hefting.export import Exported, Target
     from hefting.export.known import Fill
     from hefting.identification.compare import Comparison
     from hefting.identification.identify import Identification
+    from hefting.ingest.ingested import Ingested
     from hefting.page import Context
     from hefting.shapes import Shape
 
@@ -100,7 +100,7 @@ def is_picture(path: str) -> bool:
 
 def draw_pictures(
     paths: "Iterable[str]",
-    measurements: "Measurements",
+    found: "Ingested",
     estimate: "Estimate",
     shape: "Shape | None",
     truth: "InertialParameters | None",
@@ -112,7 +112,9 @@ def draw_pictures(
     from hefting.plots import picture_of, plot_identification
 
     with progress("drawing"):
-        figure = plot_identification(measurements, estimate, shape, truth, render)
+        figure = plot_identification(
+            found.measurements, estimate, shape, truth, render, found.log_start
+        )
         return {path: picture_of(figure, Path(path).suffix.lower()) for path in wanted}
 
 

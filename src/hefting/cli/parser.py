@@ -6,7 +6,7 @@ import re
 import sys
 from collections.abc import Iterable, Iterator, Sequence
 from shutil import get_terminal_size
-from textwrap import fill
+from textwrap import fill, wrap
 from typing import IO, Any, NoReturn
 
 from hefting.core.errors import InputError
@@ -34,6 +34,10 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
     def __init__(self, prog: str, **settings: Any):
         columns = min(get_terminal_size().columns, WIDTH)
         super().__init__(prog, max_help_position=26, width=columns - 1, **settings)
+
+    def _split_lines(self, text: str, width: int) -> list[str]:
+        """No line ends at the hyphen of a file's name."""
+        return wrap(" ".join(text.split()), width, break_on_hyphens=False)
 
     def _iter_indented_subactions(
         self, action: argparse.Action

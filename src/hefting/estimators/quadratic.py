@@ -40,14 +40,14 @@ UNKNOWNS = PARAMETERS + tuple(f"bias {name}" for name in WRENCH)
 """Names of the ten parameters and of a free bias."""
 
 
-def warnings_of(open_: Indices, shown: str) -> tuple[str, ...]:
-    """A sentence on the unknowns that the data leave open, if any are, and on what is
-    `shown` of them."""
+def warnings_of(open_: Indices, instead: str) -> tuple[str, ...]:
+    """A sentence on the unknowns that the data leave open, if any are, and on what
+    stands `instead` of them."""
     which: list[int] = open_.tolist()
     if not which:
         return ()
     names = ", ".join(UNKNOWNS[i] for i in which)
-    return (f"the motion does not determine {names}: shown are {shown}",)
+    return (f"the motion does not determine {names}: in their place are {instead}",)
 
 
 def whitening(noise: WrenchNoise) -> Array | None:

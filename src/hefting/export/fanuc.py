@@ -48,7 +48,7 @@ def warnings(body: Body) -> list[Message]:
     share = float(np.abs(products).max() / (moments.max() or 1.0))
     if share <= 0.01:
         return []
-    what = f"Fanuc takes no products of inertia: up to {share:.0%} of the largest moment is left out"
+    what = f"Fanuc takes no products of inertia: up to {100 * share:.0f} % of the largest moment is left out"
     return [warning("products-left-out", what)]
 
 

@@ -245,6 +245,8 @@ def _intervals(estimate: Estimate) -> Array:
         ends[:, :4] = values[:4] + Z95 * np.outer((-1.0, 1.0), own)
     axes = np.linalg.eigh(estimate.parameters.inertia_at_com)[1]
     ends[:, 4:] = values[4:] + np.outer((-Z95, Z95), _std_of_moments(estimate, axes))
+    # a prior has an interval for what is open, too
+    ends[:, :4][:, estimate.undetermined.ten[:4]] = np.nan
     return np.where(np.isnan(ends), np.array(((-np.inf,), (np.inf,))), ends)
 
 
@@ -259,6 +261,8 @@ def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
     C = np.where(np.isfinite(estimate.covariance), estimate.covariance, 0.0)
     found = np.sqrt(np.maximum(np.einsum("ai,ij,aj->a", J, C, J), 0.0))
     found[(np.abs(J[:, open_]) > 1e-12).any(axis=1)] = np.inf
+    open_ = estimate.undetermined.ten[4:]
+    found[(np.abs(along[:, open_]) > 1e-12).any(axis=1)] = np.inf
     return found
 
 

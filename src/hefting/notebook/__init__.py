@@ -180,7 +180,9 @@ def shape_html(shape: Shape) -> str:
         ("bounding box [mm]", sides),
     ]
     if shape.shape_std:
-        rows.append(("may differ by (std)", f"{shape.shape_std:.0%} of its size"))
+        rows.append(
+            ("may differ by (std)", f"{100 * shape.shape_std:.0f} % of its size")
+        )
     scene = scene_of(shape=shape, known={"uniform shape": shape.homogeneous})
     picture = picture_html(
         scene.with_centers_only(), "the shape in three views, in sensor axes"

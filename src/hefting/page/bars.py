@@ -1,7 +1,7 @@
 """Bars: intervals, or counts, of one kind above one another, on one scale."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -15,7 +15,7 @@ class Row:
 
     name: str
     value: float | None
-    """None where only the interval is known"""
+    """None where only the interval is known; not shown where open"""
     low: float
     """lower end, minus infinity where open; NaN where the method has no interval"""
     high: float
@@ -23,17 +23,25 @@ class Row:
     matters: bool = True
     """whether the scale is made to hold it"""
 
+    @property
+    def is_open(self) -> bool:
+        """Whether nothing is known of it."""
+        return bool(np.isinf((self.low, self.high)).all())
+
 
 def bars(rows: Sequence[Row], unit: str, *, from_zero: bool = False) -> Markup:
     """Rows of one unit as HTML: name, number, and the interval as a bar; below them the
     scale, which holds zero if `from_zero`."""
+    rows = [replace(row, value=None) if row.is_open else row for row in rows]
     low, high = _scale(rows, from_zero=from_zero)
     cells: list[Markup] = []
     for row in rows:
         number = _number(row)
         shown = number if number == "open" else f"{number} {unit}"
         cells += _cells(row.name, shown, *_marks(row, low, high))
-    scale = element("div", *_labels(low, high, unit), class_="scale")
+    marked = not all(row.is_open and row.truth is None for row in rows)
+    labels = _labels(low, high, unit) if marked else ()
+    scale = element("div", *labels, class_="scale")
     return element("div", *cells, scale, class_="bars")
 
 
@@ -76,7 +84,7 @@ def _marks(row: Row, low: float, high: float) -> Iterable[Markup]:
     def at(value: float) -> float:
         return float(np.clip(100.0 * (value - low) / (high - low), 0.0, 100.0))
 
-    if np.isinf(row.low) and np.isinf(row.high):
+    if row.is_open:
         yield element("i", class_="open", title="open: not determined")
     elif not np.isnan(row.low):
         left, right = at(row.low), at(row.high)

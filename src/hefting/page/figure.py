@@ -185,7 +185,7 @@ def rows(titles: list[str], heights: list[float], x_title: str) -> dict[str, Any
         layout[f"yaxis{i if i > 1 else ''}"] = axis(title, domain=ends)
         top -= share + GAP
     last = f"y{len(titles)}" if len(titles) > 1 else "y"
-    layout["xaxis"] = axis(x_title, anchor=last)
+    layout["xaxis"] = axis(x_title, anchor=last, zeroline=False)
     layout["legend"] = dict(LEGEND)
     layout["hovermode"] = "x unified"
     return layout

@@ -2,6 +2,7 @@
 on which assumptions."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -29,7 +30,8 @@ from hefting.page.answer import (
 from hefting.page.bars import Row, bars
 from hefting.page.figure import AXES, Figure, Trace, band, line, rows
 from hefting.page.html import Markup, Section, element, items, join, note, terms
-from hefting.page.recording import POSE, TIME
+from hefting.page.recording import x_title
+from hefting.scene import vector_text
 
 WARMING_UP = 0.25
 """Share of the instants at the beginning that the scale need not hold: intervals are
@@ -47,7 +49,8 @@ def converged(
     truth: InertialParameters | None,
 ) -> Section:
     """What the method would have said after each part of the recording."""
-    over = convergence(estimator, found, estimate)
+    over, open_ = convergence(estimator, found, estimate), estimate.undetermined.ten
+    over = replace(over, values=np.where(open_, np.nan, over.values))
     time = (
         over.rows.astype(float)
         if found.static
@@ -55,8 +58,7 @@ def converged(
     )
     known = None if truth is None else ten(truth)
     figures = tuple(
-        _figure(over, time, group, known, POSE if found.static else TIME)
-        for group in GROUPS
+        _figure(over, time, group, known, x_title(found)) for group in GROUPS
     )
     says = (
         f"{estimate.method} from the samples up to each of {len(time)} instants, with "
@@ -64,17 +66,18 @@ def converged(
         "the whole recording. Where intervals at the beginning are far wider, they "
         "reach beyond the scale."
     )
-    known_text = "" if truth is None else " Dashed: the truth."
-    content = note(says + known_text)
+    says += " What is open has no line." if open_.any() else ""
+    says += "" if truth is None else " Dashed: the truth."
+    content = note(says)
     return Section("convergence", "How the answer came about", content, figures)
 
 
 def _figure(
-    over: Convergence, time: Array, group: Group, truth: Array | None, x_title: str
+    over: Convergence, time: Array, group: Group, truth: Array | None, title: str
 ) -> Figure:
     """The numbers of one unit, a row each."""
     titles = [f"{NAMES[i]} [{group.unit}]" for i in group.rows]
-    layout = rows(titles, [1.0] * len(titles), x_title)
+    layout = rows(titles, [1.0] * len(titles), title)
     layout["showlegend"] = False
     traces: list[Trace] = []
     for k, (i, axis) in enumerate(zip(group.rows, AXES, strict=False), 1):
@@ -199,18 +202,13 @@ def _sign(made: Mapping[str, Any]) -> str:
     return f"{ACTS.get(wrench, wrench)}, {found}"
 
 
-def _vector(values: Iterable[float], digits: int = 4) -> str:
-    text = ", ".join(f"{value + 0.0:.{digits}g}" for value in values)
-    return f"({text})".replace("-", "−")
-
-
 def _gravity(made: Mapping[str, Any]) -> str:
     if "gravity" not in made:
         return "not known"
     found = ", direction found" if made.get("gravity_found") else ""
     std = made.get("gravity_std")
     known = f", its size to {std:.2g} m/s²" if std else ""
-    return f"{_vector(made['gravity'])} m/s² in world axes{found}{known}"
+    return f"{vector_text(made['gravity'], 4)} m/s² in world axes{found}{known}"
 
 
 def _bias(estimate: Estimate) -> str:
@@ -223,7 +221,7 @@ def _bias(estimate: Estimate) -> str:
         how = "found with the object, as recorded"
     if given is not None:
         numbers = np.asarray(given, dtype=float)
-        force, torque = _vector(numbers[:3], 3), _vector(numbers[3:], 3)
+        force, torque = vector_text(numbers[:3]), vector_text(numbers[3:])
         return f"{how}: {force} N, {torque} N m"
     searched = made.get("bias_searched")
     return "none beyond three standard deviations" if searched else "none, as given"

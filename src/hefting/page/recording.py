@@ -21,13 +21,15 @@ from hefting.scene.curves import PARTS
 MOST_SPANS = 150
 """Spans of one cause that are drawn: those nearest to each other become one."""
 TIME, POSE = "Time since the start of the log [s]", "Pose"
+TIMES = "Time, one recording after the other [s]"
 
 
 def wrench(estimate: Estimate, found: Ingested) -> Section:
     """Force and torque of an estimate's recording."""
     curves = wrench_curves(found.measurements, estimate, found.log_start)
     spans = spans_of(found)
-    figures = tuple(_figure(curves, spans, *part) for part in PARTS)
+    title = x_title(found)
+    figures = tuple(_figure(curves, spans, title, *part) for part in PARTS)
     says = (
         "What the sensor exerts on the object, in sensor axes: measured (pale) and as "
         "the estimate predicts it, with the bias found; below, what remains."
@@ -41,6 +43,13 @@ def wrench(estimate: Estimate, found: Ingested) -> Section:
     drawn = note(drawn) if drawn else ""
     content = join(note(says), drawn, element("p", left), items(lines))
     return Section("wrench", "Wrench: measured, predicted, left out", content, figures)
+
+
+def x_title(found: Ingested) -> str:
+    """Of the axis that samples lie along."""
+    if found.static:
+        return POSE
+    return TIMES if len(found.recordings) > 1 else TIME
 
 
 def spans_of(found: Ingested) -> tuple[Span, ...]:
@@ -91,14 +100,15 @@ def _count_text(found: Ingested, curves: WrenchCurves) -> str:
 
 
 def _figure(
-    curves: WrenchCurves, spans: Sequence[Span], name: str, unit: str, first: int
+    curves: WrenchCurves,
+    spans: Sequence[Span],
+    title: str,
+    name: str,
+    unit: str,
+    first: int,
 ) -> Figure:
     """One part of the wrench: the whole, and what remains of it."""
-    layout = rows(
-        [f"{name} [{unit}]", f"Residual [{unit}]"],
-        [3.0, 1.5],
-        POSE if curves.static else TIME,
-    )
+    layout = rows([f"{name} [{unit}]", f"Residual [{unit}]"], [3.0, 1.5], title)
     layout["shapes"] = [] if curves.static else list(marks(spans))
     traces: list[Trace] = []
     for kind in ("measured", "predicted", "residual"):
@@ -195,7 +205,7 @@ def recording(found: Ingested, estimator: Estimator) -> Section | None:
 
 def _drift(found: Ingested) -> Figure:
     titles = [f"Bias, {name.lower()} [{unit}]" for name, unit, _ in PARTS]
-    layout, traces = rows(titles, [1.0, 1.0], TIME), list(_drift_lines(found))
+    layout, traces = rows(titles, [1.0, 1.0], x_title(found)), list(_drift_lines(found))
     return Figure("drift", traces, layout, 420, "The sensor's bias over time")
 
 
@@ -226,7 +236,7 @@ def _motion(found: Ingested, share: Array | None) -> Figure:
     drawn = {"Dynamism": dynamism(z), "Weight": z.weights}
     drawn["Share of the full model"] = share
     drawn = {title: values for title, values in drawn.items() if values is not None}
-    layout = rows(list(drawn), [1.0] * len(drawn), TIME)
+    layout = rows(list(drawn), [1.0] * len(drawn), x_title(found))
     layout["showlegend"] = False
     time, traces = z.time - found.log_start, []
     for i, (title, values) in enumerate(drawn.items(), 1):

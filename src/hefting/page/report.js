@@ -38,7 +38,7 @@ const touched = window.matchMedia("(pointer: coarse)").matches;
 
 // A narrow screen sees the whole scene from farther away.
 function stepBack(eye, width) {
-  const times = Math.min(Math.max(600 / width, 1), 1.5);
+  const times = Math.min(Math.max(600 / width, 1), 1.8);
   for (const name of ["x", "y", "z"]) eye[name] *= times;
 }
 

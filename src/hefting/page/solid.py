@@ -14,11 +14,13 @@ COLOURS = {"estimate": "@estimate", "truth": "@truth"}
 HEIGHT = 560
 FINEST = 1e-5
 """Digits of lengths [m]: a hundredth of a millimetre."""
-CAMERA = {
-    "eye": {"x": 1.75, "y": -1.75, "z": 1.1},
-    "center": {"x": 0, "y": 0, "z": -0.14},
-}
-"""Where the scene is seen from, over its size; narrow screens are farther away."""
+VIEW = np.array(((0.707, 0.707, 0.0), (-0.287, 0.287, 0.914), (0.646, -0.646, 0.406)))
+"""Unit vectors to the right, upwards and to the eye, along the axes."""
+SEEN = np.array((0.45, 0.33))
+"""To the right and upwards, over the distance: of a view of 45 degrees what numbers and
+titles of the axes leave. Narrow screens are farther away."""
+ROOM = 0.03
+"""Between what is drawn and the ends of an axis, over its length."""
 REACH_OF_AXES = 0.25
 """Length of the sensor's axes over the size of the scene."""
 
@@ -54,19 +56,42 @@ def solid(scene: Scene) -> Section:
 def figure_of(scene: Scene) -> Figure:
     """The scene as traces, in millimetres."""
     step = 1e3 * _step(float(np.ptp(scene.corners, axis=0).max()))
-    axes = {f"{name}axis": _axis(name, step) for name in AXES}
+    traces = list(_traces(scene))
+    ends = np.array([_ends(traces, name) for name in AXES])
+    size = np.ptp(ends, axis=1)
+    ratio = size / np.linalg.norm(size)
+    axes = {
+        f"{name}axis": _axis(name, step) | {"range": numbers(own)}
+        for name, own in zip(AXES, ends, strict=True)
+    }
     layout: dict[str, Any] = {
         "scene": {
             **axes,
-            "aspectmode": "data",
-            "camera": CAMERA,
+            "aspectmode": "manual",
+            "aspectratio": dict(zip(AXES, numbers(ratio), strict=True)),
+            "camera": {"eye": _eye(ratio), "center": {"x": 0, "y": 0, "z": -0.07}},
             "domain": {"y": [0.0, 0.88]},
         },
         "legend": {"orientation": "h", "x": 0.0, "y": 0.0, "yanchor": "top"},
         "margin": {"l": 0, "r": 0, "t": 0, "b": 0},
     }
-    traces = list(_traces(scene))
     return Figure("object", traces, layout, HEIGHT, "The object in three dimensions")
+
+
+def _ends(traces: list[Trace], name: str) -> tuple[float, float]:
+    """Ends [mm] of an axis that holds all that is drawn."""
+    drawn = [value for trace in traces for value in trace[name] if value is not None]
+    low, high = min(drawn), max(drawn)
+    room = ROOM * (high - low) or 1.0
+    return low - room, high + room
+
+
+def _eye(size: Array) -> dict[str, float]:
+    """Where a box of a size (3,) about the origin is seen from, all of it."""
+    corners = 0.5 * size * np.stack(np.meshgrid(*3 * [(-1, 1)]), axis=-1).reshape(-1, 3)
+    right_up, near = corners @ VIEW[:2].T, corners @ VIEW[2]
+    distance = (near + (np.abs(right_up) / SEEN).max(axis=1)).max()
+    return dict(zip(AXES, numbers(distance * VIEW[2]), strict=True))
 
 
 def _axis(name: str, step: float) -> dict[str, Any]:
@@ -205,7 +230,7 @@ def _body(body: Body) -> Iterable[Trace]:
         yield _ellipsoid(body.region, "95 % region of the COM", colour, 0.45)
     if body.ellipsoid is not None:
         doubt = body.inertia_doubt
-        sure = "" if doubt is None else f" (± {doubt:.0%})"
+        sure = "" if doubt is None else f" (± {100 * doubt:.0f} %)"
         name = f"ellipsoid of equal inertia{sure}"
         name += "" if body.name == "estimate" else f", {body.name}"
         yield _ellipsoid(body.ellipsoid, name, colour, 0.15)

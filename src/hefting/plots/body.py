@@ -72,6 +72,7 @@ def plot_identification(
     shape: Shape | None = None,
     truth: InertialParameters | None = None,
     say: Callable[[str], str] = str,
+    start: float | None = None,
 ) -> "Figure":
     """The object as `plot_object` draws it, and the wrench as `plot_wrench` does, side
     by side under one headline.
@@ -86,7 +87,7 @@ def plot_identification(
     with headed(height, lines, headline.usable, 2.0 * WIDTH) as (figure, below):
         left, right = subfigures_of(below, 2)
         draw_scene(left, scene)
-        draw_wrench(right, measurements, estimate)
+        draw_wrench(right, measurements, estimate, start)
     return figure
 
 

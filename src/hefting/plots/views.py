@@ -268,7 +268,8 @@ def _draw_ellipsoid(
     axes: "Axes", body: Body, ellipsoid: Ellipsoid, i: int, j: int
 ) -> None:
     look = _look(body)
-    doubt = "" if body.inertia_doubt is None else f" (± {body.inertia_doubt:.0%})"
+    share = body.inertia_doubt
+    doubt = "" if share is None else f" (± {100 * share:.0f} %)"
     of = "" if body.name == "estimate" else f", {body.name}"
     axes.plot(
         *(1e3 * ellipsoid.shadow(i, j)).T,

@@ -22,8 +22,8 @@ from hefting.plots.style import (
     lines_of,
     write_title,
 )
-from hefting.scene import headline_of, wrench_curves
-from hefting.scene.curves import PARTS
+from hefting.scene import headline_of, vector_text, wrench_curves
+from hefting.scene.curves import PARTS, gaps_between
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,28 +37,39 @@ def plot_wrench(
     measurements: Measurements,
     estimate: Estimate,
     say: Callable[[str], str] = str,
+    start: float | None = None,
 ) -> "Figure":
     """Measured wrench, the wrench the estimate predicts (with its bias), and what
     remains, over time or, for static poses, by pose.
 
     Both are exerted by the sensor on the object. Static is an estimate without a
-    duration. `say` is as for `plot_object`. Raises `MissingDependencyError` without
+    duration. `say` is as for `plot_object`; `start` is the time [s] that counts as zero,
+    by default that of the first measurement. Raises `MissingDependencyError` without
     matplotlib.
     """
     headline = headline_of(estimate)
     lines = lines_of(headline, say=say)
     with headed(HEIGHT, lines, headline.usable) as (figure, below):
-        draw_wrench(below, measurements, estimate)
+        draw_wrench(below, measurements, estimate, start)
     return figure
 
 
 def draw_wrench(
-    figure: "SubFigure", measurements: Measurements, estimate: Estimate
+    figure: "SubFigure",
+    measurements: Measurements,
+    estimate: Estimate,
+    start: float | None = None,
 ) -> None:
     """The rows of `plot_wrench` and their legend, on an empty figure."""
-    curves = wrench_curves(measurements, estimate)
+    curves = wrench_curves(measurements, estimate, start)
     static, shown = curves.static, chosen(len(measurements))
-    time, residual = curves.time[shown], curves.residual
+    gaps = gaps_between(curves.time, shown)  # over which no line is drawn
+
+    def drawn(values: Array) -> Array:
+        return np.insert(values[shown], gaps, np.nan, axis=0)
+
+    time, residual = drawn(curves.time), curves.residual
+    measured, predicted = drawn(curves.measured), drawn(curves.predicted)
     rows = figure.subplots(
         4, 1, sharex=True, gridspec_kw={"height_ratios": (3, 1.2, 3, 1.2)}
     )
@@ -66,16 +77,14 @@ def draw_wrench(
         PARTS, rows[::2], rows[1::2], strict=True
     ):
         three = slice(part, part + 3)
-        measured, predicted = curves.measured[shown], curves.predicted[shown]
         _draw_whole(whole, time, measured[:, three], predicted[:, three], static)
         whole.set_ylabel(f"{name} [{unit}]")
         if estimate.common_bias is not None:
-            own = estimate.common_bias[three]
-            bias = ", ".join(f"{x:.3g}" for x in own).replace("-", "−")
-            write_title(whole, f"bias found with it ({bias}) {unit}")
+            bias = vector_text(estimate.common_bias[three])
+            write_title(whole, f"bias found with it {bias} {unit}")
         elif estimate.bias is not None:
             write_title(whole, "with the bias of each recording, one after the other")
-        draw_components(rest, time, residual[shown, three], **line_of(static, 0.4))
+        draw_components(rest, time, drawn(residual[:, three]), **line_of(static, 0.4))
         rest.axhline(0.0, color=INK, linewidth=0.4)
         rest.set_ylabel(f"[{unit}]")
         rms = curves.rms(part)

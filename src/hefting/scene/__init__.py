@@ -14,6 +14,7 @@ from hefting.scene.headline import (
     place_of,
     plus_minus,
     power_of_thousand,
+    vector_text,
 )
 from hefting.scene.scene import Body, PointSet, Scene, scene_of
 from hefting.scene.surface import (
@@ -47,5 +48,6 @@ __all__ = [
     "surface_of",
     "thinned",
     "uniform_ellipsoid",
+    "vector_text",
     "wrench_curves",
 ]

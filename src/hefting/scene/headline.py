@@ -58,6 +58,14 @@ def plus_minus(value: float, half_width: float | None) -> str:
     return f"{shown:.{digits}f} ± {half_width:.{digits}f}".replace("-", "−")
 
 
+def vector_text(values: ArrayLike, digits: int = 3) -> str:
+    """Numbers in brackets, to so many digits of the largest."""
+    numbers = np.asarray(values, dtype=float)
+    largest = float(np.abs(numbers).max()) or 1.0
+    rounded = np.round(numbers, digits - 1 - int(np.floor(np.log10(largest)))) + 0.0
+    return f"({', '.join(f'{x:g}' for x in rounded)})".replace("-", "−")
+
+
 def power_of_thousand(values: Array) -> tuple[str, float]:
     """What stands before a unit, such as ``"10⁻³ "``, and the factor for values to be
     written with it: the power of a thousand that suits the largest."""
@@ -102,7 +110,7 @@ def _inertia(estimate: Estimate) -> str:
     tensor = estimate.parameters.inertia_at_com
     half = reach(estimate, "inertia_at_com")
     moments = tensor.diagonal()
-    if half is not None and not (half.diagonal() < np.abs(moments)).any():
+    if half is not None and np.isinf(half.diagonal()).all():
         return "inertia at the COM: open"
     unit, scale = power_of_thousand(moments)
     halves = None if half is None else scale * half.diagonal()

@@ -150,7 +150,7 @@ def _found(name: str, estimate: Estimate) -> Body:
     if doubt is not None and not doubt < LARGEST_DOUBT:
         ellipsoid, missing = None, "inertia open"
         if np.isfinite(doubt):
-            missing = f"inertia known to ± {doubt:.0%} only"
+            missing = f"inertia known to ± {100 * doubt:.0f} % only"
     return Body(name, center, com_region(estimate), ellipsoid, doubt, missing)
 
 

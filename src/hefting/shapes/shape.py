@@ -342,7 +342,7 @@ class Shape(Shown):
         samples = sample(solid, count, sampling, seed)
         warnings = list(suspicions(solid.lower, solid.extents, matrix, unit))
         if solid.cap_fraction > SMALL_CAPS:
-            what = f"the mesh has holes; closing them added {solid.cap_fraction:.0%} of its surface"
+            what = f"the mesh has holes; closing them added {100 * solid.cap_fraction:.0f} % of its surface"
             warnings.append(warning("mesh-holes", what))
         if samples.missed:
             what = "parts of the shape may be too thin for the points asked for, and have none"

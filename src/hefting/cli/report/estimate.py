@@ -123,8 +123,11 @@ def _spread(estimate: Estimate) -> dict[str, list[float]]:
     deviations, else none."""
     keys = ("mass", "center_of_mass", "inertia_at_com")
     if (intervals := estimate.intervals) is not None:
-        ends = (("95 % from", 0), ("to", 1))
-        return {name: _ten(*(intervals[k][i] for k in keys)) for name, i in ends}
+        ends = np.array([_ten(*(intervals[k][i] for k in keys)) for i in (0, 1)])
+        # a single end is the value that stands in the place of what is open
+        half_open = estimate.undetermined.ten & ~np.isfinite(ends).all(axis=0)
+        ends[:, half_open] = np.nan
+        return dict(zip(("95 % from", "to"), ends.tolist(), strict=True))
     if (std := estimate.std) is not None:
         return {"± std": _ten(*(std[k] for k in keys))}
     return {}

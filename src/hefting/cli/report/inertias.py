@@ -34,7 +34,7 @@ def inertias_report(repaired: Repaired, written: str | None = None) -> Group:
         lines += [Text(f"{name}: {told}", style="yellow"), _table(failing)]
         lines += _legend(failing)
     others = links - len(failing) - massless
-    told = f"fine: {others} links, and {massless} without mass"
+    told = f"fine: {others} link{'s' * (others != 1)}, and {massless} without mass"
     lines.append(Text(told if failing else f"{name}: all {told}"))
     return Group(
         *lines, *warning_lines(_doubts(repaired.checks)), *_what_next(repaired, written)

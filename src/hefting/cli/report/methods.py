@@ -95,7 +95,9 @@ def comparison_report(
     lines.append(_checks(comparison, names))
     lines += _explain_failures(comparison)
     if any(name in VARIANTS for name in names):
-        lines.append(Text("below the line: variants, see hefting methods"))
+        lines.append(
+            Text("names with a hyphen: variants, see hefting methods --verbose")
+        )
     lines.extend(Text(f"left out: {why}") for why in comparison.skipped.values())
     return Group(*lines, *map(Text, assumptions(best)))
 
@@ -246,7 +248,8 @@ def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
             _interval(scale * agreement.values[path][at], scale * ends_[:, at])
             for path, ends_ in agreement.intervals.items()
         ]
-        far = _deviations(float(apart[at]))
+        known = sum(cell != "open" for cell in cells)
+        far = _deviations(float(apart[at])) if known > 1 else ""
         if not tall:
             rows.append([quantity, *cells, far, unit])
             continue
