@@ -88,8 +88,9 @@ be explained. Of the recordings of three real sensors none does with more than a
 OVERWHELMING_EVIDENCE = 50.0
 """The log of the ratio from which on a mistake of many laws is named though it explains
 a part only: of three real sensors none has 27."""
-EXPLAINED_BY_ANOTHER_LAW = 0.2
-"""Share that such a mistake must explain."""
+EXPLAINED_BESIDE_OTHERS = 0.2
+"""Share that such a mistake must explain, or one of static poses beside what nothing
+tells."""
 EXPLAINED_BY_NOISE = -0.3
 """Log-likelihood of a sample missing to noise alone below which noise explains more than
 all, as that of an arm that vibrates; a sensor's imperfections are below it."""
@@ -277,14 +278,15 @@ def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
         return False
     if other.effect is not None and not other.effect > 3.0:
         return False
+    left, before = missing(case, other.fitted), missing(case, given.fitted)
+    explains_part = left < (1.0 - EXPLAINED_BESIDE_OTHERS) * before
     if other.of_many_laws and told > OVERWHELMING_EVIDENCE:
-        left = missing(case, other.fitted)
-        return left < (1.0 - EXPLAINED_BY_ANOTHER_LAW) * missing(case, given.fitted)
+        return explains_part
     if _is_explained(case, given, other.fitted):
         return True
     # of static poses nothing tells how much noise and the sensor's errors leave
-    left = unexplained_share(case, given.fitted, case.floor)
-    if case.path.moves or not left > CLEAR_SHARE_OF_POSES:
+    share = unexplained_share(case, given.fitted, case.floor)
+    if case.path.moves or not explains_part or not share > CLEAR_SHARE_OF_POSES:
         return False
     errors = errors_on_data_sheet(case, LARGE_DATA_SHEET_ERROR)
     return told > CLEAR_EVIDENCE + max(evidence(case, given, errors), 0.0)
