@@ -4,7 +4,12 @@ import numpy as np
 import pytest
 from benchmarks.given import correct
 
-from hefting.ingest.channels import quantisation_message, step_beyond_noise
+from hefting import identify
+from hefting.ingest.channels import (
+    dead_channel_message,
+    quantisation_message,
+    step_beyond_noise,
+)
 from hefting.ingest.ingest import ingest
 from hefting.ingest.outliers import saturated
 
@@ -76,3 +81,32 @@ def test_coarse_steps_are_all_that_is_said_of_a_right_recording():
     steps = np.repeat((1.0, 0.05), 3)
     found = ingest(correct(5).wrench(lambda _, w: in_steps(w, steps)).recording)
     assert [m.code for m in found.warnings] == ["wrench-quantised"]
+
+
+@pytest.mark.parametrize(
+    ("step", "code"), [(0.016, "wrench-quantised"), (0.1, "channel-dead")]
+)
+def test_torques_that_hardly_exceed_their_step_are_not_to_be_used(step, code):
+    """Of a light object they have one to three levels, of which the fit makes a COM
+    without any error."""
+    steps = np.repeat((0.1, step), 3)
+    given = correct(5).wrench(lambda _, w: in_steps(0.1 * w, steps))
+    verdict = identify(given.recording).verdict
+    assert verdict.level == "do not use"
+    assert verdict.reasons[0].code == code
+    hidden = "hardly less than the torque changes" in verdict.reasons[0]
+    assert hidden == (code == "wrench-quantised")
+
+
+@pytest.mark.parametrize(("levels", "dead"), [(1, False), (9, True)])
+def test_a_channel_that_rounds_to_one_value_is_not_dead(levels, dead):
+    """Where those beside it pass many steps, it is."""
+
+    def change(wrench):
+        torque = np.clip(in_steps(wrench[:, 3:], 0.02), -0.02 * levels, 0.02 * levels)
+        torque[:, 0] = 0.0
+        return np.hstack((in_steps(wrench[:, :3], 0.1), torque))
+
+    message = dead_channel_message(correct(5).wrench(lambda _, w: change(w)).recording)
+    assert (message is not None) == dead
+    assert message is None or message.startswith("tx never changes")

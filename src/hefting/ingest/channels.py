@@ -27,6 +27,12 @@ NOTICED_SHARE = 0.005
 LARGEST_SHARE = 0.05
 """The same from which on the answer is in doubt: the residuals are then no noise that
 more samples lessen."""
+HIDING_SHARE = 0.5
+"""The same from which on little is measured: the deviation of the changes is below 0.6
+steps. Samples that all round to the same value look as if they were exact."""
+FEW_STEPS = 2.0
+"""Steps over which the other channels of a force or torque range where one that never
+changes may well round to the same value."""
 ROUNDING = 1e-3
 """Deviation from whole steps, in steps, that counts as none."""
 
@@ -38,11 +44,16 @@ def dead_channel_message(recording: Recording) -> Message | None:
     if len(values) < FEWEST_SAMPLES:
         return None
     noisy = has_noise(values)
-    if noisy.sum() < 2:
-        return None
     still = (values[:SAMPLES_FOR_NOISE] == values[0]).all(axis=0)
     if still.any():
         still = (values == values[0]).all(axis=0)
+    if still.any() and (steps := _steps(values)).any():
+        noisy |= steps.ravel() > 0.0
+        largest = steps.max(axis=1)
+        few = np.ptp(values, axis=0).reshape(2, 3).max(axis=1) <= FEW_STEPS * largest
+        still &= ~np.repeat(few & (largest > 0.0), 3)
+    if noisy.sum() < 2:
+        return None
     said = [f"{WRENCH[c]} never changes" for c in np.flatnonzero(still)]
     for c in np.flatnonzero(noisy):
         for other in np.flatnonzero(noisy[:c]):
@@ -112,12 +123,13 @@ def quantisation_message(recording: Recording) -> Message | None:
         for step, unit in zip(steps, ("N", "N m"), strict=True)
         if step
     )
-    what = (
-        f"the wrench is recorded in steps of {sizes}, larger than its noise: log more "
-        "digits"
-    )
+    hidden = shares > HIDING_SHARE
+    size = "larger than its noise"
+    if hidden.any():
+        size = f"hardly less than the {'torque' if hidden[1] else 'force'} changes"
+    what = f"the wrench is recorded in steps of {sizes}, {size}: log more digits"
     say = warning if shares.max() > LARGEST_SHARE else note
-    return say("wrench-quantised", what)
+    return (error if hidden.any() else say)("wrench-quantised", what)
 
 
 def rounding_error(wrench: Array) -> Array:

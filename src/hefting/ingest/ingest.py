@@ -162,7 +162,7 @@ def ingest(
     notes = [*recording.notes, *measured.notes]
     notes += [] if response is None else response.messages()
     if steps is not None:
-        (warnings if steps.severity == "warning" else notes).append(steps)
+        (notes if steps.severity == "note" else warnings).append(steps)
     shared_errors = [
         errors_of_estimated_gravity(
             recording, motion, found, measured, z, fit, drift=may_be_biased
