@@ -121,6 +121,10 @@ NAMES = {
         f"time {FRANKA} {numbered('O_F_ext_hat_K_')}",
         (TIME, BY_COLUMNS, IN_BASE),
     ),
+    "Franka in both axes": (
+        f"time {FRANKA} {numbered('K_F_ext_hat_K_')} {numbered('O_F_ext_hat_K_')}",
+        (TIME, BY_COLUMNS, WRENCH, IN_BASE),
+    ),
     "a matrix of any name": (
         f"time {FRANKA.replace('O_T_EE', 'T_base_flange')} {numbered('ft_')}",
         (TIME, BY_COLUMNS, WRENCH),
@@ -147,6 +151,14 @@ NAMES = {
         "time posx_x posx_y posx_z posx_a posx_b posx_c"
         " ft_fx ft_fy ft_fz ft_mx ft_my ft_mz",
         (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
+    ),
+    "Doosan in real time": (
+        f"time {numbered('actual_tcp_position_')} {numbered('external_tcp_force_')}",
+        (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
+    ),
+    "xArm": (
+        f"time {numbered('position_')} {numbered('ft_raw_')}",
+        (TIME, 1e3 * POSITION, DEGREES, WRENCH),
     ),
     "Kinova": (
         "timestamp tool_pose_x tool_pose_y tool_pose_z tool_pose_theta_x"
@@ -248,7 +260,7 @@ def test_a_name_that_is_lost_is_not_made_up(names, words):
 
 
 def test_of_a_wrench_that_a_controller_estimates_the_load_is_asked():
-    for case in ("Franka", "Franka in base axes"):
+    for case in ("Franka", "Franka in base axes", "Franka in both axes"):
         got = hefting.as_recording(frame_of(*NAMES[case]))
         assert codes(got.warnings) == {"columns-by-name", "payload-unknown"}
 

@@ -283,11 +283,10 @@ def _check_whole(
 ) -> None:
     """`InputError` unless there are a wrench, if needed, and an orientation or joints."""
     if wrench_needed and not {"wrench", "force"} & set(quantities):
-        raise InputError(
-            "gives no wrench",
-            path,
-            "give wrench = { columns = [six names] }, or force and torque",
-        )
+        fix = "give wrench = { columns = [six names] }, or force and torque"
+        if {"joint_torques", "joint_currents"} & set(quantities):
+            fix = f"of joint torques: hefting identify --torques; or {fix}"
+        raise InputError("gives no wrench", path, fix)
     if not {"orientation", "pose", "joint_positions"} & set(quantities):
         fix = "give orientation, pose or joint_positions = { columns = [...] }"
         raise InputError("gives neither an orientation nor joint angles", path, fix)

@@ -30,7 +30,14 @@ WORDS = {
     "pose-matrix": ("ot", "pose", "matrix", "transform", "tf"),
     "matrix": ("t", "h", "tf", "pose", "matrix", "transform"),
     "rotation-matrix": ("r", "rot", "rotation", "rotmat", "xmat", "orientation"),
-    "joint_positions": ("q", "j", "joint", "joints", "jointposition", "jpos"),
+    "joint_positions": (
+        *("q", "j", "joint", "joints", "jointposition", "jpos", "statesposition"),
+    ),
+    "joint_torques": (
+        *("tau", "tauj", "effort", "torque", "torques", "jointtorque", "jointtorques"),
+        *("torquej", "jtorque", "trq"),
+    ),
+    "joint_currents": ("current", "currents", "jointcurrent", "motorcurrent"),
     "gyroscope": ("g", "gyro", "gyroscope"),
     "linear_accelerometer": ("linearacc", "linearaccel", "linearaccelerometer"),
     "accelerometer": ("acc", "accel", "accelerometer"),
@@ -177,7 +184,10 @@ def rank_of(words: Sequence[str], near: Set[str]) -> int:
 def is_told(words: Sequence[str], kind: str, *, numbered: bool = False) -> bool:
     """Whether words before a component say that it is of a kind."""
     plain = [_without_number(word) for word in words]
-    if is_other(words) or (kind == "accelerometer" and "linear" in plain):
+    own = WORDS[kind] if kind in ("joint_torques", "joint_currents") else ()
+    if is_other([word for word in words if word not in own]) or (
+        kind == "accelerometer" and "linear" in plain
+    ):
         return False
     rest = [word for word in plain if word not in ASIDE]
     if not rest:

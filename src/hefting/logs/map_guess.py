@@ -15,7 +15,6 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.logs.map_groups import (
-    OTHER,
     WORDS,
     Choice,
     Groups,
@@ -25,13 +24,17 @@ from hefting.logs.map_groups import (
     rank_of,
     words_of,
 )
+from hefting.logs.map_joints import JOINT_EFFORTS, UNIT_NORM, has_unit_norm, joints_of
 from hefting.logs.map_sample import Sample, read_sample
 from hefting.logs.map_text import (
+    ANOTHER_ORDER,
+    RPY,
     UNTOLD,
     ZYZ,
     Guess,
     angles_of,
     doubts_of,
+    in_unit,
     map_text,
     summary_of,
     turned,
@@ -51,18 +54,13 @@ ORIENTATION_EXAMPLE = (
 QUANTITY_WORDS = frozenset(word for words in WORDS.values() for word in words)
 """Words that tell a quantity, not whose it is."""
 
+OF_FRANKA = re.compile("(?<![A-Za-z])([OK])_?F_?ext", re.IGNORECASE)
+"""Franka's wrench about the stiffness frame, in axes of the base or of that frame."""
 LARGEST_LEVER = 5.0
 """Torque over force [m] above which it is taken for newton-millimetres."""
-UNIT_NORM = 0.02
-"""Deviation of a quaternion's norm from one."""
 
-FEWEST_JOINTS = 4
-"""Fewest columns that are taken for the joints of an arm."""
-
-JOINT_STATE = re.compile(
-    r".*joint[^/.]*[/.](?:([^/.]+)[/.]position|position[/.](?!\d)([^/.]+))"
-)
-"""Names of positions in JointState."""
+LARGEST_ANGLE = 400.0
+"""Size, in mm or degrees, above which numbers are of a position and not of joints."""
 
 
 @dataclass(frozen=True)
@@ -79,6 +77,8 @@ class GuessedMap:
     """what is taken from which columns, in one line"""
     doubts: tuple[str, ...] = ()
     """what of it may be another column, or in another unit"""
+    keys: frozenset[str] = frozenset()
+    """of the map"""
 
 
 def guess_map(path: str | Path) -> GuessedMap:
@@ -101,7 +101,7 @@ def guess_map_of(sample: Sample) -> GuessedMap:
             "write the map by hand, with the numbers of the columns",
         )
     missing = [] if "time" in keys else [TIME_EXAMPLE]
-    if not keys & {"wrench", "force"}:
+    if not keys & {"wrench", *JOINT_EFFORTS}:
         missing.append('wrench = { columns = ["fx", "fy", "fz", "tx", "ty", "tz"] }')
     if not keys & {"orientation", "pose", "joint_positions"}:
         missing.append(ORIENTATION_EXAMPLE)
@@ -109,7 +109,7 @@ def guess_map_of(sample: Sample) -> GuessedMap:
     columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
     text = map_text(sample, guesses, missing)
     doubts = tuple(doubts_of(sample, guesses))
-    return GuessedMap(text, tuple(missing), columns, summary, doubts)
+    return GuessedMap(text, tuple(missing), columns, summary, doubts, keys)
 
 
 def _guesses(sample: Sample) -> list[Guess]:
@@ -122,7 +122,7 @@ def _guesses(sample: Sample) -> list[Guess]:
         _poses,
         _orientation,
         _position,
-        _joints,
+        joints_of,
         _inertial,
     )
     time = time_of(sample)
@@ -156,8 +156,10 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     else:
         return None
     units, remark = _wrench_units(sample, force, torque)
-    name = "_".join(words_of(sample.words(force[0])))
-    axes = ('axes = "world"',) if re.search(r"(^|_)o_f_ext", name) else ()
+    axes = ()
+    if franka := OF_FRANKA.search(sample.words(force[0])):
+        axes = ('axes = "world"',) if franka[1] in "Oo" else ()
+        equals = tuple(j for j in equals if not OF_FRANKA.search(sample.words(j)))
     return Guess("wrench", (*force, *torque), (units, *axes), remark, equals)
 
 
@@ -206,11 +208,18 @@ def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None
     if (seven := groups.numbered("pose", 7, near)) is not None:
         turn = Choice(seven.columns[3:], seven.words, seven.rank, seven.equals)
         return [_length("position", sample, seven.columns[:3]), _four(sample, turn)]
-    if (six := groups.numbered("pose", 6, near)) is not None:
-        form = ZYZ if six.words[-1] == "posx" else UNTOLD
+    six = groups.numbered("pose", 6, near)
+    form, doubt = ZYZ if six and six.words[-1] == "posx" else UNTOLD, ""
+    position = groups.numbered("position", 6, near)
+    if six is None and position is not None:
+        if "tcp" in position.words:  # of Doosan, as ``posx``
+            six, form, doubt = position, ZYZ, "as of Doosan; other makes differ"
+        elif sample.size(position.columns[:3]) > LARGEST_ANGLE:
+            six, form, doubt = position, RPY, ANOTHER_ORDER  # of xArm
+    if six is not None:
         return [
             _length("position", sample, six.columns[:3]),
-            turned(sample, six.columns[3:], form, equals=six.equals),
+            turned(sample, six.columns[3:], form, doubt, six.equals),
         ]
     return None
 
@@ -256,7 +265,7 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
         form = 'form = "matrix"'
         return Guess("orientation", nine.columns, (form,), remark, nine.equals)
     numbered = groups.numbered("orientation", 4, near)
-    if numbered is None or not _has_unit_norm(sample, numbered.columns):
+    if numbered is None or not has_unit_norm(sample, numbered.columns):
         return None
     return _four(sample, numbered)
 
@@ -276,13 +285,6 @@ def _four(sample: Sample, choice: Choice) -> Guess:
     )
 
 
-def _has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
-    with np.errstate(over="ignore"):
-        norms = np.linalg.norm(sample.values[:, list(columns)], axis=1)
-    known = norms[np.isfinite(norms)]
-    return len(known) > 0 and bool((np.abs(known - 1.0) < UNIT_NORM).all())
-
-
 def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     choice = (
         groups.find("position", "xyz", near)
@@ -295,36 +297,6 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     return _length("position", sample, choice.columns, choice.equals)
 
 
-def _joints(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
-    if len(named := _named_joints(sample)) >= FEWEST_JOINTS:
-        unit, remark = sample.stated_or_by_size([*named], "angle")
-        names = json.dumps([*named.values()])
-        rest = (unit_entry(unit), f"names = {names}")
-        return Guess("joint_positions", (*named,), rest, remark)
-    for count in range(9, FEWEST_JOINTS - 1, -1):
-        choice = groups.numbered("joint_positions", count, near)
-        if choice is None or (count == 4 and _has_unit_norm(sample, choice.columns)):
-            continue
-        unit, remark = sample.stated_or_by_size(choice.columns, "angle")
-        return Guess("joint_positions", choice.columns, (unit_entry(unit),), remark)
-    return None
-
-
-def _named_joints(sample: Sample) -> dict[int, str]:
-    """Joints of a robot whose positions are in columns of their names, ``wrist_3_joint``
-    or, of PlotJuggler, ``/joint_states/joint_7/position``."""
-    joints = {}
-    for column in range(len(sample.names)):
-        words = words_of(name := sample.words(column))
-        if OTHER & {*words}:
-            continue
-        if found := JOINT_STATE.fullmatch(name):
-            joints[column] = found[1] or found[2]
-        elif len(words) > 1 and words[-1] == "joint":
-            joints[column] = name
-    return joints
-
-
 def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:
     found = []
     for key, kind in (
@@ -334,9 +306,7 @@ def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | N
     ):
         choice = groups.find(key, "xyz", near)
         if choice is not None:
-            columns = choice.columns
-            said = sample.said_unit(columns, kind)
-            found.append(Guess(key, columns, (unit_entry(said),) if said else ()))
+            found.append(in_unit(key, kind, None, sample, choice.columns))
     return found
 
 

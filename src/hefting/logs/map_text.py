@@ -43,6 +43,20 @@ def unit_entry(name: str) -> str:
     return f"unit = {json.dumps(name)}"
 
 
+def in_unit(
+    key: str,
+    kind: str,
+    usual: str | None,
+    sample: Sample,
+    columns: tuple[int, ...],
+) -> Guess:
+    """A quantity in the unit of a kind that the header states, or in the usual one."""
+    said = sample.said_unit(columns, kind)
+    remark = "" if said or usual is None else sample.unknown_unit(columns)
+    unit = said or usual
+    return Guess(key, columns, (unit_entry(unit),) if unit else (), remark)
+
+
 def map_text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -> str:
     """The map as TOML."""
     lines = [f"# guessed from {printable(Path(sample.source).name)}: {CHECK}"]

@@ -70,31 +70,41 @@ def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Rec
     )
     if (read := next(readers, None)) is not None:
         return lambda part: read(part, wrench_needed)
-    found = _recognise(table) if wrench_needed else None
+    found = _recognise(table, wrench_needed)
     if found is None:
         return lambda part: read_canonical(part, wrench_needed)
     if isinstance(found, InputError):
         raise found
-    return lambda part: _read_recognised(part, *found)
+    return lambda part: _read_recognised(part, *found, wrench_needed)
 
 
 def _recognise(
-    table: Table,
+    table: Table, wrench_needed: bool = True
 ) -> "tuple[ColumnMap, tuple[Message, ...]] | InputError | None":
-    """A column map of a table with a wrench, and what is said of it. None where
-    the canonical names tell as much, or no more of them would; an error where names of
-    its own tell some of a recording, and not all."""
+    """A column map of a table with a wrench, or where that is not needed with joint
+    torques, and what is said of it. None where the canonical names tell as much, or no
+    more of them would; an error where names of its own tell some of a recording, and
+    not all."""
     check_names(table.names, table.source)
     try:
-        streams, ignored = known_columns(table.names, table.source)
+        streams, ignored = known_columns(table.names, table.source, wrench_needed)
     except InputError:
         streams, ignored = {}, ()
     if streams and (not ignored or set(RATES) & set(streams)):
         return None
+    from hefting.logs.map_joints import JOINT_EFFORTS
+
     there = columns_of_streams(table.names, NEEDED) | {"time"} & {*table.names}
     try:
         guessed = _guess(table)
-        column_map = None if guessed.missing else _map_of(table, guessed)
+        of_joints = not guessed.keys.isdisjoint(JOINT_EFFORTS)
+        if wrench_needed and of_joints and "wrench" not in guessed.keys:
+            return _of_torques(table, guessed)
+        if not wrench_needed and not of_joints:
+            return None
+        column_map = None
+        if not guessed.missing:
+            column_map = _map_of(table, guessed, wrench_needed=wrench_needed)
     except InputError as error:
         # one without advice is that of a table without rows
         told = not table.names or there - {"time"} or error.fix
@@ -129,14 +139,18 @@ def _guess(table: Table) -> "GuessedMap":
 
 
 def _map_of(
-    table: Table, guessed: "GuessedMap", *, is_part: bool = False
+    table: Table,
+    guessed: "GuessedMap",
+    *,
+    is_part: bool = False,
+    wrench_needed: bool = True,
 ) -> "ColumnMap":
     import tomllib
 
     from hefting.logs.column_map import column_map_of
 
     content = tomllib.loads(guessed.text)
-    return column_map_of(content, table.source, is_part=is_part)
+    return column_map_of(content, table.source, wrench_needed, is_part=is_part)
 
 
 def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
@@ -166,6 +180,17 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
     return InputError(what + told, table.source, fix)
 
 
+def _of_torques(table: Table, guessed: "GuessedMap") -> InputError:
+    """The error for a table with joint torques, and no wrench, where that is asked
+    for."""
+    what = f"there is no wrench, but of joints: {guessed.summary}"
+    fix = (
+        "identify from joint torques: hefting identify --torques, with --urdf and "
+        "--sensor-frame; or name the wrench's columns in a column map (`column_map`=FILE)"
+    )
+    return InputError(what, table.source, fix)
+
+
 def taken_by_names(
     guessed: "GuessedMap", of: str = "", more: str = ""
 ) -> tuple[Message, ...]:
@@ -183,14 +208,18 @@ def taken_by_names(
 
 
 def _read_recognised(
-    table: Table, column_map: "ColumnMap", said: tuple[Message, ...]
+    table: Table,
+    column_map: "ColumnMap",
+    said: tuple[Message, ...],
+    wrench_needed: bool,
 ) -> Recording:
     """The recording in a table by a guessed map, with warnings that say what was taken
     for what."""
     from hefting.logs.mapped import read_mapped
 
-    recording = read_mapped(table, column_map)
-    names = [str(column) for column in column_map.quantities["wrench"].columns]
+    recording = read_mapped(table, column_map, wrench_needed)
+    wrench = column_map.quantities.get("wrench")
+    names = [] if wrench is None else [str(column) for column in wrench.columns]
     if any(map(ESTIMATED.search, names)):
         what = (
             f"{names[0]} seems to be of a wrench that the controller estimates, less the "
