@@ -129,7 +129,8 @@ def quantisation_message(recording: Recording) -> Message | None:
         size = f"hardly less than the {'torque' if hidden[1] else 'force'} changes"
     what = f"the wrench is recorded in steps of {sizes}, {size}: log more digits"
     say = warning if shares.max() > LARGEST_SHARE else note
-    return (error if hidden.any() else say)("wrench-quantised", what)
+    say = error if hidden.any() else say
+    return say("wrench-quantised", what)
 
 
 def rounding_error(wrench: Array) -> Array:
