@@ -160,6 +160,11 @@ NAMES = {
         f"time {numbered('position_')} {numbered('ft_raw_')}",
         (TIME, 1e3 * POSITION, DEGREES, WRENCH),
     ),
+    "EuRoC": (
+        "#timestamp[ns] p_RS_R_x[m] p_RS_R_y[m] p_RS_R_z[m] q_RS_w[] q_RS_x[] q_RS_y[] q_RS_z[]"
+        " fx fy fz tx ty tz",
+        (1e9 * TIME, POSITION, QUATERNION[:, [3, 0, 1, 2]], WRENCH),
+    ),
     "Kinova": (
         "timestamp tool_pose_x tool_pose_y tool_pose_z tool_pose_theta_x"
         " tool_pose_theta_y tool_pose_theta_z force_x force_y force_z"
@@ -275,6 +280,13 @@ def test_what_names_tell_is_said_where_they_do_not_tell_all():
     assert "wrench from Fx to tz" in error.what
     assert "column map" in error.fix
     assert "`poses`" in error.fix
+
+
+def test_what_is_in_metres_turns_nothing():
+    """``r`` is for rotations, too."""
+    names = "time r_x[m] r_y[m] r_z[m] Fx Fy Fz Tx Ty Tz"
+    with pytest.raises(InputError, match="no column seems to be the orientation"):
+        hefting.as_recording(frame_of(names, (TIME, POSITION, WRENCH)))
 
 
 def test_where_only_the_time_is_unknown_it_is_said_how_to_name_it():

@@ -86,6 +86,9 @@ UNIT_WORDS = frozenset(
 CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
 """Where a word begins in ``ForceXRaw``, ``TCPPose``, and not in KUKA's ``RIst_X``."""
 
+FRAMES = "^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])"
+"""Frames behind a letter, as in EuRoC's ``p_RS_R_x`` and ``q_RS_w``."""
+
 
 @dataclass(frozen=True)
 class Choice:
@@ -236,7 +239,7 @@ def split_name(name: str) -> list[str]:
 
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters, without a unit at the end."""
-    name = re.sub(CAMEL, "_", name)
+    name = re.sub(CAMEL, "_", re.sub(FRAMES, r"\1", name))
     words = re.findall(r"[a-z0-9]+", name.lower())
     while len(words) > 1 and words[-1] in UNIT_WORDS:
         words.pop()

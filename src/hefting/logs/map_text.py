@@ -142,7 +142,7 @@ def angles_of(
             return choice, turned(sample, choice.columns, form, doubt, choice.equals)
     for kind, (form, doubt) in KINDS.items():
         choice = groups.find(kind, "xyz", near) or groups.numbered(kind, 3, near)
-        if choice is not None:
+        if choice is not None and not sample.said_unit(choice.columns, "length"):
             return choice, turned(sample, choice.columns, form, doubt, choice.equals)
     return None
 
