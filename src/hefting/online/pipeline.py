@@ -157,9 +157,12 @@ class Pipeline:
         if found.found is None:
             return
         self._known.append(found)
-        follows = found.found is not None and found.found.source in FOLLOWED
-        if follows and self._follower is None and found.pose_filter is not None:
-            self._follower = Follower.of(found.pose_filter)
+        tuned, now = found.pose_filter, self._follower
+        if tuned is None or found.found.source not in FOLLOWED:
+            pass
+        elif now is None or now.is_too_slow(tuned):
+            self._follower = Follower.of(tuned)
+            self._filter()
         if self._prompt:
             self._fold()
 
