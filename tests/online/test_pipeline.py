@@ -2,6 +2,7 @@
 ones, driven by the streams' own clock."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -13,9 +14,11 @@ from playing import play
 
 import hefting
 from benchmarks import online_streams
+from hefting.core.messages import error
 from hefting.motion import PoseFilter
 from hefting.online import history, identifier, pipeline
 from hefting.online.folding import Folded
+from hefting.online.live_estimate import state_of
 from hefting.online.pipeline import Pipeline
 from hefting.online.samples import Samples
 from hefting.robots.joint_motion import JointMotion
@@ -239,16 +242,29 @@ def test_a_sensor_at_rest_is_too_little_motion_and_what_helps_is_said(clean):
 
 def test_a_mistake_that_hides_the_object_is_named_while_it_runs():
     """Not that there is too little motion, or nothing held."""
-    case = swapped(6, change=False, duration=4.0)
+    _, said = play_flipped(6)
+    assert said[-1].estimate is None
+    assert "force x seems to have the wrong sign" in said[-1].messages[-1]
+
+
+def test_what_is_not_to_be_used_does_not_suffice(clean):
+    """However sure it is."""
+    sure = replace(clean[1].estimate, sufficient=True)
+    assert state_of(sure) == "sufficient"
+    wrong = error("hysteresis", "the sensor seems to have hysteresis")
+    assert state_of(replace(sure, warnings=(wrong,))) == "identified"
+
+
+def play_flipped(seed):
+    """Four seconds of a wrench whose x axis has the wrong sign."""
+    case = swapped(seed, change=False, duration=4.0)
 
     def flipped(samples, _):
         if samples.stream != "wrench":
             return [samples]
         return [samples._replace(values=samples.values * [-1, 1, 1, 1, 1, 1])]
 
-    _, said = play(case.recording, flipped, period=1.0)
-    assert said[-1].estimate is None
-    assert "force x seems to have the wrong sign" in said[-1].messages[-1]
+    return play(case.recording, flipped, period=1.0)
 
 
 def rested(at, length, on_sensor=False):
