@@ -122,6 +122,7 @@ def test_people_see_lines_and_then_the_answer(run, log):
     shown = out.removesuffix(answer).splitlines()
     assert shown
     assert all(" s: " in line and " samples" in line for line in shown)
+    assert not any(" mm " in line and "is played" in line for line in shown)
     assert "is played at 4 times its speed" in err
 
 
@@ -195,8 +196,9 @@ def test_a_pipe_without_an_answer_says_why(run, monkeypatch, given, status, said
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends a signal of POSIX")
-def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run):
-    """Typed when there is an answer from all samples."""
+@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run, stop):
+    """Typed when there is an answer from all samples; `timeout` asks by the other."""
     samples = sum(map(len, recording.streams.values()))
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
@@ -215,7 +217,7 @@ def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run):
             entry = {}
             while "mass" not in entry or entry["counts"]["samples"] < samples:
                 entry = json.loads(live.stdout.readline())
-            live.send_signal(signal.SIGINT)
+            live.send_signal(stop)
             out, err = live.communicate(timeout=60)
         guard.cancel()
     assert live.returncode == 0, err

@@ -2,6 +2,7 @@
 ones, driven by the streams' own clock."""
 
 import json
+from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
 
@@ -13,10 +14,22 @@ from playing import play
 
 import hefting
 from benchmarks import online_streams
+from hefting.core.messages import error
+from hefting.motion import PoseFilter
 from hefting.online import history, identifier, pipeline
 from hefting.online.folding import Folded
+from hefting.online.live_estimate import state_of
 from hefting.online.pipeline import Pipeline
 from hefting.online.samples import Samples
+from hefting.robots.joint_motion import JointMotion
+from hefting.simulation import (
+    UR5,
+    WRENCH_NOISE,
+    Faults,
+    record,
+    stop_and_go,
+    wield_analytically,
+)
 
 
 @pytest.fixture(scope="module")
@@ -225,6 +238,77 @@ def test_a_sensor_at_rest_is_too_little_motion_and_what_helps_is_said(clean):
     assert said[-1].state == "too little motion"
     assert said[-1].estimate is None
     assert "gravity kept its direction" in said[-1].messages[-1]
+
+
+def test_a_mistake_that_hides_the_object_is_named_while_it_runs():
+    """Not that there is too little motion, or nothing held."""
+    _, said = play_flipped(6)
+    assert said[-1].estimate is None
+    assert "force x seems to have the wrong sign" in said[-1].messages[-1]
+
+
+def test_what_is_not_to_be_used_does_not_suffice(clean):
+    """However sure it is."""
+    sure = replace(clean[1].estimate, sufficient=True)
+    assert state_of(sure) == "sufficient"
+    wrong = error("hysteresis", "the sensor seems to have hysteresis")
+    assert state_of(replace(sure, warnings=(wrong,))) == "identified"
+
+
+def play_flipped(seed):
+    """Four seconds of a wrench whose x axis has the wrong sign."""
+    case = swapped(seed, change=False, duration=4.0)
+
+    def flipped(samples, _):
+        if samples.stream != "wrench":
+            return [samples]
+        return [samples._replace(values=samples.values * [-1, 1, 1, 1, 1, 1])]
+
+    return play(case.recording, flipped, period=1.0)
+
+
+def rested(at, length, on_sensor=False):
+    """Stop and go for 14 s at 100 Hz, which rests for `length` longer at `at` [s], where
+    it rests anyway; with 1 kg."""
+    moves = stop_and_go(14.0, 100.0, seed=4)
+    first, more = int(100.0 * at), int(100.0 * length)
+    rows = np.r_[0:first, np.full(more, first), first : len(moves.time)]
+    motion = (moves.position[rows], moves.velocity[rows], moves.acceleration[rows])
+    joints = JointMotion(np.arange(len(rows)) / 100.0, *motion)
+    body = online_streams.scaled_box(np.random.default_rng(1), 1.0)
+    faults = Faults(
+        wrench_noise=WRENCH_NOISE["moderate"],
+        bias=(2.0, -3.0, 4.0, 0.1, 0.2, -0.1),
+        wrench_delay=0.02,
+        on_sensor=on_sensor,
+    )
+    return record(wield_analytically(UR5, joints, body), faults, seed=2)
+
+
+def test_a_long_rest_leaves_the_object_and_its_verdict(monkeypatch):
+    """The rest fills the history, and says neither bias nor sign by itself: that had made
+    the answer *do not use*, and what moves after it another object."""
+    monkeypatch.setattr(history, "MOST_ROWS", 1_000)
+    _, said = play(rested(8.0, 16.0, on_sensor=True))
+    known = [each for each in said if each.estimate is not None]
+    assert len(known) > 100
+    assert all(each.estimate.verdict.usable for each in known)
+    assert {each.object for each in said} == {1}
+    assert said[-1].state == "identified"
+    assert abs(said[-1].estimate.mass - 1.0) < 0.01  # twice its 95 % interval
+
+
+def test_a_filter_that_was_tuned_at_rest_gives_way_to_a_faster_one():
+    """Of 12 s of rest and the first move, which is then followed too slowly for good."""
+    recording = rested(0.0, 12.0)
+    live, _ = play(recording)
+    follower = live._pipeline._follower
+    moving = recording.slice(14.0, recording.duration)
+    orientation = moving["orientation"]
+    tuned = PoseFilter.tuned(
+        orientation.time, moving["position"].values, orientation.values
+    )
+    assert follower.pose_filter.rotation_bandwidth > 0.8 * tuned.rotation_bandwidth
 
 
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])

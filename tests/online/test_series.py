@@ -82,10 +82,11 @@ def test_a_clock_is_another_only_when_several_samples_say_so():
 
 
 @pytest.mark.parametrize("unit", [1e6, 1e9])
+@pytest.mark.parametrize("start", [0.0, 1.7e9])
 @pytest.mark.parametrize("together", [1, 5])
-def test_a_time_that_is_not_in_seconds_is_refused(unit, together):
-    """Each sample would be of another clock."""
-    held, time = History(), np.arange(12) * 0.01 * unit
+def test_a_time_that_is_not_in_seconds_is_refused(unit, start, together):
+    """Each sample would be of another clock, or of a time that cannot be."""
+    held, time = History(), (start + np.arange(12) * 0.01) * unit
     few, more = np.split(time, [10])
     for some in np.split(few, len(few) // together):
         assert held.checked(Samples("wrench", some, np.zeros((together, 6))))

@@ -85,6 +85,27 @@ def test_another_object_begins_a_curve_of_its_own(view, estimates):
     assert "object 2" in view.text.content
 
 
+def test_curves_of_another_clock_begin_anew(view, estimates):
+    """Set back by an hour, they had gone backwards, and the wrench had stood still; the
+    digits of a wall clock do not fit beside one another."""
+    from dataclasses import replace
+
+    def at(found, shift):
+        recent = found.recent
+        if recent is not None:
+            recent = replace(recent, time=recent.time + shift)
+        return replace(found, time=found.time + shift, recent=recent)
+
+    known = [found for found in estimates if found.estimate is not None]
+    shown(view, [at(found, 1.7e9) for found in known])
+    later = [at(found, 1.7e9 - 3600.0) for found in known]
+    shown(view, later)
+    times = view.intervals.handles[0].data[0]
+    np.testing.assert_allclose(times, [f.time - later[0].time for f in later])
+    drawn = np.asarray(view.wrench.handles[0].data[0])
+    assert abs(drawn[-1] - times[-1]) < 1.0
+
+
 @needs_browser
 def test_a_browser_that_comes_late_sees_the_whole(view, estimates, browser, tmp_path):
     pytest.importorskip("playwright")

@@ -3,6 +3,7 @@ sends."""
 
 import argparse
 import gc
+import signal
 from collections.abc import Callable, Generator
 from contextlib import contextmanager
 from pathlib import Path
@@ -247,9 +248,11 @@ def _follow(
     display: Any,
     view: "Callable[[LiveEstimate], None]",
 ) -> None:
-    """Show estimates until the source ends, or Ctrl-C."""
+    """Show estimates until the source ends, or Ctrl-C, or a request to end, such as
+    that of ``timeout``."""
     from hefting.sources.live import with_skipped
 
+    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
     try:
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
@@ -259,6 +262,8 @@ def _follow(
                 view(found)
     except KeyboardInterrupt:
         pump.close()
+    finally:
+        signal.signal(signal.SIGTERM, before)
 
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:

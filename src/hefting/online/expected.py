@@ -17,6 +17,7 @@ from typing import Self
 
 import numpy as np
 
+from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
 from hefting.core.spatial import Array
@@ -35,6 +36,9 @@ FEWEST = 10
 PRIOR_STD = np.repeat((100.0, 10.0, 1.0, 1e3, 1e2, 0.2, 0.01), (1, 3, 6, 3, 3, 3, 3))
 """Standard deviations before any sample of the parameters [kg, kg m, kg m²], the bias
 [N, N m], and its drift [N/s, N m/s]: many times those of objects and sensors."""
+KNOWN_RATIO = 3.0
+"""Prior standard deviations of a body that other samples tell, over those of its
+estimate, whose correlations are left out."""
 WANDER = np.repeat((0.01, 5e-4), 3)
 """[N/s, N m/s] Standard deviation by which a drift goes on otherwise than before."""
 INITIAL_WINDOWS = 4.0
@@ -93,8 +97,9 @@ class Expected:
     """[s] Last sample that was used."""
 
     @classmethod
-    def of(cls, found: Ingested) -> Self | None:
-        """By the samples of a recording; None where there are too few."""
+    def of(cls, found: Ingested, known: Estimate | None = None) -> Self | None:
+        """By the samples of a recording, beside what is `known` of the body from
+        others; None where there are too few."""
         z = found.measurements
         if len(z) < FEWEST or z.time[-1] - z.time[0] < SHORTEST:
             return None
@@ -111,11 +116,16 @@ class Expected:
         X = begin._columns(z)
         W = _weights(z)[:, None] * noise**-2.0
         H = np.einsum("kia,ki,kib->ab", X, W, X, optimize=True)
-        v = np.einsum("kia,ki,ki->a", X, W, z.wrench)
-        x = _solved(H, v)[0]
+        center, prior_std = np.zeros(22), PRIOR_STD.copy()
+        if known is not None and known.covariance is not None:
+            center[:10] = known.parameters.vector
+            known_std = KNOWN_RATIO * np.sqrt(known.covariance.diagonal())
+            prior_std[:10] = np.fmin(prior_std[:10], known_std)
+        v = np.einsum("kia,ki,ki->a", X, W, z.wrench - X @ center)
+        x = center + _solved(H, v, prior_std)[0]
         residual = z.wrench - X @ x
         scale = np.array([_scale(z, X, residual, noise, each) for each in LENGTHS])
-        covariance = _solved(H / scale.max(), v)[1]
+        covariance = _solved(H / scale.max(), v, prior_std)[1]
         return replace(begin, x=x, covariance=covariance, scale=scale)
 
     def residual(self, z: Measurements) -> Array:
@@ -191,10 +201,11 @@ def _weights(z: Measurements) -> Array:
     return np.ones(len(z)) if z.weights is None else np.minimum(z.weights, 1.0)
 
 
-def _solved(H: Array, v: Array) -> tuple[Array, Array]:
-    """Solution (22,) and covariance (22, 22) of normal equations beside the prior."""
-    scaled = H * PRIOR_STD[:, None] * PRIOR_STD + np.eye(len(H))
-    inverse = np.linalg.inv(scaled) * PRIOR_STD[:, None] * PRIOR_STD
+def _solved(H: Array, v: Array, prior_std: Array) -> tuple[Array, Array]:
+    """Solution (22,) and covariance (22, 22) of normal equations beside a prior about
+    zero."""
+    scaled = H * prior_std[:, None] * prior_std + np.eye(len(H))
+    inverse = np.linalg.inv(scaled) * prior_std[:, None] * prior_std
     covariance = np.asarray(inverse, dtype=float)
     return covariance @ v, covariance
 

@@ -21,6 +21,8 @@ from hefting.online.understanding import Understanding, weights_of
 
 KEPT = 6.0
 """[s] Motion that is kept: from the understanding before last on."""
+FASTER = 1.1
+"""Ratio of bandwidths from which on a filter gives way to one that was tuned later."""
 OUTLYING = 6.0
 """Standard deviations of a sample's residual beyond which it is a spike."""
 
@@ -39,10 +41,17 @@ class Follower:
         """Before any pose."""
         return cls(pose_filter, pose_filter.start())
 
+    def is_too_slow(self, tuned: PoseFilter) -> bool:
+        """Whether a filter that was tuned later follows notably faster motion: this one
+        was tuned while the sensor rested, or had just begun to move."""
+        before, after = _bandwidths(self.pose_filter), _bandwidths(tuned)
+        return bool((after > FASTER * before).any())
+
     def with_poses(self, position: Stream | None, orientation: Stream) -> Self:
         """With the poses that come later than all before."""
         time = orientation.time
-        begin = -np.inf if self.state.latest is None else self.state.latest
+        latest = self.state.latest
+        begin = float(time[-1]) - KEPT if latest is None else latest
         end = time[-1] if position is None else position.time[-1]
         new = (time > begin) & (time <= end)
         if position is not None:
@@ -134,6 +143,10 @@ def without_spikes(known: Understanding, z: Measurements) -> Measurements:
     off = np.abs(residual - np.median(residual, axis=0)) / expected.noise
     near = np.asarray((off < OUTLYING).all(axis=1))
     return z if near.all() else z[near]
+
+
+def _bandwidths(tuned: PoseFilter) -> Array:
+    return np.array((tuned.rotation_bandwidth, tuned.position_bandwidth))
 
 
 def _since(motion: Motion, begin: float) -> Motion:

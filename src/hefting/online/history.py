@@ -63,8 +63,8 @@ class History:
         if arrays is None:
             self.skipped["of no stream"] += max(np.size(samples.time), 1)
             return None
+        self._check_unit(name, arrays[0][np.isfinite(arrays[0])])
         good = possible(name, *arrays, self.skipped)
-        self._check_unit(name, arrays[0][good])
         return Samples(name, arrays[0][good], arrays[1][good])
 
     def add(self, samples: Samples) -> Message | None:

@@ -58,7 +58,8 @@ class LiveEstimate:
     """[s] Newest stamp of the stream."""
     state: LiveStateName
     """``"waiting"`` for streams, ``"too little motion"``, ``"nothing held"`` beside the
-    tool, ``"identified"``, ``"sufficient"`` where that is what `until` asks for,
+    tool, ``"identified"``, ``"sufficient"`` where that is what `until` asks for
+    and may be used,
     ``"contradicted"`` while the wrench is not that of the object (touched, slipped or
     swapped), ``"lost source"``."""
     estimate: Estimate | None = None
@@ -155,8 +156,13 @@ def final_estimate(
     if since is not None:
         what = f"the final answer is of object {last.object}, held from {start:.3f} s on: `start`"
         messages = (*messages, note("live-part-used", what, "start"))
-    state = "sufficient" if estimate.sufficient else "identified"
-    return replace(last, estimate=estimate, state=state, messages=messages)
+    return replace(last, estimate=estimate, state=state_of(estimate), messages=messages)
+
+
+def state_of(estimate: Estimate) -> LiveStateName:
+    """Whether an estimate is as sure as was asked for, and may be used."""
+    enough = estimate.sufficient and estimate.verdict.usable
+    return "sufficient" if enough else "identified"
 
 
 def _is_empty(z: Measurements, before: Estimate | None) -> bool:

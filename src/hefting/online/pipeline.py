@@ -15,7 +15,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.online.expected import Watch
 from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
-from hefting.online.live_estimate import LiveEstimate, LiveStateName
+from hefting.online.live_estimate import LiveEstimate, LiveStateName, state_of
 from hefting.online.samples import Samples
 from hefting.online.series import Stall
 from hefting.online.understanding import MOST_PARTS, Task, Understanding, long_enough
@@ -157,9 +157,12 @@ class Pipeline:
         if found.found is None:
             return
         self._known.append(found)
-        follows = found.found is not None and found.found.source in FOLLOWED
-        if follows and self._follower is None and found.pose_filter is not None:
-            self._follower = Follower.of(found.pose_filter)
+        tuned, now = found.pose_filter, self._follower
+        if tuned is None or found.found.source not in FOLLOWED:
+            pass
+        elif now is None or now.is_too_slow(tuned):
+            self._follower = Follower.of(tuned)
+            self._filter()
         if self._prompt:
             self._fold()
 
@@ -319,7 +322,7 @@ class Pipeline:
             said.append(warning("live-contradicted", what))
             return "contradicted"
         if self._estimate is not None:
-            return "sufficient" if self._estimate.sufficient else "identified"
+            return state_of(self._estimate)
         absent = [s for s in ("wrench", "orientation") if not self.history.has(s)]
         if absent:
             said.append(note("live-waiting", f"waits for {' and '.join(absent)}"))

@@ -24,11 +24,17 @@ from hefting.identification.estimator import (
 )
 from hefting.identification.identifiability import identifiability
 from hefting.identification.partials import part_of
+from hefting.identification.waiting import Poses
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import joint
-from hefting.ingest.plausibility import holds_nothing, require_object
+from hefting.ingest.plausibility import (
+    holds_nothing,
+    named_instead,
+    require_object,
+)
+from hefting.ingest.several import what_others_tell
 from hefting.motion import PoseFilter, sample_weights
 from hefting.online.expected import Expected
 from hefting.shapes import Shape
@@ -132,7 +138,11 @@ class Understander:
 
         Raises `InputError` where it cannot be put right.
         """
-        recent = ingest(recording, **self._settings.reading)
+        reading = dict(self._settings.reading)
+        recent = ingest(recording, **reading)
+        # of a rest the older parts tell whether there is a bias, and the sign
+        if again := what_others_tell([*self._parts, recent])[-1]:
+            recent = ingest(recording, **(reading | again))
         known = Understanding(
             end=float(recent.measurements.time[-1]),
             changed=_changed(recent, recording),
@@ -161,7 +171,7 @@ class Understander:
         """
         unknown = [m for m in recent.warnings if m.code in UNKNOWN]
         if unknown and not self._parts:
-            raise _too_little(recent, unknown[0])
+            raise named_instead(_too_little(recent, unknown[0]), recent)
         parts = [*self._parts, recent]
         found = recent
         if len(parts) > 1:
@@ -185,7 +195,7 @@ class Understander:
             others=tuple(states[:-1]),
             recent=states[-1],
             weight=_mean_weight(recent),
-            expected=Expected.of(recent),
+            expected=Expected.of(recent, estimate if self._parts else None),
             pose_filter=_filter(recording),
         )
 
@@ -242,7 +252,10 @@ def weights_of(found: Ingested, motion: Any) -> Array:
 
 
 def _filter(recording: Recording) -> PoseFilter | None:
-    """The filter of new poses; None where there are none to tune it on."""
+    """The filter of new poses; None where there are none to tune it on.
+
+    Poses at rest before the motion would make it slow.
+    """
     orientation = recording["orientation"][-TUNED_ON:]
     position = None
     if recording.has("position"):
@@ -250,8 +263,12 @@ def _filter(recording: Recording) -> PoseFilter | None:
         position = np.column_stack(
             [np.interp(orientation.time, stream.time, c) for c in stream.values.T]
         )
+    poses = Poses(orientation.time, position, orientation.values)
+    latest = np.searchsorted(poses.time, poses.time[-1] - SHORTEST)
+    fewest = min(int(latest), len(poses.time) - FEWEST_ROWS)
+    poses = poses[min(poses.first_moved or 0, fewest) :]
     try:
-        return PoseFilter.tuned(orientation.time, position, orientation.values)
+        return PoseFilter.tuned(poses.time, poses.position, poses.orientation)
     except (InputError, np.linalg.LinAlgError, ValueError):
         return None
 

@@ -169,7 +169,7 @@ class Pump:
     def _connect_again(self, lost: HeftingError) -> None:
         self.counts["lost"] += 1
         self.state = "lost"
-        self._tell(warning("source-lost", f"{lost}; it is connected again"))
+        self._tell(warning("source-lost", f"{lost}; trying to connect again"))
         pause, begin = SHORTEST_WAIT, time.monotonic()
         while True:
             self.source.close()

@@ -14,6 +14,7 @@ from hefting.core.measurements import Measurements
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.online import LiveEstimate
+from hefting.online.history import FORWARD
 from hefting.scene import com_reach, headline_of, scene_of
 from hefting.scene.curves import PARTS
 from hefting.shapes import Shape
@@ -41,6 +42,9 @@ COLOURS = {
 """Of the states; the others wait for something."""
 AWAY = 2.2
 """Distance of the camera over the size of what is drawn."""
+LARGEST_START = 1e5
+"""[s] Stamps above it, as of the wall clock, are drawn since the first of them: their
+digits would not fit beside one another."""
 MOST_MESSAGES = 4
 INTERVALS = (("mass", "kg"), ("COM, ±", "mm"))
 """What is drawn over time."""
@@ -68,6 +72,7 @@ class LiveView:
         server.scene.set_up_direction("+z")
         self.drawing: ObjectDrawing | None = None
         self.shown: LiveEstimate | None = None
+        self._start = 0.0
         self._follower: Follower[LiveEstimate] = Follower(self._draw, self._fail)
 
     def show(self, found: LiveEstimate) -> None:
@@ -83,11 +88,17 @@ class LiveView:
         self._follower.close()
 
     def _draw(self, found: LiveEstimate) -> None:
+        before = -np.inf if self.shown is None else self.shown.time
         with self.server.atomic():
             self.text.content = live_html(found, self.say)
-            self.wrench.show(found.recent, found.estimate)
+            if not 0.0 <= found.time - before <= FORWARD:  # the first, or another clock
+                self._start = found.time if abs(found.time) > LARGEST_START else 0.0
+                self.intervals.forget()
+                self.wrench.forget()
+            self.wrench.show(found.recent, found.estimate, self._start)
             if found.estimate is not None:
-                self.intervals.add(found.time, found.object, found.estimate)
+                time = found.time - self._start
+                self.intervals.add(time, found.object, found.estimate)
                 self._draw_object(found.estimate)
         self.shown = found
 
@@ -141,6 +152,10 @@ class Intervals:
                 )
             )
 
+    def forget(self) -> None:
+        """Begin anew with the next estimate."""
+        self._rows = []
+
     def add(self, time: float, number: int, estimate: Estimate) -> None:
         """Add an estimate of the object of a number."""
         low, high = estimate.interval("mass")
@@ -169,8 +184,15 @@ class RecentWrench:
             for name, unit, _ in PARTS
         ]
 
-    def show(self, recent: Measurements | None, estimate: Estimate | None) -> None:
-        """Add new samples, with the wrench that an estimate predicts."""
+    def forget(self) -> None:
+        """Begin anew with the next samples."""
+        self._kept = self._kept[:0]
+
+    def show(
+        self, recent: Measurements | None, estimate: Estimate | None, start: float
+    ) -> None:
+        """Add new samples, with the wrench that an estimate predicts; times are drawn
+        since `start` [s]."""
         if recent is None or estimate is None or not len(recent):
             return
         new = recent.time > self._kept[-1:, 0].max(initial=-np.inf)
@@ -180,13 +202,13 @@ class RecentWrench:
         rows = np.column_stack((recent.time, recent.wrench, predicted))[new]
         kept = np.concatenate((self._kept, rows))
         self._kept = kept[kept[:, 0] > kept[-1:, 0].max(initial=0.0) - LAST]
-        self._put(self._kept[:: 1 + len(self._kept) // MOST_SAMPLES])
+        self._put(self._kept[:: 1 + len(self._kept) // MOST_SAMPLES], start)
 
-    def _put(self, rows: Array) -> None:
+    def _put(self, rows: Array, start: float) -> None:
         for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
             measured = rows[:, 1 + first : 4 + first].T
             predicted = rows[:, 7 + first : 10 + first].T
-            data = (rows[:, 0], *measured, *predicted)
+            data = (rows[:, 0] - start, *measured, *predicted)
             handle.scales = scales_of(data)
             handle.data = data
 

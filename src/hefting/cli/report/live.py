@@ -129,8 +129,10 @@ def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
     if skipped := +pump.source.skipped.copy():
         why, _ = skipped.most_common(1)[0]
         parts.append(f"{skipped.total()} skipped ({why})")
-    if found.messages:
-        parts.append(render(str(found.messages[-1])))
+    last = found.messages[-1] if found.messages else None
+    # beside numbers a note, as where the samples come from, is no longer news
+    if last is not None and (found.estimate is None or last.severity != "note"):
+        parts.append(render(str(last)))
     return " | ".join(parts)
 
 
