@@ -257,6 +257,15 @@ def replace_code(message, code: str):
     return type(message)(code, str(message), "warning")
 
 
+def test_a_parameter_that_the_samples_leave_open_gives_no_doubt():
+    """It has an interval of no width, and is not shifted; dividing both gave a warning
+    of NumPy's on the terminal."""
+    told = Suspect("zeros", True, np.ones(6), 99.0, np.zeros(10))
+    with np.errstate(all="raise"):
+        (said,) = of_suspect(dynamics("ur5e"), told, np.zeros(10), [])
+    assert said.severity == "note"
+
+
 def test_few_rows_tell_nothing():
     """2 s are fewer rows than five for each unknown."""
     case = changed(right("ur5e"), lambda run: run[:200], both=True)

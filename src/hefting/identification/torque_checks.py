@@ -157,14 +157,19 @@ def joint_gains(dynamics: JointDynamics, fit: TorqueFit) -> tuple[Array, Array]:
     rows = fit.moments.without_nuisances[:, :size] / slow[:, None, None]
     links = rows[:, :, :size] @ dynamics.links
     needed = links @ dynamics.arm
-    arm = dynamics.arm.reshape(n, PAYLOAD)
-    std = LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]
+    std = link_errors(dynamics).reshape(n, PAYLOAD)
     std[-1] = TYPICAL_PAYLOAD
     each = needed[:, :, None] * np.eye(n)[:, None]
     A = np.concatenate((each, links * std.ravel()), axis=2).reshape(n * size, -1)
     half = pseudo_inverse_half(np.vstack((A, np.eye(A.shape[1]))))
     found = half[:n] @ (half.T @ (A.T @ (rows[:, :, -1] - needed).ravel()))
     return 1.0 + found, np.linalg.norm(half[:n], axis=1)
+
+
+def link_errors(dynamics: JointDynamics) -> Array:
+    """(10 n,) standard deviations of the links' parameters from the URDF's."""
+    arm = dynamics.arm.reshape(-1, PAYLOAD)
+    return (LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]).ravel()
 
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
@@ -269,4 +274,7 @@ def cause_of_no_load(fit: TorqueFit) -> str:
             f"least squares finds {mass:.3g} ± {std:.2g} kg: are empty and loaded runs "
             "exchanged, or is the sign not that of the motors' torques?"
         )
-    return "does the controller compensate the payload already?"
+    return (
+        "does the controller compensate the payload already, or do shoulder and elbow "
+        "move too little or too slowly to tell one?"
+    )
