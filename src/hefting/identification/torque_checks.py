@@ -47,6 +47,8 @@ ALIKE = 0.75, 0.975
 """Correlation of both from which on that ratio tells the unit, and of smaller torques:
 of right runs it was mostly above 0.98, of external or compensated torques at most
 0.97."""
+LEAST_SEEN = 10.0
+"""Size of that rest, in standard deviations of the noise, below which it is chance."""
 GAIN_ERROR = 0.1
 """Error of a joint's gain that is no mistake, and standard deviation above which
 nothing is said of it."""
@@ -130,7 +132,8 @@ def share_of_arm(dynamics: JointDynamics, fit: TorqueFit) -> tuple[float, float]
     free = links[:, -PAYLOAD:]
     left = both - free @ np.linalg.lstsq(free, both, rcond=None)[0]
     (square, product), (_, own) = left.T @ left + 1e-99
-    return float(product / square), float(product / (square * own) ** 0.5)
+    alike = product / (square * own) ** 0.5 if own > LEAST_SEEN**2 else 0.0
+    return float(product / square), float(alike)
 
 
 def of_joints(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
