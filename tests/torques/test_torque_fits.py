@@ -175,13 +175,14 @@ def test_no_unit_is_told_by_chance(tmp_path):
         )
     (tmp_path / "arm.urdf").write_text("".join(parts) + "</robot>")
     own = JointDynamics.from_urdf(tmp_path / "arm.urdf", "link3")
-    time = 0.02 * np.arange(500)
+    time = np.linspace(0.0, 10.0, 500)
     for seed in range(12):
         rng = np.random.default_rng(seed)
         phase = 0.4 * time[:, None] * (1.0, 1.3, 1.7) + rng.uniform(0, 6, 3)
         rate = 0.4 * np.array((1.0, 1.3, 1.7))
-        motion = np.sin(phase), rate * np.cos(phase), -(rate**2) * np.sin(phase)
-        run = TorqueSamples(time, *motion, rng.normal(size=(500, 3)))
+        q, dq = np.sin(phase), rate * np.cos(phase)
+        torque = rng.standard_normal((500, 3))
+        run = TorqueSamples(time, q, dq, -(rate**2) * q, torque)
         said = [m.code for m in of_unit(own, [EmptyRuns.of(own, [run]).fit])]
         assert said == ["torque-unit-untold"]
 
