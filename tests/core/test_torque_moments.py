@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
-from hefting.core.torque_moments import TorqueMoments, merged
+from hefting.core.torque_moments import TorqueMoments, merged, pseudo_inverse_half
 from torque_rows import folded, payload
 
 OWN, JOINTS = 4, 7
@@ -128,3 +128,14 @@ def test_solving_costs_the_same_however_many_samples():
     print(times)
     # the same work on the same sizes, on a machine that others use
     assert times[1] < 3.0 * times[0]
+
+
+def test_a_column_of_rounding_size_is_no_unknown():
+    """Of joints that stand, parameters have columns of rounding: scaled to the length of
+    the others they were unknowns of 1e10, and a joint's noise was 1e5 times too large."""
+    A = np.random.default_rng(4).normal(size=(50, 4)) * np.array((1e3, 1.0, 1e-2, 1e-9))
+    half = pseudo_inverse_half(A)
+    assert not half[3].any()
+    np.testing.assert_allclose(
+        (half @ half.T)[:3, :3], np.linalg.inv(A[:, :3].T @ A[:, :3]), rtol=1e-9
+    )

@@ -18,6 +18,7 @@ from hefting.torques.equations import OWN, Rows, TorqueScales
 from hefting.torques.noise import fit
 from hefting.torques.rivals import better_rival
 from hefting.torques.runs import EmptyRuns, drifting
+from hefting.torques.samples import TorqueSamples
 from torque_runs import BODY, dynamics, fitted, runs
 
 
@@ -158,6 +159,32 @@ def test_a_unit_is_told(name, gain):
     scaled = replace(run, torque=gain * run.torque)
     said = [m.code for m in of_unit(own, [EmptyRuns.of(own, [scaled]).fit])]
     assert said == ["torque-unit"] * (gain != 1.0)
+
+
+def test_no_unit_is_told_by_chance(tmp_path):
+    """Of a SCARA, whose joints bear no weight, in noise alone: at times they had been
+    torques some hundred times too large."""
+    parts = ['<robot name="scara"><link name="link0"/>']
+    for j in range(3):
+        parts.append(
+            f'<joint name="j{j}" type="continuous"><parent link="link{j}"/>'
+            f'<child link="link{j + 1}"/><origin xyz="{0.3 * (j > 0)} 0 0"/>'
+            f'<axis xyz="0 0 1"/></joint><link name="link{j + 1}"><inertial>'
+            '<origin xyz="0.15 0 0"/><mass value="3"/><inertia ixx="0.02" iyy="0.02" '
+            'izz="0.02" ixy="0" ixz="0" iyz="0"/></inertial></link>'
+        )
+    (tmp_path / "arm.urdf").write_text("".join(parts) + "</robot>")
+    own = JointDynamics.from_urdf(tmp_path / "arm.urdf", "link3")
+    time = np.linspace(0.0, 10.0, 500)
+    for seed in range(12):
+        rng = np.random.default_rng(seed)
+        phase = 0.4 * time[:, None] * (1.0, 1.3, 1.7) + rng.uniform(0, 6, 3)
+        rate = 0.4 * np.array((1.0, 1.3, 1.7))
+        q, dq = np.sin(phase), rate * np.cos(phase)
+        torque = rng.standard_normal((500, 3))
+        run = TorqueSamples(time, q, dq, -(rate**2) * q, torque)
+        said = [m.code for m in of_unit(own, [EmptyRuns.of(own, [run]).fit])]
+        assert said == ["torque-unit-untold"]
 
 
 @pytest.mark.parametrize("name", list(TORQUE_ARMS))

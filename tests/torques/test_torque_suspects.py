@@ -18,12 +18,14 @@ from hefting.identification.torque_suspects import (
     of_suspect,
     without_explained,
 )
+from hefting.simulation.arm_links import TORQUE_ARMS
+from hefting.simulation.torque_scenario import TorqueRobot
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import EmptyRuns, LoadedRuns
 from hefting.torques.samples import TorqueSamples, samples_of
 from hefting.torques.suspect_size import refined
 from hefting.torques.suspects import Suspect, Suspects, without_delay
-from torque_runs import BODY, dynamics, fitted
+from torque_runs import BODY, dynamics, fitted, one_at_a_time
 from torque_runs import runs as right
 
 
@@ -255,6 +257,15 @@ def replace_code(message, code: str):
     return type(message)(code, str(message), "warning")
 
 
+def test_a_parameter_that_the_samples_leave_open_gives_no_doubt():
+    """It has an interval of no width, and is not shifted; dividing both gave a warning
+    of NumPy's on the terminal."""
+    told = Suspect("zeros", True, np.ones(6), 99.0, np.zeros(10))
+    with np.errstate(all="raise"):
+        (said,) = of_suspect(dynamics("ur5e"), told, np.zeros(10), [])
+    assert said.severity == "note"
+
+
 def test_few_rows_tell_nothing():
     """2 s are fewer rows than five for each unknown."""
     case = changed(right("ur5e"), lambda run: run[:200], both=True)
@@ -282,3 +293,16 @@ def test_angles_within_half_a_turn_are_those_of_the_turning_joint():
     np.testing.assert_allclose(found.velocity, want.velocity, atol=1e-6)
     turns = (found.position - want.position) / (2.0 * np.pi)
     np.testing.assert_allclose(turns, np.round(turns), atol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("name", "seconds"), [("ur5e", 0.6), ("ur5e", 1.0), ("panda", 0.6)]
+)
+def test_joints_that_move_one_at_a_time_are_not_exchanged(name, seconds):
+    """Torques 30 ms late leave more of a joint that starts and stops than of one that
+    stands meanwhile, which any position explains."""
+    massive, own = TORQUE_ARMS[name], dynamics(name)
+    motion = one_at_a_time(massive.arm, seconds, 12, 0)
+    log = TorqueRobot(massive, seed=2).record(motion, BODY, 60.0, seed=1)
+    late = samples_of(log, own).delayed(-0.03)
+    assert not of_rivals(own, [late])

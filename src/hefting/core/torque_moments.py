@@ -40,6 +40,9 @@ none is open, so that no singular value need be found."""
 OPEN = 1e-9
 """Singular values below this, relative to 1, of unknowns whose columns are scaled to
 one length: the samples leave these open."""
+VANISHING = 1e-8
+"""Length of a column over the longest, below which it is rounding: scaled to one length
+it would be an unknown of any size."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -197,7 +200,7 @@ def scaled(N: Array) -> tuple[Array, Array]:
     """Columns of N (..., r, c) scaled to one length, and their lengths (..., 1, c);
     those that vanish stay zero, of the length 1."""
     lengths = np.sqrt((N * N).sum(axis=-2, keepdims=True))
-    vanish = lengths <= 1e-13 * lengths.max(axis=-1, keepdims=True, initial=0.0)
+    vanish = lengths <= VANISHING * lengths.max(axis=-1, keepdims=True, initial=0.0)
     lengths = np.where(vanish, 1.0, lengths)
     return np.where(vanish, 0.0, N / lengths), lengths
 

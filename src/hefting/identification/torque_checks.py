@@ -47,6 +47,8 @@ ALIKE = 0.75, 0.975
 """Correlation of both from which on that ratio tells the unit, and of smaller torques:
 of right runs it was mostly above 0.98, of external or compensated torques at most
 0.97."""
+LEAST_SEEN = 10.0
+"""Size of that rest, in standard deviations of the noise, below which it is chance."""
 GAIN_ERROR = 0.1
 """Error of a joint's gain that is no mistake, and standard deviation above which
 nothing is said of it."""
@@ -130,7 +132,8 @@ def share_of_arm(dynamics: JointDynamics, fit: TorqueFit) -> tuple[float, float]
     free = links[:, -PAYLOAD:]
     left = both - free @ np.linalg.lstsq(free, both, rcond=None)[0]
     (square, product), (_, own) = left.T @ left + 1e-99
-    return float(product / square), float(product / (square * own) ** 0.5)
+    alike = product / (square * own) ** 0.5 if own > LEAST_SEEN**2 else 0.0
+    return float(product / square), float(alike)
 
 
 def of_joints(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
@@ -157,14 +160,19 @@ def joint_gains(dynamics: JointDynamics, fit: TorqueFit) -> tuple[Array, Array]:
     rows = fit.moments.without_nuisances[:, :size] / slow[:, None, None]
     links = rows[:, :, :size] @ dynamics.links
     needed = links @ dynamics.arm
-    arm = dynamics.arm.reshape(n, PAYLOAD)
-    std = LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]
+    std = link_errors(dynamics).reshape(n, PAYLOAD)
     std[-1] = TYPICAL_PAYLOAD
     each = needed[:, :, None] * np.eye(n)[:, None]
     A = np.concatenate((each, links * std.ravel()), axis=2).reshape(n * size, -1)
     half = pseudo_inverse_half(np.vstack((A, np.eye(A.shape[1]))))
     found = half[:n] @ (half.T @ (A.T @ (rows[:, :, -1] - needed).ravel()))
     return 1.0 + found, np.linalg.norm(half[:n], axis=1)
+
+
+def link_errors(dynamics: JointDynamics) -> Array:
+    """(10 n,) standard deviations of the links' parameters from the URDF's."""
+    arm = dynamics.arm.reshape(-1, PAYLOAD)
+    return (LINK_ERROR[0] * np.abs(arm) + LINK_ERROR[1] * arm[:, :1]).ravel()
 
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
@@ -269,4 +277,7 @@ def cause_of_no_load(fit: TorqueFit) -> str:
             f"least squares finds {mass:.3g} ± {std:.2g} kg: are empty and loaded runs "
             "exchanged, or is the sign not that of the motors' torques?"
         )
-    return "does the controller compensate the payload already?"
+    return (
+        "does the controller compensate the payload already, or do shoulder and elbow "
+        "move too little or too slowly to tell one?"
+    )

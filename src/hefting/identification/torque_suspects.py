@@ -43,7 +43,8 @@ def of_suspect(
     the gravity of its calibration."""
     if suspect is None:
         return []
-    shift = float(np.abs(suspect.shift / half)[:4].max())
+    # what the samples leave open has no interval
+    shift = float(np.abs(suspect.shift / np.maximum(half, 1e-9))[:4].max())
     runs = "the loaded runs, not the empty ones," if suspect.loaded else "all runs"
     say = error if shift > WRONG_SHIFT[1] else warning
     if shift < WRONG_SHIFT[0] and suspect.kind != "part":

@@ -238,6 +238,15 @@ class Suspects:
         shift = -(back @ inside @ theta)[-PAYLOAD:]
         return theta, evidence, np.asarray(shift, dtype=float)
 
+    def by_links(self, std: Array) -> Array:
+        """(10 n, 10) change of the payload's parameters by `std` (10 n,) of each of the
+        links' parameters, where the URDF's are taken for the arm's."""
+        U, back, _ = self.basis
+        W = self.runs.dynamics.regressor
+        own = (r.samples for r in self.parts)
+        X = self.stacked(W(r.position, r.velocity, r.acceleration) * std for r in own)
+        return (back @ (U[: len(X)].T @ X))[-PAYLOAD:].T
+
     def _long_delay(self, loaded: bool) -> Suspect:
         """Torques of all runs, or of the loaded ones, that come later by one time."""
         U, back, left = self.basis

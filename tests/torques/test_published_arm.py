@@ -1,0 +1,51 @@
+"""Without an empty run: the URDF's arm, and what its errors do."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from hefting.identification.by_torques import ByTorques
+from hefting.identification.torque_checks import link_errors
+from hefting.simulation.arm_links import TORQUE_ARMS
+from hefting.simulation.joints import wide_smooth
+from hefting.simulation.torque_scenario import TorqueRobot
+from hefting.torques.runs import LoadedRuns
+from hefting.torques.suspects import Suspects
+from torque_runs import BODY, dynamics, runs
+
+
+@pytest.mark.parametrize("name", ["ur5e", "panda"])
+def test_intervals_allow_for_the_links_of_the_published_arm(name, tmp_path):
+    """Of six robots whose links differ from the URDF's by some 10 % in mass; 0.1 kg,
+    whatever the arm, had held the mass of one and of four."""
+    massive, held = TORQUE_ARMS[name], 0
+    (tmp_path / "arm.urdf").write_text(massive.urdf)
+    for seed in range(6):
+        joints = wide_smooth(15.0, 50.0, seed, massive.arm)
+        log = TorqueRobot(massive, seed=seed).record(joints, BODY, 60.0, seed=seed)
+        found = ByTorques.of([log], tmp_path / "arm.urdf", "flange").estimate()
+        assert found.intervals is not None
+        low, high = found.intervals["mass"]
+        held += low <= BODY.mass <= high
+    assert held >= 5
+
+
+def test_what_links_do_is_what_their_change_does():
+    """By least squares anew, of an arm whose links differ; to a half, as
+    joints weigh by all of their noise there, and by its slow part here."""
+    own = dynamics("panda")
+    case = LoadedRuns(own, runs("panda").loaded)
+    std = link_errors(own)
+    told = Suspects(case, case.fit()).by_links(std)
+    (run,) = case.loaded
+    W = own.regressor(run.position, run.velocity, run.acceleration)
+    for i in np.argsort(-np.abs(told[:, 0]))[:3]:
+        torque = run.torque + 0.1 * std[i] * W[..., i]
+        changed = replace(run, torque=torque)
+        fits = [LoadedRuns(own, (each,)).fit().common[:4] for each in (run, changed)]
+        np.testing.assert_allclose(
+            fits[1] - fits[0],
+            0.1 * told[i, :4],
+            atol=0.5 * np.abs(0.1 * told[i, :4]).max(),
+        )
