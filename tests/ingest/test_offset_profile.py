@@ -172,3 +172,24 @@ def test_each_doubt_has_its_cause():
     weak = 0.5 * (0.05 / OFFSET_OF_UNIT_GAIN) ** 2
     assert profile(0.05, valley(0.05, weak, 0.02)).doubt() == "gain"
     assert profile(2.0 * LARGE_OFFSET, valley(0.2, 2000.0, 0.05)).doubt() == "share"
+
+
+@pytest.mark.parametrize(
+    ("offset", "rival", "least", "doubt"),
+    [
+        (0.5, 0.9, 400.0, None),
+        (0.5, 0.2, 400.0, "several"),
+        (0.5, -0.9, 400.0, "several"),
+        (0.5, 0.9, 800.0, "several"),
+    ],
+)
+def test_of_two_lags_that_explain_much_alike_the_earlier_is_taken(
+    offset, rival, least, doubt
+):
+    """As in the rise of a single move. Of 1,000 at zero offset both leave about as much."""
+    offsets = np.round(np.arange(-1.5, 1.51, 0.02), 2)
+    square = np.full(len(offsets), 1000.0)
+    square[np.argmin(np.abs(offsets - offset))] = least
+    square[np.argmin(np.abs(offsets - rival))] = least + 10.0
+    profile = OffsetProfile(offsets, square, offset, 1000.0, least)
+    assert profile.doubt() == doubt

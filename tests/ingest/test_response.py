@@ -6,17 +6,22 @@ import numpy as np
 import pytest
 from benchmarks.late_wrench import GRAVITY, filtered, late, motion
 
+from disturbances import disturbed
 from hefting import Recording, identify
+from hefting.estimators.ols import least_squares
+from hefting.estimators.sample_state import SampleState
 from hefting.ingest import filtering
 from hefting.ingest import ingest as module
 from hefting.ingest.ingest import ingest
 from hefting.ingest.response import (
-    LONGEST_LAG,
     Response,
     response_of,
 )
+from hefting.ingest.systematic import errors_of_drift
+from hefting.logs import read_log
 from hefting.simulation import HeldObject, hammer
 from hefting.simulation.demo import POSE
+from recordings import DATA, needs_recordings
 
 HELD = HeldObject.of(hammer(), POSE)
 pytestmark = pytest.mark.usefixtures("same_poses")
@@ -71,6 +76,35 @@ def test_what_a_filter_does_to_the_mass_is_taken_back(monkeypatch):
     assert sum(held) >= len(held) - 1
 
 
+def test_the_time_constant_is_found(monkeypatch):
+    """That of the filter, where a delay that fits best is 0.30 s; and of what the filter
+    held when a part begins within a move nothing is left in the mass."""
+    whole = late(motion("quick moves", 40.0, 0), "filter", 0.4, 0)[1]
+    part = whole.slice(12.6, 9.0)
+    found = found_in(part, monkeypatch)
+    assert found is not None
+    assert found.lag == pytest.approx(0.4, abs=0.02)
+    assert found.share == pytest.approx(1.0, abs=0.06)
+    estimate = identify(part, shape=SHAPE, gravity=GRAVITY).estimate
+    assert estimate.mass == pytest.approx(MASS, rel=0.006)
+
+
+@needs_recordings
+@pytest.mark.usefixtures("nothing_looked_for")
+def test_a_part_of_one_move_through_a_filter_tells_what_the_whole_does():
+    """A sensor that filters with some 0.6 s. In a single move the filter's tail looked
+    like a drift of the bias: masses of these parts were 3 to 13 % too small, and no
+    interval held that of the whole. One in six may miss it, by little."""
+    recording = read_log(DATA / "axia80" / "dwells.csv")
+    whole, held = identify(recording).estimate.mass, 0
+    for start in (20.0, 52.0, 80.0, 108.0, 112.0, 140.0):
+        part = identify(recording.slice(start, 9.0)).estimate
+        low, high = part.intervals["mass"]
+        held += low < whole < high
+        assert part.mass == pytest.approx(whole, rel=0.025)
+    assert held >= 5
+
+
 def test_intervals_are_no_wider_for_a_delay():
     """What the residuals rule out adds less than a fifth to the interval of the mass."""
     widths = []
@@ -105,7 +139,7 @@ def test_the_filter_is_that_of_first_order():
 def test_a_recording_too_long_for_its_lag_is_left_alone():
     time = np.linspace(0.0, 2e4, 300)
     assert filtering.filtered(time, np.ones((300, 6)), 0.03) is None
-    assert filtering.filtered(time, np.ones((300, 6)), LONGEST_LAG) is None
+    assert filtering.filtered(time, np.ones((300, 6)), 0.5) is None
 
 
 def test_a_filter_that_the_residuals_show_is_said():
@@ -114,3 +148,27 @@ def test_a_filter_that_the_residuals_show_is_said():
     assert message.code == "wrench-response"
     assert "0.2 s" in message
     assert not replace(response, share_std=0.5).messages()
+
+
+def test_a_drift_that_was_removed_is_an_error_of_the_parameters():
+    """What least squares changes by when the drift is larger by one deviation."""
+    found = ingest(disturbed("drift", 1.0, 1).recording)
+    bias, z, fit = found.conditioned.bias, found.measurements, found.fit
+    assert bias.kind == "linear"
+    errors = errors_of_drift(found.conditioned, z, fit)
+    assert errors is not None
+    size = np.hypot(*bias.std)[2]
+    ramp = size * (z.time - z.time.mean()) / np.ptp(bias.knots)
+    more = replace(z, force=z.force + ramp[:, None] * (0.0, 0.0, 1.0))
+    change = [
+        least_squares(SampleState.of(each), True, fit.noise).solution[:10]
+        for each in (more, z)
+    ]
+    np.testing.assert_allclose(errors[:, 2], change[0] - change[1], atol=1e-9)
+    assert (
+        errors_of_drift(replace(found.conditioned, bias=constant(bias)), z, fit) is None
+    )
+
+
+def constant(bias):
+    return replace(bias, knots=bias.knots[:1], values=bias.values[:1], std=bias.std[:1])

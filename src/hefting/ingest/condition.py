@@ -24,8 +24,9 @@ from hefting.ingest.conditioned import (
 from hefting.ingest.drift import Drift, candidates
 from hefting.ingest.findings import RejectedOffset, findings_of, warnings_of
 from hefting.ingest.fit import Fit, gauss_newton
+from hefting.ingest.late import felt_path
 from hefting.ingest.model import Problem
-from hefting.ingest.offset_profile import profile_of
+from hefting.ingest.offset_profile import OffsetProfile, profile_of
 from hefting.ingest.outliers import Outliers
 from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, path_of, static_path
 from hefting.ingest.robust_fit import (
@@ -78,6 +79,9 @@ class _Found:
     gravity: GravityEstimate | None = None
     few_samples: bool = False
     """whether there were too few samples to condition"""
+    another_lag: float = 0.0
+    """[s] how much later the wrench may be than it was found, with about the same
+    residuals"""
 
 
 def condition(
@@ -166,15 +170,26 @@ def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
     """The robust fit, with the clock offset where it is free and significant."""
     first = fit_from_scratch(samples, problem, gravity)
     found = choose_bias_and_refine_offset(samples, gravity, first)
+    if (felt := felt_path(samples, found)) is not None:
+        through = replace(problem, path=felt)
+        first = fit_from_scratch(samples, through, gravity)
+        found = choose_bias_and_refine_offset(samples, gravity, first)
     profile = None
     if not first.problem.free_offset:
         return _Found(found)
     if offset_is_significant(found):
         profile = profile_of(found)
         if profile is None or profile.doubt() is None:
-            return _Found(found)
+            return _Found(found, another_lag=_another_lag(profile))
     rejected = RejectedOffset(found.fit.offset, found.uncertainty.offset_std, profile)
     return _Found(remove_offset(samples, gravity, first, found), rejected)
+
+
+def _another_lag(profile: OffsetProfile | None) -> float:
+    """[s] How much later than it was found the wrench may be as well."""
+    if profile is None or not profile.has_rival:
+        return 0.0
+    return profile.rival[0] - profile.offset
 
 
 def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...]:
@@ -230,7 +245,8 @@ def _conclude(
     problem, fit, uncertainty = found.fit.problem, found.fit.fit, found.fit.uncertainty
     outliers, biased, path = found.fit.outliers, found.fit.biased, problem.path
     sign, rejected = _sign(found.fit), found.rejected_offset
-    offset_std, offset_left, tilt_std = uncertainty.offset_std, 0.0, None
+    offset_std, tilt_std = uncertainty.offset_std, None
+    offset_left = 0.5 * found.another_lag
     if rejected is not None:
         offset_std = rejected.std
         offset_left = rejected.left if rejected.contradictory else 0.0

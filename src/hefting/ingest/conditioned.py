@@ -114,9 +114,10 @@ class Conditioned:
     """what could not be found, and what is doubtful"""
     offset_left: float = 0.0
     """s, a significant clock offset that was not removed, as it explains too little of
-    the wrench; else zero"""
+    the wrench, or half of what the wrench may be later than it was found; else zero"""
     path: Path | None = field(default=None, repr=False)
-    """the motion that was fitted, as logged"""
+    """the motion that was fitted: as logged, or as a wrench that passes a low-pass filter
+    feels it"""
     changes: Changes | None = None
     """changes of the object that were found; None where there are none"""
     curves: Curves | None = field(default=None, repr=False)

@@ -50,22 +50,51 @@ class Signal:
             change = self.values - self.values[0]
             self._spectra[size] = s, np.fft.rfft(change, size, axis=0)
         s, spectrum = self._spectra[size]
-        return np.fft.irfft(spectrum * response(s)[:, None], size, axis=0)[:K]
+        late = np.fft.irfft(spectrum * response(s)[:, None], size, axis=0)
+        return np.asarray(late[:K], dtype=float)
+
+
+@dataclass(frozen=True, eq=False)
+class Ahead:
+    """Signals through filters of first order, each ahead by the lag that it has in
+    steady motion.
+
+    Before they began they changed steadily, which passes unchanged.
+    """
+
+    grid: Array
+    """(n,) [s] even instants"""
+    steady: Array
+    """(n, m) the steady change of the beginning"""
+    rest: Signal
+    """what else the signals do, and beyond the end hold"""
+
+    @classmethod
+    def of(cls, grid: Array, values: Array, longest: float) -> "Ahead":
+        """Of values (n, m) at even instants (n,), for time constants up to `longest`
+        [s]."""
+        step = (grid[-1] - grid[0]) / (len(grid) - 1)
+        slope = (values[1] - values[0]) / step
+        steady = values[0] + (grid - grid[0])[:, None] * slope
+        beyond = int(longest / step) + 2
+        rest = np.asarray(values - steady, dtype=float)
+        rest = np.concatenate((rest, np.repeat(rest[-1:], beyond, axis=0)))
+        return cls(grid, steady, Signal(rest, 1.0 / step))
+
+    def through(self, constant: float) -> Array:
+        """(n, m) through a filter with a time constant [s]."""
+        late = self.rest.change_through(lambda s: 1.0 / (1.0 + constant * s), constant)
+        instants = self.grid[0] + np.arange(len(late)) / self.rest.rate
+        return self.steady + interpolated(self.grid + constant, instants, late)
 
 
 def filtered(time: Array, wrench: Array, lag: float) -> Array | None:
     """(K, 6) a wrench through a filter of first order and ahead by the lag that it has
-    in steady motion; None where the recording is too long for so short a lag.
-
-    Before it began it changed steadily, which passes unchanged.
-    """
-    span = float(time[-1] - time[0]) + lag
+    in steady motion; None where the recording is too long for so short a lag."""
+    span = float(time[-1] - time[0])
     step = max(lag / INSTANTS_PER_LAG, span / MOST_INSTANTS)
     if step * FEWEST_INSTANTS_PER_LAG > lag:
         return None
-    start = np.gradient(wrench[:2], time[:2], axis=0)[0]
-    steady = wrench[0] + (time - time[0])[:, None] * start
-    grid = np.arange(time[0], time[-1] + lag + step, step)
-    change = Signal(interpolated(grid, time, wrench - steady), 1.0 / step)
-    late = change.change_through(lambda s: 1.0 / (1.0 + lag * s), lag)
-    return steady + interpolated(time + lag, grid, late)
+    grid = np.linspace(time[0], time[-1], int(span / step) + 2)
+    late = Ahead.of(grid, interpolated(grid, time, wrench), lag).through(lag)
+    return interpolated(time, grid, late)

@@ -81,6 +81,9 @@ def findings_of(
         std = 1e3 * (found.offset_std or 0.0)
         size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
         what = f"the wrench is {size} ms {side} against the motion; shifted"
+        if found.offset_left and rejected is None:
+            later = f"{2e3 * found.offset_left:.0f} ms later"
+            what += f". It may be up to {later}, for which intervals allow"
         said.append(note("clock-offset", what))
     if found.sign.t and found.sign.certain:
         t = abs(found.sign.t)

@@ -42,6 +42,7 @@ from hefting.ingest.response import response_of
 from hefting.ingest.rivals.consequence import Doubt
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
+    errors_of_drift,
     errors_of_estimated_gravity,
     errors_of_gravity_size,
 )
@@ -168,6 +169,7 @@ def ingest(
             recording, motion, found, measured, z, fit, drift=may_be_biased
         ),
         None if response is None else response.errors,
+        errors_of_drift(found, z, fit) if may_be_biased else None,
     ]
     clock_error = errors_of_clock_offset(found, z, fit)
     unmodelled = acceleration_message(found, z)

@@ -145,10 +145,10 @@ class Model:
         inside = np.clip(wanted, problem.path.first, problem.path.last)
         values, rates = _extrapolate(reading, inside, problem.blocks.variance)
         modelled_gravity = np.zeros(3) if problem.path.gravity_measured else gravity
-        features = _features(values, modelled_gravity)
+        features = features_of(values, modelled_gravity)
         known = [features]
         if problem.free_offset:
-            known.append(_features(rates, modelled_gravity))
+            known.append(features_of(rates, modelled_gravity))
         if problem.free_gravity:
             known.append(_tangents_in_sensor_axes(values, gravity))
         known.append(problem.wrench)
@@ -231,7 +231,7 @@ def _extrapolate(reading: Reading, time: Array, variance: Array) -> tuple[Array,
     return values, reading.rate + step * reading.curvature
 
 
-def _features(rows: Array, gravity: Array) -> Array:
+def features_of(rows: Array, gravity: Array) -> Array:
     """(B, 12) features of readings (B, 21): a - g, alpha, vech(w w'). `gravity` is zero
     where a - g was measured."""
     maps = np.eye(rows.shape[1], FEATURES)  # the motion's columns come first

@@ -105,6 +105,20 @@ class OffsetProfile:
         )
 
     @property
+    def has_rival(self) -> bool:
+        """Whether another offset explains the wrench nearly as well."""
+        return bool(self.rival[1] < CLEAR_GAIN_SHARE * self.gain)
+
+    @property
+    def is_lag(self) -> bool:
+        """Whether a rival leaves no doubt that the wrench is late, and by about how
+        much: it is as late, or later, and none gains far too little. In the rise of a
+        single move the lag is told from the object's weight only in part."""
+        other, apart = self.rival
+        enough = min(self.gain, self.gain - apart) > LARGEST_REQUIRED_GAIN
+        return bool(0.0 < self.offset < other) and enough
+
+    @property
     def required_gain(self) -> float:
         """Gain that an offset of this size must have."""
         return min((self.offset / OFFSET_OF_UNIT_GAIN) ** 2, LARGEST_REQUIRED_GAIN)
@@ -113,7 +127,7 @@ class OffsetProfile:
         """Why the offset found is not to be believed; None where it is."""
         if self.at_edge:
             return "edge"
-        if self.rival[1] < CLEAR_GAIN_SHARE * self.gain:
+        if self.has_rival and not self.is_lag:
             return "several"
         if self.gain < self.required_gain:
             return "gain"

@@ -88,6 +88,9 @@ class Path:
     """Whether gravity is contained in a measured specific force instead of modelled."""
     curves: Curves | None = None
     """The smooth curves it is evaluated from, if any."""
+    plain: "Path | None" = None
+    """The motion as logged, where this is what a wrench feels of it through a
+    filter."""
 
     @property
     def smooth(self) -> bool:

@@ -6,31 +6,45 @@ steady change by T, as a clock that is late by T does; but it delays a change th
 begins less, and a wrench that swings at f it weakens by about (2 pi f T)² / 2: by 3 % at
 0.2 Hz for a filter of 0.2 s. Taken for a delay it leaves masses that are too small.
 
-The wrench is taken to lie between the two, by the share c that its residuals tell.
+The motion's features are sent through filters of several time constants. Beside each the
+parameters, the bias and what is left of the lag are least squares; how likely each is
+follows from what it leaves of the wrench.
 """
 
 from dataclasses import dataclass, replace
+from itertools import pairwise
 
 import numpy as np
 
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
-from hefting.core.regressor import predict_wrench
-from hefting.core.spatial import Array
-from hefting.estimators.ols import least_squares
-from hefting.estimators.sample_state import SampleState
+from hefting.core.regressor import motion_features
+from hefting.core.spatial import Array, interpolated
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
-from hefting.ingest.filtering import SHORTEST_LAG, filtered
+from hefting.ingest.filtering import SHORTEST_LAG, Ahead
 from hefting.ingest.free_fit import FreeFit
-from hefting.ingest.systematic import OFFSET_ERROR_RATIO
+from hefting.ingest.late import LONGEST, instants
+from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, features_of
 
-LONGEST_LAG = 0.5
-"""[s] The longest filter's: a longer lag is that of a clock."""
-SHARE_STD = 0.6
-"""Root mean square of c before the residuals are seen: evenly from 0 to 1."""
-LAG_SHARE_STD = 0.3
-"""Standard deviation of the lag over itself, if it is a filter's: between a delay and a
-filter the lag that fits best changes by up to a quarter."""
+CONSTANTS = (0.0, 0.3, 0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)
+"""Time constants that are tried, over the lag that was found for a delay: from the rise
+or the end of a move alone that is found too short."""
+EARLY = 1.1
+"""Largest time constant over the lag: poses may be late themselves, by little."""
+STEPS = 4
+"""Gauss-Newton steps of the lag beside each filter."""
+REFINEMENTS = 2
+"""How often constants are tried between the likeliest and those beside it."""
+MOST_SAMPLES = 2000
+"""Samples that the filters are compared on."""
+EVIDENCE_RATIO = 3.0
+"""By how much less a model that is not perfect tells than white noise would, in standard
+deviations."""
+TYPICAL = np.repeat((5.0, 1.0, 0.2), (1, 3, 6))
+"""Parameters of heavy things [kg, kg m, kg m²]: what the motion leaves open stays within
+them."""
+WIDE = 1e3
+"""The same of the bias [N, N m] and its change [1/s]."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,15 +52,15 @@ class Response:
     """How the wrench follows the motion, beside a delay."""
 
     lag: float
-    """[s] of the wrench, as the clock offset has it"""
+    """[s] of the wrench in steady motion"""
     share: float
-    """c: 0 for a delay, 1 for a filter of first order; below 0 where the motion was
-    filtered"""
+    """of it that is a filter's: 0 for a delay, 1 for a filter of first order"""
     share_std: float
     change: Array
-    """(K, 6) what it adds to the wrench of each sample [N, N m]"""
+    """(K, 6) what it adds to the wrench of each sample, with the drift that was taken
+    out in its place [N, N m]"""
     errors: Array
-    """(10, 2) E, E E' being the covariance of the parameters by what is not known of
+    """(10, n) E, E E' being the covariance of the parameters by what is not known of
     it"""
 
     def corrected(self, z: Measurements) -> Measurements:
@@ -70,7 +84,8 @@ class Response:
 def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response | None:
     """The response that the residuals tell, beside the clock offset that was found.
 
-    None where there is no clock or no motion, or where the lag is too short to matter.
+    None where there is no clock or no motion, or where the wrench is not late enough for
+    it to matter.
 
     Parameters
     ----------
@@ -78,48 +93,159 @@ def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response |
     z : samples, with the delay removed.
     fit : their unconstrained least squares.
     """
-    lag = min(abs(found.offset), LONGEST_LAG)
-    if found.offset_std is None or lag < SHORTEST_LAG or len(z) < 3:
+    path, lag = found.path, found.offset
+    if found.offset_std is None or path is None or lag < SHORTEST_LAG or len(z) < 3:
         return None
-    predicted = predict_wrench(z, fit.vector)
-    late = filtered(z.time, predicted, lag)
-    if late is None:
+    path = path.plain or path
+    gravity = np.zeros(3) if path.gravity_measured else found.gravity
+    if (grid := instants(path, lag)) is None:
         return None
-    directions = (late - predicted, lag * np.gradient(predicted, z.time, axis=0))
-    fits = [_explained(z, direction, fit) for direction in directions]
-    effects = np.array([effect for effect, _ in fits]).T
-    X = np.array([_whitened(rest, z, fit) for _, rest in fits]).T
-    y = _whitened(z.wrench - predicted, z, fit)
-    # residuals of an imperfect model tell less than white noise would, as for the offset
-    variance = OFFSET_ERROR_RATIO**2 * fit.autocorrelation
-    known = np.diag((SHARE_STD**-2, LAG_SHARE_STD**-2))
-    covariance = np.linalg.inv(known + X.T @ X / variance)
-    shares = covariance @ (X.T @ y) / variance
-    # the correction is as uncertain as it is large: filters are not all of first order
-    spread = covariance + np.outer(shares, shares)
+    features = features_of(path.read(grid, False)[0], gravity)
+    ahead = Ahead.of(grid, features, LONGEST)
+    plain = interpolated(z.time, grid, features)
+    samples = _Samples.of(found, z, fit, plain)
+    known: list[_Beside] = []
+    constants = [lag * ratio for ratio in CONSTANTS if lag * ratio < LONGEST]
+    for _ in range(1 + REFINEMENTS):
+        tried = [samples.beside(T, lag, grid, ahead.through(T)) for T in constants]
+        known += [each for each in tried if each.constant <= EARLY * each.lag]
+        if len(known) < 2:
+            return None
+        known.sort(key=lambda each: each.constant)
+        best = int(np.argmax([each.score for each in known]))
+        near = [each.constant for each in known[max(best - 1, 0) : best + 2]]
+        constants = [0.5 * (one + two) for one, two in pairwise(near)]
+    score = np.array([each.score for each in known])
+    share = np.exp((score - score.max()) / EVIDENCE_RATIO**2)
+    share *= _spacing(np.array([each.constant for each in known]))
+    share /= share.sum()
+    parameters = np.array([each.parameters for each in known])
+    ratio = np.array([each.constant / max(each.lag, each.constant) for each in known])
+    part = float(share @ ratio)
     return Response(
-        lag,
-        float(shares[0]),
-        float(covariance[0, 0] ** 0.5),
-        np.tensordot(shares, directions, 1),
-        effects @ np.linalg.cholesky(spread),
+        float(share @ [each.lag for each in known]),
+        part,
+        float(np.sqrt(share @ (ratio - part) ** 2)),
+        np.asarray(
+            np.tensordot(share, [each.change for each in known], 1), dtype=float
+        ),
+        (np.sqrt(share)[:, None] * (parameters - share @ parameters)).T,
     )
 
 
-def _explained(z: Measurements, wrench: Array, fit: FreeFit) -> tuple[Array, Array]:
-    """(10,) what least squares makes of a wrench (K, 6) added to the samples, and what
-    it leaves (K, 6)."""
-    added = replace(z, force=wrench[:, :3], torque=wrench[:, 3:])
-    solved = least_squares(SampleState.of(added), fit.bias is not None, fit.noise)
-    effect = solved.solution[:10]
-    return effect, wrench - predict_wrench(z, effect)
+@dataclass(frozen=True, eq=False)
+class _Beside:
+    """What least squares finds beside a filter."""
+
+    constant: float
+    """[s]"""
+    lag: float
+    """[s] in steady motion"""
+    parameters: Array
+    """(10,)"""
+    change: Array
+    """(K, 6) what the filter adds to the wrench [N, N m]"""
+    score: float
+    """log likelihood, up to a constant"""
 
 
-def _whitened(wrench: Array, z: Measurements, fit: FreeFit) -> Array:
-    """(6 K,) residuals (K, 6) over the noise of each sample, less the bias that is
-    free."""
-    weights = np.ones(len(z)) if z.weights is None else z.weights
-    if fit.bias is not None:
-        wrench = wrench - np.average(wrench, axis=0, weights=weights)
-    std = np.repeat((fit.noise.force, fit.noise.torque), 3)
-    return (np.sqrt(weights)[:, None] * wrench / std).ravel()
+@dataclass(frozen=True, eq=False)
+class _Samples:
+    """Motion and wrench."""
+
+    time: Array
+    """(K,) [s] of the motion"""
+    features: Array
+    """(K, 12)"""
+    error: Array
+    """(K, 12) by which they differ from the motion that is filtered"""
+    wrench: Array
+    """(K, 6) [N, N m]"""
+    weights: Array
+    """(K,)"""
+    variance: Array
+    """(6,) of the noise"""
+    bias: Array
+    """(K, n) a constant and its linear drift, as far as they are free"""
+    number: float
+    """of independent samples"""
+
+    @classmethod
+    def of(
+        cls, found: Conditioned, z: Measurements, fit: FreeFit, plain: Array
+    ) -> "_Samples":
+        """From samples, and the features (K, 12) of the motion that is filtered."""
+        weights = np.ones(len(z)) if z.weights is None else z.weights
+        noise = np.repeat((fit.noise.force, fit.noise.torque), 3)
+        free = 0 if fit.bias is None else 1 if found.bias.kind == "constant" else 2
+        features = motion_features(z)
+        return cls(
+            z.time,
+            features,
+            features - plain,
+            z.wrench,
+            weights,
+            np.maximum(noise, 1e-12) ** 2,
+            np.vander(z.time - z.time.mean(), free, increasing=True),
+            float(np.count_nonzero(weights)) / fit.autocorrelation,
+        )
+
+    def beside(self, constant: float, lag: float, grid: Array, late: Array) -> _Beside:
+        """Least squares beside a filter of a time constant [s], with samples from which
+        a `lag` [s] was removed: `late` (n, 12) are its features at instants (n,)."""
+        parameters, more = np.zeros(10), 0.0
+        some = slice(None, None, -(-len(self.time) // MOST_SAMPLES))
+        rate, beside = np.gradient(late, grid, axis=0), self.bias
+        if constant > 0.0:  # of what the filter held when the motion began
+            left = np.exp(-np.maximum(self.time - grid[0], 0.0) / constant)
+            beside = np.column_stack((beside, left))
+        for _ in range(STEPS):
+            at = self.time[some] - more
+            x = self.error[some] + interpolated(at, grid, late)
+            r = interpolated(at, grid, rate)
+            found, _ = self._solve(some, x, r, parameters, beside)
+            parameters, more = found[:10], more + float(found[10])
+        x = self.error + interpolated(self.time - more, grid, late)
+        still = np.zeros_like(x[some])
+        found, square = self._solve(some, x[some], still, parameters, beside)
+        parameters, others = found[:10], found[11:].reshape(-1, 6)
+        others[: self.bias.shape[1]][:1] = 0.0  # a constant bias stays
+        change = (x - self.features) @ (REGRESSOR_BY_FEATURE @ parameters)
+        change += beside @ others
+        score = -1.5 * self.number * float(np.log(square).sum())
+        if constant > 0.0:  # six numbers more, of what the filter held
+            score -= 3.0 * np.log(max(self.number, 1.0))
+        return _Beside(constant, lag + more, parameters, change, score)
+
+    def _solve(
+        self, some: slice, x: Array, rate: Array, parameters: Array, beside: Array
+    ) -> tuple[Array, Array]:
+        """Parameters (10,), the change of the lag about these parameters, and wrenches
+        (n, 6) per unit of what is `beside` (K, n), of some samples with features and
+        their rates (k, 12); and the squares of force and torque that are left, over
+        their noise (2,)."""
+        n = beside.shape[1]
+        known = np.hstack((x, rate, beside[some], self.wrench[some]))
+        gram = known.T @ (self.weights[some, None] * known)
+        maps = np.zeros((2 * FEATURES + n, 6, 11 + 6 * n))
+        maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
+        maps[FEATURES : 2 * FEATURES, :, 10] = -REGRESSOR_BY_FEATURE @ parameters
+        for k in range(n):
+            maps[2 * FEATURES + k, :, 11 + 6 * k : 17 + 6 * k] = np.eye(6)
+        by_channel = maps.transpose(1, 0, 2)
+        z = len(maps)
+        each = by_channel.transpose(0, 2, 1) @ gram[:z, :z] @ by_channel
+        right = np.einsum("czp,zc->cp", by_channel, gram[:z, z:])
+        precision = np.concatenate((TYPICAL, [1.0], np.full(6 * n, WIDE))) ** -2.0
+        inverse = 1.0 / self.variance
+        normal = np.tensordot(inverse, each, 1) + np.diag(precision)
+        found = np.linalg.solve(normal, inverse @ right)
+        left = gram.diagonal()[z:] - 2.0 * right @ found + found @ each @ found
+        square = (np.maximum(left, 1e-9 * gram.diagonal()[z:]) * inverse).reshape(2, 3)
+        return found, np.maximum(square.sum(axis=1), 1e-300)
+
+
+def _spacing(at: Array) -> Array:
+    """Weights of the trapezoid rule at places in order."""
+    gaps = np.diff(at)
+    return 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))

@@ -1,6 +1,6 @@
 """Systematic errors of the parameters, which more samples do not lessen: by the clock
-offset, and by gravity where its direction was estimated or its size is not known
-exactly.
+offset, by a drift that was removed, and by gravity where its direction was estimated or
+its size is not known exactly.
 
 And such errors of several recordings taken together: those that each has of its own,
 and those that all share.
@@ -159,6 +159,34 @@ def errors_of_clock_offset(
     late = replace(measurements, force=rate[:, :3], torque=rate[:, 3:])
     solved = least_squares(SampleState.of(late), fit.bias is not None, fit.noise)
     return std * solved.solution[:10]
+
+
+def errors_of_drift(
+    found: Conditioned, measurements: Measurements, fit: FreeFit
+) -> Array | None:
+    """Errors (10, 6) of the parameters by one standard deviation of a linear drift of
+    each component of the bias, which was removed.
+
+    In the rise of a single move a drift is told from the object's weight only in part.
+    None where there is no such drift.
+
+    Parameters
+    ----------
+    found : what conditioning found.
+    measurements : the samples of the unconstrained fit, without the drift.
+    fit : their unconstrained least squares.
+    """
+    drift = found.bias
+    if drift.kind != "linear" or fit.bias is None or not np.isfinite(drift.std).all():
+        return None
+    z, errors = measurements, []
+    slope = (z.time - z.time.mean()) / np.ptp(drift.knots)
+    for ramp in np.diag(np.hypot(*drift.std)):
+        wrench = slope[:, None] * ramp
+        added = replace(z, force=wrench[:, :3], torque=wrench[:, 3:])
+        solved = least_squares(SampleState.of(added), True, fit.noise)
+        errors.append(solved.solution[:10])
+    return np.array(errors).T
 
 
 def shares_of(parts: Sequence[Ingested], noise: Noise) -> list[Array]:
