@@ -15,7 +15,8 @@ from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.nearest import Duals
 from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.noise_found import NoiseFound, inflation_of
-from hefting.estimators.bayes.prior import Placed, Prior
+from hefting.estimators.bayes.prior import Placed, Prior, prior_of
+from hefting.shapes import Shape
 
 SMALLEST_PRIOR_SCALE = 0.2
 """Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light
@@ -170,6 +171,13 @@ class Passes:
         mixture = Mixture.of(prior, last.scale, last.likelihood)
         return replace(last, mixture=mixture)
 
+    def evidence(self, last: Pass) -> float:
+        """Logarithm of how many times as likely as those of an object of any shape near
+        the sensor the samples are."""
+        anything = prior_of(Shape.unknown(), None, None).about(np.zeros(0), last.center)
+        other = Mixture.of(anything.prior, last.scale, last.likelihood)
+        return last.mixture.evidence - other.evidence
+
     def sensor_gain(self, last: Pass) -> float | None:
         """Relative error of the sensor's gain by the scale, as far as its accuracy
         allows; None where nothing was weighed."""
@@ -186,7 +194,9 @@ class Passes:
         if self.reading is not None:
             return self.reading.mass
         level = self.source.level()
-        return self.source.samples.mass_scale(float(level[:3, :3].trace() / 3.0) ** 0.5)
+        return self.source.samples.mass_scale(
+            max(float(level[:3, :3].trace() / 3.0), 0.0) ** 0.5
+        )
 
     def _scale(self, phi: Array) -> float:
         """Mass of the prior [kg] for parameters near phi (10,)."""
