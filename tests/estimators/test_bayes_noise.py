@@ -217,6 +217,7 @@ def posterior(**more: Any):
                 "shape_known": True,
                 "misfit": 0.0,
                 "evidence": 0.0,
+                "instead": "",
                 "scale_doubts": (),
                 "bias": None,
             }
@@ -235,8 +236,8 @@ def posterior(**more: Any):
         ({"disagreement": 2.9}, 0.0, None),
         ({"disagreement": 3.1}, 0.0, "stretches-disagree"),
         ({"response": 0.0070}, 0.0, None),
-        ({"evidence": -2.9}, 0.0, None),
-        ({"evidence": -3.1}, 0.0, "shape-contradicts-wrench"),
+        ({"evidence": -3.9}, 0.0, None),
+        ({"evidence": -4.1}, 0.0, "shape-contradicts-wrench"),
         ({"response": 0.0072}, 0.0, "response-uneven"),
         ({"settled": False}, 0.0, "shape-not-found"),
         ({"misfit": 99.0, "shape_known": False}, 0.0, None),

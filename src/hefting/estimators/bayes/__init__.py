@@ -362,7 +362,8 @@ class Bayes(Estimator):
             alone = replace(self, mass=None).posterior(state, start)
             return replace(alone, scale_doubts=doubts)
         settled = distortion_change < UNSETTLED_DISTORTION_CHANGE
-        return posterior_of(state, steps, found, self.shape, settled, passes)
+        later = isinstance(start, Pass)
+        return posterior_of(state, steps, found, self.shape, settled, passes, later)
 
     def _passes(self, state: State) -> Passes:
         """The steps by the samples of a state."""
