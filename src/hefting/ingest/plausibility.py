@@ -33,8 +33,7 @@ LIGHTEST_OBJECT = 5.0
 tennis racket 50, an empty bottle 30, foam 15, an empty carton 7 to 10. A length unit ten
 times too large makes it a thousandth: of a body of up to 5,000 kg/m³ it is seen."""
 DENSEST_OBJECT = 12_000.0
-"""[kg/m³] Most mass over the volume of an object's shape: steel has 7,850, lead 11,340.
-Lengths in inches taken for centimetres make it sixteen times as much."""
+"""[kg/m³] Most mass over the volume of an object's shape: lead has 11,340."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
 """Ratio of an estimate's residual to that of unconstrained least squares above which a
 warning is given."""

@@ -24,8 +24,7 @@ FLAT = 1e-9
 (collinear, a single point)."""
 
 LOOKED_AT, PER_VOXEL, MOST_VOXELS = 8_000, 5, 10_000_000
-"""Points of a cloud by which it is told whether it fills an object, how many of them
-make a voxel, and most voxels about them."""
+"""Points of a cloud that are looked at, of them in a voxel, and most voxels."""
 
 
 def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]:
@@ -77,7 +76,7 @@ def voxel_representatives(
 
 def empty_share(points: Array) -> float:
     """Share of the volume of a cloud (n, 3) that has no points, but some on either side
-    along each axis: next to none of one that fills an object, without a cavity."""
+    along each axis."""
     some = np.random.default_rng(0).permutation(len(points))[:LOOKED_AT]
     points = points[some] - points.min(axis=0)
     pitch = voxel_representatives(points, len(points) // PER_VOXEL, None)[1]

@@ -36,12 +36,10 @@ deviations change by as much."""
 SMALLEST_CENTERED_MASS = 0.1
 """Mass of a posterior's mean, over the prior's, from which on it has a centre."""
 MUCH_LIKELIER = 8.0
-"""`Passes.likeliest_way` from which on that is told. It is less of 359 of 360 random
-bodies of twelve classes (`benchmarks.bodies`) with the right shape, and with it 5 mm and
-5° off."""
+"""`Passes.likeliest_way` from which on that is told: it is less of 359 of 360 random
+bodies (`benchmarks.bodies`) with the right shape, and with it 5 mm and 5° off."""
 SIZES = (1.0 / 2.54, 2.54)
-"""Sizes of a shape over the one given, of cm and in taken for one another; ten times
-another size is told by its density."""
+"""Sizes of cm over in and of in over cm; density tells ten times another size."""
 ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
 """(10,) standard deviations of mass, first moment [m] and inertia [m²] of a body of
 about 1 kg of which nothing is known."""
@@ -191,9 +189,8 @@ class Passes:
         return -self._gain(last, prior_of(Shape.unknown(), None, None))
 
     def likeliest_way(self, last: Pass, pose: Array) -> tuple[str, float]:
-        """Of the `ways` to give a shape of this `pose` that which makes the samples most
-        likely, and the logarithm of how many times, if that is much; none of an
-        uncertain shape."""
+        """Of the `ways` to give a shape of this `pose` that which makes the samples
+        `MUCH_LIKELIER`, and by how much; none of an uncertain shape."""
         if len(self.prior.distortions.shifts):
             return "", 0.0
         found = {}

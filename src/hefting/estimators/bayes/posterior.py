@@ -29,9 +29,8 @@ DOUBTFUL_SHAPE_DISTANCE = 20.0
 from which on the shape is in doubt. It is at most 17 of 150 right shapes in simulated
 recordings; four of 238 in real ones exceed it, each of which is in doubt anyway."""
 LEAST_EVIDENCE = -4.0
-"""`Passes.evidence` below which the shape contradicts the wrench. It is more of all of
-the same bodies with the right shape, of 358 with it 5 mm and 5° off, and of 110 on real
-sensors."""
+"""`Passes.evidence` below which the shape contradicts the wrench: it is more of these
+bodies with the right shape, of 358 with it 5 mm and 5° off, of 110 on real sensors."""
 LARGEST_RESPONSE_SHARE = 0.5**0.5
 """Error by uneven response, over the mass's whole standard deviation, above which it is
 the larger part of it."""
@@ -118,9 +117,8 @@ def posterior_of(
     passes: int = 0,
     as_given: bool = True,
 ) -> Posterior:
-    """The posterior of an object in a shape, by its last pass; for the two arguments
-    before the last see `Posterior`. Unless the shape is taken `as_given` it is tried how
-    else it may have been given."""
+    """The posterior of an object in a shape, by its last pass; unless that
+    is `as_given` for sure; for the arguments before see `Posterior`."""
     source, noise, found = steps.source, last.noise, last
     misfit = found.likelihood.misfit(found.mixture.mean)
     if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
@@ -180,8 +178,7 @@ def excludes_shape(posterior: Posterior, distance: float) -> bool:
 
 
 def _is_accounted(posterior: Posterior) -> bool:
-    """Whether the noise that was given or the stretches contradict the model, whatever
-    the shape."""
+    """Whether noise or stretches contradict the model, whatever the shape."""
     return (
         posterior.contradicted
         or posterior.coloured
