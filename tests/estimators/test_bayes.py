@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import trimesh
 from trimesh.transformations import rotation_matrix
 
 from hammers import NOISE, exact, noisy, shape
@@ -292,3 +293,18 @@ def test_a_shape_that_hardly_explains_the_wrench_is_in_doubt():
     assert any("the shape hardly explains" in line for line in found.warnings)
     assert not any("no mass inside the shape" in line for line in found.warnings)
     assert found.sufficient is False
+
+
+@pytest.mark.parametrize("seed", [1, 2])
+def test_a_shape_much_less_likely_than_any_other_is_told(seed):
+    """A ball that holds the hammer's COM half way to its surface, with no body in it far
+    from the wrench: the answer is that without a shape. About the COM it may be."""
+    for aside, told in ((0.0, False), (0.1, True)):
+        ball = trimesh.creation.icosphere(3, 0.2)
+        ball.apply_translation(hammer().parameters.center_of_mass)
+        ball.apply_translation((0.0, 0.0, aside))
+        found = Bayes(Shape.from_mesh(ball), until="mass=50%").fit(noisy(seed))
+        assert ("shape-contradicts-wrench" in codes(found.warnings)) == told
+        assert not any("no mass inside the shape" in line for line in found.warnings)
+        assert (found.provenance.get("shape_known") == "reach") == told
+        assert found.sufficient != told

@@ -186,6 +186,16 @@ def test_the_prior_s_mass_is_near_the_rough_one():
         assert Passes._scale(passes, np.full(10, mass)) == pytest.approx(scale)
 
 
+def test_a_rough_mass_is_found_whatever_noise_three_samples_seem_to_have():
+    """What errors of the motion explain may be more than all of it."""
+    samples = SimpleNamespace(mass_scale=lambda force_std: force_std)
+    for level, std in ((4.0, 2.0), (-4.0, 0.0)):
+        noise = level * np.eye(6)
+        source = SimpleNamespace(level=lambda given=noise: given, samples=samples)
+        passes = Passes(cast(Any, source), cast(Any, None), None)
+        assert passes.rough_mass == std
+
+
 # doubts
 
 
@@ -206,6 +216,8 @@ def posterior(**more: Any):
                 "settled": True,
                 "shape_known": True,
                 "misfit": 0.0,
+                "evidence": 0.0,
+                "instead": "",
                 "scale_doubts": (),
                 "bias": None,
             }
@@ -224,6 +236,8 @@ def posterior(**more: Any):
         ({"disagreement": 2.9}, 0.0, None),
         ({"disagreement": 3.1}, 0.0, "stretches-disagree"),
         ({"response": 0.0070}, 0.0, None),
+        ({"evidence": -3.9}, 0.0, None),
+        ({"evidence": -4.1}, 0.0, "shape-contradicts-wrench"),
         ({"response": 0.0072}, 0.0, "response-uneven"),
         ({"settled": False}, 0.0, "shape-not-found"),
         ({"misfit": 99.0, "shape_known": False}, 0.0, None),

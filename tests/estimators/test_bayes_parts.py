@@ -6,7 +6,8 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
-from scipy.stats import norm
+from scipy.special import logsumexp
+from scipy.stats import multivariate_normal, norm
 
 from hammers import counted_lengths, exact, noisy, shape
 from hefting.core.errors import InputError
@@ -19,7 +20,7 @@ from hefting.estimators import OLS, Bayes
 from hefting.estimators.bayes import projection
 from hefting.estimators.bayes.densities import MEMBERS, between_cells
 from hefting.estimators.bayes.distortion import affine
-from hefting.estimators.bayes.likelihood import Equations, motion_effect
+from hefting.estimators.bayes.likelihood import Equations, Likelihood, motion_effect
 from hefting.estimators.bayes.mixture import Mixture, prior_mixture
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.projection import projected
@@ -282,6 +283,35 @@ def random_mixture(seed: int) -> Mixture:
     )
     weights = rng.random(5)
     return Mixture(weights / weights.sum(), means, roots)
+
+
+def test_the_evidence_is_the_probability_of_the_samples_by_the_prior():
+    """Their best parameters are normal about each member's mean, with both covariances
+    together; what is the same for every prior is left out."""
+    rng = np.random.default_rng(5)
+    X = rng.normal(size=(10, 10))
+    precision, best = X @ X.T, rng.normal(size=10) + 2.0 * np.eye(10)[0]
+    likelihood = Likelihood(precision, precision @ best, np.eye(6))
+
+    def evidence(prior: Prior) -> tuple[float, float]:
+        means = np.zeros((len(prior.spread), 10)) + prior.mean
+        means = means if prior.offsets is None else means + prior.offsets
+        each = [
+            multivariate_normal(
+                2.0 * mean, 4.0 * F @ F.T + np.linalg.inv(precision)
+            ).logpdf(best)
+            for mean, F in zip(means, prior.spread, strict=True)
+        ]
+        found = Mixture.of(prior, 2.0, likelihood).evidence
+        return found, float(logsumexp(np.add(each, prior.log_weight)))
+
+    pairs = [
+        evidence(Prior.of(shape())),
+        evidence(Prior.of_bounds(Shape.unknown())),
+        evidence(Prior.of_bounds(Shape.from_box(-0.1, 0.2, -0.1, 0.1, 0.0, 0.3))),
+    ]
+    found, expected = np.array(pairs).T
+    np.testing.assert_allclose(np.diff(found), np.diff(expected), atol=1e-6)
 
 
 @pytest.mark.parametrize("level", [0.5, 0.95, 0.999])

@@ -12,7 +12,8 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
-from hefting.core.spatial import Array
+from hefting.core.messages import codes
+from hefting.core.spatial import Array, inverse_pose, pose_matrix, quaternion_of
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.distortion import Distortions, affine
 from hefting.estimators.bayes.prior import Prior
@@ -296,3 +297,46 @@ def test_what_contradicts_the_shape_is_never_sure_enough():
         "not as sure as asked for: the wrench contradicts the shape or the scale"
         in estimate.warnings
     )
+
+
+def wrongly_given(how: str) -> Shape:
+    """The hammer's mesh in its place, but for a mistake."""
+    x, y, z, w = quaternion_of(POSE[:3, :3])
+    turned, quarter = mesh().copy(), np.eye(4)
+    quarter[:3, :3] = Rotation.from_euler("x", -90.0, degrees=True).as_matrix()
+    about_z = np.eye(4)
+    about_z[:3, :3] = Rotation.from_euler("z", 90.0, degrees=True).as_matrix()
+    return {
+        "right": lambda: placed(),
+        "by the inverse of its pose": lambda: placed(inverse_pose(POSE)),
+        "with w first": lambda: placed(pose_matrix((*POSE[:3, 3], w, x, y, z))),
+        "0.394 times as large": lambda: Shape.from_mesh(
+            mesh().copy().apply_scale(2.54), pose=POSE
+        ),
+        "turned by 90° about its own x": lambda: Shape.from_mesh(
+            turned.apply_transform(quarter), pose=POSE
+        ),
+        "turned by -90° about the sensor's z": lambda: placed(about_z @ POSE),
+    }[how]()
+
+
+@pytest.mark.parametrize(
+    "how",
+    [
+        "right",
+        "by the inverse of its pose",
+        "with w first",
+        "0.394 times as large",
+        "turned by 90° about its own x",
+        "turned by -90° about the sensor's z",
+    ],
+)
+def test_a_shape_given_otherwise_than_it_is_is_named(how):
+    """Where the wrench tells it: the answer is then without the shape."""
+    found = Bayes(wrongly_given(how)).fit(noisy(1))
+    told = [m for m in found.warnings if "which would fit" in m]
+    assert len(told) == (how != "right")
+    assert codes(told) == ({"shape-contradicts-wrench"} if told else set())
+    assert all(how in message for message in told)
+    assert (found.provenance.get("shape_known") == "reach") == bool(told)
+    assert holds(found, hammer().parameters.moved(POSE)).all()

@@ -207,19 +207,27 @@ def test_a_very_short_recording_asks_for_the_unit_of_time():
 
 
 @pytest.mark.parametrize(
-    ("scale", "doubted"), [(1.0, False), (5.0, False), (10.0, True)]
+    ("scale", "doubted"),
+    [
+        (0.4, {"shape-too-small"}),
+        *((scale, set()) for scale in (0.7, 1.0, 5.0)),
+        (10.0, {"shape-too-large"}),
+    ],
 )
-def test_a_shape_ten_times_too_large_is_doubted(scale, doubted):
+def test_a_shape_far_too_small_or_too_large_is_doubted(scale, doubted):
     """A body of 0.8 litres has a thousandth of its density in a shape of ten times its
-    length; of a box that only holds the object nothing follows."""
+    length, and sixteen times as much in one of inches taken for centimetres; of a large
+    box that only holds the object nothing follows."""
     shape = Shape.from_mesh(trimesh.creation.box(scale * SIDES))
     fit = FreeFit(  # 3,000 kg/m³
         np.array([2.4, *[0.0] * 9]), None, 1e-6 * np.eye(10), Noise(), np.ones(16)
     )
     said = codes(density_warnings(fit, shape))
-    assert said == ({"shape-too-large"} if doubted else set())
+    assert said == doubted
     around = Shape.from_box(*(10.0 * np.array((-0.1, 0.1, -0.1, 0.1, -0.1, 0.1))))
     assert not density_warnings(fit, around)
+    inside = Shape.from_box(*np.outer(0.2 * SIDES, (-1.0, 1.0)).ravel())
+    assert codes(density_warnings(fit, inside)) == {"shape-too-small"}
 
 
 @pytest.mark.parametrize(

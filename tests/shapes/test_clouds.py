@@ -5,8 +5,10 @@ import struct
 
 import numpy as np
 import pytest
+import trimesh
 
 from hefting.core.errors import InputError
+from hefting.core.messages import codes
 from hefting.shapes import Shape, load_shape
 from solids import POSE, SOLIDS
 
@@ -85,3 +87,21 @@ def test_parts_file(tmp_path, form):
     if form != "ascii":
         with pytest.raises(InputError, match="damaged"):
             load_shape(path)
+
+
+@pytest.mark.parametrize("name", ["sphere", "ring", "box"])
+def test_a_cloud_of_a_surface_is_told(name):
+    """From a scan with noise, and stray points; not where the points fill the object, on
+    a grid or at random, and not of those in the hole of a ring."""
+    rng = np.random.default_rng(4)
+    mesh = SOLIDS[name]
+    mesh = trimesh.Trimesh(mesh.vertices, mesh.faces)
+    scan = np.asarray(trimesh.sample.sample_surface(mesh, 4000, seed=1)[0])
+    scan = scan + rng.normal(size=scan.shape) * 0.005 * mesh.scale
+    stray = rng.uniform(-1.0, 1.0, (5, 3)) * mesh.scale
+    for points in (scan, np.vstack((scan, stray))):
+        assert codes(Shape.from_cloud(points).warnings) == {"cloud-hollow"}
+    for sampling in ("grid", "random"):
+        filled = Shape.from_mesh(mesh, points=3000, sampling=sampling).positions
+        assert not Shape.from_cloud(filled).warnings
+        assert not Shape.from_cloud(filled[:40]).warnings

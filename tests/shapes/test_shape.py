@@ -3,6 +3,7 @@ bad arrays."""
 
 import subprocess
 import sys
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -156,6 +157,17 @@ def _centring(shape):
     pose = np.eye(4)
     pose[:3, 3] = -shape.homogeneous.center_of_mass
     return pose
+
+
+def test_the_volume_is_that_of_the_surface_or_else_of_the_bounding_box():
+    """In either orientation of the faces, wherever it is."""
+    mesh = SOLIDS["ell"]
+    shape = Shape.from_mesh(mesh, pose=POSE)
+    assert shape.volume == pytest.approx(mesh.volume, rel=1e-9)
+    assert shape.faces is not None
+    turned = replace(shape, faces=shape.faces[:, ::-1])
+    assert turned.volume == pytest.approx(mesh.volume, rel=1e-9)
+    assert Shape(shape.positions, extents=(0.1, 0.2, 0.3)).volume == 0.1 * 0.2 * 0.3
 
 
 def test_pose_moves_everything_rigidly():

@@ -32,6 +32,8 @@ LIGHTEST_OBJECT = 5.0
 """[kg/m³] Least mass over the volume of an object's bounding box: a hammer has 500, a
 tennis racket 50, an empty bottle 30, foam 15, an empty carton 7 to 10. A length unit ten
 times too large makes it a thousandth: of a body of up to 5,000 kg/m³ it is seen."""
+DENSEST_OBJECT = 12_000.0
+"""[kg/m³] Most mass over the volume of an object's shape: lead has 11,340."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
 """Ratio of an estimate's residual to that of unconstrained least squares above which a
 warning is given."""
@@ -252,16 +254,23 @@ def mass_warnings(found: Ingested) -> list[Message]:
 
 
 def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
-    """A warning if the shape is far too large for what is held."""
-    if shape is None or shape.known != "object" or not fit.mass_t > 10.0:
+    """A warning if the shape is far too large or too small for what is held."""
+    if shape is None or shape.known == "reach" or not fit.mass_t > 10.0:
         return []
-    mass, volume = float(fit.vector[0]), float(np.prod(shape.extents))
-    if mass >= LIGHTEST_OBJECT * volume:
-        return []
+    mass, space = float(fit.vector[0]), float(np.prod(shape.extents))
     sides = " x ".join(f"{side:.2g}" for side in shape.extents)
+    if mass > DENSEST_OBJECT * shape.volume > 0.0:
+        what = (
+            f"the shape of {sides} m would hold {mass / shape.volume:.2g} kg/m³, more than "
+            "lead: check its size (`unit`), whether it is all of the object, and whether a "
+            "gripper is held, too (`tool`)"
+        )
+        return [warning("shape-too-small", what, "unit")]
+    if shape.known != "object" or mass >= LIGHTEST_OBJECT * space:
+        return []
     what = (
-        f"the shape of {sides} m would hold {mass / volume:.2g} kg/m³, less than what "
-        "robots hold: check its unit (`unit`)"
+        f"the shape of {sides} m would hold {mass / space:.2g} kg/m³, less than what "
+        "robots hold: check its unit (`unit`), and for stray points or parts"
     )
     return [warning("shape-too-large", what, "unit")]
 

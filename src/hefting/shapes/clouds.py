@@ -23,6 +23,9 @@ FLAT = 1e-9
 """Thickness of a hull, relative to its length, up to which it counts as flat
 (collinear, a single point)."""
 
+LOOKED_AT, PER_VOXEL, MOST_VOXELS = 8_000, 5, 10_000_000
+"""Points of a cloud that are looked at, of them in a voxel, and most voxels."""
+
 
 def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]:
     """Points (n, 3) and outward faces (F, 3) of their convex hull; `InputError` if they
@@ -69,6 +72,27 @@ def voxel_representatives(
     mean = np.column_stack(sums) / number[:, None]
     order = np.lexsort((np.linalg.norm(points - mean[voxel], axis=1), voxel))
     return np.sort(order[np.concatenate(([0], np.cumsum(number)[:-1]))]), pitch
+
+
+def empty_share(points: Array) -> float:
+    """Share of the volume of a cloud (n, 3) that has no points, but some on either side
+    along each axis."""
+    some = np.random.default_rng(0).permutation(len(points))[:LOOKED_AT]
+    points = points[some] - points.min(axis=0)
+    pitch = voxel_representatives(points, len(points) // PER_VOXEL, None)[1]
+    index = (points / pitch).astype(np.int64)
+    if np.prod(index.max(axis=0) + 1.0) > MOST_VOXELS:  # of points far away
+        return 0.0
+    full = np.zeros(index.max(axis=0) + 1, bool)
+    full[tuple(index.T)] = True
+    among = ~full
+    for axis in range(3):
+        for turned, seen in (
+            (among, full),
+            (np.flip(among, axis), np.flip(full, axis)),
+        ):
+            turned &= np.logical_or.accumulate(seen, axis)
+    return float(among.sum() / (among.sum() + full.sum()))
 
 
 def _voxels(points: Array, low: Array, sides: Array, pitch: float) -> np.ndarray:

@@ -20,6 +20,7 @@ from hefting.shapes.checks import (
     REACH,
     ROUGH,
     SMALL_CAPS,
+    SMALL_CAVITIES,
     arrays_of,
     check_doubt,
     check_hull,
@@ -37,7 +38,12 @@ from hefting.shapes.checks import (
     suspicions,
     unit_scale,
 )
-from hefting.shapes.clouds import convex_hull, depth_in_hull, voxel_representatives
+from hefting.shapes.clouds import (
+    convex_hull,
+    depth_in_hull,
+    empty_share,
+    voxel_representatives,
+)
 from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import sample
@@ -131,6 +137,14 @@ class Shape(Shown):
     def n(self) -> int:
         """Number of points."""
         return len(self.positions)
+
+    @cached_property
+    def volume(self) -> float:
+        """Volume [m³] inside the surface; where none is known, of the bounding box."""
+        if self.faces is None:
+            return float(np.prod(self.extents))
+        corners = self.hull[self.faces] - self.hull[0]
+        return abs(float(np.linalg.det(corners).sum())) / 6.0
 
     @cached_property
     def matrix(self) -> Array:
@@ -239,8 +253,8 @@ class Shape(Shown):
         about `points` in all.
 
         `cloud` is (n, 3) or a path to .xyz, .txt, .csv, .npy or .ply. A cloud of the
-        surface alone puts all mass on the surface: use `from_hull` for it. Other
-        parameters and errors as for `from_mesh`.
+        surface alone puts all mass on the surface: use `from_hull` for it; `warnings`
+        tells of one. Other parameters and errors as for `from_mesh`.
         """
         where = cloud if isinstance(cloud, str | Path) else None
         read = point_array(cloud if where is None else read_cloud(where), where)
@@ -253,13 +267,20 @@ class Shape(Shown):
         chosen, pitch = voxel_representatives(p, count, pitch)
         cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
         extents = np.ptp(p, axis=0)
+        said = suspicions(p.min(axis=0), extents, pose, unit)
+        if (empty := empty_share(p)) > SMALL_CAVITIES:
+            what = (
+                f"{100 * empty:.0f} % of the cloud has no points: if they are of the "
+                "surface alone, take its convex hull (`hull`)"
+            )
+            said = (*said, warning("cloud-hollow", what, "hull"))
         return cls(
             _posed(p[chosen], pose),
             cell_inertia=cell,
             extents=extents,
             pose=pose,
             hull=_posed(p, pose),
-            warnings=suspicions(p.min(axis=0), extents, pose, unit),
+            warnings=said,
         )
 
     @classmethod

@@ -34,8 +34,8 @@ from hefting.estimators.bayes.noise import NoiseSource
 from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.posterior import (
     Posterior,
-    contradiction,
     doubtful_shape,
+    excludes_shape,
     posterior_of,
     warnings_of,
 )
@@ -279,7 +279,7 @@ class Bayes(Estimator):
         nearest = nearest_body(
             posterior.prior, posterior.move, posterior.mixture, self.shape, duals
         )
-        if self.shape.known != "reach" and contradiction(posterior, nearest.distance):
+        if self.shape.known != "reach" and excludes_shape(posterior, nearest.distance):
             free = replace(self, shape=Shape.unknown(), pose_std=None, shape_std=None)
             found = free.estimate(state)
             estimate = replace(
@@ -296,7 +296,7 @@ class Bayes(Estimator):
                 posterior.noise_known
                 and not posterior.coloured
                 and not posterior.scale_doubts
-                and not contradiction(posterior, nearest.distance)
+                and not excludes_shape(posterior, nearest.distance)
                 and not doubtful_shape(posterior, nearest.distance)
             )
             sufficient = sure and self.until.met_by(accuracy)
@@ -362,7 +362,8 @@ class Bayes(Estimator):
             alone = replace(self, mass=None).posterior(state, start)
             return replace(alone, scale_doubts=doubts)
         settled = distortion_change < UNSETTLED_DISTORTION_CHANGE
-        return posterior_of(state, steps, found, self.shape, settled, passes)
+        later = isinstance(start, Pass)
+        return posterior_of(state, steps, found, self.shape, settled, passes, later)
 
     def _passes(self, state: State) -> Passes:
         """The steps by the samples of a state."""

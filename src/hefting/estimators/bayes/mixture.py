@@ -51,6 +51,9 @@ class Mixture:
     """(j, 10) Means of the members."""
     factors: Array
     """(j, 10, 10) Factors X of the members' covariances X X'."""
+    evidence: float = 0.0
+    """Logarithm of the samples' probability by the prior, but for what is the same for
+    every prior."""
 
     @classmethod
     def of(cls, prior: Prior, scale: float, likelihood: Likelihood) -> Self:
@@ -64,18 +67,21 @@ class Mixture:
         lambda' mu_j - ½ mu_j' Lambda mu_j.
         """
         F, mu = scale * prior.spread, scale * prior.mean[None]
-        own = 0.0
         if prior.offsets is not None:
             mu = mu + scale * prior.offsets
-            own = mu @ likelihood.shift - 0.5 * ((mu @ likelihood.precision) * mu).sum(
-                axis=1
-            )
+        own = mu @ likelihood.shift - 0.5 * ((mu @ likelihood.precision) * mu).sum(
+            axis=1
+        )
         left = likelihood.shift - mu @ likelihood.precision
         log_det, half, y = _factored(F, likelihood.precision, left)
-        log = 0.5 * (y * y).sum(axis=1) - log_det + prior.log_weight + own
+        log = 0.5 * (y * y).sum(axis=1) - log_det + prior.log_weight
+        if prior.offsets is not None:
+            log, own = log + own, np.zeros(1)
         weights = np.exp(log - log.max())
+        evidence = float(log.max() + np.log(weights.sum()) + own[0])
         weights /= weights.sum()
-        return cls(weights, mu + (half @ y[:, :, None])[:, :, 0], half)
+        means = mu + (half @ y[:, :, None])[:, :, 0]
+        return cls(weights, means, half, evidence)
 
     @cached_property
     def mean(self) -> Array:
