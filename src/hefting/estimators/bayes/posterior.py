@@ -132,7 +132,7 @@ def posterior_of(
     evidence, instead, more = 0.0, "", 0.0
     if shape.known == "object":
         evidence = steps.evidence(last)
-        if not as_given:
+        if not as_given and evidence < 0.0:  # of right shapes it is 5 and more
             instead, more = steps.likeliest_way(last, shape.pose)
     return Posterior(
         mixture=found.mixture,
