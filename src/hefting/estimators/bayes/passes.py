@@ -193,7 +193,7 @@ class Passes:
         `MUCH_LIKELIER`, and by how much; none of an uncertain shape."""
         if len(self.prior.distortions.shifts):
             return "", 0.0
-        found = {}
+        found: dict[str, float] = {}
         for name, there in ways(pose).items():
             M = affine(there[:3, :3], there[:3, 3])
             mean, spread = M @ self.prior.mean, M @ self.prior.spread
@@ -272,7 +272,7 @@ def ways(pose: Array) -> dict[str, Array]:
     that takes its points there."""
     back = inverse_pose(pose)
     x, y, z, w = quaternion_of(pose[:3, :3])
-    found = {
+    found: dict[str, Array] = {
         "by the inverse of its pose": back @ back,
         "with w first in its pose": pose_matrix((*pose[:3, 3], y, z, w, x)) @ back,
     }
