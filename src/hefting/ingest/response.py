@@ -23,7 +23,7 @@ from hefting.core.spatial import Array, interpolated
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.filtering import SHORTEST_LAG, Ahead
 from hefting.ingest.free_fit import FreeFit
-from hefting.ingest.late import LONGEST, instants
+from hefting.ingest.late import LONGEST, SHORTEST, instants
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, features_of
 
 CONSTANTS = (0.0, 0.3, 0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)
@@ -177,7 +177,9 @@ class _Samples:
         """From samples, and the features (K, 12) of the motion that is filtered."""
         weights = np.ones(len(z)) if z.weights is None else z.weights
         noise = np.repeat((fit.noise.force, fit.noise.torque), 3)
-        free = 0 if fit.bias is None else 1 if found.bias.kind == "constant" else 2
+        free = 0 if fit.bias is None else 1
+        if free and found.bias.kind != "constant" and found.offset >= SHORTEST:
+            free = 2  # a filter's tail may have been taken for the drift
         features = motion_features(z)
         return cls(
             z.time,
