@@ -168,7 +168,9 @@ def errors_of_drift(
     each component of the bias, which was removed.
 
     In the rise of a single move a drift is told from the object's weight only in part.
-    None where there is no such drift.
+    The deviations of the bias at both knots are taken for independent, although the
+    constant bias is common to both: that of the slope is smaller. None where there is no
+    such drift.
 
     Parameters
     ----------
