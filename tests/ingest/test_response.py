@@ -12,6 +12,7 @@ from hefting.estimators.ols import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest import filtering
 from hefting.ingest import ingest as module
+from hefting.ingest.condition import condition
 from hefting.ingest.ingest import ingest
 from hefting.ingest.response import (
     Response,
@@ -150,25 +151,44 @@ def test_a_filter_that_the_residuals_show_is_said():
     assert not replace(response, share_std=0.5).messages()
 
 
+def test_the_deviation_of_a_drift_is_that_of_repeated_recordings():
+    """Of the same motion, with other white noise each."""
+    recording, rng = disturbed("drift", 1.0, 1).recording, np.random.default_rng(5)
+    wrench, found = recording["wrench"], []
+    for _ in range(24):
+        noise = rng.normal(size=wrench.values.shape) * (0.5, 0.5, 0.5, 0.02, 0.02, 0.02)
+        noisy = replace(wrench, values=wrench.values + noise)
+        streams = {**recording.streams, "wrench": noisy}
+        found.append(condition(replace(recording, streams=streams), changes=False).bias)
+    assert all(bias.kind == "linear" for bias in found)
+    rises = np.array([bias.values[1] - bias.values[0] for bias in found])
+    ratio = rises.var(axis=0, ddof=1) / np.mean([b.rise.diagonal() for b in found], 0)
+    # 138 degrees of freedom: 0.12 is one standard deviation
+    assert 0.64 < ratio.mean() < 1.36
+
+
 def test_a_drift_that_was_removed_is_an_error_of_the_parameters():
-    """What least squares changes by when the drift is larger by one deviation."""
+    """What least squares changes by when a drift is larger by one deviation."""
     found = ingest(disturbed("drift", 1.0, 1).recording)
     bias, z, fit = found.conditioned.bias, found.measurements, found.fit
     assert bias.kind == "linear"
     errors = errors_of_drift(found.conditioned, z, fit)
     assert errors is not None
-    size = np.hypot(*bias.std)[2]
-    ramp = size * (z.time - z.time.mean()) / np.ptp(bias.knots)
-    more = replace(z, force=z.force + ramp[:, None] * (0.0, 0.0, 1.0))
-    change = [
-        least_squares(SampleState.of(each), True, fit.noise).solution[:10]
-        for each in (more, z)
-    ]
-    np.testing.assert_allclose(errors[:, 2], change[0] - change[1], atol=1e-9)
-    assert (
-        errors_of_drift(replace(found.conditioned, bias=constant(bias)), z, fit) is None
+    slope = (z.time - z.time.mean())[:, None] / np.ptp(bias.knots)
+    # far from the size of rounding; least squares is linear in the wrench
+    changes = []
+    for channel in np.eye(6):
+        force, torque = (z.force + slope * channel[:3], z.torque + slope * channel[3:])
+        more = replace(z, force=force, torque=torque)
+        own = [
+            least_squares(SampleState.of(each), True, fit.noise).solution[:10]
+            for each in (more, z)
+        ]
+        changes.append(own[0] - own[1])
+    J = np.array(changes).T
+    expected = J @ bias.rise @ J.T
+    np.testing.assert_allclose(
+        errors @ errors.T, expected, rtol=1e-6, atol=1e-6 * expected.max()
     )
-
-
-def constant(bias):
-    return replace(bias, knots=bias.knots[:1], values=bias.values[:1], std=bias.std[:1])
+    constant = replace(found.conditioned, bias=replace(bias, rise=None))
+    assert errors_of_drift(constant, z, fit) is None

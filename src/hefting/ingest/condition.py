@@ -269,6 +269,7 @@ def _conclude(
             fit.bias,
             uncertainty.bias if biased else np.full_like(fit.bias, np.inf),
             mean_bias,
+            uncertainty.rise if biased else None,
         ),
         biased=biased,
         gravity=fit.gravity,

@@ -34,9 +34,12 @@ class Drift:
     object"""
     mean: Array
     """(6,) average over the samples kept"""
+    rise: Array | None = None
+    """(6, 6) covariance of a linear drift, last value less first, which is better known
+    than either; None where the drift is not linear or undetermined"""
 
     def __post_init__(self):
-        freeze(self, "knots", "values", "std", "mean")
+        freeze(self, "knots", "values", "std", "mean", "rise")
 
     @property
     def kind(self) -> str:

@@ -164,13 +164,11 @@ def errors_of_clock_offset(
 def errors_of_drift(
     found: Conditioned, measurements: Measurements, fit: FreeFit
 ) -> Array | None:
-    """Errors (10, 6) of the parameters by one standard deviation of a linear drift of
-    each component of the bias, which was removed.
+    """Errors (10, 6) of the parameters by the errors of a linear drift that was removed,
+    whose outer product with themselves is the covariance.
 
     In the rise of a single move a drift is told from the object's weight only in part.
-    The deviations of the bias at both knots are taken for independent, although the
-    constant bias is common to both: that of the slope is smaller. None where there is no
-    such drift.
+    None where there is no such drift.
 
     Parameters
     ----------
@@ -179,12 +177,13 @@ def errors_of_drift(
     fit : their unconstrained least squares.
     """
     drift = found.bias
-    if drift.kind != "linear" or fit.bias is None or not np.isfinite(drift.std).all():
+    if drift.rise is None or fit.bias is None:
         return None
     z, errors = measurements, []
+    values, axes = np.linalg.eigh(drift.rise)
     slope = (z.time - z.time.mean()) / np.ptp(drift.knots)
-    for ramp in np.diag(np.hypot(*drift.std)):
-        wrench = slope[:, None] * ramp
+    for rise in (axes * np.sqrt(np.maximum(values, 0.0))).T:
+        wrench = slope[:, None] * rise
         added = replace(z, force=wrench[:, :3], torque=wrench[:, 3:])
         solved = least_squares(SampleState.of(added), True, fit.noise)
         errors.append(solved.solution[:10])

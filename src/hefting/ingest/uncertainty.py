@@ -59,6 +59,9 @@ class Uncertainty:
     bias: Array
     """(n, 6) standard deviations of the bias at its knots [N, N m]; infinite where
     undetermined"""
+    rise: Array | None
+    """(6, 6) covariance of a linear drift: of the bias at its last knot less that at
+    its first; None where there are not two knots, or one is undetermined"""
     step: Array
     """(q,) difference of the solution of generalised least squares from that of the
     fit"""
@@ -158,9 +161,19 @@ def estimate_uncertainty(fit: Fit, fastest: float = 0.5) -> Uncertainty:
     slow = float(S[: FEWEST_AVERAGED_BINS + 1].mean())
     bias_std = np.sqrt(np.maximum(inverse.diagonal()[q:], 0.0) * slow)
     bias_std[fit.solution.undetermined[q:]] = np.inf
+    rise = _covariance_of_rise(fit, slow)
     return Uncertainty(
-        fit, S, naive, slow, bias_std.reshape(fit.hats.n, 6), step, step_std
+        fit, S, naive, slow, bias_std.reshape(fit.hats.n, 6), rise, step, step_std
     )
+
+
+def _covariance_of_rise(fit: Fit, slow: float) -> Array | None:
+    """`Uncertainty.rise`; `slow` is the spectrum at the lowest frequencies."""
+    bias = slice(fit.model.layout.core, None)
+    if fit.hats.n != 2 or fit.solution.undetermined[bias].any():
+        return None
+    rise = np.hstack((-np.eye(6), np.eye(6)))
+    return slow * (rise @ fit.solution.inverse[bias, bias] @ rise.T)
 
 
 def _undetermined(fit: Fit) -> Mask:
