@@ -86,6 +86,8 @@ class Case:
     most_left: float = np.inf
     """log-likelihood of a sample, missing to that of noise alone, above which a mistake
     that is not fitted to the end explains too little"""
+    more_knots: int = 0
+    """of the bias, beside those that recordings of the same length have"""
     _late: dict[tuple[float, ...], Motion] = field(default_factory=dict, init=False)
     """Motion by the clock offsets it was read at: many explanations read it at the
     same ones."""
@@ -148,6 +150,11 @@ class Case:
             name: getattr(self, name)[::nth] for name in ("time", "wrench", "worth")
         }
         return replace(self, **parts)
+
+    def with_drift(self) -> "Case":
+        """With a bias that drifts more freely, by one knot."""
+        other = replace(self, more_knots=self.more_knots + 1)
+        return self._of_same_motion(other)
 
     def with_gravity(self, gravity: Array) -> "Case":
         """With gravity (3,) elsewhere, which no motion that was read depends on."""
@@ -283,7 +290,8 @@ class Case:
         if not self.biased:
             return np.zeros((len(self.time), 0))
         long = self.path.moves and np.ptp(self.time) >= SHORTEST_DRIFTING_RECORDING
-        return HatFunctions.over(self.time, 2 if long else 1).values
+        knots = (2 if long else 1) + self.more_knots
+        return HatFunctions.over(self.time, knots).values
 
 
 def _averaged_together(time: Array) -> int:

@@ -23,6 +23,7 @@ from hefting.ingest.rivals import (
     LARGE_EXPLANATIONS,
     LINEAR_EXPLANATIONS,
     OF_FEW_POSES,
+    short_drift,
     wrench_filtered,
 )
 from hefting.ingest.rivals.calibration_matrix import (
@@ -134,7 +135,7 @@ def judge_one(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise; where
     none is found, beside a filter that makes the wrench as late as it is. A filter is
     compared with such a one where that is likelier, as the answer will be corrected."""
-    found = _judge(case, EXPLANATIONS)
+    found = _beside_drift(case, _judge(case, EXPLANATIONS))
     is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
     if found.given is None or case.offset < SHORTEST_LAG:
         return found
@@ -151,6 +152,29 @@ def judge_one(case: Case) -> Judged:
         return found
     certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
     return replace(found, named=named, certain=certain)
+
+
+def _beside_drift(case: Case, found: Judged) -> Judged:
+    """What is found, unless it is not beside a bias that drifts more freely, and that
+    explains part of the recording, too: a turn, a gain or a cable imitates it."""
+    named, given = found.named, found.given
+    if named is None or given is None or named.code == short_drift.CODE:
+        return found
+    if not (case.biased and case.path.moves):
+        return found
+    freer, before = case.with_drift(), missing(case, given.fitted)
+    explained = before - missing(case, as_given(freer).fitted)
+    needed = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)
+    if explained < needed:
+        return found
+    beside = _judge(freer, EXPLANATIONS).named
+    if beside is not None and beside.code == named.code:
+        return found
+    drift = short_drift.explain(case)
+    if drift is None or not _is_told(case, given, drift):
+        return Judged(found.unexplained, None, given)
+    certain = evidence(case, given, drift) > CLEAR_EVIDENCE
+    return Judged(found.unexplained, drift, given, certain)
 
 
 def _judge(case: Case, candidates: Candidates) -> Judged:

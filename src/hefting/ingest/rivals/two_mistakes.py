@@ -14,7 +14,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from hefting.core.progress import each as each_of
-from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE
+from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, short_drift
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import NEGLIGIBLE_UNEXPLAINED, missing
 from hefting.ingest.rivals.explanation import Explanation, explained_by_motion
@@ -134,8 +134,8 @@ def judge(case: Case) -> Judged:
 
 
 def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
-    """Whether two mistakes may be told: much is unexplained, by the best one too, and not
-    as of a vibration."""
+    """Whether two mistakes may be told: much is unexplained, by the best one and by a
+    bias that drifts in a short recording too, and not as of a vibration."""
     if found.whole or not found.unexplained > LARGE_UNEXPLAINED:
         return False
     if case.poses < MANY_POSES:
@@ -143,6 +143,11 @@ def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
     if found.named is not None:
         left = missing(case, found.named.fitted)
         if left < ENOUGH_EXPLAINED * missing(case, given.fitted):
+            return False
+    drift = short_drift.explain(case)
+    if drift is not None:
+        enough = ENOUGH_EXPLAINED * missing(case, given.fitted)
+        if missing(case, drift.fitted) < max(enough, NEGLIGIBLE_UNEXPLAINED):
             return False
     vibration = Vibration.of(case) if case.path.moves else None
     left = found.unexplained
