@@ -135,7 +135,7 @@ def judge_one(case: Case) -> Judged:
     """Look for a mistake where the recording as given is not explained by noise; where
     none is found, beside a filter that makes the wrench as late as it is. A filter is
     compared with such a one where that is likelier, as the answer will be corrected."""
-    found = _beside_drift(case, _judge(case, EXPLANATIONS))
+    found = _judge_beside_drift(case, EXPLANATIONS)
     is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
     if found.given is None or case.offset < SHORTEST_LAG:
         return found
@@ -147,16 +147,17 @@ def judge_one(case: Case) -> Judged:
     if is_filtered:
         given = max((found.given, as_given(slow)), key=lambda each: each.likelihood)
         return replace(found, given=given)
-    named = _judge(slow, ()).named
+    named = _judge_beside_drift(slow, ()).named
     if named is None or not _is_told(case, found.given, named):
         return found
     certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
     return replace(found, named=named, certain=certain)
 
 
-def _beside_drift(case: Case, found: Judged) -> Judged:
+def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
     """What is found, unless it is not beside a bias that drifts more freely, and that
     explains part of the recording, too: a turn, a gain or a cable imitates it."""
+    found = _judge(case, candidates)
     named, given = found.named, found.given
     if named is None or given is None or named.code == short_drift.CODE:
         return found
@@ -167,7 +168,7 @@ def _beside_drift(case: Case, found: Judged) -> Judged:
     needed = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)
     if explained < needed:
         return found
-    beside = _judge(freer, EXPLANATIONS).named
+    beside = _judge(freer, candidates).named
     if beside is not None and beside.code == named.code:
         return found
     drift = short_drift.explain(case)
