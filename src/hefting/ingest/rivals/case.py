@@ -151,9 +151,9 @@ class Case:
         }
         return replace(self, **parts)
 
-    def with_drift(self) -> "Case":
-        """With a bias that drifts more freely, by one knot."""
-        other = replace(self, more_knots=self.more_knots + 1)
+    def with_drift(self, knots: int) -> "Case":
+        """With a bias that drifts more freely, by so many knots."""
+        other = replace(self, more_knots=knots)
         return self._of_same_motion(other)
 
     def with_gravity(self, gravity: Array) -> "Case":

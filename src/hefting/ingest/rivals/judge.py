@@ -155,21 +155,26 @@ def judge_one(case: Case) -> Judged:
 
 
 def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
-    """What is found, unless it is not beside a bias that drifts more freely, and that
-    explains part of the recording, too: a turn, a gain or a cable imitates it."""
+    """What is found, unless it is not found beside a bias that drifts more freely, where
+    that explains part of the recording, too: a turn, a gain or a cable imitates it."""
     found = _judge(case, candidates)
     named, given = found.named, found.given
     if named is None or given is None or named.code == short_drift.CODE:
         return found
     if not (case.biased and case.path.moves):
         return found
-    freer, before = case.with_drift(), missing(case, given.fitted)
-    explained = before - missing(case, as_given(freer).fitted)
-    needed = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)
-    if explained < needed:
-        return found
-    beside = _judge(freer, candidates).named
-    if beside is not None and beside.code == named.code:
+    before = missing(case, given.fitted)
+    part = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)
+    as_much = max(before - missing(case, named.fitted), part)
+    # with one knot more where that explains part, with two where as much as the mistake
+    for knots, needed in ((1, part), (2, as_much)):
+        freer = case.with_drift(knots)
+        if before - missing(case, as_given(freer).fitted) < needed:
+            continue
+        beside = _judge(freer, candidates).named
+        if beside is None or beside.code != named.code:
+            break
+    else:
         return found
     drift = short_drift.explain(case)
     if drift is None or not _is_told(case, given, drift):
