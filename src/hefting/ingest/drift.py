@@ -35,8 +35,8 @@ class Drift:
     mean: Array
     """(6,) average over the samples kept"""
     rise: Array | None = None
-    """(6, 6) covariance of a linear drift, last value less first, which is better known
-    than either; None where the drift is not linear or undetermined"""
+    """(6, 6) covariance of a linear drift, last value less first [N², N² m, N² m²], in
+    which the constant bias has no part; None where it is not linear or undetermined"""
 
     def __post_init__(self):
         freeze(self, "knots", "values", "std", "mean", "rise")

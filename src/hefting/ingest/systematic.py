@@ -164,8 +164,8 @@ def errors_of_clock_offset(
 def errors_of_drift(
     found: Conditioned, measurements: Measurements, fit: FreeFit
 ) -> Array | None:
-    """Errors (10, 6) of the parameters by the errors of a linear drift that was removed,
-    whose outer product with themselves is the covariance.
+    """Errors (10, 6) of the parameters by those of a linear drift that was removed: E,
+    with E E' their covariance.
 
     In the rise of a single move a drift is told from the object's weight only in part.
     None where there is no such drift.

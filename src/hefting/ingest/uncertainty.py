@@ -61,7 +61,8 @@ class Uncertainty:
     undetermined"""
     rise: Array | None
     """(6, 6) covariance of a linear drift: of the bias at its last knot less that at
-    its first; None where there are not two knots, or one is undetermined"""
+    its first [N², N² m, N² m²]; None where there are not two knots, or one is
+    undetermined"""
     step: Array
     """(q,) difference of the solution of generalised least squares from that of the
     fit"""

@@ -7,7 +7,8 @@ imperfections, which any unknown explains a little of, are not named: of the rec
 of three real sensors the best mistake explains a third at most. Nor is a mistake named
 where next to nothing is unexplained, and errors as on data sheets explain that better.
 Static poses do not tell how large these are: there a mistake may leave more, if it is far
-likelier than they.
+likelier than they. Where a bias that drifts more freely explains the recording, too, a
+mistake is named only beside it: of a sensor that creeps a turn or a cable imitates that.
 """
 
 from collections.abc import Callable
@@ -159,9 +160,9 @@ def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
     that explains part of the recording, too: a turn, a gain or a cable imitates it."""
     found = _judge(case, candidates)
     named, given = found.named, found.given
-    if named is None or given is None or named.code == short_drift.CODE:
+    if named is None or given is None or not case.path.moves:
         return found
-    if not (case.biased and case.path.moves):
+    if named.code == short_drift.CODE:
         return found
     before = missing(case, given.fitted)
     part = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)

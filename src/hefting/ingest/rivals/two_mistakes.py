@@ -140,15 +140,12 @@ def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
         return False
     if case.poses < MANY_POSES:
         return False
-    if found.named is not None:
-        left = missing(case, found.named.fitted)
-        if left < ENOUGH_EXPLAINED * missing(case, given.fitted):
-            return False
-    drift = short_drift.explain(case)
-    if drift is not None:
-        enough = ENOUGH_EXPLAINED * missing(case, given.fitted)
-        if missing(case, drift.fitted) < max(enough, NEGLIGIBLE_UNEXPLAINED):
-            return False
+    enough = ENOUGH_EXPLAINED * missing(case, given.fitted)
+    if found.named is not None and missing(case, found.named.fitted) < enough:
+        return False
+    drift, enough = short_drift.explain(case), max(enough, NEGLIGIBLE_UNEXPLAINED)
+    if drift is not None and missing(case, drift.fitted) < enough:
+        return False
     vibration = Vibration.of(case) if case.path.moves else None
     left = found.unexplained
     return (left if vibration is None else vibration.beside(left)) > LARGE_UNEXPLAINED
