@@ -16,6 +16,7 @@ from hefting.batches.one import lost, row_of, start_row
 from hefting.batches.recordings import Recordings, Sources, recordings_of
 from hefting.batches.results import Results, rows_named
 from hefting.batches.summary import COLUMNS, Summary, summary_of
+from hefting.core.immutable import immutable
 from hefting.jobs import Jobs, Lost
 
 if TYPE_CHECKING:
@@ -37,7 +38,7 @@ class Progress:
     """of these, new rows with an error"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Batch:
     """What a batch made."""
 

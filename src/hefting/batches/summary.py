@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from hefting.batches.columns import SCHEMA, STAGES
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 
 if TYPE_CHECKING:
@@ -116,7 +117,7 @@ class Outlier:
     why: str
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Summary:
     """What a folder of results holds."""
 

@@ -140,10 +140,10 @@ def median(values: NDArray[Any]) -> float:
     """Median of finite numbers (N,), N > 0. As `numpy.median` has it, which imports
     `numpy.ma` at its first call."""
     half = len(values) // 2
+    ordered = np.partition(values, half)
     if len(values) % 2:
-        return float(np.partition(values, half)[half])
-    low, high = np.partition(values, (half - 1, half))[half - 1 : half + 1]
-    return float((low + high) / 2)
+        return float(ordered[half])
+    return float((ordered[:half].max() + ordered[half]) / 2)
 
 
 def check_gravity(gravity: ArrayLike) -> Array:
@@ -213,6 +213,12 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
         )
     )
     return rows.transpose(*range(2, rows.ndim), 0, 1)
+
+
+def lengths(vectors: Array) -> Array:
+    """(...,) lengths of vectors (..., n). `numpy.linalg.norm` along an axis takes ten
+    times as long."""
+    return np.sqrt(np.einsum("...i,...i", vectors, vectors))
 
 
 def squared_lengths(wrenches: Array) -> Array:

@@ -18,7 +18,7 @@ leaves.
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.moments import REFLECTORS, triangular
 from hefting.core.spatial import Array
@@ -45,7 +46,7 @@ VANISHING = 1e-8
 it would be an unknown of any size."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorqueMoments:
     """Triangular factor of each joint's equations, of all samples seen.
 

@@ -5,12 +5,13 @@ estimate holds a value all the same, as its method fills it in.
 """
 
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field
+from dataclasses import field
 from typing import Any, Self
 
 import numpy as np
 import numpy.typing as npt
 
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error
 from hefting.core.spatial import (
     PARAMETERS,
@@ -34,7 +35,7 @@ def _nothing(*shape: int) -> Mask:
     return np.zeros(shape, dtype=bool)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Undetermined:
     """What is open of mass, COM and inertia at the COM."""
 

@@ -17,6 +17,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording, Stream
@@ -32,7 +33,7 @@ WRITING = "writing the file"
 """What is reported as progress while a file is written."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Replay:
     """A recording, and what is shown with it. All wrenches have the sign of
     `hefting.core.spatial`, but for that in `recording`."""

@@ -30,6 +30,7 @@ from typing import Any, ClassVar, Literal
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import (
@@ -67,7 +68,7 @@ INVARIANCES = {
 """What an estimator may be indifferent to: the estimate is the same body."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Known:
     """What is known of a recording and its object before any method: hyperparameters
     follow from it."""

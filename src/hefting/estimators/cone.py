@@ -20,10 +20,10 @@ On arrays as small as these `dot` takes half the time of `@`.
 """
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array, Mask
 from hefting.estimators.quadratic import nonnegative_least_squares
@@ -42,7 +42,7 @@ UNDAMPED_STEPS = 10
 few would cycle."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ConeProblem:
     """One instance, without its bias columns (see `hefting.estimators.pmd`)."""
 
@@ -60,7 +60,7 @@ class ConeProblem:
     """|b| before the bias was taken out: what counts as zero is judged against it"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ConeSolution:
     """What `solve` found."""
 

@@ -20,7 +20,6 @@ all that is left. Equations of several sensors simply stand below one another.
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from functools import cached_property, reduce
 from typing import NoReturn, Self
 
@@ -28,6 +27,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.moments import Moments, triangular
 from hefting.core.spatial import Array, frozen
@@ -38,7 +38,7 @@ from hefting.estimators.time_record import TimeRecord
 _MASS_LAST = np.array((*range(1, 10), 0, 10))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class WhitenedState:
     """Equations of the ten parameters, of unit noise.
 
@@ -119,7 +119,7 @@ class WhitenedState:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class JointState:
     """States of two or more recordings; of the same object, sensor frame and sensor."""
 

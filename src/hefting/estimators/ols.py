@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from hefting.core.estimate import Certificate, Estimate
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.joint_state import JointState, State, WhitenedState, as_one
@@ -85,7 +86,7 @@ class OLS(PointEstimator):
         )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class LeastSquares:
     """Least-squares fit of the full model: the ten parameters and, when it is free, the
     six of a constant bias."""

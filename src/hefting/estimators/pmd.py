@@ -19,6 +19,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Certificate, Estimate
+from hefting.core.immutable import immutable
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
 from hefting.core.spatial import Array, own
 from hefting.estimators.base import BiasModel, require_samples
@@ -176,7 +177,7 @@ WITH_INERTIA = np.eye(11)[[0, 1, 2, 3, 10]]
 """(5, 11) [m, mc | b] among [ten parameters | b]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class BiasRows:
     """The six equations c beta + A phi = b of either model that hold the bias beta of a
     recording."""
@@ -221,7 +222,7 @@ class BiasRows:
         return self.rows @ np.append(vector, -1.0)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ModelRows:
     """Rows that each bias couples, then those of the reduced and of the full model."""
 

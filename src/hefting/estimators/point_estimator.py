@@ -30,6 +30,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
 from hefting.core.messages import Message
@@ -52,7 +53,7 @@ LEAST_OWN_SHARE = 1e-6
 """Least share of the mass's variance that is not the gain's."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class MassRow:
     """The row, and what it tells of the sensor's gain; `NO_ROW` where there is none."""
 

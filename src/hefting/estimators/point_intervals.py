@@ -10,11 +10,11 @@ the ends are moved out to include it.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import Array, Mask
@@ -43,7 +43,7 @@ VANISHING = 1e-13
 zero: rounding."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Known:
     """What samples and method together tell of the parameters."""
 
@@ -168,7 +168,7 @@ def _center(vector: Array) -> Array:
     return c * min(1.0, FARTHEST_COM / max(float(np.sqrt(c @ c)), 1e-300))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Root:
     """Root of a likelihood's precision, Lambda = X'X, without directions that the
     samples do not see."""

@@ -14,11 +14,11 @@ standard normal. Its first column is the mass's, next to free; the others are
 How far bodies stray is not known: members have several nu, sizes or deviations.
 """
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.prior import MASS_STD, Prior, parallel_axis_slopes
@@ -52,7 +52,7 @@ WRONG_SHAPE = 0.01
 body."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class PossibleBodies:
     """Mixture of Gaussians for the parameters of a body of 1 kg, in sensor axes about
     the sensor's origin."""

@@ -8,12 +8,12 @@ wrench]: its last rows are the problem that is left when the bias takes its best
 whatever the parameters.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
 from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.measurements import Noise
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, triangular
@@ -121,7 +121,7 @@ def require_information(problem: "Quadratic") -> None:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ScaledSVD:
     """Singular value decomposition of A (r, n), r >= n, with its columns scaled to one
     length: A = (U S V) scale."""
@@ -160,7 +160,7 @@ class ScaledSVD:
         return np.flatnonzero(np.abs(self.kernel).max(axis=0, initial=0.0) > 1e-6)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Quadratic:
     """|A phi - b|², the bias at its best; see the module."""
 

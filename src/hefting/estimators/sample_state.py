@@ -2,13 +2,13 @@
 Newton-Euler model."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import Literal, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.moments import Moments
 from hefting.core.regressor import features, full_model_weight
@@ -30,7 +30,7 @@ at 1 were 0.95 to 19 for the COM, 0.99 to 8 for the inertia about the sensor, 0.
 about the COM."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class SampleState:
     """Moments of the samples with their equations scaled by 1 - w for the reduced model
     and by w for the full one.

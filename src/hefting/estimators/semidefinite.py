@@ -15,11 +15,12 @@ lower bound: with 2 A'u = vec S (+ y e),
 
 import math
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.accuracy import Certificate
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
 from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, vec
@@ -63,7 +64,7 @@ def _svd(X: Array) -> tuple[Array, Array, Array]:
     return lapack.dgesdd(X)[:3]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Solution:
     """Result of `solve`."""
 

@@ -8,11 +8,12 @@ model for all samples that the state's time record holds, whatever the method; t
 are those of Bayes (`hefting.estimators.bayes.likelihood` and `.colour`).
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.moments import Moments, triangular
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
@@ -35,7 +36,7 @@ NOISE_PASSES = 2
 """Number of times the noise is found: its covariance depends on its colour."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class StateLikelihood:
     """Likelihood of a state, with all that widens it."""
 
@@ -45,7 +46,7 @@ class StateLikelihood:
     """[kg] the force over the acceleration; never zero"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class StateSamples:
     """What a state tells of all its samples under the full model."""
 

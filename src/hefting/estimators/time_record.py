@@ -1,13 +1,14 @@
 """Time record: moments of a state's samples by time scale and by stretch, for
 estimators that model coloured noise."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise
 from hefting.core.moments import triangular
 from hefting.core.regressor import FEATURES
@@ -30,7 +31,7 @@ def _empty_factor() -> Array:
     return np.zeros((FEATURES, FEATURES))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Stretches:
     """Triangular factors of consecutive stretches of one length, and of the one that is
     being filled. Immutable."""
@@ -122,7 +123,7 @@ def _join(first: tuple[Array, int], second: tuple[Array, int]) -> tuple[Array, i
     return triangular(np.concatenate((first[0], second[0]))), first[1] + second[1]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TimeRecord:
     """Features by time scale and by stretch, and the errors of the motion. Immutable;
     amortised cost is constant."""

@@ -12,11 +12,11 @@ noise spectrum by octaves. A constant offset has no details. See Percival & Wald
 And the autocorrelation time of a series.
 """
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.moments import BLOCK, REFLECTORS, triangular
 from hefting.core.regressor import FEATURES
@@ -26,7 +26,7 @@ HAAR_FACTOR = 0.5**0.5
 """Factor of the orthonormal Haar transform: 1 / sqrt(2)."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TimeScales:
     """Triangular factors of Haar details, finest level first. Immutable."""
 

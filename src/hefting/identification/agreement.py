@@ -28,6 +28,7 @@ from hefting.core.display import Shown
 from hefting.core.errors import InputError
 from hefting.core.estimate import Answered, Estimate, com_jacobian, estimate_given
 from hefting.core.estimate_json import json_ready
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Verdict
 from hefting.core.sensor_accuracy import Z95
@@ -65,7 +66,7 @@ class Difference:
         return "moment about a common axis" if "moment" in own else own
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Agreement(Shown):
     """How several estimates of the same object agree."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import EMPTY_RUNS
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording
@@ -62,7 +63,7 @@ GAIN_STD = 0.01
 included, as data sheets say of torque sensors."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ByTorques:
     """What joint torques tell of a payload, for any method."""
 

@@ -9,12 +9,13 @@ for machines.
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.mass_reading import EXAMPLE, MassReading
 from hefting.core.messages import Message, codes, error, warning
 from hefting.core.spatial import Array
@@ -45,7 +46,7 @@ CONTRADICTED = "shape-contradicts-wrench"
 """Code of what Bayes says of a wrench that no likely body explains."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Checked:
     """An estimate, and all that it rests on."""
 

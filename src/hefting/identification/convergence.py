@@ -2,12 +2,13 @@
 an instant of it."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.estimators import Estimator
@@ -23,7 +24,7 @@ INSTANTS = 20
 """Instants at which a recording is looked at."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Convergence:
     """Estimates from the samples up to each of n instants, by one method.
 

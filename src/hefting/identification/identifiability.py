@@ -6,13 +6,13 @@ squares (`hefting.ingest.free_fit.FreeFit`). The reasons are read off the motion
 gravity pointed in sensor axes, and about which axes the sensor was accelerated.
 """
 
-from dataclasses import dataclass
 from typing import Any, Literal
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate_json import json_ready
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import Array
@@ -86,7 +86,7 @@ def _columns(moments: Moments, model: str, size: float = 1.0) -> Array:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Identifiability:
     """What a motion can tell of a body, beside the noise of its recording."""
 

@@ -1,6 +1,5 @@
 """Truth: what an object is known to be, and how far an estimate is from it."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import SCHEMA
 from hefting.core.files import read_json
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, check_magnitude
 from hefting.core.metrics import Errors, errors_between
@@ -16,7 +16,7 @@ from hefting.core.spatial import Array
 from hefting.shapes import Shape
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Truth:
     """True parameters in the sensor frame, with the object's bounding box where it is
     known."""

@@ -1,13 +1,14 @@
 """Waiting samples: poses, motions and wrenches of a live stream that something else has
 to come for before they can be used."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from typing import Any, Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
 from hefting.logs.arrays import numbers, position_and_orientation, unit_quaternions
@@ -25,7 +26,7 @@ MOVED = (0.005, 0.01)
 below a tenth of it."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Poses:
     """Successive poses of the sensor in the world."""
 
@@ -97,7 +98,7 @@ class Poses:
 NO_POSES = Poses(np.empty(0), None, np.empty((0, 4)))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pairing:
     """Motions and wrenches, each of which waits for the other."""
 

@@ -1,7 +1,6 @@
 """The bias of the wrench: known, measured while nothing was held or read from a file, or
 a constant that is estimated with the object, where the motion tells it."""
 
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
@@ -9,6 +8,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.files import read_json
+from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST, check_magnitude
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
@@ -107,7 +107,7 @@ LARGE_BIAS = 0.1
 used."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FreeFits:
     """Unconstrained least squares of all samples."""
 

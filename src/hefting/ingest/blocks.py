@@ -6,12 +6,13 @@ averaged too, to second order: the mean of x(t) over times of mean t' and varian
 x(t') + s² x''(t') / 2.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording, Stream, block_starts
 from hefting.core.spatial import Array, Indices, Mask, in_sensor_axes
 from hefting.ingest.conditioned import Conditioned
@@ -22,7 +23,7 @@ BLOCKS_AT_A_TIME = 10_000
 """Number of blocks processed together, where that bounds the memory."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Blocks:
     """Averages of K samples over B blocks; of a slow sensor each sample is a block."""
 

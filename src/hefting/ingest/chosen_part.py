@@ -1,11 +1,12 @@
 """Part: which part of a recording one body was held in, and what mistake is in it."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.core.spatial import in_sensor_axes
 from hefting.ingest.changes.stretches import Changes
@@ -17,7 +18,7 @@ from hefting.ingest.weights import may_be_acceleration, weights_at_rest
 Condition = Callable[[Recording], Conditioned]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ChosenPart:
     """The recording, or the longest stretch of it with one free body."""
 

@@ -8,12 +8,13 @@ logarithm.
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import reduce
 from typing import Any, Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.moments import Moments, triangular
 from hefting.core.regressor import FULL_MAP, GRAVITY, MOTION, WRENCH
@@ -25,7 +26,7 @@ FORCE = slice(15, 18)
 """Columns of the features, see `hefting.core.regressor`."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Excitation:
     """Moments of the samples, and of the directions of gravity in sensor axes."""
 
@@ -113,7 +114,7 @@ FULL = ("full",)
 """`Estimator.sampling` of the methods that know the full model alone."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Condensed:
     """Sums over the measurements of one recording."""
 

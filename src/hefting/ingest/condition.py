@@ -3,11 +3,12 @@ gravity's direction."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.progress import report
 from hefting.core.recording import Recording
@@ -70,7 +71,7 @@ BLOCKS_FOR_GRAVITY = 5_000
 """Number of blocks used for finding gravity's direction."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Found:
     """The fit of a recording, and what else was found."""
 

@@ -4,6 +4,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
@@ -56,7 +57,7 @@ class WrenchSign:
         return "on-object" if self.on_object else "on-sensor"
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class GravityEstimate:
     """Gravity as estimated from the data, where its direction was given."""
 
@@ -66,7 +67,7 @@ class GravityEstimate:
     """rad, about each axis"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Conditioned:
     """Clock offset, sign, bias, gravity, noise and outliers of a recording."""
 

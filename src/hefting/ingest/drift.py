@@ -1,10 +1,10 @@
 """Drift of a bias: constant, linear, or piecewise linear between knots."""
 
 from collections.abc import Iterator
-from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, freeze, interpolated
 
 SHORTEST_DRIFTING_RECORDING = 7.9
@@ -20,7 +20,7 @@ DRIFT_KINDS = ("constant", "linear", "random walk")
 """Names of a bias with one, two, and three or more knots."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Drift:
     """A sensor's bias as a function of time: linear between knots, constant before the
     first and after the last."""
@@ -72,7 +72,7 @@ def candidates(duration: float, closest: float) -> tuple[int, ...]:
     return tuple(numbers) if most <= numbers[-1] else (*numbers, most)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class HatFunctions:
     """Piecewise-linear basis functions of a drift at sorted samples."""
 

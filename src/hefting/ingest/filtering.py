@@ -2,11 +2,12 @@
 take longer to import than all mistakes to be looked for."""
 
 from collections.abc import Callable
-from dataclasses import dataclass, field
+from dataclasses import field
 
 import numpy as np
 from numpy.typing import NDArray
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, interpolated
 
 Complex = NDArray[np.complexfloating]
@@ -26,7 +27,7 @@ Response = Callable[[Complex], Complex]
 """Transfer function of s = 2 pi i f [rad/s]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Signal:
     """An evenly sampled signal, to go through many filters. Before it began it rested
     at its first value."""
@@ -54,7 +55,7 @@ class Signal:
         return np.asarray(late[:K], dtype=float)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Ahead:
     """Signals through filters of first order, each ahead by the lag that it has in
     steady motion.

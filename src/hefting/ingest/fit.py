@@ -7,11 +7,11 @@ J. American Statistical Association 84, 1989). The model is that of
 `hefting.ingest.model`.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Mask, interpolated, squared_lengths
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, tilt_gravity
@@ -35,7 +35,7 @@ NEGLIGIBLE_PREDICTION_CHANGE = 1e-3
 fit counts as converged. A plain fit must change by a tenth of it."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Fit:
     """A solution, and the residuals it leaves."""
 
@@ -99,7 +99,7 @@ class Fit:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Start:
     """Initial values of a fit."""
 

@@ -5,10 +5,11 @@ computed from one triangular factor of the samples' moments.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.moments import Moments
 from hefting.core.regressor import GRAVITY, ONE, WRENCH, predict_wrench
@@ -31,7 +32,7 @@ TYPICAL_SIZE = 0.2
 shape is given."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class FreeFit:
     """Result of unconstrained least squares, weighted by its own residuals."""
 

@@ -1,12 +1,13 @@
 """Ingested: a recording with all that estimators need to know of it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
@@ -22,7 +23,7 @@ from hefting.motion.measure import DESCRIPTIONS
 from hefting.motion.state import Motion
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Ingested:
     """A recording as estimators take it, and what was found and assumed."""
 

@@ -7,12 +7,13 @@ one of them tells and another does not: whether there is a bias, and the wrench'
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Any
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.messages import Message
 from hefting.core.spatial import Array
@@ -35,7 +36,7 @@ LARGEST_WEIGHT = 100.0
 rounding."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class JointIngested(Ingested):
     """Several recordings as estimators take them. What is said of one recording in
     `Ingested` is here of all of them together; times are those of each."""

@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.core.messages import note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Indices, own
+from hefting.core.spatial import Array, Indices, lengths, own
 from hefting.ingest.poses import where_in_time
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import displacement
@@ -43,6 +43,10 @@ more or less, from which on poses of another clock were read evenly, and no row 
 of 12 % of the rows, lost at random, it is a fifth."""
 FIRST_LOOKED_AT = 300
 """Odd steps, of all, that are looked at first."""
+MOST_FOR_NOISE = 100_000
+"""Steps, of all, from which the noise is found: its size to 1 %."""
+PLACES_AT_A_TIME = 4096
+"""Of so many what is computed in between stays in the processor's cache."""
 PASSES = 3
 """Times the rows of a step are counted: then beside steps of one row."""
 MANY_LOST = 0.05
@@ -72,9 +76,8 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
         or not all(np.array_equal(s.time, time) for s in recording.streams.values())
     ):
         return recording
-    interval = np.diff(time)
-    usual = float(np.median(interval))
-    if np.ptp(interval) > EVEN * usual:
+    usual = float(time[-1] - time[0]) / (len(time) - 1)
+    if np.ptp(np.diff(time)) > EVEN * usual:
         return recording
     if has_poses:
         poses = (recording[name].values for name in POSE_STREAMS)
@@ -111,7 +114,8 @@ def _over_noise(values: Array, steps: Array) -> Array:
     """(K - 1, n) steps between `values` (K, m) over the standard deviation of their
     noise, from second differences, or of their rounding, from the smallest change of a
     number."""
-    second = np.abs(np.diff(steps, axis=0))
+    nth = 1 + len(steps) // MOST_FOR_NOISE
+    second = np.abs(steps[1::nth] - steps[:-1:nth])
     white = 1.4826 * float(np.median(second)) / np.sqrt(6.0)
     changes = np.abs(np.diff(values, axis=0))
     digit = changes.min(initial=np.inf, where=changes > 0.0)
@@ -132,18 +136,31 @@ def _rows_lost(steps: Array) -> Indices:
 def _rows_of(steps: Array) -> Indices:
     """(K - 1,) number of rows that each step (K - 1, n) is of, beside its neighbours."""
     rows = np.ones(len(steps), dtype=int)
-    length = np.linalg.norm(steps, axis=1)
-    beside = np.stack((length[:-2], length[2:]))
-    low, high = beside.min(axis=0), beside.max(axis=0)
-    odd = (length[1:-1] > (1.0 + ODD) * low) | (length[1:-1] < (1.0 - ODD) * high)
-    odd &= high > 0.5 * CLEAR_STEP
-    places = 1 + np.flatnonzero(odd)
+    places = _odd_places(steps)
     for some in (places[:: 1 + len(places) // FIRST_LOOKED_AT], places):
-        found = _rows_at(steps, some)
+        parts = range(0, len(some), PLACES_AT_A_TIME)
+        each = [_rows_at(steps, some[i : i + PLACES_AT_A_TIME]) for i in parts]
+        found = np.concatenate([rows[:0], *each])
         if (found == 0).sum() > OTHERS * (found > 1).sum():
             return rows
     rows[places] = np.maximum(found, 1)
     return rows
+
+
+def _odd_places(steps: Array) -> Indices:
+    """(n,) places of the steps (K - 1, n) whose length differs from that of those beside
+    them, where these may foretell it clearly."""
+    length = lengths(steps)
+    low = np.minimum(length[:-2], length[2:])
+    high = np.maximum(length[:-2], length[2:])
+    odd = (length[1:-1] > (1.0 + ODD) * low) | (length[1:-1] < (1.0 - ODD) * high)
+    odd &= high > 0.5 * CLEAR_STEP
+    # half of the neighbours are at least as far off zero as their median
+    reach = NEIGHBOURS.max()
+    padded = np.pad(length**2, reach, mode="edge")
+    beside = np.convolve(padded, np.ones(2 * reach + 1), "valid") - length**2
+    odd &= beside[1:-1] > 0.5 * len(NEIGHBOURS) * CLEAR_STEP**2
+    return 1 + np.flatnonzero(odd)
 
 
 def _rows_at(steps: Array, places: Indices) -> Indices:
@@ -154,10 +171,10 @@ def _rows_at(steps: Array, places: Indices) -> Indices:
     # their median: a sort of few numbers is faster
     ordered, half = np.sort(np.swapaxes(near, 1, 2), axis=2), len(NEIGHBOURS) // 2
     expected = ordered[:, :, half - 1 : half + 1].mean(axis=2)
-    size = np.linalg.norm(expected, axis=1)
-    spread = np.median(np.abs(np.linalg.norm(near, axis=2) - size[:, None]), axis=1)
+    size = lengths(expected)
+    spread = np.median(np.abs(lengths(near) - size[:, None]), axis=1)
     share = np.einsum("ij,ij->i", chosen, expected) / np.maximum(size, 1e-12) ** 2
-    across = np.linalg.norm(chosen - share[:, None] * expected, axis=1)
+    across = lengths(chosen - share[:, None] * expected)
     rows = np.rint(np.clip(share, 0.0, MOST_IN_A_ROW + 2.0)).astype(int)
     is_whole = (
         (rows >= 1)

@@ -21,6 +21,7 @@ from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import Array
 from hefting.ingest.blocks import Blocks
@@ -64,7 +65,7 @@ class Layout:
         return cls(offset, slice(next_index, next_index + 2), next_index + 2)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Problem:
     """Wrench samples, the motion, and which unknowns are free."""
 
@@ -101,7 +102,7 @@ class Problem:
         return self if chosen is self.blocks else replace(self, blocks=chosen)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Model:
     """The model of each block, linear about one clock offset and one direction of
     gravity."""

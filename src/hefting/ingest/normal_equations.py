@@ -1,10 +1,9 @@
 """Weighted least squares by the normal equations of `hefting.ingest.model`, with
 undetermined directions left out."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.drift import HatFunctions
@@ -22,7 +21,7 @@ unknowns lose rank together.
 """
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Solution:
     """Solution of weighted normal equations."""
 

@@ -1,10 +1,9 @@
 """Coarse clock offset between wrench and motion: a scan of the Student t likelihood of
 the linear model over a grid."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import Start
@@ -134,7 +133,7 @@ def _fit_at_offsets(
     return start, fits
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Design:
     """The linear model at each of O offsets.
 

@@ -9,11 +9,11 @@ sensor mounted turned or in contact, gains some tens at offsets at which the mot
 happens to resemble itself.
 """
 
-from dataclasses import dataclass
 from typing import Literal
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.ingest.offset import (
     COARSE_OFFSET_STEP,
@@ -49,7 +49,7 @@ is not in its neighbourhood, and in between which it is worse."""
 Doubt = Literal["several", "edge", "gain", "share"]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class OffsetProfile:
     """Weighted squared residuals at O clock offsets."""
 

@@ -1,10 +1,11 @@
 """Outliers of the wrench: contacts, which last over several cells; single spikes; and
 saturated samples."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask, runs_of, squared_lengths
 
 CELL_DURATION = 0.05
@@ -45,7 +46,7 @@ FEWEST_SATURATED_SAMPLES = 5
 the sensor's limit."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Outliers:
     """Masks of the rejected samples, by cause."""
 

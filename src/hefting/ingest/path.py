@@ -2,12 +2,13 @@
 times of the wrench, shifted by a clock offset."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import (
     STANDARD_GRAVITY,
@@ -47,7 +48,7 @@ Read = Callable[[Array, bool], tuple[Array, Array, Mask]]
 `Reading.value`, variances (2, K) or zeros, and a mask (K,) of known rows."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Reading:
     """Motion at K times in sensor axes, with its derivatives by time."""
 
@@ -70,7 +71,7 @@ class Reading:
     those at its ends."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Path:
     """Motion as a function of time."""
 

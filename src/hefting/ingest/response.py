@@ -11,11 +11,12 @@ parameters, the bias and what is left of the lag are least squares; how likely e
 follows from what it leaves of the wrench.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
 from hefting.core.regressor import motion_features
@@ -47,7 +48,7 @@ WIDE = 1e3
 """The same of the bias [N, N m] and its change [1/s]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Response:
     """How the wrench follows the motion, beside a delay."""
 
@@ -133,7 +134,7 @@ def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response |
     )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Beside:
     """What least squares finds beside a filter."""
 
@@ -149,7 +150,7 @@ class _Beside:
     """log likelihood, up to a constant"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Samples:
     """Motion and wrench."""
 

@@ -6,10 +6,11 @@ reduces the bias to as few knots as the data support, and refines the offset by
 generalised least squares. Each step starts from the result of the one before.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import SIGNIFICANT
@@ -57,7 +58,7 @@ SMALLEST_OFFSET = 1e-5
 """[s] Smaller clock offsets are not corrected."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class InlierFit:
     """A fit to the samples that are not outliers."""
 
@@ -67,7 +68,7 @@ class InlierFit:
     outliers: Outliers
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RobustFit(InlierFit):
     """A fit to the inliers with its uncertainty."""
 

@@ -8,10 +8,11 @@ American Statistical Association 84, 1989).
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.immutable import immutable
+from hefting.core.lapack import lapack
 from hefting.core.spatial import Array, squared_lengths
 from hefting.ingest.fit import STUDENT_DEGREES_OF_FREEDOM
 
@@ -23,7 +24,7 @@ ALTERNATIVES_AT_A_TIME = 16
 """Of so many what is computed in between stays in the processor's cache."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class RobustRows:
     """Robust fits of O alternatives to K samples."""
 
@@ -100,26 +101,29 @@ def _reweighted(
     residual = wrench - wrench.mean(axis=1, keepdims=True)
     square = squared_lengths(residual)
     count = np.maximum(used.sum(axis=1), 1.0)
-    scale = np.maximum(np.sqrt(square.mean(axis=1) / 3.0), floor)
-    weights, solution = np.ones((O, K)), np.zeros((O, 0))
+    per_axis, least = 3.0 * count[:, None], np.square(floor)
+    variance = np.maximum(square.mean(axis=1) / 3.0, least)
+    weights, solution = used, np.zeros((O, 0))
+    heavy = (nu + 6.0) * used
     for _ in range(iterations):
-        solution, coefficients = solve(used * weights, scale)
+        solution, coefficients = solve(weights, np.sqrt(variance))
         residual = wrench - known @ coefficients
         square = squared_lengths(residual)
         for _ in range(2):
-            weights = (nu + 6.0) / (nu + _distances(square, scale))
-            total = ((used * weights)[:, None] @ square)[:, 0]
-            scale = np.maximum(np.sqrt(total / (3.0 * count[:, None])), floor)
-    tail = 0.5 * (nu + 6.0) * np.log1p(_distances(square, scale) / nu)
-    likelihood = -np.sum(used * tail, axis=1) / count - 3.0 * np.log(scale).sum(axis=1)
+            weights = heavy / (nu + _distances(square, variance))
+            total = (weights[:, None] @ square)[:, 0]
+            variance = np.maximum(total / per_axis, least)
+    tail = 0.5 * (nu + 6.0) * np.log1p(_distances(square, variance) / nu)
+    likelihood = -np.sum(used * tail, axis=1) / count
+    likelihood -= 1.5 * np.log(variance).sum(axis=1)
     likelihood[count < 0.5 * K] = -np.inf
-    return RobustRows(likelihood, solution, scale, used * weights, residual)
+    return RobustRows(likelihood, solution, np.sqrt(variance), weights, residual)
 
 
-def _distances(square: Array, scale: Array) -> Array:
-    """(O, K) squares of force and torque residuals (O, K, 2) in units of their sizes
+def _distances(square: Array, variance: Array) -> Array:
+    """(O, K) squares of force and torque residuals (O, K, 2) in units of their variances
     (O, 2)."""
-    return (square @ (scale**-2.0)[:, :, None])[:, :, 0]
+    return (square @ (1.0 / variance)[:, :, None])[:, :, 0]
 
 
 def normal_equations(
@@ -128,17 +132,17 @@ def normal_equations(
     """Normal matrices (O, p, p) and right-hand sides (O, p), for weights (O, K) and
     residual scales (O, 2); the other arguments as for `fit_each`."""
     O, z, p = len(both), both.shape[2] - 6, maps.shape[2]
-    flat = maps.reshape(6 * z, p)
+    flat, wide = maps.reshape(6 * z, p), maps.reshape(z, 6 * p)
     normal, right = np.empty((O, p, p)), np.empty((O, p))
     for first in range(0, O, ALTERNATIVES_AT_A_TIME):
         part = slice(first, first + ALTERNATIVES_AT_A_TIME)
         weighted = both[part, :, :z] * weights[part, :, None]
-        gram = np.swapaxes(weighted, 1, 2) @ both[part]
-        inverse_variance = np.repeat(scale[part] ** -2.0, 3, axis=1)
-        columns = (gram[:, :, :z] @ maps.reshape(z, -1)).reshape(-1, z, 6, p)
-        columns *= inverse_variance[:, None, :, None]
+        gram = weighted.transpose(0, 2, 1) @ both[part]
+        inverse_variance = scale[part, None, :, None] ** -2.0
+        columns = (gram[:, :, :z] @ wide).reshape(-1, z, 2, 3 * p)
+        columns *= inverse_variance
         normal[part] = flat.T @ columns.reshape(-1, 6 * z, p)
-        sums = gram[:, :, z:] * inverse_variance[:, None]
+        sums = gram[:, :, z:].reshape(-1, z, 2, 3) * inverse_variance
         right[part] = sums.reshape(-1, 6 * z) @ flat
     return normal, right
 
@@ -146,13 +150,20 @@ def normal_equations(
 def scaled_to_ones(normal: Array) -> tuple[Array, Array]:
     """Normal matrices (O, p, p) scaled to a unit diagonal and slightly damped, and the
     scales (O, p): one where the data do not depend on an unknown."""
-    length = np.sqrt(np.maximum(np.diagonal(normal, axis1=1, axis2=2), 0.0))
-    length = np.where(length > 1e-150, length, 1.0)
-    scaled = normal / length[:, :, None] / length[:, None, :]
-    return scaled + DAMPING * np.eye(normal.shape[1]), length
+    length = np.sqrt(np.maximum(np.einsum("oii->oi", normal), 0.0))
+    length[length <= 1e-150] = 1.0
+    scaled = normal / length[:, :, None]
+    scaled /= length[:, None, :]
+    np.einsum("oii->oi", scaled)[...] += DAMPING
+    return scaled, length
 
 
 def solve_each(normal: Array, right: Array) -> Array:
     """Solutions (O, p) of normal equations (O, p, p) and (O, p)."""
     scaled, length = scaled_to_ones(normal)
-    return np.linalg.solve(scaled, (right / length)[:, :, None])[:, :, 0] / length
+    solution = right / length
+    for N, x in zip(scaled, solution, strict=True):
+        _, x[:], failed = lapack.dposv(N.T, x)
+        if failed:  # not finite
+            x[:] = np.nan
+    return solution / length

@@ -1,10 +1,9 @@
 """Wrench samples as recorded, and which of them a fit to their blocks does not
 explain."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, interpolated
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.fit import Fit
@@ -20,7 +19,7 @@ SAMPLES_AT_A_TIME = 200_000
 the memory."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Samples:
     """Wrench samples as recorded."""
 

@@ -22,11 +22,11 @@ from it: the errors of sensors are mostly slow, while the clock offset shows bes
 fast changes.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import Layout
@@ -43,7 +43,7 @@ FORCE_AND_TORQUE = (slice(0, 3), slice(3, 6))
 """Channels of force and of torque. The channels of each share a spectrum."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Uncertainty:
     """Covariance of the solution of a fit, for coloured residuals."""
 
@@ -232,7 +232,7 @@ def _generalised_step(
     return own @ inverse @ b, np.einsum("ij,jk,ik->i", own, inverse, own)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Transforms:
     """Fourier transforms of a segment of samples, real and imaginary parts one behind
     the other. Frequencies but the first and last include their negatives."""

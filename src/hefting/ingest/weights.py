@@ -7,7 +7,7 @@ import numpy as np
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array
+from hefting.core.spatial import STANDARD_GRAVITY, Array, lengths
 from hefting.estimators.raw_motion import white_motion_noise, white_noise
 from hefting.ingest.conditioned import Conditioned
 from hefting.motion import Measured
@@ -107,8 +107,8 @@ def weights_at_rest(motion: Motion, gravity: Array, mass: float, noise: float) -
 def _turning(motion: Motion) -> Array:
     """(K,) [1/s²] Acceleration of a point over its distance from the axis."""
     return np.hypot(
-        np.linalg.norm(motion.angular_acceleration, axis=1),
-        np.linalg.norm(motion.angular_velocity, axis=1) ** 2,
+        lengths(motion.angular_acceleration),
+        lengths(motion.angular_velocity) ** 2,
     )
 
 

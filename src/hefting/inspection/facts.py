@@ -4,6 +4,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import dynamism, predict_wrench
@@ -170,7 +171,7 @@ def _widest(gravity: Array) -> float:
     return float(np.arccos(np.clip((ends @ ends.T).min(), -1.0, 1.0)))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Channels:
     """Signal and noise of three channels, x, y and z in sensor axes."""
 
@@ -191,7 +192,7 @@ class Channels:
             return np.where(self.noise > 0.0, (self.signal / self.noise) ** 2, np.inf)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class WrenchFacts:
     """What the wrench says of sensor and object."""
 

@@ -9,7 +9,7 @@ import re
 import sys
 import warnings
 from collections.abc import Generator, Iterator, Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -17,6 +17,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording
@@ -60,7 +61,7 @@ BLANKS = [" " * n for n in range(33)]
 """Cells that pyarrow takes for blank: up to 32 spaces."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class CsvTable:
     """A CSV file whose header is known; rows are counted by lines of the file, from
     1."""

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Stream
-from hefting.core.spatial import Mask
+from hefting.core.spatial import Mask, lengths
 
 FEW = 0.2
 """Share of the samples of a group up to which those that lack something are gaps of a
@@ -82,7 +82,7 @@ def without_invalid_poses(
     orientation = streams.get("orientation")
     if orientation is None or orientation.values.shape[1] != 4:
         return dict(streams), ()
-    norms = np.linalg.norm(orientation.values, axis=1)
+    norms = lengths(orientation.values)
     wrong = ~((norms > 0.5) & (norms < 2.0))
     count = int(wrong.sum())
     if not 0 < count <= FEW * len(wrong):

@@ -4,13 +4,13 @@ columns."""
 import json
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_size
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.logs.csv_cells import NUMBER, one_line, with_lists
 from hefting.logs.csv_file import CsvTable, open_csv, texts
@@ -36,7 +36,7 @@ BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
 size in it."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Sample:
     """Columns of a table."""
 

@@ -1,11 +1,12 @@
 """A table and a column map -> Recording, in SI units and the project's conventions."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
@@ -31,7 +32,7 @@ from hefting.logs.table import (
 from hefting.logs.units import Unit
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Mapped:
     """What a column map takes from a table."""
 

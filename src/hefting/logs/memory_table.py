@@ -5,12 +5,13 @@ from __future__ import annotations
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.messages import warning
 from hefting.core.recording import COLUMNS, Recording
 from hefting.core.spatial import Array
@@ -19,7 +20,7 @@ from hefting.logs.map_time import names_time
 from hefting.logs.table import LONGEST_LIST, Block, summarize_list
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class MemoryTable:
     """Named columns in memory; rows are counted from 0, and NaN is a blank cell.
 

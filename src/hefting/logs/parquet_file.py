@@ -5,7 +5,6 @@ of structures, ``force``, the columns ``force.x``, ... of their fields."""
 import io
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -13,6 +12,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
+from hefting.core.immutable import immutable
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
@@ -35,7 +35,7 @@ BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class ParquetTable:
     """A Parquet file whose schema is known; rows are counted from 1."""
 

@@ -2,13 +2,14 @@
 with times in seconds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST_CELL, too_large
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream, all_finite
@@ -54,7 +55,7 @@ STATIC_STREAMS = (
 static poses."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Block:
     """Some successive rows of a table."""
 

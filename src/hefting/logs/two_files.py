@@ -1,11 +1,12 @@
 """A wrench and the poses to it in two tables, as a sensor and a robot write them by
 programs of their own."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size, load_toml
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, column_names
 from hefting.logs.column_map import ColumnMap, column_map_of
@@ -20,7 +21,7 @@ POSES = ("position", "orientation", "joint_positions")
 """Streams that the file of poses holds."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Part:
     """What one of the files holds; times are in seconds, as recorded."""
 

@@ -8,12 +8,13 @@ what was smoothed has two more ends: what several tell of one object is found by
 
 import sys
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from math import inf
 from pathlib import Path
 
 from hefting.core.errors import InputError
 from hefting.core.files import check_readable, check_size
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.logs.csv_file import texts
 from hefting.logs.registry import Format, find_format, suffix_of, table_formats
@@ -139,7 +140,7 @@ class _Asked(Exception):
     """Carries the columns that a reader asks a table for."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Probe:
     """A table that tells which columns are read of it, in `_Asked`."""
 
@@ -150,7 +151,7 @@ class _Probe:
         raise _Asked(columns)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Part:
     """Some consecutive rows of a table."""
 

@@ -28,6 +28,7 @@ from typing import Self
 import numpy as np
 from numpy.typing import NDArray
 
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
 from hefting.core.spatial import Array
 
@@ -206,7 +207,7 @@ def multiply(bands: Array, x: Array) -> Array:
     return product.T
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Observation:
     """Samples of a signal, or of a derivative of it."""
 

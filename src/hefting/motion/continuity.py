@@ -5,11 +5,10 @@ which the next step is a jump, is not that of a body at rest but of a stream tha
 stalled, or had not begun.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.immutable import immutable
+from hefting.core.spatial import Array, Indices, Mask, lengths
 from hefting.motion.pose_steps import (
     FEWEST_HELD_ROWS,
     STEPS_OF_VELOCITY,
@@ -30,7 +29,7 @@ JUMP_COST = 1.0
 be reached from each other are both kept where each is longer."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Discontinuities:
     """Samples of a pose stream that no body can have passed, and jumps."""
 
@@ -101,7 +100,7 @@ def _frozen(runs: Runs, steps: Steps) -> Mask:
     held = runs.long & (runs.end - runs.time > HELD_TIMING_ERRORS * steps.timing_error)
     if not held.any() or len(runs.first) < FEWEST_HELD_ROWS:
         return np.zeros(len(runs.of_row), dtype=bool)
-    length = np.linalg.norm(steps.steps, axis=1)
+    length = lengths(steps.steps)
     jumps = length > steps.starts_from_rest(steps.interval)
     frozen = np.zeros(len(held), dtype=bool)
     frozen[:-1] = held[:-1] & jumps

@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, changed_rows
+from hefting.core.spatial import Array, changed_rows, lengths
 from hefting.motion.bspline import (
     SUPPORT,
     TIMES_EVALUATED_TOGETHER,
@@ -75,7 +75,7 @@ def _changed_lines(time: Array, values: Array) -> Mask:
     if values.shape[1] == 4:  # a steady turn is an arc
         q = values[1:-1]
         bend -= np.sum(bend * q, axis=1)[:, None] * q
-    size, speed = (np.linalg.norm(x, axis=1) for x in (bend, slope))
+    size, speed = (lengths(x) for x in (bend, slope))
     bent = np.pad(size > STRAIGHT * np.quantile(size, 0.995), 1)
     begins = bent & ~np.roll(bent, 1)
     gaps = np.diff(np.flatnonzero(begins))

@@ -16,11 +16,11 @@ with C the inverse of the normal matrix,
 both sums over the rows near j. g_j is the share of the row that the data determine.
 """
 
-from dataclasses import dataclass
 from math import comb
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.motion.bspline import SPLINE_DEGREE, SUPPORT, Integers, Knots, Normal
 from hefting.motion.tuning import Smoothness
@@ -71,7 +71,7 @@ local time constant: an average over 30 ms on each side of the corners of trapez
 100 and 500 Hz."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class LocalSmoothness:
     """A fit with a penalty that varies along the curve."""
 

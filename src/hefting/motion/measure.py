@@ -3,13 +3,14 @@ axes."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Literal, get_args
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
@@ -54,7 +55,7 @@ POSE_STREAMS = ("position", "orientation")
 TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Measured:
     """Measurements and how their motion was found."""
 

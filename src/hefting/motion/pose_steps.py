@@ -9,7 +9,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask, changed_rows, runs_of
+from hefting.core.immutable import immutable
+from hefting.core.spatial import Array, Indices, Mask, changed_rows, lengths, runs_of
 
 TIMING_ERROR = 0.005
 """[s] Error of a pose's time stamp that is not a fault of the pose. Rows of recordings
@@ -75,7 +76,7 @@ ORIENTATION_LIMITS = Limits(speed=30.0, acceleration=200.0)
 """Of a sensor's axes. The last joints of robot arms accelerate by up to 50 rad/s²."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Runs:
     """Runs of equal rows of a stream: its updates."""
 
@@ -129,7 +130,7 @@ class Runs:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Steps:
     """Steps between successive runs."""
 
@@ -165,7 +166,7 @@ class Steps:
     def broken(self) -> Mask:
         """(U - 1,) the steps that no velocity nearby explains."""
         limits, n = self.limits, len(self.steps)
-        length = np.sqrt(np.einsum("ij,ij->i", self.steps, self.steps))
+        length = lengths(self.steps)
         speed = length / self.interval
         allowed_noise = NOISE_FACTOR * self.noise
         most = limits.speed * (self.interval + self.timing_error) + allowed_noise
@@ -185,7 +186,7 @@ class Steps:
             longer = np.maximum(dt, self.interval[other])
             there &= since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
             expected = self.steps[other] * (dt / self.interval[other])[:, None]
-            apart = np.linalg.norm(self.steps[suspect] - expected, axis=1)
+            apart = lengths(self.steps[suspect] - expected)
             allowed = (
                 limits.acceleration * dt * since
                 + self.timing_error * speed[other]
@@ -210,10 +211,8 @@ class Steps:
         velocity = (way[several:] - way[:-several]) / lasts[:, None]
         before, after = velocity[:-several], velocity[several:]
         lasts = 0.5 * (lasts[:-several] + lasts[several:])
-        change = np.linalg.norm(after - before, axis=1)
-        slower = np.minimum(
-            np.linalg.norm(before, axis=1), np.linalg.norm(after, axis=1)
-        )
+        change = lengths(after - before)
+        slower = np.minimum(lengths(before), lengths(after))
         allowed = KINK_ACCELERATION * self.limits.acceleration * lasts + (
             (self.timing_error * slower + NOISE_FACTOR * self.noise) / lasts
         )
@@ -236,9 +235,9 @@ class Steps:
             return self.limits.acceleration
         time = self.runs.time[1:]
         velocity = (way[lag:] - way[:-lag]) / (time[lag:] - time[:-lag])[:, None]
-        change = np.linalg.norm(velocity[lag:] - velocity[:-lag], axis=1)
+        change = lengths(velocity[lag:] - velocity[:-lag])
         acceleration = change / (0.5 * (time[2 * lag :] - time[: -2 * lag]))
-        speed = np.linalg.norm(velocity[lag:], axis=1)
+        speed = lengths(velocity[lag:])
         moving = speed * lag * self.usual > NOISE_FACTOR * self.noise + 1e-9
         if not moving.any():
             return self.limits.acceleration
@@ -265,7 +264,7 @@ class Steps:
         here = np.full(len(end), first)
         way = displacement(values[end], values[here])
         allowed_noise = NOISE_FACTOR * self.noise
-        reached = np.linalg.norm(way, axis=1) <= (
+        reached = lengths(way) <= (
             self.limits.speed * (gap + self.timing_error) + allowed_noise
         )
         back = np.maximum(end - STEPS_OF_VELOCITY, begin)
@@ -277,10 +276,10 @@ class Steps:
             velocity = displacement(values[one], values[other]) / lasts[:, None]
             allowed = (
                 0.5 * self.limits.acceleration * gap * (gap + lasts)
-                + self.timing_error * np.linalg.norm(velocity, axis=1)
+                + self.timing_error * lengths(velocity)
                 + allowed_noise * (1.0 + gap / lasts)
             )
-            apart = np.linalg.norm(way - gap[:, None] * velocity, axis=1)
+            apart = lengths(way - gap[:, None] * velocity)
             reached &= ~known | (apart <= allowed)
         return reached
 
@@ -311,7 +310,7 @@ def _noise(steps: Array) -> float:
     second = np.diff(steps, axis=0)
     if not len(second):
         return 0.0
-    length = np.sqrt(np.einsum("ij,ij->i", steps, steps))
+    length = lengths(steps)
     smallest = float(np.quantile(length, SMALLEST_STEPS))
     white = float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0))
     return max(white, ROUNDING_OVER_STEP * smallest)

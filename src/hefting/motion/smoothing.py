@@ -1,10 +1,9 @@
 """Smoothing: curves through the poses of a recording, with the inertial sensors it has."""
 
-from dataclasses import dataclass
-
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, frozen
@@ -13,7 +12,7 @@ from hefting.motion.inertial import fuse
 from hefting.motion.spline import SmoothedPoses, fit_poses
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Curves:
     """Smooth curves through the poses of a recording, and how they came about."""
 

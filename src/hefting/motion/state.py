@@ -2,13 +2,14 @@
 error."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, fields, replace
+from dataclasses import fields, replace
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.spatial import (
     Array,
@@ -25,7 +26,7 @@ NEXT, BEFORE = np.array((1, 2, 0)), np.array((2, 0, 1))
 """Indices of the next axis, and of the one before."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Motion:
     """Pose, velocity and acceleration of the sensor frame; vectors in sensor axes, SI
     units.

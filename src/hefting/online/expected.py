@@ -18,6 +18,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import FULL_MAP, motion_features
 from hefting.core.spatial import Array
@@ -67,7 +68,7 @@ REST = 1e-3
 """Change of gravity in sensor axes, over its size, below which the poses rest."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Deviation:
     """How far a window of samples is from what is expected."""
 
@@ -78,7 +79,7 @@ class Deviation:
     """Root mean square of what another body leaves, over the noise."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Expected:
     """What is known of the wrench of samples to come."""
 

@@ -1,13 +1,14 @@
 """Folding: samples that came since a stream was last understood, put right with what
 is known since then and added one by one."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Any, Self
 
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
@@ -27,7 +28,7 @@ OUTLYING = 6.0
 """Standard deviations of a sample's residual beyond which it is a spike."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Follower:
     """Motion of the sensor, followed by a fixed-lag filter."""
 
@@ -88,7 +89,7 @@ class Follower:
         return z if len(z) else None
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Folded:
     """An estimate with new samples."""
 

@@ -9,6 +9,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, codes, note, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
@@ -76,7 +77,7 @@ class Task:
     """Whether another object is held since: older parts are forgotten."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Understanding:
     """What was found, and what samples to come are folded with."""
 

@@ -1,12 +1,12 @@
 """Figures: traces and layouts as plotly takes them, as plain data with few digits; and
 the colours of a page, light and dark."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices
 from hefting.scene import gaps_between
 
@@ -86,7 +86,7 @@ MOST_LABELLED = 2.5
 """Decades up to which numbers between them are labelled."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Figure:
     """One drawing."""
 

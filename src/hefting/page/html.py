@@ -5,7 +5,6 @@ import base64
 import gzip
 import json
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from functools import lru_cache
 from html import escape as _escape
 from importlib.resources import files
@@ -13,6 +12,7 @@ from importlib.util import find_spec
 
 from hefting import __version__
 from hefting.core.errors import MissingDependencyError
+from hefting.core.immutable import immutable
 from hefting.page.figure import DARK, LIGHT, Figure
 
 POLICY = (
@@ -85,7 +85,7 @@ def terms(pairs: Iterable[tuple[object, object]]) -> Markup:
     return element("dl", *rows)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Section:
     """A part of a page, with a heading."""
 

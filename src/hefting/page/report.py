@@ -2,10 +2,10 @@
 be copied."""
 
 from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators import Estimator
@@ -36,7 +36,7 @@ from hefting.shapes import Shape
 UNITS = {"f": "N", "t": "N m"}
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Context:
     """What a page shows besides the result."""
 

@@ -1,10 +1,10 @@
 """Which share of its limits a motion uses, on a grid fine enough to trust."""
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
 from hefting.planning.information import features
@@ -36,7 +36,7 @@ EXCESSES = {
 """How each limit is called on the optimisation's grid."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Usage:
     """What a motion uses of its limits."""
 

@@ -1,6 +1,5 @@
 """What is known of the held object before the motion."""
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
@@ -9,6 +8,7 @@ from hefting.core.covariance import Covariance
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import subtracted_tool
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message, note
 from hefting.core.spatial import Array, frozen
@@ -23,7 +23,7 @@ UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
 tool in a gripper."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Held:
     """A body to plan for, the box it is in, and how much is known of it."""
 

@@ -25,12 +25,12 @@ best value changes nothing to first order.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.regressor import FULL_MAP
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, frozen
@@ -89,7 +89,7 @@ def noise_covariance(noise: Noise, motion: MotionNoise, vector: Array, rate: flo
     return own + lasting * (E * squares) @ E.T
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Information:
     """Information of the wrench, one sample a time, of a given noise."""
 
@@ -133,7 +133,7 @@ CHANGES = np.diag((OFFSET_CHANGE**-2, FRICTION_CHANGE**-2))
 MAP = EFFECTS.transpose(1, 2, 0).reshape(60, 12)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class JointInformation:
     """Information of the torques of n joints, one sample a time."""
 
@@ -158,7 +158,7 @@ class JointInformation:
         return _Columns(passed, x, self.rate * duration / x.shape[1])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Columns:
     """Columns of the joints' equations along a motion."""
 

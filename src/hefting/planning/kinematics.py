@@ -19,7 +19,6 @@ All arrays have the samples last: (3, K) are vectors of K samples.
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple, Self
 
@@ -27,6 +26,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 from scipy.interpolate import BSpline
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, cross, freeze, frozen, rotation_matrices, skew
 from hefting.robots.joint_motion import JointMotion
 from hefting.robots.robot import Robot
@@ -43,7 +43,7 @@ def knots_of(duration: float, pieces: int) -> Array:
     return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Trajectory:
     """q(t) = sum_i B_i(t) c_i, at rest at both ends, three times continuously
     differentiable and more."""
@@ -121,7 +121,7 @@ class TipMotion(NamedTuple):
     """(3, 3, K) rows are the root's axes, in sensor axes"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Chain:
     """The joints of a robot that move its sensor frame, as `motion` needs them."""
 
@@ -216,7 +216,7 @@ class TipGradient(NamedTuple):
     """by a turn of the frame about its axes, at its origin"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Passed:
     """Motion of the tip, and what the way back needs."""
 

@@ -1,7 +1,7 @@
 """Limits that a planned motion keeps, and how far it is from them, as shares."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from pathlib import Path
 from typing import NamedTuple, Self
 
@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import SPEED_LIMIT, Array, cross, freeze, frozen
 from hefting.planning.information import expected_wrench
 from hefting.planning.kinematics import TipMotion
@@ -25,7 +26,7 @@ acceleration."""
 NUMBERS = ("corner_speed", "force", "torque")
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Limits:
     """Hard limits of a motion of n joints. `InputError` for values that are none."""
 
@@ -165,7 +166,7 @@ class JointStates(NamedTuple):
     jerk: Array
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Constraints:
     """Limits as numbers that are at most zero where they are kept: a share of the limit
     less one."""

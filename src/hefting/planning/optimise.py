@@ -9,11 +9,12 @@ becomes max(0, lambda + mu g) (Nocedal & Wright, *Numerical Optimization*, sec. 
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 
 import numpy as np
 from scipy.optimize import minimize
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.planning.problem import Basis, Cuts, Look, Problem
 from hefting.planning.space import Space
@@ -96,7 +97,7 @@ FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 5.0, 3.0, 600.0
 on motions of 4 and 10 s of three arms."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Search:
     """A motion on its way to the best, between two rounds."""
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Noise
 from hefting.core.messages import Message, note
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, check_gravity
@@ -55,7 +56,7 @@ RANDOM_STARTS = 12
 """Places to start from that are tried where none is given."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Planner:
     """All that a motion is planned with, but its duration."""
 

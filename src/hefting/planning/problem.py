@@ -3,7 +3,6 @@ gradients."""
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
@@ -12,6 +11,7 @@ from scipy.interpolate import BSpline
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.estimate import com_jacobian
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, frozen
 from hefting.planning.information import (
@@ -42,7 +42,7 @@ DOUBLE = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0)) ** 0.5
 """Weights of a tensor's entries in its Frobenius norm."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Objective:
     """With the covariance C of the parameters after the motion: the largest of
     deviation over tolerance, or the volume of their ellipsoid."""
@@ -113,7 +113,7 @@ STEP = 1e-4
 """[rad] of the differences that tell how clearances change."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Cuts:
     """Clearances of solids and walls at K instants, linear in the joint positions."""
 
@@ -151,7 +151,7 @@ MOST_PIECES = 100
 take the optimisation too long."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Basis:
     """Splines through rest at both ends, on a grid of K instants: q = start + values[0]
     @ x, and so its derivatives."""
@@ -199,7 +199,7 @@ def pieces_of(duration: float) -> int:
     return int(np.clip(np.floor(duration / FINEST_PIECE), 4, MOST_PIECES))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Problem:
     """Which motion from `start` leaves the least uncertainty within the limits."""
 
@@ -234,7 +234,7 @@ class Problem:
         return Look(self, states, passed, own, self.known + gained)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Look:
     """A motion on the grid, and what it tells."""
 

@@ -13,6 +13,7 @@ from hefting.core.accuracy import NAMES, Accuracy
 from hefting.core.errors import InputError
 from hefting.core.estimate import NORMAL_95, com_jacobian
 from hefting.core.estimate_json import json_ready
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import SPEED_LIMIT, Array, frozen, vector_to_tensor
@@ -29,7 +30,7 @@ RATE = 100.0
 """[Hz] of the samples in `Plan.motion`."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Forecast:
     """How sure one is expected to be at T instants of the motion, as half-widths of 95 %
     intervals; the first is before it, the last at its end."""

@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.progress import report
 from hefting.core.spatial import Array
 from hefting.planning.check import Usage
@@ -75,7 +76,7 @@ EFFORTS = {
 tenth, for use while a robot waits."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Searcher:
     """What a motion is searched with."""
 

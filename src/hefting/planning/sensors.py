@@ -2,7 +2,6 @@
 joints, and how sure one will be by it: what the estimator says of a recording as it is
 expected, the noise drawn."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, Self, TypeGuard
 
@@ -12,6 +11,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import HeftingError, InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH
+from hefting.core.immutable import immutable
 from hefting.core.measurements import NOISE_LEVELS, MotionNoise, Noise
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording, Stream
@@ -55,7 +55,7 @@ MOST_INSTANTS = 6
 second."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class WristSensor:
     """A force-torque sensor at the tip."""
 
@@ -200,7 +200,7 @@ def refuse_of_torques(
         raise InputError(what, fix="give `shape`")
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class JointTorques:
     """The torques of n joints, of an arm without a wrench sensor."""
 

@@ -2,13 +2,13 @@
 joints."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from scipy.spatial import ConvexHull, QhullError
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, frozen, rotation_matrices
 from hefting.robots.arm import (
     MOST_LINKS,
@@ -31,7 +31,7 @@ OBJECT = "the object"
 """Name of the solid that is held."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Solid:
     """The convex hull of points that are fixed to a link."""
 
@@ -49,7 +49,7 @@ class Solid:
     """[m] of that sphere"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class MovingLink:
     """A link, and the joints on the way to the tip that move it."""
 

@@ -3,7 +3,7 @@ object with each other."""
 
 import re
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from pathlib import Path
 from typing import Any, Self
 
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
 from hefting.core.spatial import Array, Indices, frozen
 from hefting.planning.contacts import Contacts, read_disabled_pairs
@@ -31,7 +32,7 @@ LARGEST = 1e3
 EXAMPLE = "as in z>=0.05, x<=0.6 or 0.7,0.7,0>=-0.3, in metres"
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class HalfSpace:
     """Points p with ``normal . p >= offset`` in the axes of the robot's root frame.
 
@@ -93,7 +94,7 @@ FAR = 0.1
 takes most of the time."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Space:
     """Half-spaces and solids of one robot and what it holds.
 

@@ -5,12 +5,13 @@ At rest only gravity's direction in the sensor's axes tells anything (Atkeson et
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.accuracy import Accuracy
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, frozen
 from hefting.planning.information import features
 from hefting.planning.kinematics import AT_REST, DEGREE, Trajectory
@@ -37,7 +38,7 @@ SLACK = 1.02
 """Factor of a move's time over the least, for what happens between instants."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Tour:
     """Rests in N poses of n joints, minimum-jerk moves between."""
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready, subtracted_tool
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
@@ -33,7 +34,7 @@ MOSTLY = 0.5
 word."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Agreement:
     """A measured wrench, put right and beside the predicted one, at L instants of its
     own."""

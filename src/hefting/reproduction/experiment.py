@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements, Noise
 from hefting.core.metrics import Errors, errors_between
 from hefting.core.spatial import SPEED_LIMIT
@@ -138,7 +139,7 @@ MOSTLY_WRONG = 500.0
 """Percent: the paper says "> 500" above it."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Thing:
     """A modular object with the 56 points the paper describes it by."""
 

@@ -7,11 +7,12 @@ orientation by its quaternion. *Warm*, it has settled before the first observati
 """
 
 from collections.abc import Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import STANDARD_GRAVITY, Array, in_sensor_axes
 from hefting.estimators import GEO, Estimator
@@ -35,7 +36,7 @@ EARLIEST, STEP = 2.0, 1.6
 """When the first window begins, and after how long the next [s]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Observed:
     """What a robot reports of K instants."""
 

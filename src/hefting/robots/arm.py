@@ -16,6 +16,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import parse_xml, read_xml
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, frozen
 from hefting.robots.joint_log import named_columns
@@ -32,7 +33,7 @@ LARGEST_SIZE = 1e3
 """[m] No part of an arm is larger."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Geometry:
     """One element that a link looks like, in the frame of the link."""
 
@@ -165,7 +166,7 @@ MOST_LINKS = 200
 """Links that are drawn or checked at most; humanoids with hands have about a hundred."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Link:
     """A link that is drawn."""
 
@@ -180,7 +181,7 @@ class Link:
     """Column of the recording's joint positions of each of these"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Arm:
     """The links of a robot whose joints were recorded, parents before children."""
 

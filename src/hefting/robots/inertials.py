@@ -14,6 +14,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import parse_xml
+from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST_PARAMETER
 from hefting.core.spatial import Array, frozen, vector_to_tensor
 from hefting.robots.urdf import (
@@ -38,7 +39,7 @@ NO_EXTENT = 1e-5
 public URDFs 51 have a tensor of zero, the others rounding of 1e-18 kg m²."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Inertial:
     """What the file says of one link; without an inertial, a mass of zero."""
 

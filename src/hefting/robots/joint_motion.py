@@ -1,16 +1,17 @@
 """Motion of a robot's joints, and the exact motion of its sensor frame that follows."""
 
-from dataclasses import dataclass, fields
+from dataclasses import fields
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, frozen, rotation_matrices, skew
 from hefting.robots.robot import Robot
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class JointMotion:
     """Motion of n joints at K instants. `InputError` unless the shapes agree."""
 
@@ -38,7 +39,7 @@ class JointMotion:
             )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class SensorMotion:
     """Exact motion of the sensor frame at K instants, in world axes."""
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, cross, frozen, rotation_matrices
 from hefting.robots.urdf import SCALAR, Joint, Tree, listed, read_urdf
 
@@ -18,7 +19,7 @@ CHUNK = 8_192
 """Samples at a time: the arrays of one joint then fit into a processor's cache."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Screw:
     """A movable joint between root and sensor frame, at rest: all its coordinates are
     in the root frame."""

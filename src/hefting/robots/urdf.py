@@ -7,13 +7,13 @@ tree, and whatever is wrong is one line.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.files import parse_xml, read_xml
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, frozen
 
 SCALAR = ("revolute", "continuous", "prismatic")
@@ -33,7 +33,7 @@ MOST = 2_000
 hundred."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Joint:
     """A joint: its child link's frame is the parent link's moved by `position`,
     `orientation`, then the motion."""
@@ -57,7 +57,7 @@ class Joint:
     """Highest speed [rad/s], or [m/s] of a prismatic joint; None when not given."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Tree:
     """Links and joints of one robot, checked to be one tree."""
 

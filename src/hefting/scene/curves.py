@@ -1,12 +1,11 @@
 """Curves: the wrench measured and explained over time, and as many of its samples as a
 screen shows, as plain data for any renderer."""
 
-from dataclasses import dataclass
-
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array, Indices
@@ -19,7 +18,7 @@ GAP = 5.0
 """Steps of the median length that a step is longer than over which no line is drawn."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class WrenchCurves:
     """Wrenches at K instants, exerted by the sensor on the object, in sensor axes."""
 

@@ -1,7 +1,7 @@
 """Scene: an object's shape, what was found of it, and the sensor, as plain data."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -9,6 +9,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, frozen
 from hefting.scene.headline import inertia_doubt
@@ -34,7 +35,7 @@ MOST_DIRECTIONS = 40
 """Directions of gravity that are drawn at most."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class PointSet:
     """Points of a shape, and masses that a method put there."""
 
@@ -44,7 +45,7 @@ class PointSet:
     """(n,) [kg]; other masses have the same ten parameters"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Body:
     """What is drawn of one rigid body."""
 
@@ -69,7 +70,7 @@ class Body:
         return " and ".join("xyz"[k] for k in np.flatnonzero(np.isnan(self.center)))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Scene:
     """What is drawn, in sensor axes about the sensor origin, which is drawn too."""
 

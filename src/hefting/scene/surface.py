@@ -1,12 +1,11 @@
 """Surfaces: triangles of a shape, as many as a picture needs, and of the links of a
 robot; ellipsoids of where the COM is, and of equal inertia."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate, com_jacobian
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.sensor_accuracy import Z95
 from hefting.core.spatial import Array, freeze, own, rotation_matrices
@@ -26,7 +25,7 @@ MOST_BYTES = 200_000_000
 """Sizes of all meshes that are read of one arm [bytes]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Ellipsoid:
     """The points ``center + half_axes @ u`` with |u| <= 1."""
 
@@ -169,7 +168,7 @@ def _com_correlation(estimate: Estimate) -> Array:
     return of_com / np.outer(std, std)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Surface:
     """A closed surface of triangles, counter-clockwise seen from outside."""
 

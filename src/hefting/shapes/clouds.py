@@ -5,13 +5,13 @@ The planes of a hull are found by a polytope that grows by points, and how deep 
 is inside by few of its steps.
 """
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Mask
 from hefting.shapes.solid import normals_of
 
@@ -103,7 +103,7 @@ def _voxels(points: Array, low: Array, sides: Array, pitch: float) -> np.ndarray
     return (index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Hull:
     """Convex hull of points: solid, flat, collinear or a single point."""
 

@@ -8,10 +8,9 @@ is put together to larger pieces, as many as suit its volume, with a point at th
 centroid of each. That of a bent piece may be outside of the solid.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Mask
 from hefting.shapes.cells import Moments, moments_in_cells
 
@@ -37,7 +36,7 @@ PIECE_SIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256)
 """Sides of a piece that are tried, in cells."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Lattice:
     """Cells of a grid that cover the bounding box of a solid, and which of them have a
     point."""

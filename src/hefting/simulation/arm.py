@@ -1,7 +1,6 @@
 """A serial arm: from its joints' motion to the exact motion of the sensor frame at its
 end."""
 
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Self
 
@@ -9,6 +8,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, freeze, frozen
 from hefting.robots import Robot
 from hefting.robots.joint_motion import (
@@ -23,7 +23,7 @@ SLACK = 1e-6
 """Excess over a joint's limit that is rounding [rad] or [rad/s]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Arm:
     """A robot with a force-torque sensor at its end: any chain of joints that turn or
     slide.

@@ -5,13 +5,13 @@ links differ from those in the URDF that is written beside a simulated log.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, tensor_to_vector
 from hefting.simulation.arm import UR5, XARM7, Arm
@@ -28,7 +28,7 @@ WRONG_MASS, WRONG_COM, WRONG_INERTIA = 0.1, 0.008, 0.2
 inertia relative to them, of the COM in metres."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class MassiveArm:
     """An arm, with what its joints feel of themselves."""
 

@@ -2,7 +2,7 @@
 meshes; and how they are held."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property, reduce
 from operator import add
 from pathlib import Path
@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose, freeze, frozen
 from hefting.shapes import Shape
@@ -31,7 +32,7 @@ SECTIONS = 96
 small."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Part:
     """A homogeneous solid, its centre and axes given in the assembly's frame."""
 
@@ -97,7 +98,7 @@ class Part:
         return trimesh.convex.convex_hull(np.vstack(ends)).apply_transform(self._pose)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Assembly:
     """Parts rigidly joined; they do not overlap, but for holes, which are inside other
     parts."""
@@ -158,7 +159,7 @@ def hammer() -> Assembly:
     )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class HeldObject:
     """A rigid object, its true inertial parameters and its surface, held in a known
     pose."""

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
 from importlib import import_module
 from typing import Any
 
@@ -10,6 +9,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.progress import report
@@ -32,7 +32,7 @@ LINK = '<inertial mass="1" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>'
 its wrench."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Wielding:
     """An arm that wields a body: exact motion and exact wrench at K instants."""
 

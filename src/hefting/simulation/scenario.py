@@ -1,7 +1,7 @@
 """A simulated recording from beginning to end: the log and the truth of it."""
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import asdict, field, replace
 from fractions import Fraction
 from math import lcm
 from pathlib import Path
@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, nearest
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array
 from hefting.shapes.reading import MESH_SUFFIXES
@@ -36,7 +37,7 @@ MOST_SAMPLES = 5_000_000
 """Of a simulated motion."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Simulated:
     """What came of a scenario."""
 
@@ -51,7 +52,7 @@ class Simulated:
     """what the real arm would not do"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Scenario:
     """What is simulated; `run` does it. The same for the same `seed`."""
 

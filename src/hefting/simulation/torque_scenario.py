@@ -17,6 +17,7 @@ from numpy.typing import ArrayLike
 from scipy.signal import lfilter
 
 from hefting.core.errors import InputError, nearest
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY, Array
@@ -59,7 +60,7 @@ class TorqueFaults:
     """standard deviation of joint angles [rad]"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorqueRobot:
     """One robot of a kind: its true links, frictions and offsets follow from `seed`."""
 
@@ -129,7 +130,7 @@ BETWEEN = 60.0
 up meanwhile."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorquesSimulated:
     """What came of a scenario."""
 
@@ -143,7 +144,7 @@ class TorquesSimulated:
     """as of `hefting.simulation.scenario.Simulated`"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorqueScenario:
     """What is simulated; `run` does it. The same for the same `seed`."""
 

@@ -10,7 +10,7 @@ The arm is found only up to its base parameters: of W a set of columns is kept t
 spans the others in any motion (Gautier & Khalil 1990).
 """
 
-from dataclasses import dataclass, field
+from dataclasses import field
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
@@ -19,6 +19,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import (
     STANDARD_GRAVITY,
     Array,
@@ -43,7 +44,7 @@ ORDER = np.array((0, 1, 2, 3, 4, 5, 7, 6, 8, 9))
 project's parameters."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class JointDynamics:
     """Rigid-body columns of the n joints that move a sensor frame; all other joints of
     the robot stay at zero."""

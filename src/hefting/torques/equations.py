@@ -17,13 +17,14 @@ its friction has no law, so that its row is left out.
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments, merged
 from hefting.torques.dynamics import JointDynamics
@@ -53,7 +54,7 @@ ROWS_TOGETHER = 4096
 """Samples whose columns are in memory at once."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Load:
     """Parameters that tell about how large the rigid bodies' torques are, by which
     friction grows."""
@@ -69,7 +70,7 @@ class Load:
         return cls(dynamics.arm, np.zeros(PAYLOAD))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Rows:
     """Equations of a stretch of samples."""
 
@@ -189,7 +190,7 @@ LEVELS = 7
 HALF = 0.5**0.5
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorqueScales:
     """Moments at each time scale, from which the noise and its colour are found after
     the samples are gone.

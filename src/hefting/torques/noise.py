@@ -13,11 +13,11 @@ rows, by the share of the unknowns in each scale.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.moments import triangular
 from hefting.core.spatial import Array
 from hefting.core.torque_moments import (
@@ -45,7 +45,7 @@ LEAST_VARIANCE = 0.25
 noise at the scales that tell it is hardly smaller than on average by more."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorqueFit:
     """Least squares of all unknowns for one standard deviation of the noise a joint."""
 

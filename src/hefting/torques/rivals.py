@@ -7,11 +7,12 @@ those of its own. So each is put right in turn, and what remains is compared.
 """
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import OWN, Load, Rows, TorqueScales
@@ -39,7 +40,7 @@ elbow in the order of the alphabet."""
 WORDS = ("", "torques of ", "positions of ")
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Rival:
     """A mistake, and the equations of all runs without it."""
 

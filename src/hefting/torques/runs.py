@@ -15,7 +15,7 @@ from __future__ import annotations
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, Self
@@ -24,6 +24,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.files import read_json, write_atomically
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments
 from hefting.torques import equations
@@ -52,7 +53,7 @@ TYPICAL_PAYLOAD = np.repeat((5.0, 0.5, 0.1), (1, 3, 6))
 """(10,) standard deviations of a payload's parameters [kg, kg m, kg m²]."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class EmptyRuns:
     """What an arm's runs without a payload tell of it: its calibration."""
 
@@ -77,7 +78,7 @@ class EmptyRuns:
         return fit(self.scales, drifting)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class LoadedRuns:
     """Runs with the payload, beside what is known of the arm; or empty ones alone."""
 

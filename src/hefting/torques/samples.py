@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import hashlib
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from typing import Self
 
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Indices
@@ -20,7 +21,7 @@ FEWEST = 20
 """Samples of a run that a motion is found from."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TorqueSamples:
     """Motion and torques of n joints at K instants."""
 

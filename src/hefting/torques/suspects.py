@@ -13,11 +13,12 @@ Long delays are beyond the first order: they are tried one by one.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import fields
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD
 from hefting.torques.equations import OWN, RATE, STICTION_SPEED, Load, Rows, columns
@@ -57,7 +58,7 @@ ANGLE = 1e-3
 """[rad] by which joints are turned to see what their zeros do."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Suspect:
     """A mistake, fitted."""
 
@@ -93,7 +94,7 @@ def without_delay(
         runs = runs.delayed(float(suspect.theta[0]), suspect.loaded)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Run:
     """A run in averages."""
 
@@ -130,7 +131,7 @@ class _Run:
         return self.raw.bins(1.0 / INTERVAL)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Suspects:
     """The equations of all runs, at the fit."""
 

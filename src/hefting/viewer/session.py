@@ -11,6 +11,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
@@ -31,7 +32,7 @@ MOST_ANSWERS = 500
 """Answers that are kept, so that going back in time costs nothing."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Frame:
     """An instant of a recording."""
 
@@ -164,7 +165,7 @@ class Settings:
         return self.method, tuple(sorted(self.hyperparameters.items()))
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Answer:
     """What is known of the object at an instant."""
 

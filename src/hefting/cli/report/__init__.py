@@ -4,13 +4,13 @@ their interval is worth, points under each other, ``open`` where neither the rec
 nor a shape determines them."""
 
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.messages import Verdict
 from hefting.core.quantity import decimals
 from hefting.core.spatial import tensor_to_vector
@@ -98,7 +98,7 @@ def _places(text: str) -> int:
     return len(point) + len(part)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Worth:
     """Decimal places of mass [kg], COM [mm] and inertia at the COM [kg m²], and which of
     the ten are open."""

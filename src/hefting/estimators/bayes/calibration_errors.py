@@ -17,11 +17,11 @@ A part of these errors shows in the residuals of least squares. What is expected
 is not counted once more as noise, nor as a contradiction between stretches.
 """
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.regressor import FEATURES
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array, median
@@ -31,7 +31,7 @@ from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.time_samples import TimeSamples
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class CalibrationErrors:
     """What errors of a sensor's calibration do to a recording."""
 

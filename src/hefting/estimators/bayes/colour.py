@@ -22,11 +22,11 @@ over the family. What the record is too short to show counts as
 possible by its share of the family: a short record has wide intervals.
 """
 
-from dataclasses import dataclass
 from functools import lru_cache
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.groups import Scores
 
@@ -173,7 +173,7 @@ follows small powers of time; the power 1/3 represents them.
 """
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Colour:
     """Noise of a record by time scale, at one body and one covariance of the wrench."""
 

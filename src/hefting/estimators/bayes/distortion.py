@@ -7,12 +7,12 @@ about the stated ones. What one does to the parameters of a homogeneous body is 
 first order.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, skew, tensor_to_vector
 from hefting.shapes import Shape
@@ -22,7 +22,7 @@ TYPICAL_POSE_STD = (0.003, 0.05)
 said: together 5 mm and 5 degrees."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Distortions:
     """Ways in which a shape may be wrong, each by one standard deviation."""
 
@@ -125,7 +125,7 @@ class Distortions:
         return dX
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Move:
     """x -> A x + t, in the sensor frame."""
 

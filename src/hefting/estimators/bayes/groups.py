@@ -9,12 +9,12 @@ G)^+ u / 4 over its first four entries, mass and first moment, are ratios of Bir
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.regressor import FEATURES, ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
 
@@ -23,7 +23,7 @@ COMPARED_ENTRIES = 4
 every motion excites."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Groups:
     """Virtual samples of several groups, by channel."""
 
@@ -77,7 +77,7 @@ class Groups:
         return Scores(T @ A, u, (r * r).sum(axis=1), A)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Scores:
     """Information, scores and energies of groups at given parameters."""
 

@@ -17,12 +17,13 @@ eliminated beforehand by subtracting the samples' mean. See Fuller, *Measurement
 Models*, 1987.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack, root_of_inverse
 from hefting.core.mass_reading import MassReading
 from hefting.core.messages import Message, error
@@ -39,7 +40,7 @@ UNSEEN_MASS = 1e-6
 each parameter, from which on they leave it open."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Likelihood:
     """exp(-½ phi' precision phi + shift' phi)"""
 
@@ -80,7 +81,7 @@ class Likelihood:
         )
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Equations:
     """The whitened equations of all samples: G, h, H and the part of V that products of
     noise with noise make."""

@@ -1,7 +1,6 @@
 """Mixture: the posterior of the ten parameters as a weighted sum of Gaussians, and its
 intervals."""
 
-from dataclasses import dataclass
 from functools import cached_property, lru_cache
 from math import erfc, exp, pi
 from typing import Self
@@ -9,6 +8,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import STEINER, Array, own, tensor_to_vector, vector_to_tensor
 from hefting.estimators.bayes.likelihood import Likelihood
@@ -41,7 +41,7 @@ INTERVAL_QUANTITIES = {
 """Quantities with intervals, and their indices in a vector of sixteen numbers."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Mixture:
     """Gaussians over the parameters (10,) in sensor axes about the sensor origin."""
 

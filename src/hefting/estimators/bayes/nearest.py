@@ -2,10 +2,10 @@
 or voxels, where the shape most likely is."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.distortion import Move, affine
@@ -38,7 +38,7 @@ Duals = Mapping[str, Array]
 ``voxels``."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Nearest:
     """The non-negative mass distribution nearest to the posterior mean."""
 

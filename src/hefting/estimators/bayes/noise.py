@@ -5,12 +5,13 @@ What least squares leaves is noise for any shape: a prior that contradicts the w
 cannot explain its own misfit as noise, and the noise does not depend on the prior.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.sensor_accuracy import EXACT, TYPICAL, SensorAccuracy
 from hefting.core.spatial import Array
@@ -41,7 +42,7 @@ UNCHANGED_VARIANCE = 0.003
 noise is the same: a standard deviation of the parameters changes by half as much."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class NoiseSource:
     """What samples and given noise tell of the noise."""
 

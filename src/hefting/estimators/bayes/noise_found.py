@@ -1,11 +1,12 @@
 """Noise of all samples, as it was found: what it makes of their likelihood, and whether
 it holds for more of them; and the errors of the motion in it."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.calibration_errors import CalibrationErrors
@@ -22,7 +23,7 @@ change them by 1.4 % (one deviation) where the noise is white, and by 4.5 % wher
 correlates by 0.9 from sample to sample: by more than this in none and 15 of 100 steps."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class MotionErrors:
     """Errors of the accelerations."""
 
@@ -47,7 +48,7 @@ class MotionErrors:
         return self.variances if self.memory == 1.0 else None
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class NoiseFound:
     """Noise of all samples for one covariance of a sample's residual."""
 

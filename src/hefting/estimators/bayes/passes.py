@@ -2,12 +2,13 @@
 scale of the prior, the place of an uncertain shape, and what errors of the motion do to
 the wrench."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
 from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
 from hefting.core.mass_reading import MassReading
 from hefting.core.spatial import (
     Array,
@@ -45,7 +46,7 @@ ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
 about 1 kg of which nothing is known."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pass:
     """The posterior, and what it was found with."""
 
@@ -104,7 +105,7 @@ class Pass:
         return self.placed.most_likely(self.mixture.weights, self.mixture.means)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Passes:
     """The steps of a pass, for given samples and prior."""
 

@@ -1,10 +1,10 @@
 """Posterior of an object's parameters, and warnings of doubts about it."""
 
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.colour import (
@@ -40,7 +40,7 @@ LARGEST_RESPONSE_SHARE = 0.5**0.5
 the larger part of it."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Posterior:
     """Posterior of the parameters and of the noise after the samples of a state."""
 

@@ -9,12 +9,13 @@ or its place may be wrong (`distortion`). Neither is known: the prior is a mixtu
 Gaussians.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property, lru_cache
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import STEINER, Array
 from hefting.estimators.bayes import bounds
 from hefting.estimators.bayes.densities import (
@@ -40,7 +41,7 @@ PRIORS_KEPT = 8
 new one: of 4,000 voxels each takes 0.4 MB."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Prior:
     """Mixture of Gaussians for the parameters of a body of 1 kg, about the sensor's
     origin.
@@ -254,7 +255,7 @@ def prior_of(
     return Prior.of(shape, pose_std, shape_std)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Placed:
     """A prior for a shape that may be distorted, linear about one distortion; or for a
     certain one."""

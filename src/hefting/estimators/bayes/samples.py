@@ -1,12 +1,12 @@
 """Samples: what the likelihood needs of all samples of a state."""
 
-from dataclasses import dataclass
 from functools import cached_property
 from typing import Self
 
 import numpy as np
 
 from hefting.core.errors import NotIdentifiableError
+from hefting.core.immutable import immutable
 from hefting.core.lapack import triangular_root
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE, WRENCH, full_rows
@@ -35,7 +35,7 @@ ISOTROPY_SAMPLES = 12.0
 channels, one variance for the forces and one for the torques."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Samples:
     """Triangular factor of a state as 22 virtual samples, without their mean where a
     bias is free."""

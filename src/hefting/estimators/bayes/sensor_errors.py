@@ -14,11 +14,11 @@ noise that the residuals show:
   var sum_c A_c' (w w') A_c.
 """
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
 from hefting.estimators.bayes.colour import first_order
@@ -31,7 +31,7 @@ IN_STEP_RATIO = 1.3
 recordings of three real sensors hold (`benchmarks.injection`)."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class InStep:
     """What errors in step with the motion do to the scores of groups of samples."""
 

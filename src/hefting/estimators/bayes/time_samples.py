@@ -2,11 +2,11 @@
 noise that they show, and whether the stretches agree."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.moments import triangular
 from hefting.core.regressor import ONE
 from hefting.core.spatial import Array, median
@@ -31,7 +31,7 @@ allowed for. The residuals of noise-free samples are rounding errors, which diff
 between stretches."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class TimeSamples:
     """Virtual samples by time scale and by stretch, without their mean where a bias is
     free."""
@@ -187,7 +187,7 @@ class TimeSamples:
         return ratios[0], ratios[1]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Grouped:
     """Factors (22, 22) and numbers of samples of one recording's time scales and
     stretches, without their mean where a bias is free."""

@@ -1,11 +1,11 @@
 """Voxels: the solid that the points of a shape represent; the cell of each point is
 divided into small boxes."""
 
-from dataclasses import dataclass
 from typing import Any, Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask, vector_to_tensor
 from hefting.shapes import Shape
 
@@ -18,7 +18,7 @@ MOST_GRID_CELLS = 2_000_000
 """Largest number of grid cells in which depth is measured; it bounds the memory."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Voxels:
     """A shape filled with voxels, about its homogeneous centre of mass, in sensor axes.
 

@@ -1,9 +1,8 @@
 """Assignment: which of the intervals hold the same body, and which hold none."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.ingest.changes.bodies import (
     JointFit,
@@ -34,7 +33,7 @@ EXPLAINED_CELL = 60.0
 which a body explains the cell."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Assignment:
     """Bodies by interval, and how well they explain the wrench."""
 

@@ -5,11 +5,11 @@ The normal equations are composed of those of the intervals, so that another ass
 of bodies to intervals costs one small solution.
 """
 
-from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.ingest.changes.cells import Cells
 from hefting.ingest.changes.partition import LARGEST_BIAS, LARGEST_PARAMETERS, Interval
@@ -56,7 +56,7 @@ def ridge_of_bias(drift: int) -> Array:
     return np.repeat(LARGEST_BIAS**-2.0, drift)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class JointFit:
     """Bodies and bias by least squares in `intervals` (L of them)."""
 

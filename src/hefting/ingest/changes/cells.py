@@ -1,11 +1,12 @@
 """Cells: wrench and motion averaged over a tenth of a second, in which changes of the
 object are looked for."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask, runs_of
 from hefting.ingest.blocks import medians
 from hefting.ingest.fit import Fit
@@ -28,7 +29,7 @@ SPIKE = 12.0
 out: eight standard deviations."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Cells:
     """Averages over M cells, in order of time; cells without a good sample are left
     out."""

@@ -5,10 +5,11 @@ more columns. With cumulative sums it is found for all t at once, and takes abou
 hundredth of the time of an identification.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
 from hefting.ingest.changes.bodies import (
     PARAMETERS,
@@ -70,7 +71,7 @@ def is_suspicious(cells: Cells) -> bool:
     return log_ratio(one, two) / tau > SUSPICIOUS
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _OneBody:
     """The fit of one body beside a smoothly drifting bias."""
 

@@ -3,12 +3,13 @@ them, and what is said of these changes: when they were, what happened, and whic
 to use."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, Literal
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 
@@ -30,7 +31,7 @@ LONG_TOUCH_SHARE = 0.5
 """Share of a recording above which it is said that a contact lasts so long."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Stretch:
     """A part of a recording in which one free body explains the wrench."""
 
@@ -73,7 +74,7 @@ class Stretch:
         }
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Touch:
     """A part of a recording in which no body explains the wrench."""
 
@@ -83,7 +84,7 @@ class Touch:
     """[s]"""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Changes:
     """Stretches of a recording in which the object changes or is touched."""
 

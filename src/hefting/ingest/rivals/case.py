@@ -1,10 +1,11 @@
 """Case: what rival explanations of a recording are judged by."""
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.blocks import Blocks
@@ -39,7 +40,7 @@ ANOTHER_POSE = 0.1
 degrees. Within a rest it is a thousand times less."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Motion:
     """Motion at K times for each of O clock offsets, in logged sensor axes."""
 
@@ -57,7 +58,7 @@ class Motion:
         return np.concatenate((self.a - self.axes @ gravity, self.rest), axis=2)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Case:
     """Averages of the wrench as recorded, and the motion as logged."""
 

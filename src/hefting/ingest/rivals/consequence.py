@@ -1,11 +1,11 @@
 """Consequence: what a mistake does to the answer, and how it is told."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TypeVar
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
@@ -77,7 +77,7 @@ SUPERSEDED = frozenset(
 not help."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Doubt:
     """What is to be said of a recording that noise alone does not explain."""
 

@@ -5,11 +5,11 @@ All explanations are compared on the same averages of the wrench. Residuals are
 coloured: the log-likelihood counts independent samples only.
 """
 
-from dataclasses import dataclass
 from typing import Self
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.estimators.timescales import autocorrelation_time
 from hefting.ingest.rivals.case import Case
@@ -37,7 +37,7 @@ SMALLEST_FLOOR = 1e-12
 """Smallest floor of a residual, against division by zero."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Rows:
     """A model that is linear in its unknowns, for O alternatives (such as clock
     offsets), of K samples."""
@@ -63,7 +63,7 @@ class Rows:
         return self.known @ (maps @ solution)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Fitted(RobustRows):
     """Robust fits of the O alternatives."""
 
@@ -152,7 +152,7 @@ def is_hopeless(case: Case, first: RobustRows, given: RobustRows) -> bool:
     return missing(case, first) > max(most, 2.0 * NEGLIGIBLE_UNEXPLAINED)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Step:
     """A Gauss-Newton step of unknowns in which the model is not linear."""
 
@@ -201,7 +201,7 @@ def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
     return Step(change, inverse[p:, p:], fitted, index)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class LinearPart:
     """The linear unknowns of one alternative, to be eliminated beside others; samples
     count as if they were independent."""

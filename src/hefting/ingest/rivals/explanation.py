@@ -1,12 +1,12 @@
 """Explanation: one way to understand a recording, fitted to it."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
 from functools import partial
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import WRENCH, Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import FINE_OFFSETS, Case, Motion
@@ -36,7 +36,7 @@ FIRST_ITERATIONS = 3
 """Reweightings by which offsets are compared."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Explanation:
     """One way to understand a recording: as it was given, or with a mistake in it."""
 

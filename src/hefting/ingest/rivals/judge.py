@@ -12,10 +12,11 @@ mistake is named only beside it: of a sensor that creeps a turn or a cable imita
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.progress import each as each_of
 from hefting.core.spatial import Array
 from hefting.ingest.filtering import SHORTEST_LAG
@@ -113,7 +114,7 @@ SIMPLER = 3
 Candidates = tuple[Callable[[Case], Explanation | None], ...]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Judged:
     """What was found."""
 

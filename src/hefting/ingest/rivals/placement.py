@@ -5,10 +5,9 @@ A point r of the turning frame has the acceleration a + alpha x r + w x (w x r).
 wrench about it is that of a body held there.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import (
     Array,
     quaternion_of,
@@ -52,7 +51,7 @@ FIRST_STEPS = 2
 explained half and more after all, these had explained a quarter and a third."""
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Placement:
     """The sensor in the logged frame."""
 

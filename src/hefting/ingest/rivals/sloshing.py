@@ -5,10 +5,9 @@ place x obeys x'' + 2 z w x' + w² x = s. Against a rigid mass the wrench lacks 
 has the torque of its weight about another place.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, cross, skew
 from hefting.ingest.filtering import Complex, Signal
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
@@ -72,7 +71,7 @@ def explain(case: Case) -> Explanation | None:
     return Explanation(CODE, what, fix, fitted, UNKNOWNS, rarity=2.0)
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class _Driven:
     """The specific force that drives a loose mass."""
 

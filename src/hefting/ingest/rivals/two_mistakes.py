@@ -8,11 +8,12 @@ unexplained as given, of simulated ones next to nothing.
 """
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
+from hefting.core.immutable import immutable
 from hefting.core.progress import each as each_of
 from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, short_drift
 from hefting.ingest.rivals.case import Case
@@ -60,7 +61,7 @@ _ALONE: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
 Explain = Callable[[Case], Explanation | None]
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Pair:
     """Two mistakes at once."""
 

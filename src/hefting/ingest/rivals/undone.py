@@ -1,8 +1,9 @@
 """Undone: a recording without one mistake, in which others are looked for."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
+from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
 from hefting.ingest.path import path_of, static_path
 from hefting.ingest.rivals.case import Case
@@ -10,7 +11,7 @@ from hefting.ingest.rivals.evidence import Fitted
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Undone:
     """A mistake without unknowns, and the recording without it."""
 

@@ -3,11 +3,11 @@ is believed."""
 
 import bz2
 import os
-from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from hefting.core.errors import InputError, needing
+from hefting.core.immutable import immutable
 from hefting.core.progress import report
 from hefting.logs.registry import READING
 
@@ -25,7 +25,7 @@ def printable(text: str) -> str:
     return "".join(c if c.isprintable() else "?" for c in text[:200])
 
 
-@dataclass(frozen=True, eq=False)
+@immutable
 class Topic:
     """One topic of a bag; the same object for all of its messages."""
 
