@@ -6,8 +6,8 @@ from scipy.spatial.transform import Rotation
 
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import PARAMETERS
-from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import fit_freely
+from hefting.ingest.identifiability import identifiability
 from random_problems import random_body, with_wrench
 
 SIZE = 0.2

@@ -11,7 +11,7 @@ from hefting.core.errors import InputError
 from hefting.core.moments import Moments
 from hefting.core.regressor import full_regressor, reduced_regressor
 from hefting.estimators.sample_state import SampleState
-from hefting.identification.identifiability import condition_number, rank
+from hefting.ingest.identifiability import condition_number, rank
 from hefting.simulation import UR5, hammer, sinusoids, wield
 from random_problems import random_motion
 from restricted_motions import SIZE, at_rest, rotated, turning

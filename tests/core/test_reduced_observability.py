@@ -12,7 +12,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.moments import Moments
 from hefting.core.regressor import reduced_regressor
 from hefting.estimators import PMD
-from hefting.identification.identifiability import rank
+from hefting.ingest.identifiability import rank
 from hefting.shapes import Shape
 from random_problems import with_wrench
 from restricted_motions import at_rest, rotated, turning

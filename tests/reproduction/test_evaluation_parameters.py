@@ -23,7 +23,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
 from hefting.estimators import PMD
-from hefting.identification.identifiability import condition_number
+from hefting.ingest.identifiability import condition_number
 from hefting.reproduction import c1, condition, density, gravity, noise, stop_and_go
 from hefting.reproduction.experiment import (
     OBJECTS,

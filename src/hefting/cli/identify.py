@@ -111,7 +111,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
         metavar="FILE",
         help="true parameters or another estimate, to compare with (JSON)",
     )
-    add_output(parser, _formats())
+    add_output(parser, _formats)
     add_report(parser)
     add_json(parser)
     add_verbose(parser)

@@ -2,6 +2,7 @@
 options describe."""
 
 import argparse
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -54,15 +55,30 @@ def add_verbose(
     )
 
 
-def add_output(parser: argparse._ActionsContainer, what: str) -> None:
+class _WhenShown:
+    """Text that is made where help is shown: what it tells of takes as long to import as
+    much of a command."""
+
+    def __init__(self, make: Callable[[], str]):
+        self._make = make
+
+    def __str__(self) -> str:
+        return self._make()
+
+
+def add_output(
+    parser: argparse._ActionsContainer, what: str | Callable[[], str]
+) -> None:
     """Files to write."""
-    parser.add_argument(
+    action = parser.add_argument(
         "--output",
         metavar="FILE",
         action="append",
         default=[],
-        help=f"write {what}; repeatable",
+        help="write %(what)s; repeatable",
     )
+    # argparse formats help with the attributes of the action
+    vars(action)["what"] = what if isinstance(what, str) else _WhenShown(what)
 
 
 def add_workers(parser: argparse._ActionsContainer) -> None:

@@ -39,6 +39,8 @@ be told."""
 def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
     """The outputs to write, without those that must not be: each is told on standard
     error."""
+    if not a.output:
+        return []
     from hefting.export import REGISTRY, SUFFIXES
 
     kept: list[str] = []

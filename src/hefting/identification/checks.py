@@ -22,8 +22,8 @@ from hefting.core.spatial import Array
 from hefting.core.undetermined import Undetermined, undetermined_mass
 from hefting.estimators import Bayes, Estimator
 from hefting.identification.estimator import state_of
-from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
+from hefting.ingest.identifiability import identifiability
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import JointIngested
 from hefting.ingest.plausibility import (

@@ -47,7 +47,12 @@ class RobustRows:
 
 
 def fit_each(
-    both: Array, maps: Array, used: Array, floor: Array, iterations: int
+    both: Array,
+    maps: Array,
+    used: Array,
+    floor: Array,
+    iterations: int,
+    start: RobustRows | None = None,
 ) -> RobustRows:
     """Least squares of each alternative by iterative reweighting.
 
@@ -58,6 +63,7 @@ def fit_each(
     used : (O, K) 1 where the motion is known, else 0.
     floor : (2,) smallest size of a residual of force [N] and torque [N m].
     iterations : how often the samples are weighted anew.
+    start : fits of nearly the same models, whose weights are the first.
     """
     O, z = len(both), both.shape[2] - 6
     flat = maps.reshape(6 * z, -1)
@@ -66,7 +72,7 @@ def fit_each(
         solution = solve_each(*normal_equations(both, maps, weights, scale))
         return solution, (solution @ flat.T).reshape(O, z, 6)
 
-    return _reweighted(both, used, floor, iterations, solve)
+    return _reweighted(both, used, floor, iterations, solve, start)
 
 
 def fit_channels(both: Array, used: Array, floor: Array, iterations: int) -> RobustRows:
@@ -89,6 +95,7 @@ def _reweighted(
     floor: Array,
     iterations: int,
     solve: Callable[[Array, Array], tuple[Array, Array]],
+    start: RobustRows | None = None,
 ) -> RobustRows:
     """Least squares by iterative reweighting.
 
@@ -102,8 +109,10 @@ def _reweighted(
     square = squared_lengths(residual)
     count = np.maximum(used.sum(axis=1), 1.0)
     per_axis, least = 3.0 * count[:, None], np.square(floor)
-    variance = np.maximum(square.mean(axis=1) / 3.0, least)
     weights, solution = used, np.zeros((O, 0))
+    variance = np.maximum(square.mean(axis=1) / 3.0, least)
+    if start is not None:
+        weights, variance = start.weights, np.square(start.scale)
     heavy = (nu + 6.0) * used
     for _ in range(iterations):
         solution, coefficients = solve(weights, np.sqrt(variance))

@@ -18,9 +18,9 @@ from hefting.core.messages import Message, warning
 from hefting.core.plain_text import file_word, typed
 from hefting.core.recording import Recording
 from hefting.core.spatial import SPEED_LIMIT, Array, angle_between, check_gravity
-from hefting.identification.identifiability import identifiability
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE
+from hefting.ingest.identifiability import identifiability
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.ingest.plausibility import check_wrench, holds_nothing, mass_warnings

@@ -11,9 +11,9 @@ from hefting import __version__
 from hefting.core.estimate_json import json_ready
 from hefting.core.messages import Message, Verdict, error, verdict_of
 from hefting.core.spatial import SPEED_LIMIT, Array
-from hefting.identification.identifiability import Identifiability
 from hefting.ingest import Conditioned, WrenchSign
 from hefting.ingest.changes.stretches import Changes
+from hefting.ingest.identifiability import Identifiability
 from hefting.ingest.ingested import Ingested
 from hefting.inspection.facts import Movement, StreamFacts, WrenchFacts
 

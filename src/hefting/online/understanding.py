@@ -23,10 +23,10 @@ from hefting.identification.estimator import (
     shape_of,
     state_of,
 )
-from hefting.identification.identifiability import identifiability
 from hefting.identification.partials import part_of
 from hefting.identification.waiting import Poses
 from hefting.ingest.free_fit import TYPICAL_SIZE
+from hefting.ingest.identifiability import identifiability
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import joint

@@ -4,7 +4,7 @@ import numpy as np
 
 from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.moments import Moments
-from hefting.identification.identifiability import condition_number
+from hefting.ingest.identifiability import condition_number
 from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import (
     DURATION,

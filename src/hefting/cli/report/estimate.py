@@ -18,7 +18,6 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.core.summary import samples_told
-from hefting.estimators import options
 
 if TYPE_CHECKING:
     from hefting.core.metrics import Errors
@@ -341,6 +340,8 @@ def facts(estimate: Estimate) -> Iterable[str]:
         yield f"the shape is taken as known to {100 * made['shape_std']:.3g} % of its size"
     if made.get("shape_known") == "bounds":
         yield "the object is taken to be somewhere inside the box, of any shape"
+    from hefting.estimators import options
+
     settings = [
         f"{k} = {made[k]:g}"
         for k in ("points", *options())

@@ -18,10 +18,10 @@ from hefting.ingest.rivals.evidence import (
     with_bias,
 )
 from hefting.ingest.rivals.explanation import (
+    Around,
     Explanation,
     explains_nothing,
     fit_as_given,
-    offset_columns,
     over_offsets,
 )
 from hefting.ingest.rivals.undone import Undone
@@ -176,25 +176,24 @@ def _from(
 ) -> tuple[Array, Fitted, float]:
     """Gravity (3,) that fits best near a start, its fit, and its standard deviation
     [rad]; with the clock offset [s] free or held."""
-    motion = case.motion_late(offset)
-    fitted = fit_rows(case, _rows(case, motion, gravity))
+    build = partial(_rows, case, gravity=gravity)
+    here = Around.of(case, build, offset)
     size = float(np.linalg.norm(gravity))
     for _ in range(steps):
-        along = -(motion.axes[0] @ tangents_of(gravity).T)  # (K, 3, 2)
+        fitted = here.fitted
+        along = -(here.motion.axes[0] @ tangents_of(gravity).T)  # (K, 3, 2)
         effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]
         columns = np.einsum("kxt,xc->kct", along, effect)
         if free_offset:
-            build = partial(_rows, case, gravity=gravity)
-            late = offset_columns(case, build, offset, fitted.solution[0])
-            columns = np.concatenate((columns, late), axis=2)
+            columns = np.concatenate((columns, here.offset_columns), axis=2)
         step = linear_step(fitted, 0, columns)
         change = np.clip(step.change[:2], -LARGEST_STEP, LARGEST_STEP)
         gravity = tilt_gravity(gravity, change)
         if free_offset:
             offset += float(np.clip(step.change[2], -0.02, 0.02))
-            motion = case.motion_late(offset)
-        fitted = fit_rows(case, _rows(case, motion, gravity))
+        build = partial(_rows, case, gravity=gravity)
+        here = Around.of(case, build, offset, fitted)
         if np.abs(change).max() < 1e-4 * size:
             break
     std = float(np.sqrt(step.covariance[:2, :2].trace() / 2.0)) / size
-    return gravity, fitted, std
+    return gravity, here.fitted, std

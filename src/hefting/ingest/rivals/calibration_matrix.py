@@ -60,7 +60,8 @@ def _likeliest(
         wrench = rows.predict(fitted.solution[0, :10])[0]
         errors[free], cost = _step(fitted, wrench, errors[free], free, std)
         mended = case.wrench - wrench @ errors.reshape(6, 6).T
-        fitted = fit_rows(case, Rows(rows.known, rows.maps, rows.used, mended[None]))
+        other = Rows(rows.known, rows.maps, rows.used, mended[None])
+        fitted = fit_rows(case, other, start=fitted)
     code, what = _told(errors.reshape(6, 6), np.sqrt(np.mean(wrench**2, axis=0)))
     fix = "check its calibration matrix, or weigh something known"
     return Explanation(

@@ -40,7 +40,7 @@ def explain(case: Case) -> Explanation | None:
     if not case.path.moves or np.ptp(case.time) < 3.0:
         return None
     rate, offset = _coarse(case)
-    fitted, around = _fit(case, rate, offset)
+    fitted, around = _fit(case, rate, offset, None)
     given, _ = fit_as_given(case)
     for taken in range(STEPS):
         if taken and is_hopeless(case, fitted, given):
@@ -48,7 +48,7 @@ def explain(case: Case) -> Explanation | None:
         step = linear_step(fitted, 0, _columns(case, around, fitted))
         rate += float(np.clip(step.change[0], -0.01, 0.01))
         offset += float(np.clip(step.change[1], -0.04, 0.04))
-        fitted, around = _fit(case, rate, offset)
+        fitted, around = _fit(case, rate, offset, fitted)
     std = float(np.sqrt(step.covariance[0, 0]))
     what = (
         f"the clock of the poses seems to run {abs(100.0 * rate):.2g} ± "
@@ -77,11 +77,13 @@ def _coarse(case: Case) -> tuple[float, float]:
     return float(rates[best]), float(offsets[best])
 
 
-def _fit(case: Case, rate: float, offset: float) -> tuple[Fitted, Rows]:
+def _fit(
+    case: Case, rate: float, offset: float, start: Fitted | None
+) -> tuple[Fitted, Rows]:
     """The fit, and the rows `OFFSET_STEP` before and after it."""
     around = offset + OFFSET_STEP * np.array((0.0, -1.0, 1.0))
     rows = newton_euler(case, case.motion_at(_times(case, rate, around)))
-    return fit_rows(case, rows.part(slice(1))), rows.part(slice(1, 3))
+    return fit_rows(case, rows.part(slice(1)), start=start), rows.part(slice(1, 3))
 
 
 def _columns(case: Case, around: Rows, fitted: Fitted) -> Array:

@@ -33,6 +33,8 @@ recordings with mistakes, those that were told left 0.73 at most, and half of th
 0.99."""
 ITERATIONS = 6
 """Reweightings of a robust fit."""
+MORE_ITERATIONS = 2
+"""Those of one that goes on from a fit of nearly the same model."""
 SMALLEST_FLOOR = 1e-12
 """Smallest floor of a residual, against division by zero."""
 
@@ -105,14 +107,18 @@ def with_bias(
     return Rows(known, whole, np.asarray(used, dtype=float), wrench)
 
 
-def fit_rows(case: Case, rows: Rows, iterations: int = ITERATIONS) -> Fitted:
-    """Robust least squares of each alternative, with so many reweightings."""
+def fit_rows(
+    case: Case, rows: Rows, iterations: int = ITERATIONS, start: Fitted | None = None
+) -> Fitted:
+    """Robust least squares of each alternative, with so many reweightings, or
+    `MORE_ITERATIONS` of a fit of nearly the same."""
+    iterations = iterations if start is None else MORE_ITERATIONS
     wrench = case.wrench if rows.wrench is None else rows.wrench
     wrench = np.broadcast_to(wrench, (*rows.known.shape[:2], 6))
     both = np.concatenate((rows.known, wrench), axis=2)
     floor = np.maximum(case.floor, SMALLEST_FLOOR)
     used = rows.used * case.relative_worth
-    fits = fit_each(both, rows.maps, used, floor, iterations)
+    fits = fit_each(both, rows.maps, used, floor, iterations, start)
     return Fitted(**vars(fits), rows=rows)
 
 

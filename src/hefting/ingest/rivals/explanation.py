@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Self
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -151,13 +152,32 @@ def of_each_wrench(
     return fit_rows(case, Rows(known, rows.maps, used, repeated), iterations)
 
 
-def offset_columns(case: Case, build: Build, offset: float, solution: Array) -> Array:
-    """(K, 6, 1) derivative of the wrench by the clock offset, at the offset given [s]
-    and a solution (p,)."""
-    around = np.array((-1.0, 1.0)) * OFFSET_STEP
-    motion = case.motion_at(case.time - offset - around[:, None])
-    wrench = build(motion).predict(solution)
-    return ((wrench[1] - wrench[0]) / (2.0 * OFFSET_STEP))[:, :, None]
+@immutable
+class Around:
+    """A fit at a clock offset, and the model a little before and after it."""
+
+    fitted: Fitted
+    motion: Motion
+    """at the offset first"""
+    rows: Rows
+    """`OFFSET_STEP` before and after it; none where nothing moves"""
+
+    @classmethod
+    def of(
+        cls, case: Case, build: Build, offset: float, start: Fitted | None = None
+    ) -> Self:
+        """At an offset [s]; `start` is a fit of nearly the same."""
+        steps = np.array((0.0, -1.0, 1.0) if case.path.moves else (0.0,)) * OFFSET_STEP
+        motion = case.motion_late(offset + steps)
+        rows = build(motion)
+        fitted = fit_rows(case, rows.part(slice(1)), start=start)
+        return cls(fitted, motion, rows.part(slice(1, None)))
+
+    @property
+    def offset_columns(self) -> Array:
+        """(K, 6, 1) derivative of the wrench by the clock offset."""
+        before, after = self.rows.predict(self.fitted.solution[0])
+        return ((after - before) / (2.0 * OFFSET_STEP))[:, :, None]
 
 
 def at_offset(case: Case, build: Build, offset: float) -> Fitted:

@@ -19,13 +19,13 @@ from hefting.core.spatial import (
 )
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of, tilt_gravity
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, fit_rows, is_hopeless, linear_step
+from hefting.ingest.rivals.evidence import Fitted, is_hopeless, linear_step
 from hefting.ingest.rivals.explanation import (
+    Around,
     Build,
     Explanation,
     fit_as_given,
     newton_euler,
-    offset_columns,
 )
 
 LARGEST_LEVER = 0.5
@@ -99,11 +99,11 @@ def find_placement(
     if gravity is not None:
         case = case.with_gravity(gravity)
     point, build = np.zeros(3), _builder(case, R, np.zeros(3))
-    motion = case.motion_late(offset)
-    fitted = fit_rows(case, build(motion))
+    here = Around.of(case, build, offset)
     parts = np.cumsum((3 * turns, 3 * moves, 2 * tilts))
     size = float(np.linalg.norm(case.gravity))
     for taken in range(steps):
+        fitted, motion = here.fitted, here.motion
         if taken >= FIRST_STEPS and is_hopeless(case, fitted, given):
             break
         columns = []
@@ -120,7 +120,7 @@ def find_placement(
             effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]
             columns.append(-np.einsum("kxt,xc->kct", along, effect))
         if case.path.moves:
-            columns.append(offset_columns(case, build, offset, fitted.solution[0]))
+            columns.append(here.offset_columns)
         step = linear_step(fitted, 0, np.concatenate(columns, axis=2))
         if (np.abs(step.change) < CONVERGED * np.sqrt(step.white.diagonal())).all():
             break
@@ -136,10 +136,9 @@ def find_placement(
             late = float(step.change[-1])
             offset += float(np.clip(late, -LARGEST_OFFSET_STEP, LARGEST_OFFSET_STEP))
         build = _builder(case, R, point)
-        motion = case.motion_late(offset)
-        fitted = fit_rows(case, build(motion))
+        here = Around.of(case, build, offset, fitted)
     known = step.covariance[: parts[-1], : parts[-1]]
-    return Placement(R, point, offset, fitted, known, case.gravity)
+    return Placement(R, point, offset, here.fitted, known, case.gravity)
 
 
 def moved(motion: Motion, point: Array) -> Motion:

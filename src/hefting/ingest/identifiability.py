@@ -18,9 +18,9 @@ from hefting.core.moments import FULL_EQUATIONS, REDUCED_EQUATIONS, Moments
 from hefting.core.spatial import Array
 from hefting.estimators.joint_state import State, as_one
 from hefting.estimators.quadratic import RANK_TOLERANCE
-from hefting.identification.reasons import _join_findings, _Reasons, _sentence
 from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import FreeFit
+from hefting.ingest.reasons import _join_findings, _Reasons, _sentence
 
 RigidModel = Literal["full", "reduced"]
 _EQUATIONS = {"full": FULL_EQUATIONS[6:16], "reduced": REDUCED_EQUATIONS[6:10]}

@@ -12,8 +12,8 @@ from scipy.spatial.transform import Rotation
 from hefting.core.measurements import Noise
 from hefting.core.regressor import full_regressor
 from hefting.core.spatial import PARAMETERS
-from hefting.identification.identifiability import identifiability
 from hefting.ingest.free_fit import fit_freely
+from hefting.ingest.identifiability import identifiability
 from random_problems import random_body, random_motion, with_wrench
 from restricted_motions import INERTIA, SIZE, at_rest, judged, rotated, turning
 
