@@ -17,7 +17,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, vector_to_tensor
-from hefting.estimators.least_squares import least_squares
+from hefting.estimators.quadratic import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest import Conditioned
 from hefting.ingest.free_fit import fit_freely

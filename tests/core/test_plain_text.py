@@ -1,12 +1,11 @@
 """Text in ASCII, and commands that are printed to be copied."""
 
 import codecs
-import shlex
 
 import pytest
 
 from hefting.core.errors import LONGEST_PLACE, InputError
-from hefting.core.plain_text import ascii_of, file_word, spell_out, typed
+from hefting.core.plain_text import ascii_of, file_word, spell_out
 
 
 @pytest.mark.parametrize(
@@ -38,16 +37,6 @@ def test_what_cannot_be_read_is_not_its_business():
     codecs.register_error("spell-out-here", spell_out)
     with pytest.raises(UnicodeDecodeError):
         b"\xff".decode("utf-8", "spell-out-here")
-
-
-@pytest.mark.parametrize("name", ["a.csv", "a b;ü.csv", "it's.csv", "$HOME`x`", ""])
-def test_a_shell_reads_back_the_words(name):
-    words = ["hefting", "identify", name, "--shape", "MESH"]
-    assert shlex.split(typed(words)) == words
-
-
-def test_plain_words_stay_as_they_are():
-    assert typed(["hefting", "identify", "log.csv"]) == "hefting identify log.csv"
 
 
 def test_a_file_is_not_taken_for_an_option():

@@ -14,7 +14,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
 from hefting.core.metrics import errors_between
 from hefting.estimators import LMI, OLS, PMD
-from hefting.estimators.least_squares import least_squares
+from hefting.estimators.quadratic import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.identification import identify
 from hefting.ingest import condition

@@ -8,7 +8,7 @@ from benchmarks.late_wrench import GRAVITY, filtered, late, motion
 
 from disturbances import disturbed
 from hefting import Recording, identify
-from hefting.estimators.least_squares import least_squares
+from hefting.estimators.quadratic import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest import filtering
 from hefting.ingest import ingest as module

@@ -2,6 +2,7 @@
 --bias."""
 
 import argparse
+import shlex
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -27,7 +28,6 @@ from hefting.cli.outputs import (
 from hefting.cli.progress import progress
 from hefting.cli.torques import add_torques, calibrate, require_torques
 from hefting.core.errors import InputError
-from hefting.core.plain_text import typed
 from hefting.request.settings import gravity_of, sensor_accuracy_of
 
 if TYPE_CHECKING:
@@ -96,11 +96,11 @@ def run(arguments: argparse.Namespace) -> int:
     if a.json:
         print_object(tool)
         return exit_status(tool.verdict)
-    subtract = typed(["hefting", "identify", "LOG", "--tool", a.output])
+    subtract = shlex.join(["hefting", "identify", "LOG", "--tool", a.output])
     next_steps = (
         f"wrote {a.output}: to subtract it, {subtract}",
         "to use its wrench bias as well, where the sensor was not zeroed since: "
-        f"{typed(['--bias', a.output])}",
+        f"{shlex.join(['--bias', a.output])}",
     )
     report = estimate_report(tool, verbose=a.verbose)
     written = [f"wrote {path}" for path in pages]

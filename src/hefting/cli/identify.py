@@ -23,6 +23,7 @@ from hefting.cli.options import (
     add_shape_details,
     add_tool,
     add_verbose,
+    add_wrench,
     check_output,
     fill_inertia_of,
     read_recording,
@@ -120,19 +121,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 def add_reading(log: argparse._ActionsContainer) -> None:
     """What of the recording is used, and how it is taken."""
     add_part(log)
-    log.add_argument(
-        "--wrench",
-        metavar="auto|on-object|on-sensor",
-        default="auto",
-        help="what the recorded wrench acts on; default auto",
-    )
-    log.add_argument(
-        "--bias",
-        metavar="BIAS",
-        default="auto",
-        help="of the wrench: auto, none, estimate, tare:START,END or a JSON file; "
-        "default auto",
-    )
+    add_wrench(log, "auto, none, estimate, tare:START,END or a JSON file")
     add_motion(log)
     add_gravity(log)
     add_sensor_accuracy(log)

@@ -25,6 +25,7 @@ from hefting.cli.options import (
     add_shape_details,
     add_tool,
     add_verbose,
+    add_wrench,
     check_output,
     fill_inertia_of,
 )
@@ -139,18 +140,7 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
 
 def _add_reading(group: argparse._ActionsContainer) -> None:
     """How the stream is taken."""
-    group.add_argument(
-        "--wrench",
-        metavar="auto|on-object|on-sensor",
-        default="auto",
-        help="what the wrench acts on; default auto",
-    )
-    group.add_argument(
-        "--bias",
-        metavar="BIAS",
-        default="auto",
-        help="of the wrench: auto, none, estimate or a JSON file; default auto",
-    )
+    add_wrench(group, "auto, none, estimate or a JSON file")
     add_gravity(group)
     add_sensor_accuracy(group)
     add_number(group, "--rate", "HZ", "estimates a second; default 10", default=10.0)

@@ -56,8 +56,7 @@ def add_verbose(
 
 
 class _WhenShown:
-    """Text that is made where help is shown: what it tells of takes as long to import as
-    much of a command."""
+    """Text that is made where help is shown, as it takes imports."""
 
     def __init__(self, make: Callable[[], str]):
         self._make = make
@@ -207,6 +206,22 @@ def add_part(parser: argparse._ActionsContainer, do: str = "use") -> None:
     """What part of a recording is used."""
     add_number(parser, "--start", "S", "leave out what is before [s]", default=0.0)
     add_number(parser, "--duration", "S", f"{do} this much [s]")
+
+
+def add_wrench(parser: argparse._ActionsContainer, biases: str) -> None:
+    """Whom the wrench acts on, and its bias."""
+    parser.add_argument(
+        "--wrench",
+        metavar="auto|on-object|on-sensor",
+        default="auto",
+        help="what the wrench acts on; default auto",
+    )
+    parser.add_argument(
+        "--bias",
+        metavar="BIAS",
+        default="auto",
+        help=f"of the wrench: {biases}; default auto",
+    )
 
 
 def add_motion(parser: argparse._ActionsContainer) -> None:

@@ -2,6 +2,7 @@
 
 import argparse
 import json
+import shlex
 import sys
 from functools import partial
 from pathlib import Path
@@ -13,7 +14,6 @@ from hefting.cli.parser import say
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -176,7 +176,7 @@ def page_context(**known: Any) -> "Context":
     what is `known` of the object."""
     from hefting.page import Context
 
-    return Context(command=typed(["hefting", *sys.argv[1:]]), say=render, **known)
+    return Context(command=shlex.join(["hefting", *sys.argv[1:]]), say=render, **known)
 
 
 def no_output_format(path: str, known: "Iterable[str]") -> InputError:

@@ -3,6 +3,7 @@ that reads them back."""
 
 import argparse
 import json
+import shlex
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,7 +12,6 @@ from hefting.cli.options import is_same
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import check_replaceable, write_atomically
-from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
     from hefting.simulation.objects import HeldObject
@@ -90,7 +90,7 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
         words += ["--gravity", ",".join(f"{number:.9g}" for number in scenario.gravity)]  # type: ignore[union-attr]
     if a.pose_rate == 0.0 and Path(a.arm).suffix:
         words += ["--urdf", a.arm, "--sensor-frame", a.sensor_frame]
-    return typed([*words, "--truth", str(truth)])
+    return shlex.join([*words, "--truth", str(truth)])
 
 
 if TYPE_CHECKING:
@@ -147,7 +147,7 @@ def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> 
     print("wrote:", *(f"  {path}" for path in paths), sep="\n")
     words = ["hefting", "identify", str(output), "--torques", "--urdf", str(urdf)]
     words += ["--sensor-frame", "flange", "--empty", str(empty)]
-    print(f"read it back: {typed([*words, '--truth', str(truth)])}")
+    print(f"read it back: {shlex.join([*words, '--truth', str(truth)])}")
 
 
 def _tell(made: "TorquesSimulated", held: "HeldObject", duration: float) -> None:

@@ -1,13 +1,13 @@
 """Options and steps of commands that take joint torques in place of a wrench."""
 
 import argparse
+import shlex
 from typing import TYPE_CHECKING
 
 from hefting.cli import option_of
 from hefting.cli.options import part_of
 from hefting.cli.standard_input import input_file
 from hefting.core.errors import InputError
-from hefting.core.plain_text import typed
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -115,7 +115,7 @@ def calibrate(a: argparse.Namespace) -> list[str]:
         f"arm of {dynamics.joints} joints, {len(dynamics.base)} base parameters, "
         f"{runs.scales.samples} samples",
         f"what its torques leave unexplained: {noise} N m",
-        f"wrote {a.output}: {typed(words)}",
+        f"wrote {a.output}: {shlex.join(words)}",
     ]
 
 

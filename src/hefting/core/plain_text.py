@@ -1,9 +1,7 @@
 """Text for what takes nothing else: plain ASCII for programs of controllers, terminals and
-pipes of other encodings, and commands as they are typed in a shell."""
+pipes of other encodings."""
 
-import shlex
 import unicodedata
-from collections.abc import Iterable
 
 PLAIN = str.maketrans(
     {"°": " deg", "±": "+/-", "·": "*", "×": "x", "→": "->", "–": "-", "−": "-"}
@@ -27,11 +25,6 @@ def spell_out(error: UnicodeError) -> tuple[str, int]:
         raise error
     signs = error.object[error.start : error.end]
     return "".join(ascii_of(sign) or "?" for sign in signs), error.end
-
-
-def typed(words: Iterable[str]) -> str:
-    """A command, to be copied: words that a shell would take apart are in quotes."""
-    return shlex.join(words)
 
 
 def file_word(path: str) -> str:

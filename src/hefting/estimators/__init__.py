@@ -1,8 +1,8 @@
 """Estimators: one file a method, one small contract (`hefting.estimators.base`), one
 list (`.methods`).
 
-What is in `hefting.estimators.registry` is here, too. It is imported where it is asked
-for: it imports every method, and much of ingest needs none.
+What is in `hefting.estimators.registry` is here, too: with every method, it is imported
+where it is asked for.
 """
 
 from importlib import import_module

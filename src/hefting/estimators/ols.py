@@ -9,12 +9,8 @@ from typing import ClassVar
 from hefting.core.estimate import Certificate, Estimate
 from hefting.estimators.base import INVARIANCES, BiasModel, require_samples
 from hefting.estimators.joint_state import State
-from hefting.estimators.least_squares import least_squares
 from hefting.estimators.point_estimator import PointEstimator
-from hefting.estimators.quadratic import (
-    Quadratic,
-    WrenchNoise,
-)
+from hefting.estimators.quadratic import Quadratic, WrenchNoise, least_squares
 from hefting.estimators.sample_state import SMOOTHED_C1, Model
 
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Mask, runs_of
+from hefting.core.spatial import Mask, median, runs_of
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.odd_pose import FEWEST_POSES
 from hefting.ingest.offset_profile import OffsetProfile
@@ -104,7 +104,7 @@ def findings_of(
         where = f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°"
         said.append(note("gravity-direction", where, "gravity"))
     if outliers.contact.any():
-        interval = float(np.median(np.diff(recording["wrench"].time)))
+        interval = median(np.diff(recording["wrench"].time))
         seconds = float(outliers.contact.sum()) * interval
         number = len(runs_of(outliers.contact))
         stretches = "stretch" if number == 1 else "stretches"

@@ -12,7 +12,7 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Mask, interpolated, squared_lengths
+from hefting.core.spatial import Array, Mask, interpolated, median, squared_lengths
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.model import Layout, Model, Problem, tilt_gravity
 from hefting.ingest.normal_equations import Solution, solve
@@ -282,6 +282,4 @@ def motion_weights(
     excess = share @ reading.variances
     weights = 1.0 / (1.0 + samples_per_error(time, bandwidth) * excess)
     variance = 1.0 + excess
-    return weights / weights[known].mean(), np.sqrt(
-        variance / np.median(variance[known])
-    )
+    return weights / weights[known].mean(), np.sqrt(variance / median(variance[known]))

@@ -20,7 +20,7 @@ from hefting.estimators.joint_state import (
     full_without_bias,
     states_by_bias,
 )
-from hefting.estimators.least_squares import LeastSquares, least_squares
+from hefting.estimators.quadratic import LeastSquares, least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
 

@@ -10,7 +10,7 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Indices, lengths, own
 from hefting.ingest.poses import where_in_time
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
-from hefting.motion.pose_steps import displacement
+from hefting.motion.pose_steps import displacement, white_noise
 
 EVEN = 0.1
 """Difference of two intervals, over the usual one, up to which time is even."""
@@ -43,8 +43,6 @@ more or less, from which on poses of another clock were read evenly, and no row 
 of 12 % of the rows, lost at random, it is a fifth."""
 FIRST_LOOKED_AT = 300
 """Odd steps, of all, that are looked at first."""
-MOST_FOR_NOISE = 100_000
-"""Steps, of all, from which the noise is found: its size to 1 %."""
 PLACES_AT_A_TIME = 4096
 """Of so many what is computed in between stays in the processor's cache."""
 PASSES = 3
@@ -112,14 +110,10 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
 
 def _over_noise(values: Array, steps: Array) -> Array:
     """(K - 1, n) steps between `values` (K, m) over the standard deviation of their
-    noise, from second differences, or of their rounding, from the smallest change of a
-    number."""
-    nth = 1 + len(steps) // MOST_FOR_NOISE
-    second = np.abs(steps[1::nth] - steps[:-1:nth])
-    white = 1.4826 * float(np.median(second)) / np.sqrt(6.0)
+    noise, or of their rounding, from the smallest change of a number."""
     changes = np.abs(np.diff(values, axis=0))
     digit = changes.min(initial=np.inf, where=changes > 0.0)
-    return steps / max(white, 0.5 * digit, SMALLEST_NOISE)
+    return steps / max(white_noise(steps), 0.5 * digit, SMALLEST_NOISE)
 
 
 def _rows_lost(steps: Array) -> Indices:

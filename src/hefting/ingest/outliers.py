@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, runs_of, squared_lengths
+from hefting.core.spatial import Array, Indices, Mask, median, runs_of, squared_lengths
 
 CELL_DURATION = 0.05
 """[s] Duration of a cell. Contacts are found as sequences of cells."""
@@ -101,9 +101,7 @@ def find_outliers(
     known = known & ~limit
     r = (wrench - predicted) / spread[:, None]
     r[~known] = np.nan
-    width = max(
-        CELL_DURATION, FEWEST_SAMPLES_PER_CELL * float(np.median(np.diff(time)))
-    )
+    width = max(CELL_DURATION, FEWEST_SAMPLES_PER_CELL * median(np.diff(time)))
     cell = np.cumsum(np.diff(np.floor((time - time[0]) / width), prepend=0.0) > 0.0)
     floor = _imperfection(time, predicted, cell, changes)
     medians, samples = _cell_medians(r, cell)

@@ -11,7 +11,7 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, median
 from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.drift import HatFunctions
@@ -327,7 +327,7 @@ def fastest_frequency(problem: Problem) -> float:
         return 0.5
     if len(problem.time) < 2:
         return 0.5
-    return min(RIGID_MOTION_FREQUENCY * float(np.median(np.diff(problem.time))), 0.5)
+    return min(RIGID_MOTION_FREQUENCY * median(np.diff(problem.time)), 0.5)
 
 
 def fit_few_samples(samples: Samples, problem: Problem, gravity: Array) -> RobustFit:

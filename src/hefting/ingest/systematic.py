@@ -18,8 +18,7 @@ from hefting.core.moments import triangular
 from hefting.core.recording import Recording
 from hefting.core.regressor import GRAVITY, predict_wrench
 from hefting.core.spatial import Array, in_sensor_axes
-from hefting.estimators.least_squares import least_squares
-from hefting.estimators.quadratic import Quadratic, ScaledSVD
+from hefting.estimators.quadratic import Quadratic, ScaledSVD, least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import FreeFit, free_fit

@@ -3,6 +3,7 @@ raise."""
 
 from __future__ import annotations
 
+import shlex
 from collections.abc import Iterator
 from dataclasses import replace
 from math import degrees
@@ -15,7 +16,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Answered, Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.messages import Message, warning
-from hefting.core.plain_text import file_word, typed
+from hefting.core.plain_text import file_word
 from hefting.core.recording import Recording
 from hefting.core.spatial import SPEED_LIMIT, Array, angle_between, check_gravity
 from hefting.ingest.conditioned import Conditioned
@@ -275,7 +276,7 @@ def _with_shape(found: Inspection) -> str:
     read = found.ingested
     tool = ["--tool", "TOOL"] if read is not None and read.tool is not None else []
     words = ["hefting", "identify", file_word(found.log), *tool, "--shape", "MESH"]
-    return typed(words)
+    return shlex.join(words)
 
 
 def _improvements(found: Inspection) -> Iterator[str]:

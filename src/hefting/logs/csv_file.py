@@ -1,5 +1,4 @@
-"""CSV: separated text with a header row, read block by block so that the text is never
-held whole."""
+"""CSV: separated text with a header row, read block by block, never held whole."""
 
 import contextlib
 import csv

@@ -20,7 +20,7 @@ Science 11 (1996); restricted likelihood: Wahba, Annals of Statistics 13 (1985);
 variance: Wahba, J. Royal Statistical Society B 45 (1983).
 """
 
-from dataclasses import dataclass, field, replace
+from dataclasses import field, replace
 from functools import cached_property
 from math import comb, factorial, perm
 from typing import Self
@@ -30,7 +30,7 @@ from numpy.typing import NDArray
 
 from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, median
 
 Integers = NDArray[np.int_]
 Mask = NDArray[np.bool_]
@@ -99,7 +99,7 @@ def basis(u: Array, derivative: int = 0) -> Array:
     return DERIVATIVE_COEFFICIENTS[derivative] @ powers
 
 
-@dataclass(frozen=True)
+@immutable
 class Knots:
     """Knots at uniform spacing h over each segment of a recording."""
 
@@ -222,7 +222,7 @@ class Observation:
     @cached_property
     def interval(self) -> float:
         """[s] Median time between samples."""
-        return float(np.median(np.diff(self.time)))
+        return median(np.diff(self.time))
 
     def __getitem__(self, index: Mask) -> Self:
         """The samples chosen by a mask (K,)."""

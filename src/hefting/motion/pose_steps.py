@@ -5,12 +5,18 @@ values that no velocity nearby explains, within the largest acceleration, the no
 the errors of the time stamps, is a break.
 """
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, changed_rows, lengths, runs_of
+from hefting.core.spatial import (
+    Array,
+    Indices,
+    Mask,
+    changed_rows,
+    lengths,
+    median,
+    runs_of,
+)
 
 TIMING_ERROR = 0.005
 """[s] Error of a pose's time stamp that is not a fault of the pose. Rows of recordings
@@ -59,7 +65,7 @@ ROUNDING_OVER_STEP = 0.5
 step of one digit along all three axes is then below that of a jump."""
 
 
-@dataclass(frozen=True)
+@immutable
 class Limits:
     """Bounds on the motion of what a robot holds."""
 
@@ -152,7 +158,7 @@ class Steps:
     @classmethod
     def of(cls, runs: Runs, limits: Limits) -> "Steps":
         """Steps between runs."""
-        usual = float(np.median(np.diff(runs.time)))
+        usual = median(np.diff(runs.time))
         return cls(
             runs,
             steps := displacement(runs.values[:-1], runs.values[1:]),
@@ -304,13 +310,18 @@ def displacement(before: Array, after: Array) -> Array:
 
 
 def _noise(steps: Array) -> float:
-    """Robust standard deviation of the noise of a component, from second differences,
-    or of rounding, from the smallest steps."""
-    steps = steps[:: -(-len(steps) // ROWS_FOR_NOISE)]
-    second = np.diff(steps, axis=0)
-    if not len(second):
+    """Robust standard deviation of the noise of a component, or of rounding, from the
+    smallest steps."""
+    if len(steps) < 2:
         return 0.0
-    length = lengths(steps)
+    length = lengths(steps[:: -(-len(steps) // ROWS_FOR_NOISE)])
     smallest = float(np.quantile(length, SMALLEST_STEPS))
-    white = float(1.4826 * np.median(np.abs(second)) / np.sqrt(6.0))
-    return max(white, ROUNDING_OVER_STEP * smallest)
+    return max(white_noise(steps), ROUNDING_OVER_STEP * smallest)
+
+
+def white_noise(steps: Array) -> float:
+    """Robust standard deviation of the white noise of a component, from second
+    differences, of the steps (K, n) between samples, K > 1."""
+    nth = -(-len(steps) // ROWS_FOR_NOISE)
+    second = np.abs(steps[1::nth] - steps[:-1:nth])
+    return 1.4826 * float(np.median(second)) / 6.0**0.5

@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array, skew, vector_to_tensor
+from hefting.core.spatial import Array, median, skew, vector_to_tensor
 from hefting.motion.state import Motion, lasting_variances
 
 
@@ -37,7 +37,7 @@ def samples_per_error(time: Array, bandwidth: float) -> float:
     lasts; at least one."""
     if len(time) < 2:
         return 1.0
-    return max(1.0 / (float(np.median(np.diff(time))) * bandwidth), 1.0)
+    return max(1.0 / (median(np.diff(time)) * bandwidth), 1.0)
 
 
 def sample_weights(

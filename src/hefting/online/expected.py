@@ -12,7 +12,7 @@ with the covariance of the noise and of the prediction. d' cov(d)^-1 d is chi-sq
 four degrees of freedom while nothing changes.
 """
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import Self
 
 import numpy as np
@@ -238,7 +238,7 @@ def _inverse(S: Array) -> Array:
     return units @ np.linalg.inv(scaled + floor) @ units
 
 
-@dataclass(frozen=True)
+@immutable
 class Watch:
     """Whether the object is still the same."""
 

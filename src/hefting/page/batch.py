@@ -3,6 +3,7 @@ gets to these."""
 
 import json
 import re
+import shlex
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
@@ -12,7 +13,7 @@ import numpy as np
 
 from hefting.batches.batch import Batch, duration, headline
 from hefting.batches.summary import Outlier, Reason, Summary
-from hefting.core.plain_text import file_word, typed
+from hefting.core.plain_text import file_word
 from hefting.page.answer import WORDS, Say
 from hefting.page.bars import Count, counts
 from hefting.page.figure import histogram
@@ -211,7 +212,7 @@ def look_at(row: Mapping[str, Any]) -> str | None:
     name = row["name"] or (Path(alone).stem if alone is not None else row["object"])
     words = ["hefting", "identify", *map(file_word, recordings)]
     words += _options(json.loads(row["options"] or "{}"))
-    return typed([*words, "--report", f"{_plain(name)}.html"])
+    return shlex.join([*words, "--report", f"{_plain(name)}.html"])
 
 
 def _options(options: Mapping[str, Any]) -> Sequence[str]:

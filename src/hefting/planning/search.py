@@ -1,7 +1,7 @@
 """Search for the best motion: random ones first, the best of them optimised, and of
 those that keep every limit the best."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +50,7 @@ ANOTHER = "give another `start`"
 """What helps against a place to start from that cannot be."""
 
 
-@dataclass(frozen=True)
+@immutable
 class Effort:
     """How long is searched: numbers of steps, so that the same seed gives the same
     plan on any machine."""

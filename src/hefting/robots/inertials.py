@@ -76,7 +76,7 @@ class Inertial:
         return self.mass > 0.0 and largest < self.mass * NO_EXTENT**2
 
 
-@dataclass(frozen=True)
+@immutable
 class Connection:
     """A joint: what it connects, and whether it moves."""
 
@@ -86,7 +86,7 @@ class Connection:
     moves: bool
 
 
-@dataclass(frozen=True)
+@immutable
 class Inertials:
     """Inertials and joints of one robot, in the file's order."""
 

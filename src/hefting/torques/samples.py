@@ -12,7 +12,7 @@ from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Indices
+from hefting.core.spatial import Array, Indices, median
 from hefting.motion.curve import Curve
 from hefting.robots.joint_log import named_columns
 from hefting.torques.dynamics import JointDynamics
@@ -90,7 +90,7 @@ class TorqueSamples:
     @property
     def interval(self) -> float:
         """[s] Median from sample to sample."""
-        return float(np.median(np.diff(self.time)))
+        return median(np.diff(self.time))
 
     def bins(self, rate: float) -> Indices:
         """Index of the first sample of each 1 / `rate` seconds that has any; each

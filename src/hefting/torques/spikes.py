@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.core.messages import note
 from hefting.core.recording import Recording, Stream, column_names
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, median
 from hefting.torques.equations import STICTION_SPEED
 
 STREAMS = ("joint_positions", "joint_torques", "joint_currents")
@@ -38,7 +38,7 @@ def without_spikes(recording: Recording) -> Recording:
     streams, said = dict(recording.streams), list[str]()
     for name in filter(recording.has, STREAMS):
         values, time = streams[name].values, streams[name].time
-        interval = float(np.median(np.diff(time))) if len(time) > 1 else np.inf
+        interval = median(np.diff(time)) if len(time) > 1 else np.inf
         many = min(MOST_IN_A_ROW, int(LONGEST / interval + 1e-6))
         if not many:
             continue

@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, runs_of
+from hefting.core.spatial import Array, Indices, Mask, median, runs_of
 from hefting.ingest.blocks import medians
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Model, Problem
@@ -72,7 +72,7 @@ class Cells:
     @cached_property
     def interval(self) -> float:
         """[s] Median time from one cell to the next."""
-        return float(np.median(np.diff(self.time)))
+        return median(np.diff(self.time))
 
 
 def cells_of(

@@ -176,8 +176,7 @@ def _from(
 ) -> tuple[Array, Fitted, float]:
     """Gravity (3,) that fits best near a start, its fit, and its standard deviation
     [rad]; with the clock offset [s] free or held."""
-    build = partial(_rows, case, gravity=gravity)
-    here = Around.of(case, build, offset)
+    here = Around.of(case, partial(_rows, case, gravity=gravity), offset)
     size = float(np.linalg.norm(gravity))
     for _ in range(steps):
         fitted = here.fitted
@@ -191,8 +190,7 @@ def _from(
         gravity = tilt_gravity(gravity, change)
         if free_offset:
             offset += float(np.clip(step.change[2], -0.02, 0.02))
-        build = partial(_rows, case, gravity=gravity)
-        here = Around.of(case, build, offset, fitted)
+        here = Around.of(case, partial(_rows, case, gravity=gravity), offset, fitted)
         if np.abs(change).max() < 1e-4 * size:
             break
     std = float(np.sqrt(step.covariance[:2, :2].trace() / 2.0)) / size

@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Mask
+from hefting.core.spatial import Array, Mask, median
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.channels import rounding_error
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
@@ -224,7 +224,7 @@ class Case:
         time, wrench = self.consecutive
         if not self.path.moves:
             return self.floor
-        step = max(round(COLOUR_STEP / max(float(np.median(np.diff(time))), 1e-9)), 1)
+        step = max(round(COLOUR_STEP / max(median(np.diff(time)), 1e-9)), 1)
         motion = self.motion_at(time[None] - self.offset)
         known = np.where(
             motion.known[0, :, None], motion.features(self.modelled_gravity)[0], np.nan
@@ -299,7 +299,7 @@ def _averaged_together(time: Array) -> int:
     """How many of the blocks at `time` (B,) are averaged for `MOST_BLOCKS` of them."""
     if len(time) <= MOST_BLOCKS:
         return 1
-    interval = float(np.median(np.diff(time)))
+    interval = median(np.diff(time))
     longest = int(LONGEST_AVERAGE / max(interval, 1e-9) + 1e-6)
     return max(min(-(-len(time) // MOST_BLOCKS), longest), 1)
 

@@ -31,10 +31,8 @@ LARGEST_LEFT = 0.9
 """Share of what noise does not explain that a first fit of a mistake may leave: of 300
 recordings with mistakes, those that were told left 0.73 at most, and half of the others
 0.99."""
-ITERATIONS = 6
-"""Reweightings of a robust fit."""
-MORE_ITERATIONS = 2
-"""Those of one that goes on from a fit of nearly the same model."""
+ITERATIONS, MORE_ITERATIONS = 6, 2
+"""Reweightings of a robust fit, and of one that goes on from nearly the same."""
 SMALLEST_FLOOR = 1e-12
 """Smallest floor of a residual, against division by zero."""
 
@@ -110,8 +108,7 @@ def with_bias(
 def fit_rows(
     case: Case, rows: Rows, iterations: int = ITERATIONS, start: Fitted | None = None
 ) -> Fitted:
-    """Robust least squares of each alternative, with so many reweightings, or
-    `MORE_ITERATIONS` of a fit of nearly the same."""
+    """Robust least squares of each alternative; `start` is a fit of nearly the same."""
     iterations = iterations if start is None else MORE_ITERATIONS
     wrench = case.wrench if rows.wrench is None else rows.wrench
     wrench = np.broadcast_to(wrench, (*rows.known.shape[:2], 6))

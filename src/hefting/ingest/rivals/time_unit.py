@@ -13,6 +13,7 @@ from functools import partial
 
 import numpy as np
 
+from hefting.core.spatial import median
 from hefting.ingest.rivals import wrench_compensated
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import fit_rows
@@ -90,7 +91,7 @@ def _may_be_told(case: Case) -> bool:
 
 def _units(case: Case) -> list[float]:
     """Units [s] that time may be in, of samples at such intervals."""
-    interval = float(np.median(np.diff(case.recording["wrench"].time)))
+    interval = median(np.diff(case.recording["wrench"].time))
     faster = (MILLISECONDS, *(1.0 / ratio for ratio in RATIOS))
     return [
         *RATIOS,
