@@ -246,7 +246,7 @@ def test_an_option_of_several_methods_says_what_it_is_of_each(monkeypatch):
         )
 
     more = {**METHODS, "Toy": Toy}
-    monkeypatch.setattr("hefting.estimators.METHODS", more)
+    monkeypatch.setattr("hefting.estimators.registry.METHODS", more)
     both = options()["gamma"]
     assert both.help == f"{one.help}; Toy: its own"
     assert both.metavar == one.metavar

@@ -16,7 +16,7 @@ Each column of the design matrix is linear in the known row of a sample, z = [x,
 tangents, y]. The normal equations of any phi therefore follow from the one matrix Z'WZ.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -44,7 +44,7 @@ REGRESSOR_BY_FEATURE = FULL_MAP.reshape(FEATURES, 6, 10)
 `hefting.core.regressor`."""
 
 
-@immutable
+@dataclass(frozen=True)
 class Layout:
     """Position of each unknown in the normal equations."""
 
