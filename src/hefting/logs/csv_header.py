@@ -320,9 +320,11 @@ def _has_decimal_commas(rows: Sequence[Sequence[str]]) -> bool:
     """Whether rows are written with a decimal comma, more than with a point; between
     commas, such cells are in quotes."""
     cells = [cell for row in rows for cell in row]
-    commas = sum(
-        bool(re.fullmatch(r"[+-]?\d*,\d+(e[+-]?\d+)?", c.lower())) for c in cells
-    )
+    with_comma = [cell.lower() for cell in cells if "," in cell]
+    number = re.compile(r"[+-]?\d*,\d+(e[+-]?\d+)?")
+    commas = sum(bool(number.fullmatch(cell)) for cell in with_comma)
+    if not commas:
+        return False
     return commas > sum("." in c and not (" " in c and list_in(c)) for c in cells)
 
 

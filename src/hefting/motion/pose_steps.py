@@ -57,6 +57,8 @@ HELD_UPDATES = 2.0
 """Number of usual runs of equal rows that a run of a stalled stream exceeds."""
 ROWS_FOR_NOISE = 20_000
 """Largest number of rows from which the noise is found."""
+ROWS_AT_A_TIME = 8192
+"""Of so many what is computed in between stays in the processor's cache."""
 SMALLEST_STEPS = 0.01
 """Share of the steps that are taken as the smallest ones: values that were rounded
 change by no less than their last digit."""
@@ -298,6 +300,12 @@ def displacement(before: Array, after: Array) -> Array:
     """
     if before.shape[1] == 3:
         return after - before
+    if len(after) > ROWS_AT_A_TIME:
+        way = np.empty((len(after), 3))
+        for first in range(0, len(after), ROWS_AT_A_TIME):
+            part = slice(first, first + ROWS_AT_A_TIME)
+            way[part] = displacement(before[part], after[part])
+        return way
     # by components, each side by side: `numpy.cross` takes four times as long
     x, y, z, s = np.ascontiguousarray(after.T)
     a, b, c, r = np.ascontiguousarray(before.T)
