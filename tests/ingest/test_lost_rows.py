@@ -1,5 +1,6 @@
 """Rows that were lost from a log whose time is made of the row number."""
 
+import tracemalloc
 from dataclasses import replace
 
 import numpy as np
@@ -140,6 +141,26 @@ def test_rounded_poses_are_no_lost_rows(digit):
     streams = {"position": Stream(time, p), "orientation": Stream(time, orientation)}
     recording = Recording({**streams, "wrench": Stream(time, np.ones((1000, 6)))})
     assert with_time_of_lost_rows(recording) is recording
+
+
+def test_the_memory_that_it_takes_is_that_of_the_steps():
+    """Of slow poses with noise, where two steps in five are odd and none is clear: 118
+    bytes a row, of which the steps are 48 and their lengths 24. All odd steps at once
+    took 619."""
+    count, rng = 200_000, np.random.default_rng(0)
+    time = 0.001 * np.arange(count)
+    position, turn = 1e-6 * rng.normal(size=(2, count, 3))
+    position[:, 0] += 7e-6 * np.arange(count)
+    orientation = np.column_stack((turn, np.sqrt(1.0 - np.square(turn).sum(axis=1))))
+    values = {"position": position, "orientation": orientation}
+    streams = {name: Stream(time, each) for name, each in values.items()}
+    recording = Recording({**streams, "wrench": Stream(time, np.ones((count, 6)))})
+    tracemalloc.start()
+    try:
+        assert with_time_of_lost_rows(recording) is recording
+        assert tracemalloc.get_traced_memory()[1] < 200 * count
+    finally:
+        tracemalloc.stop()
 
 
 @needs_recordings
