@@ -6,13 +6,12 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, changed_rows, lengths
+from hefting.core.spatial import Array, Indices, Mask, changed_rows, lengths, median
 from hefting.motion.bspline import (
     SUPPORT,
     TIMES_EVALUATED_TOGETHER,
     Integers,
     Knots,
-    Mask,
     Observation,
     basis,
 )
@@ -33,8 +32,8 @@ from hefting.motion.tuning import (
 )
 
 CHECKED_STRETCH, CHECKED_STRETCHES = 100, 50
-"""Number of samples in a stretch, and of stretches, whose residuals are looked at to
-tell whether the noise is white."""
+"""Number of samples in a stretch, and of stretches, of a long recording that are looked
+at to tell whether the noise is white, and whether values may be interpolated."""
 SMOOTHER_THAN_MODEL = 0.72
 """Share of the variance due to smoothing that is absent where the highest order is the
 most likely one: the motion is then smoother than the model. Smoothing makes (2k +
@@ -70,12 +69,12 @@ def _changed_lines(time: Array, values: Array) -> Mask:
     changed = changed_rows(values)
     if len(time) < 30:
         return changed
-    slope = np.diff(values, axis=0) / np.diff(time)[:, None]
-    bend = np.diff(slope, axis=0)
-    if values.shape[1] == 4:  # a steady turn is an arc
-        q = values[1:-1]
-        bend -= np.sum(bend * q, axis=1)[:, None] * q
-    size, speed = (lengths(x) for x in (bend, slope))
+    if len(time) > CHECKED_STRETCH * CHECKED_STRETCHES:
+        rows = _stretches(len(time))
+        size, speed = _bends(time[rows], values[rows])
+        if median(size.ravel()) >= STRAIGHT * median(speed.ravel()):
+            return changed
+    size, speed = _bends(time, values)
     bent = np.pad(size > STRAIGHT * np.quantile(size, 0.995), 1)
     begins = bent & ~np.roll(bent, 1)
     gaps = np.diff(np.flatnonzero(begins))
@@ -85,11 +84,28 @@ def _changed_lines(time: Array, values: Array) -> Mask:
         usual < 2.0
         or np.mean(np.abs(gaps - usual) <= apart) < 0.6
         or bent.sum() > (1.1 + apart) * begins.sum()
-        or np.median(size) >= STRAIGHT * np.median(speed)
+        or median(size) >= STRAIGHT * median(speed)
     ):
         return changed
     begins[0] = True
     return begins
+
+
+def _stretches(count: int) -> Indices:
+    """(CHECKED_STRETCHES, CHECKED_STRETCH) of so many samples, evenly apart."""
+    starts = np.linspace(0, count - CHECKED_STRETCH, CHECKED_STRETCHES).astype(int)
+    return starts[:, None] + np.arange(CHECKED_STRETCH)
+
+
+def _bends(time: Array, values: Array) -> tuple[Array, Array]:
+    """Sizes (..., K - 2) of the changes of the slope between values (..., K, d) at times
+    (..., K), and those (..., K - 1) of the slope."""
+    slope = np.diff(values, axis=-2) / np.diff(time)[..., None]
+    bend = np.diff(slope, axis=-2)
+    if values.shape[-1] == 4:  # a steady turn is an arc
+        q = values[..., 1:-1, :]
+        bend -= np.sum(bend * q, axis=-1)[..., None] * q
+    return lengths(bend), lengths(slope)
 
 
 @dataclass(frozen=True)
@@ -155,8 +171,7 @@ class Curve:
         evenly spaced stretches of a long recording."""
         time, values = self.observations[0].time, self.observations[0].values
         if len(time) > CHECKED_STRETCH * CHECKED_STRETCHES:
-            starts = np.linspace(0, len(time) - CHECKED_STRETCH, CHECKED_STRETCHES)
-            chosen = (starts.astype(int)[:, None] + np.arange(CHECKED_STRETCH)).ravel()
+            chosen = _stretches(len(time)).ravel()
             time, values = time[chosen], values[chosen]
         index, u, covered = self.knots.locate(time)
         neighbours = self.coefficients.T[:, index + np.arange(SUPPORT)[:, None]]

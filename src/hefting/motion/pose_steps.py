@@ -220,10 +220,13 @@ class Steps:
         before, after = velocity[:-several], velocity[several:]
         lasts = 0.5 * (lasts[:-several] + lasts[several:])
         change = lengths(after - before)
-        slower = np.minimum(lengths(before), lengths(after))
         allowed = KINK_ACCELERATION * self.limits.acceleration * lasts + (
-            (self.timing_error * slower + NOISE_FACTOR * self.noise) / lasts
+            NOISE_FACTOR * self.noise / lasts
         )
+        if not (change > allowed).any():
+            return np.zeros(0, dtype=int)
+        slower = np.minimum(lengths(before), lengths(after))
+        allowed += self.timing_error * slower / lasts
         faults = np.concatenate(([0], np.cumsum(broken)))
         whole = faults[2 * several :] == faults[: -2 * several]
         return np.array(
