@@ -44,7 +44,7 @@ of 12 % of the rows, lost at random, it is a fifth."""
 FIRST_LOOKED_AT = 300
 """Odd steps, of all, that are looked at first."""
 FIRST_FOR_DIGIT = 10_000
-"""Rows whose smallest change is mostly below the noise: then so is that of all."""
+"""Rows whose smallest change is mostly below the noise, as that of all is then."""
 PLACES_AT_A_TIME = 4096
 """Of so many what is computed in between stays in the processor's cache."""
 PASSES = 3
@@ -157,8 +157,8 @@ def _odd_places(steps: Array) -> Indices:
     odd &= high > 0.5 * CLEAR_STEP
     # half of the neighbours are at least as far off zero as their median
     reach = NEIGHBOURS.max()
-    padded = np.pad(length**2, reach, mode="edge")
-    beside = np.convolve(padded, np.ones(2 * reach + 1), "valid") - length**2
+    counted = np.isin(np.arange(-reach, reach + 1), NEIGHBOURS)
+    beside = np.convolve(np.pad(length**2, reach, "edge"), counted, "valid")
     odd &= beside[1:-1] > 0.5 * len(NEIGHBOURS) * CLEAR_STEP**2
     return 1 + np.flatnonzero(odd)
 
