@@ -6,8 +6,6 @@ Each check looks for one thing: a function from `Checked` to messages, and its l
 for machines.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Iterable
 from dataclasses import replace
 

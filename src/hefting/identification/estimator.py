@@ -1,8 +1,6 @@
 """Estimator: made for a recording, or the user's own; what it must fit, and what it
 sees of the recording."""
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any

@@ -1,8 +1,6 @@
 """Checks of joint torques: whether they can be those of the arm, and what an answer from
 them leaves in doubt."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable, Sequence
 
 import numpy as np

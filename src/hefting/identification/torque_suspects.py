@@ -1,7 +1,5 @@
 """Messages of mistakes that are fitted beside the payload (`hefting.torques.suspects`)."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Sequence
 
 import numpy as np

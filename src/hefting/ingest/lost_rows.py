@@ -10,7 +10,7 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Indices, lengths, own
 from hefting.ingest.poses import where_in_time
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
-from hefting.motion.pose_steps import displacement, white_noise
+from hefting.motion.pose_steps import ROWS_AT_A_TIME, displacement, white_noise
 
 EVEN = 0.1
 """Difference of two intervals, over the usual one, up to which time is even."""
@@ -44,9 +44,7 @@ of 12 % of the rows, lost at random, it is a fifth."""
 FIRST_LOOKED_AT = 300
 """Odd steps, of all, that are looked at first."""
 FIRST_FOR_DIGIT = 10_000
-"""Rows whose smallest change is mostly below the noise, as that of all is then."""
-PLACES_AT_A_TIME = 4096
-"""Of so many what is computed in between stays in the processor's cache."""
+"""Rows of which the smallest change is looked for first."""
 PASSES = 3
 """Times the rows of a step are counted: then beside steps of one row."""
 MANY_LOST = 0.05
@@ -138,8 +136,8 @@ def _rows_of(steps: Array) -> Indices:
     rows = np.ones(len(steps), dtype=int)
     places = _odd_places(steps)
     for some in (places[:: 1 + len(places) // FIRST_LOOKED_AT], places):
-        parts = range(0, len(some), PLACES_AT_A_TIME)
-        each = [_rows_at(steps, some[i : i + PLACES_AT_A_TIME]) for i in parts]
+        parts = range(0, len(some), ROWS_AT_A_TIME)
+        each = [_rows_at(steps, some[i : i + ROWS_AT_A_TIME]) for i in parts]
         found = np.concatenate([rows[:0], *each])
         if (found == 0).sum() > OTHERS * (found > 1).sum():
             return rows

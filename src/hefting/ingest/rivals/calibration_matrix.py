@@ -41,7 +41,8 @@ def explain(case: Case) -> Explanation | None:
 
 
 def errors_on_data_sheet(case: Case, size: float = DATA_SHEET_ERROR) -> Explanation:
-    """Errors of the size that data sheets give, which are no mistake."""
+    """Errors of the size that data sheets give, which are no mistake; the effect is their
+    root mean square over that size."""
     return replace(_likeliest(case, ALL, size), rarity=0.0)
 
 
@@ -73,6 +74,9 @@ def _likeliest(
         cost=cost,
         rarity=2.0,
         alternative=alternative,
+        effect=float(np.sqrt(np.mean(np.square(errors / _scale(std)))))
+        if std < USUAL_ERROR
+        else None,
     )
 
 
@@ -87,11 +91,16 @@ def _step(
     independent = 1.0 / correlation(fitted, 0)
     S, g = independent * S, independent * g
     g = g + S @ before
-    scale = std * np.divide.outer(RANGES, RANGES).ravel()[free]
+    scale = _scale(std)[free]
     errors = np.linalg.solve(S + np.diag(scale**-2.0), g)
     _, logdet = np.linalg.slogdet(np.eye(len(free)) + S * scale * scale[:, None])
     cost = 0.5 * float(logdet + np.sum(np.square(errors / scale)))
     return np.array(errors, dtype=float), cost
+
+
+def _scale(std: float) -> Array:
+    """(36,) standard deviations of the entries."""
+    return std * np.divide.outer(RANGES, RANGES).ravel()
 
 
 def _told(errors: Array, size: Array) -> tuple[str, str]:

@@ -5,7 +5,7 @@ their unknowns cost (Schwarz's criterion). One is named if it is far likelier th
 recording as given, and leaves little of what that leaves unexplained. A sensor's own
 imperfections, which any unknown explains a little of, are not named: of the recordings
 of three real sensors the best mistake explains a third at most. Nor is a mistake named
-where next to nothing is unexplained, and errors as on data sheets explain that better.
+where errors that are usual on data sheets explain it better, or next to nothing is left.
 Static poses do not tell how large these are: there a mistake may leave more, if it is far
 likelier than they. Where a bias that drifts more freely explains the recording, too, a
 mistake is named only beside it: of a sensor that creeps a turn or a cable imitates that.
@@ -231,8 +231,10 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
         return Judged(share, None, given)
     best = max(both, key=lambda each: evidence(case, given, each))
     told = evidence(case, given, best)
+    sheet = errors_on_data_sheet(case)
     little = missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
-    if little and evidence(case, given, errors_on_data_sheet(case)) > told:
+    usual = little or (sheet.effect or 0.0) < 1.0
+    if usual and evidence(case, given, sheet) > told:
         return Judged(share, None, given)
     certain = told > CLEAR_EVIDENCE
     whole = certain and missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
