@@ -63,11 +63,7 @@ def condition_number(
     any unit of length, and falls as the rotation comes to weigh as much as gravity: for
     slow motion it is about |g| / (size · angular acceleration).
 
-    This is the reading of "scaled" that comes nearest to Nadeau et al. 2022 (147, 68.4,
-    58.0 at 1, 1.5, 2 rad/s, for an object of 0.2 x 0.3 m): their motion over 35 s gives
-    258, 106, 59.5 at a size of 0.15 m and 193, 79.3, 44.3 at 0.2 m. Newtons beside
-    newton-metres (torques not divided) give 1671, 640, 328 at 0.15 m; columns scaled to
-    one length, which hides how little a slow motion excites, 4.3, 3.8, 3.3.
+    This is the reading of "scaled" that comes nearest to Nadeau et al. 2022.
 
     Raises `InputError` for another model or a size that is not positive.
     """
