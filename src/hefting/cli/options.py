@@ -74,10 +74,11 @@ def add_output(
         metavar="FILE",
         action="append",
         default=[],
-        help="write %(what)s; repeatable",
     )
-    # argparse formats help with the attributes of the action
+    # argparse formats help with the attributes of the action, from 3.14 on when it is
+    # added, too
     vars(action)["what"] = what if isinstance(what, str) else _WhenShown(what)
+    action.help = "write %(what)s; repeatable"
 
 
 def add_workers(parser: argparse._ActionsContainer) -> None:

@@ -5,7 +5,8 @@ their unknowns cost (Schwarz's criterion). One is named if it is far likelier th
 recording as given, and leaves little of what that leaves unexplained. A sensor's own
 imperfections, which any unknown explains a little of, are not named: of the recordings
 of three real sensors the best mistake explains a third at most. Nor is a mistake named
-where errors that are usual on data sheets explain it better, or next to nothing is left.
+where errors as on data sheets explain the recording better, and are found no larger than
+there, or next to nothing is unexplained.
 Static poses do not tell how large these are: there a mistake may leave more, if it is far
 likelier than they. Where a bias that drifts more freely explains the recording, too, a
 mistake is named only beside it: of a sensor that creeps a turn or a cable imitates that.
