@@ -1,5 +1,6 @@
 """How the command starts, and how it says what the library says."""
 
+import argparse
 import json
 import os
 import subprocess
@@ -148,3 +149,18 @@ def test_nothing_printed_names_an_argument(run, tmp_path):
         run("convert", tmp_path / "log.csv", tmp_path / "a.csv", "--imu-topic", "/i"),
         "--imu-topic is for bags",
     )
+
+
+@pytest.mark.parametrize("name", COMMANDS)
+def test_help_can_be_formatted_when_an_argument_is_added(name, monkeypatch):
+    """As argparse does from Python 3.14 on: it refuses what it cannot format."""
+    added = argparse._ActionsContainer.add_argument
+
+    def and_formatted(self, *words, **settings):
+        action = added(self, *words, **settings)
+        if action.help and hasattr(self, "_get_formatter"):
+            self._get_formatter()._expand_help(action)
+        return action
+
+    monkeypatch.setattr(argparse._ActionsContainer, "add_argument", and_formatted)
+    build_parser([name])

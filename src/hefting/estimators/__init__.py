@@ -16,3 +16,7 @@ def __getattr__(name: str) -> Any:
     if name.startswith("_"):
         raise AttributeError(f"module '{__name__}' has no attribute '{name}'")
     return getattr(import_module("hefting.estimators.registry"), name)
+
+
+def __dir__() -> list[str]:
+    return dir(import_module("hefting.estimators.registry"))
