@@ -24,10 +24,12 @@ from hefting.ingest.rivals import (
     time_unit,
     two_mistakes,
 )
+from hefting.ingest.rivals import undone as undone_poses
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
 from hefting.ingest.rivals.judge import judge_one
 from hefting.ingest.rivals.two_mistakes import judge
+from hefting.ingest.rivals.undone import INERTIAL
 
 pytestmark = pytest.mark.usefixtures("same_poses")
 
@@ -230,3 +232,29 @@ def test_every_mistake_that_is_undone_says_what_to_do():
     each = [undone for kind, _ in UNDONE for undone in kind(case)]
     assert len({undone.what for undone in each}) == len(each) > 25
     assert all(undone.fix and undone.code for undone in each)
+
+
+def test_poses_are_read_once_by_all_searches_and_without_inertial_sensors(monkeypatch):
+    """Of which the path of the poses is the same."""
+    read = []
+
+    def path_of(recording, source, gravity):
+        read.append(recording)
+        return real(recording, source, gravity)
+
+    real = undone_poses.path_of
+    monkeypatch.setattr(undone_poses, "path_of", path_of)
+    given = correct(1, imu=True)
+    assert given.recording.has("gyroscope")
+    case = case_of(given)
+    first = list(pose_inverse.undone(case))
+    again = list(pose_inverse.undone(case.with_drift(1)))
+    assert len(read) == len(first) == len(again) == 2
+    assert not any(name in each.streams for each in read for name in INERTIAL)
+    for one, other in zip(first, again, strict=True):
+        assert one.case.path is other.case.path
+        times = case.time[None, 20:-20]
+        motion = real(one.case.recording, "auto", case.gravity)
+        assert motion is not None
+        expected = replace(one.case, path=motion).motion_at(times)
+        np.testing.assert_array_equal(one.case.motion_at(times).a, expected.a)

@@ -67,17 +67,19 @@ def _forms(case: Case) -> Iterator[Undone]:
         in_radians = logged is radians
         for form, order in FORMS:
             said = f'form = "{form}"' + (f', order = "{order}"' if order else "")
-            what, fix = "seem to be of another form than they are read in", said
+            seem, give = "of another form than they are read in", said
             if in_radians:
-                what = f"seem to be in degrees, but number {np.argmax(small) + 1} in radians"
-                fix = f"all in degrees, and {said}"
+                seem = f"in degrees, but number {np.argmax(small) + 1} in radians"
+                give = f"all in degrees, and {said}"
+            what = f"the angles of the orientation seem to be {seem}"
+            fix = f"give {give} of the orientation in a column map"
             values = quaternions(logged, form, order)
-            other = _with_orientation(case, replace(angles, values=values))
+            other = _with_orientation(case, what + fix, replace(angles, values=values))
             if other is not None:
                 yield Undone(
                     CODE,
-                    f"the angles of the orientation {what}",
-                    f"give {fix} of the orientation in a column map",
+                    what,
+                    fix,
                     other,
                     argument="column_map",
                     is_grave=in_radians,
@@ -88,11 +90,12 @@ def _orders(case: Case) -> Iterator[Undone]:
     """The quaternion's parts in the other order."""
     orientation = case.recording["orientation"]
     q = np.roll(orientation.values, -1, axis=1)
-    other = _with_orientation(case, replace(orientation, values=q))
+    what = "the quaternions seem to be logged as w, x, y, z"
+    other = _with_orientation(case, what, replace(orientation, values=q))
     if other is not None:
         yield Undone(
             "quaternion-order",
-            "the quaternions seem to be logged as w, x, y, z",
+            what,
             'put the real part last, as qw, or give form = "wxyz" in a column map',
             other,
         )
@@ -110,19 +113,22 @@ def _composed(case: Case) -> Iterator[Undone]:
         with warnings.catch_warnings():  # where two axes coincide an angle is arbitrary
             warnings.simplefilter("ignore")
             values = quaternions(turns.as_euler(took), "euler", meant)
-        other = _with_orientation(case, replace(orientation, values=values))
+        what = (
+            f"the orientation seems to be composed of {EULER[meant]} as if they were "
+            f"{EULER[took]}"
+        )
+        other = _with_orientation(case, what, replace(orientation, values=values))
         if other is not None:
             yield Undone(
                 CODE,
-                f"the orientation seems to be composed of {EULER[meant]} as if they "
-                f"were {EULER[took]}",
+                what,
                 f"compose it as scipy's Rotation.from_euler('{meant}', ...), or log the "
                 "angles",
                 other,
             )
 
 
-def _with_orientation(case: Case, orientation: Stream) -> Case | None:
-    """The case with other orientations; None where they do not move."""
+def _with_orientation(case: Case, what: str, orientation: Stream) -> Case | None:
+    """As of `with_poses`, of other orientations."""
     streams = {**case.recording.streams, "orientation": orientation}
-    return with_poses(case, replace(case.recording, streams=streams))
+    return with_poses(case, what, replace(case.recording, streams=streams))

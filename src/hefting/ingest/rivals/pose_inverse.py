@@ -32,11 +32,12 @@ def undone(case: Case) -> Iterator[Undone]:
         p = -Rotation.from_quat(q).apply(np.array(position.values))
         tried.insert(0, ("pose", {**streams, "position": replace(position, values=p)}))
     for name, streams in tried:
-        other = with_poses(case, replace(recording, streams=streams))
+        what = f"the logged {name} seems to be that of the world in the sensor frame"
+        other = with_poses(case, what, replace(recording, streams=streams))
         if other is not None:
             yield Undone(
                 CODE,
-                f"the logged {name} seems to be that of the world in the sensor frame",
+                what,
                 "log that of the sensor in the world, which is its inverse",
                 other,
             )

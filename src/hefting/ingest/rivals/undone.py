@@ -2,13 +2,20 @@
 
 from collections.abc import Iterable
 from dataclasses import replace
+from weakref import WeakKeyDictionary
 
 from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.ingest.path import path_of, static_path
+from hefting.ingest.path import Path, path_of, static_path
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Fitted
 from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_offsets
+
+INERTIAL = "gyroscope", "accelerometer", "linear_accelerometer"
+"""Streams on which the path of the poses does not depend."""
+_PATHS: WeakKeyDictionary[Path, dict[str, Path | None]] = WeakKeyDictionary()
+"""Motions that `with_poses` read, by that of the case and by what would be wrong: several
+searches undo the same mistakes."""
 
 
 @immutable
@@ -58,14 +65,22 @@ def likeliest(each: Iterable[Undone]) -> Explanation | None:
     return max(found, key=lambda other: other.likelihood, default=None)
 
 
-def with_poses(case: Case, recording: Recording) -> Case | None:
-    """The case with the poses of another recording; None where there is no motion in
-    them."""
+def with_poses(case: Case, what: str, recording: Recording) -> Case | None:
+    """The case with the poses of another recording, in which `what` would be wrong is put
+    right; None where there is no motion in them."""
     if case.path.kind in ("columns", "accelerometer"):
         return None
-    path = (
-        path_of(recording, "auto", case.gravity)
-        if case.path.moves
-        else static_path(recording)
-    )
+    found = _PATHS.setdefault(case.path, {})
+    if what not in found:
+        found[what] = _path_of_poses(case, recording)
+    path = found[what]
     return None if path is None else replace(case, recording=recording, path=path)
+
+
+def _path_of_poses(case: Case, recording: Recording) -> Path | None:
+    """The motion by the poses alone."""
+    if not case.path.moves:
+        return static_path(recording)
+    streams = recording.streams.items()
+    others = {name: each for name, each in streams if name not in INERTIAL}
+    return path_of(replace(recording, streams=others), "auto", case.gravity)
