@@ -44,6 +44,10 @@ BOUNDS_MEMBERS = np.array(
         (0.15, 0.045, 0.15, 0, 0.6, 0.067),
         (0.28, 0.01, 0.5, 0, 0.6, 0.03),
         (0.28, 0.045, 0.5, 0, 0.6, 0.03),
+        (0.06, 0.07, 0.06, 0, 0.003, 0.06),
+        (0.06, 0.083, 0.02, 0, 0.003, 0.06),
+        (0.08, 0.1, 0.06, 0.3, 0.03, 0.06),
+        (0.06, 0.13, 0.06, 0, 0.003, 0.05),
     )
 )
 """(j, 6) gamma, m, a, rho, b and prior probability of the members for a box.
@@ -52,7 +56,11 @@ Found by expectation maximisation over 1,800 candidates, those of least weight l
 one after the other: the likelihood of 1,080 bodies (`benchmarks.bodies`, seeds 60000
 and up), each turned three times at random inside a box along the axes, half of the
 boxes touching it, half up to 3.5 times as large. The two of gamma 0.28 were added for
-boxes of which the object is in a corner."""
+boxes of which the object is in a corner; the last four for objects that are the box, as
+a parcel: cylinders along its sides (1/16 and 1/12), filled (1/12) or hollow (0.14)
+ones, and walls with something in them. Bodies turned at random fill no box, and of
+parcels at 150 samples 85 % of the moments of inertia were inside 95 % intervals; with
+these 96 %."""
 REACH_MEMBERS = np.array(
     (
         (0.02, 0.0003, 0.15, 0.5, 0.03, 0.021),

@@ -132,7 +132,8 @@ class Prior:
         means, factors = bounds.bounded_members(
             table, np.asarray(shape.extents), least_gamma
         )
-        T = affine(np.eye(3), shape.homogeneous.center_of_mass)
+        com = shape.homogeneous.center_of_mass
+        T, turned = affine(np.eye(3), com), affine(shape.pose[:3, :3], com)
         voxels, none = Voxels.of(shape), Distortions.none(shape)
         weights = table[:, 5] / table[:, 5].sum()
         spread = np.zeros((len(table), 10, 10))
@@ -140,8 +141,8 @@ class Prior:
         spread[:, 1:, 1:] = factors
         mean = weights @ means
         return cls(
-            T @ mean,
-            T @ spread,
+            turned @ mean,
+            turned @ spread,
             np.log(weights),
             T @ voxels.points,
             voxels.shares,
@@ -150,7 +151,7 @@ class Prior:
             none,
             none,
             bounds.OFF_CENTRE_GROWTH,
-            (means - mean) @ T.T,
+            (means - mean) @ turned.T,
         )
 
     def mean_as_stated(self, weights: Array, means: Array) -> Array:
