@@ -43,7 +43,7 @@ from hefting.identification.torque_suspects import (
     of_suspect,
     without_explained,
 )
-from hefting.ingest.lost_rows import with_time_of_lost_rows
+from hefting.ingest.bunched_times import with_mended_times
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
@@ -288,7 +288,7 @@ def _noticed(recordings: Sequence[Recording]) -> list[Message]:
 
 def _cleaned(recording: Recording) -> Recording:
     """Without spikes, and with the time of rows that were lost."""
-    return with_time_of_lost_rows(without_spikes(recording))
+    return with_mended_times(without_spikes(recording))
 
 
 def _check_runs(

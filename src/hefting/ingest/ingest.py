@@ -19,6 +19,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.bias import FreeFits, bias_of, choose_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
+from hefting.ingest.bunched_times import with_mended_times
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
     dead_channel_message,
@@ -36,7 +37,6 @@ from hefting.ingest.faulty_wrench import (
 from hefting.ingest.free_fit import residuals, wrench_sign
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import left_out_of
-from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.consequence import Doubt
@@ -89,7 +89,7 @@ def ingest(
     """
     check_convention(wrench)
     recording, first = _read(recording, start, duration)
-    whole = recording = with_time_of_lost_rows(recording, motion)
+    whole = recording = with_mended_times(recording, motion)
     recording = without_blank_wrench(without_faulty_poses(recording, motion))
     recording, given_bias = _subtract_given_bias(
         without_stalled_wrench(recording), bias

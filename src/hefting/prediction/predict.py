@@ -21,8 +21,8 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Mask, frozen
 from hefting.estimators import METHODS
+from hefting.ingest.bunched_times import with_mended_times
 from hefting.ingest.ingest import Ingested, ingest
-from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.ingest.tool import load_tool, with_tool
 from hefting.logs.given import as_recording
 from hefting.motion import measure
@@ -90,7 +90,7 @@ def predict(
     trajectory = as_recording(trajectory, wrench_needed=False)
     if start or duration is not None:
         trajectory = trajectory.slice(start, duration)
-    trajectory = with_time_of_lost_rows(trajectory, motion)
+    trajectory = with_mended_times(trajectory, motion)
     longest = max(len(stream) for stream in trajectory.streams.values())
     if longest > MOST:
         what = f"holds {longest:,} samples of one kind, more than {MOST:,}"
