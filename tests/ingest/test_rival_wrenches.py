@@ -194,8 +194,8 @@ def test_a_payload_that_is_taken_away_is_no_unit_of_time(share, code):
     assert f"{share:.0%}".replace("%", " %") in doubt.message
 
 
-@pytest.mark.parametrize("factor", [1.25, 1.5])
-def test_time_that_runs_a_little_fast_is_said_beside_a_payload(factor):
+@pytest.mark.parametrize("factor", [0.75, 1.25, 1.5])
+def test_time_that_runs_a_little_fast_or_slow_is_said_beside_a_payload(factor):
     """As of 125 Hz taken for 100 Hz; accelerations are then weaker by its square."""
     given = correct(1)
     streams = {
@@ -206,14 +206,17 @@ def test_time_that_runs_a_little_fast_is_said_beside_a_payload(factor):
     doubt = doubt_of(case_of(replace(given, recording=recording)))
     assert doubt is not None
     assert doubt.message.code == "wrench-compensated"
-    found = re.search(r"or time runs ([\d.]+) times too fast", doubt.message)
+    found = re.search(r"or time runs ([\d.]+) times too (fast|slow)", doubt.message)
     assert found is not None
-    assert float(found[1]) == pytest.approx(factor, rel=0.02)
+    expected = factor if found[2] == "fast" else 1.0 / factor
+    assert float(found[1]) == pytest.approx(expected, rel=0.02)
 
 
 @pytest.mark.parametrize(
     ("share", "code"),
     [
+        (-0.4, "wrench-compensated"),
+        (-1.0, "wrench-compensated"),
         (1.3, "wrench-compensated"),
         (1.6, "wrench-compensated"),
         (2.0, "gravity-reversed"),
@@ -222,7 +225,7 @@ def test_time_that_runs_a_little_fast_is_said_beside_a_payload(factor):
         (30.0, "wrench-compensated"),
     ],
 )
-def test_a_payload_that_is_heavier_than_the_object_is_named(share, code):
+def test_a_payload_that_is_heavier_than_the_object_or_added_is_named(share, code):
     """And is gravity the wrong way round where it is twice as heavy alone."""
     for seed in (0, 1):
         given = compensated(share)(correct(seed), np.random.default_rng(1))

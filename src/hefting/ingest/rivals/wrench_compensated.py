@@ -1,5 +1,5 @@
 """The controller subtracts the weight of a payload: of all of the object, of a part of
-it, or of more, as of a heavier object before it.
+it, or of more, as of a heavier object before it; or adds it, by the wrong sign.
 
 Gravity then acts on another mass and first moment than acceleration does.
 """
@@ -32,6 +32,8 @@ LARGEST_SHARE = 100.0
 """Largest share of the object's weight that a controller takes away: that of a tool of
 3 kg, of an object of 30 g. Of 2 it is gravity the wrong way round, which has no unknowns
 and is told instead."""
+MOST_ADDED = 5.0
+"""Largest share of the object's weight that a controller adds."""
 MOST_BY_TIME = 0.75
 """Share up to which time that runs fast is said to do the same: by up to 2 times, as of
 125 Hz taken for 100 Hz."""
@@ -43,7 +45,7 @@ OR_HEAVIER = ", or the controller to subtract a payload heavier than the object"
 
 
 def explain(case: Case) -> Explanation | None:
-    """The share of the object's weight that is missing."""
+    """The share of the object's weight that is missing, or there twice."""
     if not _may_be_told(case):
         return None
     build = partial(freed, case)
@@ -55,20 +57,29 @@ def explain(case: Case) -> Explanation | None:
     if not mass:
         return None
     share = 1.0 - weighed / mass
-    if not SMALLEST_SHARE <= share <= LARGEST_SHARE:
+    if not (
+        SMALLEST_SHARE <= share <= LARGEST_SHARE or SMALL_SHARE < -share < MOST_ADDED
+    ):
         return None
-    part = f"{100.0 * share:.0f} % of the object's weight"
+    part = f"{100.0 * abs(share):.0f} % of the object's weight"
     if share > 1.0:
         part = f"{abs(mass - weighed):.2g} kg, more than the object's,"
+    seem, does = ("missing", "subtracts") if share > 0.0 else ("added", "adds")
     what = (
-        f"some {part} seem to be missing in the wrench, as where the controller "
-        "subtracts a payload"
+        f"some {part} seem to be {seem} in the wrench, as where the controller {does} a "
+        "payload"
     )
     fix = FIX
-    if SMALL_SHARE < share < MOST_BY_TIME and _is_alike(solution, share):
-        what += f", or time runs {(1.0 - share) ** -0.5:.3g} times too fast"
+    if abs(share) > SMALL_SHARE and share < MOST_BY_TIME and _is_alike(solution, share):
+        ratio = (1.0 - share) ** -0.5
+        said = (
+            f"{ratio:.3g} times too fast"
+            if ratio > 1.0
+            else f"{1.0 / ratio:.3g} times too slow"
+        )
+        what += f", or time runs {said}"
         fix += ", or give time at the rate at which samples were taken"
-    effect = _effect(fitted) if share < SMALL_SHARE else None
+    effect = _effect(fitted) if abs(share) < SMALL_SHARE else None
     return Explanation(CODE, what, fix, fitted, 4, effect=effect)
 
 
@@ -76,7 +87,7 @@ def _is_alike(solution: Array, share: float) -> bool:
     """Whether as much of the first moment is missing as of the mass, as by time."""
     missing = solution[1:4] - solution[11:14]
     apart = np.linalg.norm(missing - share * solution[1:4])
-    return bool(apart < ALIKE * share * np.linalg.norm(solution[1:4]))
+    return bool(apart < ALIKE * abs(share) * np.linalg.norm(solution[1:4]))
 
 
 def undone(case: Case) -> Iterator[Undone]:
