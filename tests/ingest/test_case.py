@@ -11,6 +11,7 @@ from given_cases import case_of
 from hefting.ingest.rivals.case import (
     AVERAGES_VARIANCE,
     Case,
+    _averaged,
     _averaged_together,
     _averages,
     _high_frequency_noise,
@@ -64,6 +65,27 @@ def test_averages_are_the_wrench_in_the_middle_of_their_time():
     off = (found - wrench(at)) / (curve * h**2 / 24.0)
     expected = np.where(np.isin(np.arange(10), (0, 4, 5, 9)), n**2 - 1.0, -1.0)
     np.testing.assert_allclose(off, np.tile(expected[:, None], 6), rtol=1e-6)
+
+
+@pytest.mark.parametrize(
+    ("frequency", "together"), [(0.5, 4), (2.0, 4), (6.0, 2), (12.0, 1)]
+)
+def test_averages_are_as_long_as_they_lose_nothing_of_a_tremor(frequency, together):
+    """Which a loose mass, a lever arm or a payload would explain: of 1 N at 6 Hz averages
+    of 40 ms lose 2 %, which is a third of their noise."""
+    time = 0.01 * np.arange(1000)
+    wave = np.sin(2.0 * np.pi * frequency * time)[:, None] * np.repeat((1.0, 0.1), 3)
+    noise = np.array((0.06, 0.006))
+    loud = wave + np.random.default_rng(1).normal(size=wave.shape) * noise.repeat(3)
+    at, found, less = _averaged(time, loud, noise, np.zeros(2))
+    assert len(at) == 1000 // together
+    exact = np.sin(2.0 * np.pi * frequency * at)[1:-1, None] * np.repeat((1.0, 0.1), 3)
+    # what is left is noise of the size that is told
+    left = np.sqrt(np.mean((found[1:-1] - exact) ** 2, axis=0))
+    np.testing.assert_allclose(left, less.repeat(3), rtol=0.15)
+    # rounding hides as much as noise does
+    at, *_ = _averaged(time, loud, noise, np.array((1.0, 0.1)))
+    assert len(at) == 250
 
 
 def test_the_variance_of_averages_is_that_of_their_samples_weights():

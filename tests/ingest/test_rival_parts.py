@@ -107,9 +107,10 @@ def test_the_largest_error_of_a_calibration_matrix_is_told():
         (2.0, -1.0, "some 3 kg, more than the object's,", False),
         (0.03, -2.9, "some 2.9 kg, more", False),
         (0.03, -3.1, None, False),
-        (2.0, 2.09, None, False),  # 5 % more is no payload
-        (2.0, 2.2, "some 10 % of the object's weight seem to be added", False),
-        (2.0, 13.0, None, False),
+        (2.0, 2.49, None, False),
+        (2.0, 2.51, "some 25 % of the object's weight seem to be added", False),
+        (2.0, 11.9, "some 495 % of the object's weight seem to be added", False),
+        (2.0, 12.1, None, False),
         (0.0, 1.0, None, False),
     ],
 )

@@ -25,6 +25,12 @@ and not as something to be explained."""
 AVERAGES_VARIANCE = (13.0 / 12.0) ** 2 + 2.0 / 24.0**2
 """Variance of a mean from which its neighbours' second difference is taken (`_averages`),
 over that of the mean."""
+LOST = 3.0 / 640.0
+"""What `_averages` leave of a mean's error, over the fourth difference of the means."""
+MOST_LOST = 0.1
+"""The same over noise and sensor's errors up to which averages may lose it; white noise
+makes 0.04. Of what a hand's tremor of 3 to 9 Hz does 40 ms lose up to a tenth, which a
+loose mass, a lever arm or a payload explained."""
 COLOUR_STEP, COLOUR_AVERAGES = 0.12, 1500
 """[s] Step of fourth differences, which have 3 % of a motion of 1 Hz; averages that are
 looked at."""
@@ -114,12 +120,11 @@ class Case:
         # static poses follow no order
         noise = _high_frequency_noise(blocks.wrench) if path.moves else np.zeros(2)
         time, values = np.array(blocks.time), np.array(blocks.wrench)
-        together = _averaged_together(time) if path.moves else 1
-        if together > 1:
-            time, values = _averages(time, values, together)
-            noise = noise * (AVERAGES_VARIANCE / together) ** 0.5
+        rounding = rounding_error(wrench.values)
+        if path.moves:
+            time, values, noise = _averaged(time, values, noise, rounding)
         # neither noise of averages nor differences of samples that rest on one step
-        noise = np.hypot(noise, rounding_error(wrench.values))
+        noise = np.hypot(noise, rounding)
         step = -(-len(time) // MOST_BLOCKS)
         case = cls(
             recording,
@@ -293,6 +298,24 @@ class Case:
         long = self.path.moves and np.ptp(self.time) >= SHORTEST_DRIFTING_RECORDING
         knots = (2 if long else 1) + self.more_knots
         return HatFunctions.over(self.time, knots).values
+
+
+def _averaged(
+    time: Array, wrench: Array, noise: Array, rounding: Array
+) -> tuple[Array, Array, Array]:
+    """Averages of blocks at `time` (B,) with wrenches (B, 6) and noise (2,), as long as
+    they lose little of the wrench beside that and `rounding` (2,)."""
+    together = _averaged_together(time)
+    changes = np.sqrt(np.var(wrench, axis=0).reshape(2, 3).mean(axis=1))
+    while together > 1:
+        times, means = _averages(time, wrench, together)
+        less = noise * (AVERAGES_VARIANCE / together) ** 0.5
+        lost = LOST * _size(np.diff(means, 4, axis=0)) if len(means) > 4 else noise
+        error = np.hypot(np.hypot(less, rounding), SMALLEST_SENSOR_ERROR * changes)
+        if (lost < MOST_LOST * error).all():
+            return times, means, less
+        together //= 2
+    return time, wrench, noise
 
 
 def _averaged_together(time: Array) -> int:

@@ -63,6 +63,11 @@ def explain(case: Case) -> Explanation | None:
         ]
         best = max(near, key=lambda pair: _score(rigid, driven.swinging(*pair)))
     fitted = fit_rows(case, _rows(case, driven.swinging(*best)))
+    solution = fitted.solution[fitted.best]
+    if (
+        not 0.0 < -solution[10] / (solution[0] or np.inf) < 1.0
+    ):  # no mass of the object's
+        return None
     what = (
         f"some of the object seems to swing at {best[0]:.2g} Hz, as a liquid or a loose "
         "part does"

@@ -17,7 +17,7 @@ from hefting.ingest.rivals.evidence import (
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "wrench-filtered"
-BANDWIDTHS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0)
+BANDWIDTHS = (0.3, 0.5, 0.7, 1.0, 1.4, 2.0, 2.8, 4.0, 5.6, 8.0, 11.0, 16.0)
 """[Hz] Cut-off frequencies that are tried."""
 ORDERS = (1, 2)
 """Orders of the Butterworth filters that are tried."""
