@@ -1,5 +1,7 @@
 """Recordings of a batch: manifests of every form, folders, patterns, lists."""
 
+import os
+
 import pyarrow as pa
 import pytest
 from pyarrow import parquet
@@ -179,6 +181,13 @@ def test_results_of_a_batch_in_the_folder_are_no_recordings(tmp_path):
         parquet.write_table(kept, tmp_path / f"{name}.parquet")
     found = [entry.recording for entry in recordings_of(tmp_path)]
     assert found == [str(tmp_path / "log.parquet")]
+
+
+def test_a_parquet_pipe_in_the_folder_is_not_opened(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe.parquet")
+    monkeypatch.setattr(parquet, "read_schema", lambda path: pytest.fail("opened"))
+    found = [entry.recording for entry in recordings_of(tmp_path)]
+    assert found == [str(tmp_path / "pipe.parquet")]
 
 
 def test_patterns_lists_and_dictionaries(tmp_path):

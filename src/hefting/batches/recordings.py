@@ -300,10 +300,10 @@ def _is_result(path: Path) -> bool:
 
     name, _, _ = SCHEMA.partition("/")  # of any version
     try:
-        told = parquet.read_schema(path).metadata or {}
+        told = parquet.read_schema(path).metadata if path.is_file() else None
     except (OSError, pa.ArrowException):
         return False  # whoever reads it says what is wrong
-    return told.get(b"hefting", b"").startswith(f"{name}/".encode())
+    return (told or {}).get(b"hefting", b"").startswith(f"{name}/".encode())
 
 
 def _is_log(folder: Path) -> bool:
