@@ -151,7 +151,7 @@ BAD = {
     ),
     "nothing": (dict.fromkeys(GOOD), "no recording is given; give the path"),
     "no orientation": ({"orientation": None}, "there is no orientation; give"),
-    "no wrench": ({"wrench": None}, "there is no wrench; give `wrench`"),
+    "no wrench": ({"wrench": None}, "there is no wrench; give an array wrench"),
     "wrench too short": (
         {"wrench": WRENCH[:-3]},
         r"wrench has 37 samples, but time has 40; give `wrench_time`",
