@@ -287,6 +287,16 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
     )
 
 
+@pytest.mark.parametrize("row", [0, 1, -1])
+def test_a_cell_of_another_column_may_be_long(tmp_path, row):
+    """Longer than Python's `csv` splits, as of an image, in whatever row."""
+    rows = [f"{each},x" for each in ROWS]
+    rows[row] += "x" * 140_000
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join((f"{HEADER},note", *rows, "")))
+    assert len(read_log(path)["wrench"]) == len(ROWS)
+
+
 def test_lines_too_long_to_hold(tmp_path, monkeypatch):
     monkeypatch.setattr("hefting.logs.csv_file.BLOCK", 1000)
     fails(log(tmp_path, "9" * 2500, *ROWS), "has a line of more than 1,000 bytes")
