@@ -115,6 +115,7 @@ def test_columns_that_are_no_options_are_named(tmp_path):
         ("m.toml", "recordings = [{shape = 'a'}]", "[[recordings]] 1 has no path"),
         ("m.toml", "strat = 1\n[[recordings]]\nrecording='a'", "did you mean 'start'?"),
         ("m.csv", "recording\na.csv\na.csv\n", "stands twice in the manifest"),
+        ("m.csv", "recording,object\n", "m.csv: there are no recordings"),
         ("m.csv", "recordings,object\na.csv,mug\n", "needs a column 'recording'"),
         ("m.csv", "Path\na.csv\n", "needs a column 'recording'"),
     ],
@@ -123,6 +124,11 @@ def test_manifests_that_cannot_be_used(tmp_path, name, text, what):
     with pytest.raises(InputError) as refused:
         recordings_of(written(tmp_path, name, text))
     assert what in str(refused.value)
+
+
+def test_an_empty_list_names_no_recordings():
+    with pytest.raises(InputError, match="there are no recordings; name logs"):
+        recordings_of([])
 
 
 @pytest.mark.parametrize(

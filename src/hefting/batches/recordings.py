@@ -242,11 +242,13 @@ def recordings_of(
     paths = [Path(str(each)) for each in listed]
     if len(paths) == 1 and is_manifest(paths[0]):
         table, given = read_manifest(paths[0])
+        if not table.num_rows:
+            raise InputError("there are no recordings", paths[0], "name some in rows")
         folder = paths[0].parent
         own = in_folder(said(given), folder) if given else {}
         return Recordings(table, folder, own | said(options or {}), group_by)
     logs = [log for path in paths for log in logs_at(path)]
-    if logs == [str(paths[0])] and not paths[0].exists():
+    if paths and logs == [str(paths[0])] and not paths[0].exists():
         raise InputError(
             "does not exist", paths[0], "name a manifest, logs or a folder"
         )
