@@ -220,6 +220,7 @@ def test_ragged_rows(tmp_path):
             "\ufeff".encode("utf-16-le") + HEADER.encode("utf-16-le"),
             ("UTF-16", "UTF-8"),
         ),
+        (HEADER.encode("utf-32"), ("UTF-32", "save it as UTF-8")),
         (b"hello", ("one column",)),
         (b'"' + b"x" * 300_000, ("not CSV text",)),
         (HEADER.encode() + b"\n" + b"9" * 100_000, ("row 2", "1 cells under 11")),
@@ -243,6 +244,8 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     fails(tmp_path / "absent.csv", "does not exist")
     (tmp_path / "folder.csv").mkdir()
     fails(tmp_path / "folder.csv", "is not a file")
+    (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
+    fails(tmp_path / "loop.csv", "is a link to no file")
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".npz", ".bag", ".mcap", ".db3"):

@@ -92,6 +92,8 @@ class Parser(argparse.ArgumentParser):
         for last, word in zip(("", *words), words, strict=False):
             if word == "--":
                 break
+            if not word and not last.startswith("-"):
+                self.error("an argument is empty")
             name, equals, value = (word or f"{last}=").partition("=")
             if name.startswith("--") and equals and not value:
                 self.error(f"{name}: its value is missing")

@@ -52,7 +52,7 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
     `InputError` where it cannot be written, for another suffix and for static poses,
     which have no times.
     """
-    target = Path(path).resolve()
+    target = Path(os.path.realpath(path))
     if target.suffix not in (".bag", ".mcap", ""):
         raise InputError(
             f"'{target.suffix}' is not a bag that is written",
