@@ -96,8 +96,8 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
         lost = write_dashboard(replay, a.output, render)
     _print(_told(recording))
     _tell_lost(lost)
-    said = [f"warning: {line}" for line in replay.warnings]
-    _print([f"verdict of {a.estimate}: {estimate.verdict}", *said])
+    print(printable(f"verdict of {a.estimate}: {estimate.verdict}"))
+    _print([f"warning: {line}" for line in replay.warnings])
     wrote(a.output)
     return exit_status(estimate.verdict)
 
