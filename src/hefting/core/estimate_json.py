@@ -80,11 +80,10 @@ def _check_said(data: Json, parameters: InertialParameters) -> None:
     if data.get("frame") not in (None, "sensor"):
         raise ValueError("the frame is not sensor")
     for name, shape in {"mass": (), "center_of_mass": (3,)}.items():
-        said, found = _shaped(data, name, *shape), getattr(parameters, name)
-        if (
-            said is not None
-            and (np.abs(said - found) > 1e-3 * np.abs(found).max()).any()
-        ):
+        found = getattr(parameters, name)
+        said = _shaped(data, name, *shape)
+        off = 0.0 if said is None else np.abs(said - found).max()
+        if off > 1e-3 * np.abs(found).max():
             raise ValueError(f"{name} is not that of vector")
 
 
