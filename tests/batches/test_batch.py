@@ -12,11 +12,13 @@ import pytest
 from recorded import recorded
 
 import hefting
-from hefting.batches import batch, results
+from hefting.batches import batch, group, results
 from hefting.batches.columns import columns, flat, table_of
+from hefting.batches.content import hash_of
 from hefting.batches.one import row_of
 from hefting.batches.recordings import Entry
 from hefting.batches.results import TABLE, Results
+from hefting.core import files
 from hefting.core.errors import HeftingError, InputError
 from jobs_here import do_jobs_here
 
@@ -114,6 +116,27 @@ def test_what_is_the_same_stays_and_what_is_not_is_done_again(tmp_path, monkeypa
     other = batch(logs, tmp_path / "r", jobs=1, resume=True, **options)
     assert other.progress.kept == 0
     assert other.table().num_rows == len(logs)
+
+
+@pytest.mark.parametrize("option", [None, "shape", "poses"])
+def test_what_may_have_no_end_is_a_row_that_says_so(tmp_path, option):
+    """A device that ends at once: without the check there would be an answer."""
+    (tmp_path / "log.csv").write_text("x")
+    (tmp_path / "device.csv").symlink_to("/dev/null")
+    device = str(tmp_path / "device.csv")
+    said = {option: device} if option else {}
+    row = row_of(
+        (Entry(str(tmp_path / "log.csv") if option else device, None, None, said), None)
+    )
+    assert row["error_text"].startswith(f"{device}: is a pipe or a device")
+    assert group._hash(Entry(device)) is None
+
+
+def test_a_shared_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
+    monkeypatch.setattr(files, "MAX_BYTES", 2)
+    (tmp_path / "a.csv").write_text("abc")
+    with pytest.raises(InputError, match="more than 2 GiB"):
+        hash_of(str(tmp_path / "a.csv"), {"shape": str(tmp_path / "a.csv")})
 
 
 def test_a_content_moved_elsewhere_is_the_same(tmp_path):

@@ -1,5 +1,7 @@
 """Recordings of a batch: manifests of every form, folders, patterns, lists."""
 
+import os
+
 import pyarrow as pa
 import pytest
 from pyarrow import parquet
@@ -113,6 +115,7 @@ def test_columns_that_are_no_options_are_named(tmp_path):
         ("m.toml", "recordings = [{shape = 'a'}]", "[[recordings]] 1 has no path"),
         ("m.toml", "strat = 1\n[[recordings]]\nrecording='a'", "did you mean 'start'?"),
         ("m.csv", "recording\na.csv\na.csv\n", "stands twice in the manifest"),
+        ("m.csv", "recording,object\n", "m.csv: there are no recordings"),
         ("m.csv", "recordings,object\na.csv,mug\n", "needs a column 'recording'"),
         ("m.csv", "Path\na.csv\n", "needs a column 'recording'"),
     ],
@@ -121,6 +124,11 @@ def test_manifests_that_cannot_be_used(tmp_path, name, text, what):
     with pytest.raises(InputError) as refused:
         recordings_of(written(tmp_path, name, text))
     assert what in str(refused.value)
+
+
+def test_an_empty_list_names_no_recordings():
+    with pytest.raises(InputError, match="there are no recordings; name logs"):
+        recordings_of([])
 
 
 @pytest.mark.parametrize(
@@ -179,6 +187,13 @@ def test_results_of_a_batch_in_the_folder_are_no_recordings(tmp_path):
         parquet.write_table(kept, tmp_path / f"{name}.parquet")
     found = [entry.recording for entry in recordings_of(tmp_path)]
     assert found == [str(tmp_path / "log.parquet")]
+
+
+def test_a_parquet_pipe_in_the_folder_is_not_opened(tmp_path, monkeypatch):
+    os.mkfifo(tmp_path / "pipe.parquet")
+    monkeypatch.setattr(parquet, "read_schema", lambda path: pytest.fail("opened"))
+    found = [entry.recording for entry in recordings_of(tmp_path)]
+    assert found == [str(tmp_path / "pipe.parquet")]
 
 
 def test_patterns_lists_and_dictionaries(tmp_path):

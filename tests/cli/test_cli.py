@@ -391,7 +391,10 @@ def cell(lines, row, column, text):
         (lambda n: [n[0].replace("fy", "fyy"), *n[1:]], ["fy", "fyy"]),
         (lambda n: cell(n, 7, "tz", "inf"), ["row 7", "tz"]),
         (lambda n: cell(n, 9, "time", "0"), ["row 9", "time"]),
-        (lambda n: [*n[:9], *cell(n, 9, "fx", "99")[8:9], *n[9:]], ["row 10", "time"]),
+        (
+            lambda n: [*n[:8], *[n[8], cell(n, 9, "fx", "99")[8]] * len(n), *n[9:]],
+            ["row 10", "time"],
+        ),
         (lambda n: n[:1], ["no samples"]),
         (lambda n: n[:4], ["poses are too few"]),
         (lambda n: cell(n, 4, "px", "abc"), ["row 4", "px"]),

@@ -8,6 +8,7 @@ import pytest
 
 import hefting
 from commands import refused
+from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Noise
 from hefting.core.messages import error
@@ -112,6 +113,17 @@ def test_an_output_does_not_overwrite_any_log(run, folder):
     result = run("identify", folder / "a.csv", log, "--output", log)
     assert refused(result, "b.json", "is an input and would be overwritten")
     assert refused(run("identify", log, log), "b.json", "given twice")
+
+
+def test_a_loop_of_links_and_an_empty_name_are_refused_in_one_line(run, tmp_path):
+    (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
+    log = str(tmp_path / "loop.csv")
+    assert refused(run("identify", log), "loop.csv", "is a link to no file")
+    assert refused(run("identify", log, "x.csv"), "loop.csv", "is a link to no file")
+    assert refused(run("identify", ""), "an argument is empty")
+    assert refused(run("identify", log, ""), "an argument is empty")
+    with pytest.raises(InputError, match="is given twice"):
+        hefting.identify([log, log])
 
 
 # compare

@@ -138,6 +138,32 @@ def test_memory_is_an_error_of_one_line(run, folder, monkeypatch):
     assert "not enough memory" in err
 
 
+@pytest.mark.parametrize(
+    ("words", "name"),
+    [
+        (("identify", "log.csv", "--output"), "e.json"),
+        (("convert", "log.csv"), "c.csv"),
+        (("convert", "log.csv", "--with", "e.json"), "c.mcap"),
+        (("export", "e.json", "--to", "urdf", "--output"), "x.urdf"),
+        (("predict", "e.json", "log.csv", "--output"), "p.csv"),
+        (("inspect", "log.csv", "--report"), "r.html"),
+        (("view", "log.csv", "--save"), "v.html"),
+        (("show", "--box", "0.1,0.1,0.1", "--output"), "s.png"),
+        (("simulate", "--duration", "1"), "sim.csv"),
+    ],
+)
+def test_names_of_files_do_not_control_a_terminal(
+    run, folder, tmp_path, monkeypatch, words, name
+):
+    monkeypatch.chdir(folder)
+    path = tmp_path / f"\x1b[31m{name}"
+    status, out, _ = run(*words, str(path))
+    assert status == 0
+    assert path.exists()
+    assert f"?[31m{name}" in out
+    assert "\x1b" not in out
+
+
 def test_errors_do_not_control_a_terminal(run, tmp_path):
     path = tmp_path / "map.toml"
     path.write_bytes(b'"\\u001b[31m\\u0007" = 1\n')

@@ -158,6 +158,39 @@ def test_no_text_of_a_file_controls_a_terminal(estimate, tmp_path):
     assert found.provenance["notes"] == ["?31m"]
 
 
+def test_a_verdict_in_the_file_that_is_worse_counts(estimate, tmp_path):
+    """A program beside this one may know more; the same and a better one say nothing."""
+    path = tmp_path / "e.json"
+    data = replace(estimate, warnings=(warning("no-shape", "no shape"),)).to_dict()
+    for verdict, reasons, expected in (
+        ("do not use", ["the arm was touched"], ("the arm was touched",)),
+        ("usable with care", ["no shape"], ("no shape",)),
+        ("do not use", [], ("its file says so",)),
+        ("good", ["nothing"], ()),
+        (None, None, ()),
+    ):
+        path.write_text(json.dumps(data | {"verdict": verdict, "reasons": reasons}))
+        found = Estimate.load(path)
+        assert found.verdict.level == (verdict or "good")
+        assert found.verdict.reasons == expected
+        assert len(found.warnings) == len({*expected, "no shape"})
+        found.save(path)
+        assert_same_estimate(Estimate.load(path), found)
+    path.write_text(
+        json.dumps(replace(estimate, warnings=("x",)).to_dict() | {"verdict": "good"})
+    )
+    assert Estimate.load(path).verdict.level == "usable with care"
+
+
+def test_what_is_said_twice_may_be_rounded_or_missing(estimate, tmp_path):
+    data = estimate.to_dict()
+    rounded = {"mass": float(f"{data['mass']:.4g}")}
+    without = {"mass", "center_of_mass", "frame", "verdict", "reasons"}
+    for each in (data | rounded, {k: v for k, v in data.items() if k not in without}):
+        (tmp_path / "e.json").write_text(json.dumps(each))
+        assert_same_estimate(Estimate.load(tmp_path / "e.json"), estimate)
+
+
 @pytest.mark.parametrize(
     "messages",
     [
@@ -282,7 +315,14 @@ def broken(data):
             "x",
             [[1.0], [1.0, 2.0]],
             [[float("nan")] * 10] * 10,
+            (-np.eye(10)).tolist(),
+            np.triu(np.ones((10, 10))).tolist(),
         ),
+        "verdict": ("bad", 1, ["good"]),
+        "reasons": ("x", 1, [1]),
+        "frame": ("world", 1),
+        "mass": (data["mass"] * 1.01, -1.0, "x", [1.0]),
+        "center_of_mass": ([0.0] * 3, [1.0], 1.0),
         "bias": ([1.0] * 5, "x", [float("nan")] * 6),
         "point_masses": (1.0, [[1.0]], "x", [float("inf")]),
         "residual": ([1.0] * 3, "x"),

@@ -9,7 +9,7 @@ import ast
 import csv
 import io
 import re
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from xml.etree import ElementTree
 
 import numpy as np
@@ -164,6 +164,16 @@ def test_json_reads_back(tmp_path):
     exported = export(make("box", 0)[0], "json", POSE)
     assert exported.frame == "sensor"
     assert len(exported.warnings) == 1
+
+
+@pytest.mark.parametrize("begin", "=+-@")
+def test_no_text_of_a_csv_is_a_formula(begin):
+    """A spreadsheet would compute it; numbers stay."""
+    text = f"{begin}HYPERLINK(1)"
+    estimate = replace(make("box", 0)[0], method=text)
+    (row,) = csv.DictReader(io.StringIO(export(estimate, "csv", name=text).text))
+    assert (row["name"], row["method"]) == (f"'{text}", f"'{text}")
+    assert float(row["cx"]) == estimate.center_of_mass[0]
 
 
 def test_csv_reads_back():

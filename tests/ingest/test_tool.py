@@ -174,7 +174,8 @@ def test_warnings_and_refusals(tmp_path):
     with pytest.raises(NotIdentifiableError, match="beside the tool; nothing is held"):
         identify(log(GRIPPER, 10.0, 2), method="OLS", tool=tool)
     data = tool.to_dict()
-    (tmp_path / "empty.json").write_text(json.dumps(data | {"vector": [0.0] * 10}))
+    empty = {"vector": [0.0] * 10, "mass": 0.0, "center_of_mass": None}
+    (tmp_path / "empty.json").write_text(json.dumps(data | empty))
     with pytest.raises(InputError, match="float is no estimate; give what"):
         front(log(BOTH, 10.0, 2), tool=0.5)  # type: ignore[arg-type]
     with pytest.raises(InputError, match="the tool has a mass of 0 kg; leave it out"):

@@ -151,7 +151,7 @@ BAD = {
     ),
     "nothing": (dict.fromkeys(GOOD), "no recording is given; give the path"),
     "no orientation": ({"orientation": None}, "there is no orientation; give"),
-    "no wrench": ({"wrench": None}, "there is no wrench; give `wrench`"),
+    "no wrench": ({"wrench": None}, "there is no wrench; give an array wrench"),
     "wrench too short": (
         {"wrench": WRENCH[:-3]},
         r"wrench has 37 samples, but time has 40; give `wrench_time`",
@@ -178,7 +178,7 @@ BAD = {
     ),
     "infinite time": ({"time": with_value(TIME, 3, np.inf)}, r"time\[3\] is inf"),
     "unsorted": ({"time": with_value(TIME, 5, 0.3)}, "row 5.*before 0.4 s of row 4"),
-    "repeated": ({"time": with_value(TIME, 5, 0.4)}, "row 5.*repeats that of row 4"),
+    "repeated": ({"time": np.minimum(TIME, TIME[4])}, "row 5.*repeats that of row 4"),
     "backwards": ({"time": TIME[::-1]}, "sort the rows by time"),
     "nanoseconds": ({"time": 1.7e18 + 1e9 * TIME}, "looks like nanoseconds"),
     "norm": (

@@ -5,6 +5,7 @@ import pyarrow as pa
 import pytest
 from hypothesis import HealthCheck, assume, given, settings
 from hypothesis import strategies as st
+from pyarrow import csv as pacsv
 from pyarrow import parquet
 
 import hefting
@@ -253,6 +254,35 @@ def test_repeated_rows_are_dropped(tmp_path):
     header = HEADER.removeprefix("time,")
     static = read_log(log(tmp_path, *[ROWS[0].split(",", 1)[1]] * 3, header=header))
     assert len(static["wrench"]) == 3  # poses without time repeat as often as they like
+
+
+@pytest.mark.parametrize("count", [1, 5, 6])
+@pytest.mark.parametrize("suffix", SUFFIXES)
+def test_a_few_rows_at_the_time_of_the_one_before_are_left_out(tmp_path, suffix, count):
+    """As in bags: a clock of milliseconds at 1 kHz. Of more than a tenth it is told how
+    to write them."""
+    rng, at = np.random.default_rng(0), 7 * np.arange(1, count + 1)
+    time = 0.001 * np.arange(50)
+    time[at] = time[at - 1]
+    names = [name for name in HEADER.split(",") if name != "time"]
+    table = pa.table(
+        {"time": time}
+        | dict.fromkeys(names[:4], np.full(50, 0.5))
+        | {name: rng.normal(size=50) for name in names[4:]}
+    )
+    path = tmp_path / f"log{suffix}"
+    write = pacsv.write_csv if suffix == ".csv" else parquet.write_table
+    write(table, path)
+    if count > 5:
+        fails(path, "repeats that of row", "with more digits")
+        return
+    got = read_log(path)
+    assert len(got["wrench"]) == len(got["orientation"]) == 50 - count
+    np.testing.assert_array_equal(got["wrench"].time, np.unique(time))
+    (said,) = got.warnings
+    assert said.code == "rows-conflicting"
+    assert said.startswith(f"left out {count} row")
+    assert "(the first: row 9)" in said or suffix == ".parquet"
 
 
 def test_unknown_columns_are_listed_and_ignored(tmp_path):

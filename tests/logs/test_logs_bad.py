@@ -220,6 +220,7 @@ def test_ragged_rows(tmp_path):
             "\ufeff".encode("utf-16-le") + HEADER.encode("utf-16-le"),
             ("UTF-16", "UTF-8"),
         ),
+        (HEADER.encode("utf-32"), ("UTF-32", "save it as UTF-8")),
         (b"hello", ("one column",)),
         (b'"' + b"x" * 300_000, ("not CSV text",)),
         (HEADER.encode() + b"\n" + b"9" * 100_000, ("row 2", "1 cells under 11")),
@@ -243,6 +244,8 @@ def test_files_that_cannot_be_opened(tmp_path, monkeypatch):
     fails(tmp_path / "absent.csv", "does not exist")
     (tmp_path / "folder.csv").mkdir()
     fails(tmp_path / "folder.csv", "is not a file")
+    (tmp_path / "loop.csv").symlink_to(tmp_path / "loop.csv")
+    fails(tmp_path / "loop.csv", "is a link to no file")
     os.mkfifo(tmp_path / "pipe.csv")
     fails(tmp_path / "pipe.csv", "is a pipe or a device, not a file")
     for suffix in (".csv", ".txt", ".tsv", ".parquet", ".npz", ".bag", ".mcap", ".db3"):
@@ -285,6 +288,16 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
         "column map (`column_map`) is for CSV, Parquet and NumPy",
         column_map=tmp_path / "map.toml",
     )
+
+
+@pytest.mark.parametrize("row", [0, 1, -1])
+def test_a_cell_of_another_column_may_be_long(tmp_path, row):
+    """Longer than Python's `csv` splits, as of an image, in whatever row."""
+    rows = [f"{each},x" for each in ROWS]
+    rows[row] += "x" * 140_000
+    path = tmp_path / "log.csv"
+    path.write_text("\n".join((f"{HEADER},note", *rows, "")))
+    assert len(read_log(path)["wrench"]) == len(ROWS)
 
 
 def test_lines_too_long_to_hold(tmp_path, monkeypatch):

@@ -9,6 +9,7 @@ import pytest
 from scipy.io import loadmat, savemat
 from scipy.spatial.transform import Rotation
 
+from hefting.cli import render
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS
@@ -57,6 +58,34 @@ def test_arrays_by_the_names_of_streams(arrays, tmp_path):
     with pytest.raises(InputError, match=rf"^{path}: wrench has") as refused:
         read_log(path)
     assert "give `wrench_time`" in str(refused.value)
+
+
+@pytest.mark.parametrize("kind", ["O", "S", "c16"])
+@pytest.mark.parametrize("name", ["time", "t", "wrench"])
+def test_an_array_that_cannot_be_read_is_not_passed_over(arrays, tmp_path, name, kind):
+    """Without its time, each row would be a static pose."""
+    time, pose, wrench = arrays
+    given = {"time": time, "pose": pose, "wrench": wrench}
+    if name == "t":
+        given["t"] = given.pop("time")
+    given[name] = given[name].astype(kind)
+    np.savez(tmp_path / "log.npz", **given)
+    kind = {"O": "(Python objects|text)", "S": "S", "c16": "complex128"}[kind]
+    with pytest.raises(InputError, match=f"'{name}'.* holds .*{kind}") as refused:
+        read_log(tmp_path / "log.npz")
+    assert "--wrench" not in render(str(refused.value))
+
+
+def test_arrays_that_are_not_read_are_named(arrays, tmp_path):
+    time, pose, wrench = arrays
+    given = {"time": time, "pose": pose, "wrench": wrench}
+    labels, images = np.full(len(time), "up"), np.zeros((len(time), 40, 40))
+    np.savez(tmp_path / "log.npz", **given, labels=labels, images=images)
+    found = read_log(tmp_path / "log.npz")
+    assert same(found, as_recording(**given))
+    (said,) = found.warnings
+    assert said.code == "columns-ignored"
+    assert "'labels', 'images'" in said
 
 
 def test_arrays_of_other_names_are_read_by_what_the_names_say(arrays, tmp_path):

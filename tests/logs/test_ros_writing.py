@@ -2,6 +2,7 @@
 About 3 s."""
 
 import re
+import sqlite3
 
 import numpy as np
 import pytest
@@ -153,14 +154,21 @@ def test_times_start_at_zero_and_are_rounded_to_nanoseconds(tmp_path):
     )
 
 
-def test_whole_or_not_at_all(tmp_path, monkeypatch):
+FULL = (
+    OSError(28, "No space left on device"),
+    sqlite3.OperationalError("database or disk is full"),
+)
+
+
+@pytest.mark.parametrize("full", FULL)
+def test_whole_or_not_at_all(tmp_path, monkeypatch, full):
     sent = recording("wrench", "orientation")
     (tmp_path / "log.bag").write_bytes(b"old")
     (tmp_path / "folder").mkdir()
     (tmp_path / "file").touch()
 
     def fail(*_):
-        raise OSError(28, "No space left on device")
+        raise full
 
     with monkeypatch.context() as patch:
         patch.setattr(writing, "serialise", fail)

@@ -163,7 +163,7 @@ REFUSED: dict[str, Refused] = {
             (
                 {"vector": [1.0] * 9},
                 {"vector": [np.nan] * 10},
-                {"vector": [1e-30] * 10},
+                {"vector": [1e-30] * 10, "mass": None, "center_of_mass": None},
                 {"vector": [1e30] * 10},
                 {"covariance": [[1.0] * 10] * 9},
                 {"covariance": [[1e60] * 10] * 10},

@@ -161,6 +161,19 @@ HOSTILE = {
 }
 
 
+def test_what_is_wrong_with_a_whole_file_is_said(tmp_path):
+    stl = SOLIDS["box"].export(file_type="stl")
+    for name, data, what in (
+        ("more.stl", stl + b"xyz", "has 3 bytes after its 12 triangles"),
+        ("far.obj", f"v 1e20 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\n{TETRA}", "beyond 1e9 m"),
+        ("far.xyz", "1e20 0 0\n0 1 0\n0 0 1\n1 1 1\n", "beyond 1e9 m"),
+    ):
+        path = tmp_path / name
+        path.write_bytes(data if isinstance(data, bytes) else data.encode())
+        with pytest.raises(InputError, match=what):
+            load_shape(path)
+
+
 def test_a_binary_stl_of_too_many_triangles(tmp_path, monkeypatch):
     monkeypatch.setattr("hefting.shapes.reading.MAX_FACES", 11)
     (tmp_path / "box.stl").write_bytes(SOLIDS["box"].export(file_type="stl"))
@@ -189,8 +202,13 @@ def test_pickles_are_not_opened(tmp_path):
 
 def test_missing_files_and_folders(tmp_path):
     (tmp_path / "folder.stl").mkdir()
-    for name in ("missing.stl", "folder.stl"):
-        with pytest.raises(InputError, match="no such file"):
+    (tmp_path / "loop.stl").symlink_to(tmp_path / "loop.stl")
+    for name, what in (
+        ("missing.stl", "no such file"),
+        ("folder.stl", "is not a file"),
+        ("loop.stl", "is not a file"),
+    ):
+        with pytest.raises(InputError, match=what):
             load_shape(tmp_path / name)
 
 

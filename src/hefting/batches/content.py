@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 from numpy.typing import NDArray
 
+from hefting.core.files import check_readable, check_size
 from hefting.jobs import source_version
 from hefting.request.request import Value, files_of
 
@@ -43,7 +44,7 @@ def hash_of(log: str, options: Mapping[str, Value]) -> str:
     """Hash of what the identification of a log by options follows from.
 
     Files count by their content, wherever they are. Raises `OSError` for a log that
-    cannot be read.
+    cannot be read, `InputError` for a pipe or a device, which may have no end.
     """
     files = files_of(options)
     words = {name: value for name, value in options.items() if name not in files}
@@ -57,12 +58,15 @@ def hash_of(log: str, options: Mapping[str, Value]) -> str:
 @lru_cache(maxsize=64)
 def _digest_once(path: str, _as_it_is: Signature) -> str:
     """Digest of a file that many recordings share; missing files are told by what reads
-    them."""
+    them. `InputError` for one that is too large for what reads it."""
+    if os.path.isfile(path):
+        check_size(path)
     return _digest(path)
 
 
 def _digest(path: str) -> str:
     """Digest of the bytes of a file, or of all in a folder with their names."""
+    check_readable(path)
     found, buffer = blake2b(digest_size=16), bytearray(BLOCK)
     view = memoryview(buffer)
     for name, _ in _files(Path(path)):

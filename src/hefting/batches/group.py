@@ -125,7 +125,7 @@ def _hashes(groups: Sequence[Sequence[Entry]], workers: Jobs) -> dict[str, str]:
 def _hash(entry: Entry) -> str | None:
     try:
         return hash_of(entry.recording, entry.options)
-    except OSError:
+    except (OSError, InputError):
         return None
 
 

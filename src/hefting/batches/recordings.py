@@ -242,11 +242,13 @@ def recordings_of(
     paths = [Path(str(each)) for each in listed]
     if len(paths) == 1 and is_manifest(paths[0]):
         table, given = read_manifest(paths[0])
+        if not table.num_rows:
+            raise InputError("there are no recordings", paths[0], "name some in rows")
         folder = paths[0].parent
         own = in_folder(said(given), folder) if given else {}
         return Recordings(table, folder, own | said(options or {}), group_by)
     logs = [log for path in paths for log in logs_at(path)]
-    if logs == [str(paths[0])] and not paths[0].exists():
+    if paths and logs == [str(paths[0])] and not paths[0].exists():
         raise InputError(
             "does not exist", paths[0], "name a manifest, logs or a folder"
         )
@@ -300,10 +302,10 @@ def _is_result(path: Path) -> bool:
 
     name, _, _ = SCHEMA.partition("/")  # of any version
     try:
-        told = parquet.read_schema(path).metadata or {}
+        told = parquet.read_schema(path).metadata if path.is_file() else None
     except (OSError, pa.ArrowException):
         return False  # whoever reads it says what is wrong
-    return told.get(b"hefting", b"").startswith(f"{name}/".encode())
+    return (told or {}).get(b"hefting", b"").startswith(f"{name}/".encode())
 
 
 def _is_log(folder: Path) -> bool:

@@ -13,9 +13,9 @@ from hefting.cli.options import (
     read_estimate,
     read_recording,
 )
-from hefting.cli.parser import WIDTH, wrapped
+from hefting.cli.parser import WIDTH, wrapped, wrote
 from hefting.cli.progress import progress
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, printable
 from hefting.request.settings import shape_of
 
 if TYPE_CHECKING:
@@ -75,7 +75,7 @@ def _run_plain(a: argparse.Namespace) -> None:
     if recording.joint_names and written and written.is_table:
         names = ", ".join(recording.joint_names)
         _print([f"warning: the names of the joints are not kept: q1.. are {names}"])
-    print(f"wrote {a.output}")
+    wrote(a.output)
 
 
 def _run_with_estimate(a: argparse.Namespace) -> int:
@@ -96,9 +96,9 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
         lost = write_dashboard(replay, a.output, render)
     _print(_told(recording))
     _tell_lost(lost)
-    print(f"verdict of {a.estimate}: {estimate.verdict}")
+    print(printable(f"verdict of {a.estimate}: {estimate.verdict}"))
     _print([f"warning: {line}" for line in replay.warnings])
-    print(f"wrote {a.output}")
+    wrote(a.output)
     return exit_status(estimate.verdict)
 
 
@@ -112,7 +112,7 @@ def _tell_lost(streams: tuple[str, ...]) -> None:
 def _print(lines: list[str]) -> None:
     """Lines no wider than `WIDTH`, with options in place of the library's arguments."""
     for line in lines:
-        print(wrapped(render(line), WIDTH))
+        print(wrapped(printable(render(line)), WIDTH))
 
 
 def _output_help() -> str:

@@ -5,6 +5,7 @@ from importlib.util import find_spec
 
 from hefting.cli import render
 from hefting.cli.options import add_verbose
+from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 
 EXAMPLES = ("hefting demo", "hefting demo --output /tmp/hammer")
@@ -33,6 +34,6 @@ def run(arguments: argparse.Namespace) -> None:
         shown.estimate, shown.truth, shown.errors, arguments.verbose
     )
     print_lines(report, render)
-    print("wrote:", *(f"  {path}" for path in shown.files), sep="\n")
+    wrote(*shown.files)
     if not can_draw:
         print("without pictures: pip install 'hefting[plot]'")

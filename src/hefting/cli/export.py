@@ -14,7 +14,7 @@ from hefting.cli.options import (
     fill_inertia_of,
     read_estimate,
 )
-from hefting.cli.parser import say
+from hefting.cli.parser import say, wrote
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.request.settings import pose_of
@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> None:
         say(f"warning: {render(line)}")
     if a.output:
         write_atomically(a.output, exported.text)
-        print(f"wrote {a.output} ({exported.frame} axes)")
+        wrote(f"{a.output} ({exported.frame} axes)")
     else:
         print(exported.text, end="" if exported.text.endswith("\n") else "\n")
 

@@ -2,6 +2,7 @@
 recordings."""
 
 import argparse
+import os
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -250,11 +251,11 @@ def _recordings(a: argparse.Namespace) -> "list[Recording]":
     """The logs, read with the same options."""
     if a.poses and len(a.log) > 1:
         raise InputError("are those of one log", "--poses", "convert each log first")
-    given: set[Path] = set()
+    given: set[str] = set()
     for log in a.log:
-        if Path(log).resolve() in given:
+        if os.path.realpath(log) in given:
             raise InputError("is given twice", log, "give each recording once")
-        given.add(Path(log).resolve())
+        given.add(os.path.realpath(log))
     each = [argparse.Namespace(**(vars(a) | {"log": log})) for log in a.log]
     return [read_recording(one) for one in each]
 

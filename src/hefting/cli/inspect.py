@@ -20,6 +20,7 @@ from hefting.cli.outputs import (
     print_object,
     write_report,
 )
+from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.request.settings import gravity_of
 
@@ -70,4 +71,4 @@ def run(arguments: argparse.Namespace) -> None:
 
     print_report(inspection_report(found, arguments.verbose), render)
     for path in pages:
-        print(f"wrote {path}")
+        wrote(path)

@@ -2,6 +2,7 @@
 options describe."""
 
 import argparse
+import os
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
@@ -321,7 +322,7 @@ def check_output(path: str, *inputs: str | None) -> None:
 
 def is_same(path: str, other: str) -> bool:
     """Whether two paths are of one file, by whatever link."""
-    return Path(path).resolve() == Path(other).resolve()
+    return os.path.realpath(path) == os.path.realpath(other)
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:

@@ -9,7 +9,7 @@ from shutil import get_terminal_size
 from textwrap import fill, wrap
 from typing import IO, Any, NoReturn
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, printable
 
 WIDTH = 80
 """Columns of help, also where the terminal has more."""
@@ -92,6 +92,8 @@ class Parser(argparse.ArgumentParser):
         for last, word in zip(("", *words), words, strict=False):
             if word == "--":
                 break
+            if not word and not last.startswith("-"):
+                self.error("an argument is empty")
             name, equals, value = (word or f"{last}=").partition("=")
             if name.startswith("--") and equals and not value:
                 self.error(f"{name}: its value is missing")
@@ -111,10 +113,16 @@ class Parser(argparse.ArgumentParser):
 def say(message: str) -> None:
     """Print a message for a person on standard error: in one line, or wrapped where
     that is a terminal."""
-    text = "hefting: " + " ".join(message.split())
+    text = "hefting: " + printable(" ".join(message.split()))
     if sys.stderr.isatty():
         text = wrapped(text, max(get_terminal_size().columns, 20) - 1)
     print(text, file=sys.stderr)
+
+
+def wrote(*paths: object) -> None:
+    """Print the names of files that were written, several of them one a line."""
+    names = [printable(str(path)) for path in paths]
+    print(f"wrote {names[0]}" if len(names) == 1 else "\n  ".join(("wrote:", *names)))
 
 
 def wrapped(text: str, width: int) -> str:

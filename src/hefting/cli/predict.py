@@ -29,6 +29,7 @@ from hefting.cli.outputs import (
     print_object,
     write_report,
 )
+from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
@@ -113,7 +114,7 @@ def run(arguments: argparse.Namespace) -> int:
 
     print_report(prediction_report(found, a.verbose), render)
     for path in (*a.output, *pages):
-        print(f"wrote {path}")
+        wrote(path)
     return exit_status(found.verdict)
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from textwrap import fill
 
 from hefting.cli.options import add_workers
-from hefting.cli.parser import WIDTH
+from hefting.cli.parser import WIDTH, wrote
 from hefting.core.errors import MissingDependencyError
 
 EXAMPLES = (
@@ -54,4 +54,4 @@ def run(arguments: argparse.Namespace) -> None:
             print(fill(text, WIDTH - 1, subsequent_indent=14 * " "))
         return
     path = reproduce(a.names, Path(a.output), a.quick, a.jobs, a.scheduler, show=True)
-    print(f"wrote {path}")
+    wrote(path)

@@ -12,9 +12,9 @@ from hefting.cli.options import (
     check_output,
     read_recording,
 )
-from hefting.cli.parser import WIDTH, wrapped
+from hefting.cli.parser import WIDTH, wrapped, wrote
 from hefting.cli.progress import progress
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, printable
 from hefting.core.files import write_atomically
 from hefting.request.settings import gravity_of, shape_of
 
@@ -85,10 +85,10 @@ def run(arguments: argparse.Namespace) -> None:
         picture = picture_of(plot_shape(shape, found, gravity), suffix)
     write_atomically(a.output, picture)
     for line in (*place_of(shape), *_depths(shape, found)):
-        print(wrapped(line, WIDTH))
+        print(wrapped(printable(line), WIDTH))
     for line in shape.warnings:
         print(wrapped(f"warning: {render(line)}", WIDTH))
-    print(f"wrote {a.output}")
+    wrote(a.output)
 
 
 def _tool_beside(estimate: "Estimate | None") -> "Estimate | None":

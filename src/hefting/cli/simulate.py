@@ -7,9 +7,10 @@ from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import POSE, add_number
+from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.cli.simulated_files import check_outputs, read_back, truth_of, write_beside
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, printable
 from hefting.core.quantity import numbers
 from hefting.request.settings import pose_of
 
@@ -180,15 +181,13 @@ def run(arguments: argparse.Namespace) -> None:
         made = scenario.run()
         lost = write_log(made.recording, output)
         write_beside(a, scenario.held, made.facts, truth)
-    print(*_told(scenario, made), sep="\n")
+    print(*map(printable, _told(scenario, made)), sep="\n")
     if lost:
         print(
             f"warning: not written, as the format cannot hold it: {', '.join(lost).replace('_', ' ')}"
         )
-    print(
-        "wrote:", *(f"  {path}" for path in (output, truth, a.mesh) if path), sep="\n"
-    )
-    print(read_back(a, scenario, made, truth))
+    wrote(*(path for path in (output, truth, a.mesh) if path))
+    print(printable(read_back(a, scenario, made, truth)))
 
 
 def _simulate_torques(a: argparse.Namespace) -> None:

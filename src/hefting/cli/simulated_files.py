@@ -9,8 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli.options import is_same
+from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, printable
 from hefting.core.files import check_replaceable, write_atomically
 
 if TYPE_CHECKING:
@@ -143,17 +144,14 @@ def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> 
         write_atomically(urdf, made.urdf)
         write_beside(a, held, made.facts, truth)
     _tell(made, held, duration)
-    paths = [path for path in (output, empty, urdf, truth, a.mesh) if path]
-    print("wrote:", *(f"  {path}" for path in paths), sep="\n")
+    wrote(*(path for path in (output, empty, urdf, truth, a.mesh) if path))
     words = ["hefting", "identify", str(output), "--torques", "--urdf", str(urdf)]
     words += ["--sensor-frame", "flange", "--empty", str(empty)]
-    print(f"read it back: {shlex.join([*words, '--truth', str(truth)])}")
+    print(printable(f"read it back: {shlex.join([*words, '--truth', str(truth)])}"))
 
 
 def _tell(made: "TorquesSimulated", held: "HeldObject", duration: float) -> None:
     about, mass = made.facts["simulation"], held.parameters.mass
-    print(
-        f"{held.name}, {mass:.4g} kg, on the arm {about['arm']}; torques from "
-        f"{about['engine']}"
-    )
+    on = f"on the arm {about['arm']}; torques from {about['engine']}"
+    print(printable(f"{held.name}, {mass:.4g} kg, {on}"))
     print(f"two runs of {duration:g} s, empty and loaded, seed {about['seed']}")

@@ -18,6 +18,7 @@ from hefting.cli.options import (
     read_recording,
 )
 from hefting.cli.outputs import open_page
+from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
@@ -162,7 +163,7 @@ def _save(viewer: "Viewer", path: str, log: str) -> None:
     with progress("writing the player"):
         page = player_of(viewer, f"{Path(log).name} - Hefting")
     write_atomically(path, page)
-    print(f"wrote {path}")
+    wrote(path)
 
 
 def _serve(address: str, browser: bool) -> None:

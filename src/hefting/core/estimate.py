@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, Self, cast
 
@@ -14,7 +14,13 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.accuracy import Certificate as Certificate
 from hefting.core.display import Shown
 from hefting.core.errors import InputError, nearest
-from hefting.core.estimate_json import SCHEMA, coded, fields_of, json_ready
+from hefting.core.estimate_json import (
+    SCHEMA,
+    coded,
+    fields_of,
+    graver_reasons,
+    json_ready,
+)
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message, Verdict, verdict_of
@@ -307,7 +313,10 @@ class Estimate(Shown):
         if data.get("schema") != SCHEMA:
             raise InputError(f"is not an estimate of schema {SCHEMA}", path, fix)
         try:
-            return cls(**fields_of(data))
+            found = cls(**fields_of(data))
+            said = graver_reasons(data, found.verdict)
+            others = (text for text in found.warnings if text not in said)
+            return replace(found, warnings=(*others, *said)) if said else found
         except (
             KeyError,
             TypeError,

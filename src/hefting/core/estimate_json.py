@@ -11,10 +11,11 @@ from typing import Any, cast, get_args
 import numpy as np
 
 from hefting.core.accuracy import Accuracy, Certificate
-from hefting.core.errors import encodable, printable
+from hefting.core.covariance import Covariance
+from hefting.core.errors import InputError, encodable, printable
 from hefting.core.inertia import InertialParameters
 from hefting.core.magnitudes import LARGEST_PARAMETER, LARGEST_VARIANCE, SMALLEST_MASS
-from hefting.core.messages import Message, Severity
+from hefting.core.messages import Level, Message, Severity, Verdict
 from hefting.core.spatial import Array, frozen
 from hefting.core.undetermined import Undetermined
 
@@ -42,6 +43,8 @@ def fields_of(data: Json) -> dict[str, Any]:
         raise ValueError("vector is not ten finite numbers")
     if 0.0 < abs(vector[0]) < SMALLEST_MASS:
         raise ValueError(f"the mass is {vector[0]:.3g} kg")
+    parameters = InertialParameters(vector)
+    _check_said(data, parameters)
     sufficient = data.get("sufficient")
     if sufficient is not None and type(sufficient) is not bool:
         raise ValueError("sufficient is neither true nor false")
@@ -50,7 +53,7 @@ def fields_of(data: Json) -> dict[str, Any]:
     }
     return dict(  # noqa: C408
         method=printable(str(data["method"])),
-        parameters=InertialParameters(vector),
+        parameters=parameters,
         samples=int(data["samples"]),
         duration=None if data.get("duration") is None else float(data["duration"]),
         covariance=_covariance(data),
@@ -69,6 +72,33 @@ def fields_of(data: Json) -> dict[str, Any]:
         ),
         provenance=_provenance(data.get("provenance", {}), messages),
     )
+
+
+def _check_said(data: Json, parameters: InertialParameters) -> None:
+    """`ValueError` for a frame, a mass or a COM that is not the vector's, but for
+    rounding; each may be missing."""
+    if data.get("frame") not in (None, "sensor"):
+        raise ValueError("the frame is not sensor")
+    for name, shape in {"mass": (), "center_of_mass": (3,)}.items():
+        found = getattr(parameters, name)
+        said = _shaped(data, name, *shape)
+        off = 0.0 if said is None else np.abs(said - found).max()
+        if off > 1e-3 * np.abs(found).max():
+            raise ValueError(f"{name} is not that of vector")
+
+
+def graver_reasons(data: Json, found: Verdict) -> tuple[Message, ...]:
+    """Why the verdict in a file is worse than the one that is found from the rest of
+    it; nothing where it is not. Raises as `fields_of`."""
+    levels, reasons = get_args(Level), data.get("reasons") or ["its file says so"]
+    said = data.get("verdict") or levels[0]
+    texts = isinstance(reasons, list) and all(isinstance(text, str) for text in reasons)
+    if said not in levels or not texts:
+        raise ValueError("the verdict is none, or its reasons are no texts")
+    if levels.index(said) <= levels.index(found.level):
+        return ()
+    severity = "error" if said == levels[-1] else "warning"
+    return tuple(Message("unknown", text, severity) for text in reasons)
 
 
 def coded(text: str) -> Message:
@@ -143,6 +173,10 @@ def _covariance(data: Json) -> Array | None:
     if np.isnan(values).any():
         raise ValueError("covariance holds what is no number")
     _check_size(values, LARGEST_VARIANCE, "covariance")
+    try:
+        Covariance.of(values)
+    except InputError as error:
+        raise ValueError(error.what) from error
     return values
 
 

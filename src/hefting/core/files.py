@@ -61,9 +61,9 @@ def check_size(path: str | Path, largest: float | None = None) -> None:
     """`InputError` unless there is a file that is neither empty nor larger than
     `largest` [bytes], by default `MAX_BYTES`."""
     if not Path(path).is_file():
-        raise InputError(
-            "is not a file" if Path(path).exists() else "does not exist", where=path
-        )
+        lost = "is a link to no file" if os.path.islink(path) else "does not exist"
+        what = "is not a file" if Path(path).exists() else lost
+        raise InputError(what, where=path)
     size = Path(path).stat().st_size
     if size == 0:
         raise InputError("the file is empty", where=path)
@@ -218,7 +218,7 @@ def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
     import tempfile
 
     check_replaceable(path)
-    target = Path(path).resolve()  # a link stays a link
+    target = Path(os.path.realpath(path))  # a link stays a link
     try:
         handle, temporary = tempfile.mkstemp(
             prefix=f".{target.name}.", dir=target.parent

@@ -41,13 +41,19 @@ def write(estimate: Estimate, name: str) -> str:
     writer.writerow(COLUMNS)
     writer.writerow(
         (
-            *(name, estimate.method, "sensor"),
+            *map(_text, (name, estimate.method)),
+            "sensor",
             *("" if value is None else repr(float(value)) for value in values),
             *(estimate.samples, estimate.duration, estimate.physically_consistent),
             " ".join(open_),
         )
     )
     return stream.getvalue()
+
+
+def _text(cell: str) -> str:
+    """A cell that no spreadsheet takes for a formula."""
+    return f"'{cell}" if cell.startswith(("=", "+", "-", "@")) else cell
 
 
 TARGET = Target(

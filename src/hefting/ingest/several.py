@@ -4,6 +4,7 @@ Each is understood by itself, but for what one of them tells and another does no
 whether there is a bias, and the wrench's sign.
 """
 
+import os
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -76,7 +77,7 @@ def what_others_tell(parts: Sequence[Ingested]) -> list[dict[str, Any]]:
 def _check(logs: Sequence[Log]) -> None:
     if not logs:
         raise InputError("no recording is given", fix="give at least one")
-    paths = [Path(log).resolve() for log in logs if isinstance(log, str | Path)]
+    paths = [os.path.realpath(log) for log in logs if isinstance(log, str | Path)]
     for i, path in enumerate(paths):
         if path in paths[:i]:
             raise InputError(

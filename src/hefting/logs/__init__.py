@@ -52,8 +52,9 @@ def read_log(
     an orientation or joint positions must be there. A blank cell (Parquet: null) means "not measured then", so
     that streams of different rates fit one file. Without `time`, each row is a static
     pose. Times that count from 1970 are shifted to start at 0. A row that repeats the
-    one before, time and values alike, is dropped. CSV may be separated by commas,
-    semicolons, tabs or spaces; times may be dates (ISO 8601).
+    one before, time and values alike, is dropped, and so are those with its time but
+    other values, up to a tenth of all. CSV may be separated by commas, semicolons, tabs
+    or spaces; times may be dates (ISO 8601).
 
     Other names (``Fx [N]``, ``roll_deg``) are read where they and the numbers tell a
     time, a wrench, and an orientation or joint angles; `Recording.warnings` say what

@@ -28,7 +28,8 @@ def find_end(
     path: str | Path, header: Header, first_row: str
 ) -> tuple[int | None, tuple[Message, ...]]:
     """Where what follows the last whole row begins [bytes], and a warning; None where
-    it is blank lines at most, where there are no two such rows or too much follows.
+    it is blank lines at most, where there are no two such rows or too much follows, or
+    the first row has a cell of more than 128 KiB.
 
     `first_row` is the first line of data: a whole row has as many cells, and numbers
     where it has.
@@ -44,7 +45,10 @@ def find_end(
     if lines and is_cut and not lines[-1].endswith((b"\n", b"\r")):
         end -= len(lines[-1])  # the row that was being written
         rest = [lines.pop().decode(errors="replace")]
-    first = with_lists(split_cells(first_row, header.separator), header.lists)
+    try:
+        first = with_lists(split_cells(first_row, header.separator), header.lists)
+    except csv.Error:  # a cell is too long for it, as of an image
+        return None, ()
     found = None
     for line in reversed(lines[begin > 0 :]):
         text = quote_lists(line).decode(errors="replace")

@@ -351,7 +351,7 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
             report(READING, stream.tell() / max(size, 1))
             if not begun:
                 if data[:2] in (b"\xff\xfe", b"\xfe\xff"):
-                    raise InputError("is UTF-16 text", path, "save it as UTF-8")
+                    raise InputError("is UTF-16 or UTF-32", path, "save it as UTF-8")
                 if b"\0" in data[:64] or b"\0" in data[:65536].rstrip(b"\0"):
                     raise InputError(
                         "is binary, not CSV text", path, "export the log as CSV"

@@ -1,5 +1,5 @@
 """Samples of a table that are left out and counted: a few that lack something, which in
-many rows is an error, and those that repeat the one before."""
+many rows is an error, and those at the time of the one before."""
 
 from collections.abc import Mapping, Sequence
 
@@ -10,6 +10,7 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Stream
 from hefting.core.spatial import Mask, lengths
+from hefting.core.time_order import ROUNDED_SHARE
 
 FEW = 0.2
 """Share of the samples of a group up to which those that lack something are gaps of a
@@ -106,23 +107,32 @@ def without_repeats(
     streams: Mapping[str, Stream],
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """The streams without the samples that repeat the one before, time and values
-    alike, and a warning of how many.
+    alike, and without a few that have its time but other values, as of a clock of
+    milliseconds at 1 kHz; and warnings of how many.
 
-    Two different samples at one time are kept: `hefting.core.recording.Recording`
-    refuses them.
+    More of these are kept: `hefting.core.recording.Recording` refuses them.
     """
-    kept, dropped = {}, set()
+    kept: dict[str, Stream] = {}
+    dropped: set[int] = set()
+    conflicting: set[int] = set()
     for name, stream in streams.items():
-        again = np.flatnonzero(stream.time[1:] == stream.time[:-1])
-        again = (
-            1 + again[(stream.values[again + 1] == stream.values[again]).all(axis=1)]
-        )
-        dropped.update(stream.rows[again].tolist())
+        again = 1 + np.flatnonzero(stream.time[1:] == stream.time[:-1])
+        alike = (stream.values[again] == stream.values[again - 1]).all(axis=1)
+        dropped.update(stream.rows[again[alike]].tolist())
+        if (~alike).sum() <= ROUNDED_SHARE * len(stream):
+            conflicting.update(stream.rows[again[~alike]].tolist())
+        else:
+            again = again[alike]
         kept[name] = (
             stream[np.delete(np.arange(len(stream)), again)] if len(again) else stream
         )
-    if not dropped:
-        return kept, ()
-    plural = "s" if len(dropped) > 1 else ""
-    what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {min(dropped)})"
-    return kept, (warning("rows-repeated", what),)
+    found: list[Message] = []
+    if dropped := dropped - conflicting:
+        plural = "s" if len(dropped) > 1 else ""
+        what = f"dropped {len(dropped)} repeated row{plural}, time and values alike (the first: row {min(dropped)})"
+        found.append(warning("rows-repeated", what))
+    if conflicting:
+        count = f"{len(conflicting)} row{'s' * (len(conflicting) > 1)}"
+        what = f"left out {count} with the time of the one before but other values (the first: row {min(conflicting)})"
+        found.append(warning("rows-conflicting", what))
+    return kept, tuple(found)

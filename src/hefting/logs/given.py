@@ -104,7 +104,9 @@ def as_recording(
     else:
         recording = _from_source(source, column_map, wrench_needed)
     if wrench_needed and not recording.has("wrench"):
-        raise InputError("there is no wrench", recording.source, "give `wrench` (N, 6)")
+        raise InputError(
+            "there is no wrench", recording.source, "give an array wrench (N, 6)"
+        )
     return recording
 
 

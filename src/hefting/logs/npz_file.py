@@ -8,9 +8,11 @@ from pathlib import Path
 from tokenize import TokenError
 from typing import Any
 
+import numpy as np
 from numpy.lib import format as npy
 
 from hefting.core.errors import InputError
+from hefting.logs.arrays import ARRAYS
 from hefting.logs.layout import Layout
 from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format
@@ -34,33 +36,35 @@ DAMAGED = (
 
 
 def open_npz(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
-    """The arrays of numbers in the .npz at `path`; a layout says nothing about it. Left
-    out are arrays of more than `LONGEST_LIST` numbers a sample, such as images.
+    """The arrays of numbers in the .npz at `path`; a layout says nothing about it. Only
+    the names are known of arrays of other things, or of more than `LONGEST_LIST`
+    numbers a sample, such as images.
 
     Raises `InputError` where it cannot be read, holds more than `MAX_CELLS` numbers, or
-    none.
+    none, and for a stream (`ARRAYS`) of what is not read.
     """
     try:
         with zipfile.ZipFile(path) as archive:
-            arrays, objects = _arrays(archive, path)
+            arrays, others = _arrays(archive, path)
     except DAMAGED as error:
         raise InputError(
             f"cannot be read as .npz ({str(error)[:80]})", path, "write the file again"
         ) from error
     if not arrays:
-        held = f": {objects[0]!r} holds Python objects" if objects else ""
+        first = next(iter(others.items()), None)
+        held = f": {first[0]!r} holds {_kind(first[1].dtype)}" if first else ""
         fix = "write it by numpy.savez(file, time=..., pose=..., wrench=...)"
         raise InputError(f"holds no arrays of numbers{held}", path, fix)
-    return MemoryTable.of_arrays(str(path), arrays)
+    return MemoryTable.of_arrays(str(path), arrays | others)
 
 
 def _arrays(
     archive: zipfile.ZipFile, path: str | Path
-) -> tuple[dict[str, Any], list[str]]:
-    """The arrays of an archive that may be columns, and the names of those that hold
-    Python objects, which are not read."""
+) -> tuple[dict[str, Any], dict[str, Any]]:
+    """The arrays of an archive that may be columns; and the others, unread, of the same
+    shapes. `InputError` for one of these by the name of a stream."""
     arrays: dict[str, Any] = {}
-    objects: list[str] = []
+    others: dict[str, Any] = {}
     cells = 0
     for name in archive.namelist():
         if not name.endswith(".npy"):
@@ -73,10 +77,16 @@ def _arrays(
                 else npy.read_array_header_2_0
             )
             shape, _, dtype = new(member)
-        if dtype.hasobject:
-            objects.append(name.removesuffix(".npy"))
-        size = prod(shape)
-        if dtype.kind not in "iufbmM" or size > LONGEST_LIST * max(shape, default=1):
+        size, own = prod(shape), name.removesuffix(".npy")
+        large = size > LONGEST_LIST * max(shape, default=1)
+        if large or dtype.kind not in "iufbmM":
+            if own in ARRAYS:
+                what = f"array {own!r} {shape} holds {_kind(dtype)}, which is not read"
+                raise InputError(what, path, "write it as numbers, one sample a row")
+            if shape:  # else a word on the whole
+                text = large or dtype.hasobject
+                one = np.full((), "", object) if text else np.empty((), dtype)
+                others[own] = np.broadcast_to(one, shape)
             continue
         cells += size
         if cells > MAX_CELLS:
@@ -84,8 +94,12 @@ def _arrays(
             raise InputError(what, path, "cut out the part of interest")
         with archive.open(name) as member:
             array = npy.read_array(member, allow_pickle=False)
-        arrays[name.removesuffix(".npy")] = array
-    return arrays, objects
+        arrays[own] = array
+    return arrays, others
+
+
+def _kind(dtype: Any) -> str:
+    return "Python objects" if dtype.hasobject else str(dtype)[:40]
 
 
 FORMAT = Format(

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, MissingDependencyError, printable
 from hefting.core.files import check_replaceable, write_atomically
 from hefting.core.spatial import Array
 from hefting.planning.result import Plan, reduced_speed_told, speed_told
@@ -182,21 +182,16 @@ def _list(q: Array) -> str:
 
 
 def _comments(plan: Plan) -> list[str]:
-    names = ", ".join(_printable(name) for name in plan.joints)
-    source = _printable(Path(plan.source).name)
+    names = ", ".join(printable(name)[:80] for name in plan.joints)
+    source = printable(Path(plan.source).name)[:80]
     speed = speed_told(plan.limits.corner_speed)
     return [
-        f"Motion of {plan.duration:.4g} s planned by Hefting for '{_printable(plan.tip)}' of {source}",
+        f"Motion of {plan.duration:.4g} s planned by Hefting for '{printable(plan.tip)[:80]}' of {source}",
         f"Joints: {names}; positions in rad, every {1e3 * STEP:.4g} ms",
         f"As planned it {reduced_speed_told(plan)}: at most {speed} at the object's corners",
         "The way to the start (movej) is not planned: nothing was checked along it",
         "Try it in simulation first (URSim), then at a low speed slider",
     ]
-
-
-def _printable(text: str) -> str:
-    """A name from a file as a part of a comment of one line."""
-    return "".join(c if c.isprintable() else "?" for c in text)[:80]
 
 
 FORMATS: dict[str, Callable[[Plan], bytes]] = {

@@ -87,7 +87,7 @@ def point_array(points: Any, where: Any = None) -> Array:
         raise InputError(f"a point cloud is an array (n, 3), not {p.shape}", where)
     if not np.isfinite(p).all() or np.abs(p).max() > 1e9:
         raise InputError(
-            "the point cloud has values that are not finite",
+            "the point cloud has values that are not finite, or beyond 1e9 m",
             where,
             "remove those points",
         )

@@ -2,6 +2,7 @@
 can ask for a lot of memory and time; and the vertices of PLY files."""
 
 import json
+import os
 import struct
 from dataclasses import dataclass
 from pathlib import Path
@@ -209,7 +210,8 @@ def read_bytes(
     check_readable(path)
     try:
         if not file.is_file():
-            raise InputError("no such file", path, "check the path")
+            what = "is not a file" if os.path.lexists(file) else "no such file"
+            raise InputError(what, path, "check the path")
         if file.stat().st_size > MAX_BYTES:
             raise InputError(
                 f"larger than {MAX_BYTES // 1_000_000} MB",

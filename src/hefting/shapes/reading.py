@@ -90,6 +90,13 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
     """Vertices and faces of a binary STL file, three vertices a face."""
+    count, size = (
+        struct.unpack_from("<I", data, STL_HEADER - 4)[0],
+        STL_TRIANGLE.itemsize,
+    )
+    if rest := len(data) - STL_HEADER - size * count:
+        what = f"has {rest:,} bytes after its {count:,} triangles"
+        raise InputError(what, path, "export it again")
     triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
     _check_faces(len(triangles), path)
     with np.errstate(invalid="ignore"):  # what is not finite is refused later
@@ -155,7 +162,8 @@ def _is_binary_stl(data: bytes) -> bool:
     if len(data) < STL_HEADER:
         return False
     count = struct.unpack_from("<I", data, STL_HEADER - 4)[0]
-    return len(data) == STL_HEADER + STL_TRIANGLE.itemsize * count
+    rest = len(data) - STL_HEADER - STL_TRIANGLE.itemsize * count
+    return rest == 0 or (rest > 0 and count > 0)
 
 
 def _as_utf8(data: bytes) -> bytes:

@@ -123,7 +123,7 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
     v, f = v[used], index.reshape(-1, 3)
     if not np.isfinite(v).all() or np.abs(v).max() > 1e9:
         raise InputError(
-            "the mesh has coordinates that are not finite",
+            "the mesh has coordinates that are not finite, or beyond 1e9 m",
             where,
             "export the mesh again",
         )

@@ -5,6 +5,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
+from hefting.cli.parser import wrote
+
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
     from hefting.core.inertia import InertialParameters
@@ -90,10 +92,8 @@ def print_results(
         )
         print_lines(report, render)
     for path, exported in results.written:
-        print(
-            f"wrote {path} ({'' if not comparison else best + ', '}{exported.frame} axes)"
-        )
+        wrote(f"{path} ({best + ', ' if comparison else ''}{exported.frame} axes)")
         for line in exported.warnings:
             print(f"warning: {render(line)}")
     for path in results.pictures:
-        print(f"wrote {path}")
+        wrote(path)

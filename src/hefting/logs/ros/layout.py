@@ -15,8 +15,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from hefting.core.errors import needing
-from hefting.logs.ros.source import Topic, printable
+from hefting.core.errors import needing, printable
+from hefting.logs.ros.source import LONGEST_TEXT, Topic
 
 CODES = {
     **{"bool": "u1", "byte": "u1", "char": "u1", "float32": "f4", "float64": "f8"},
@@ -232,9 +232,8 @@ class _Walk:
         begin = self.position
         self.advance(length)
         self.fixed[-1] = (begin - 4, begin + length)
-        self.texts[path] = printable(
-            self.message[begin : begin + length].rstrip(b"\0").decode(errors="replace")
-        )
+        text = self.message[begin : begin + length].rstrip(b"\0")
+        self.texts[path] = printable(text.decode(errors="replace")[:LONGEST_TEXT])
 
     def align(self, width: int) -> None:
         if self.cdr:

@@ -6,7 +6,7 @@ import os
 from pathlib import Path
 from typing import Any
 
-from hefting.core.errors import InputError, needing
+from hefting.core.errors import InputError, needing, printable
 from hefting.core.immutable import immutable
 from hefting.core.progress import report
 from hefting.logs.registry import READING
@@ -19,10 +19,8 @@ MAX_RATIO = 200
 about 20."""
 
 
-def printable(text: str) -> str:
-    """`text` fit to be shown: at most 200 characters, none of which controls a
-    terminal."""
-    return "".join(c if c.isprintable() else "?" for c in text[:200])
+LONGEST_TEXT = 200
+"""Characters of a text in a bag that are kept."""
 
 
 @immutable
@@ -41,7 +39,9 @@ class Topic:
 
     def __post_init__(self):
         for name in ("name", "type", "encoding"):
-            object.__setattr__(self, name, printable(getattr(self, name)))
+            object.__setattr__(
+                self, name, printable(getattr(self, name)[:LONGEST_TEXT])
+            )
 
     def __str__(self) -> str:
         encoding = "" if self.encoding in ("cdr", "ros1") else f", {self.encoding}"

@@ -3,6 +3,7 @@
 
 import os
 import shutil
+import sqlite3
 import tempfile
 from collections.abc import Iterator, Mapping
 from pathlib import Path
@@ -51,7 +52,7 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
     `InputError` where it cannot be written, for another suffix and for static poses,
     which have no times.
     """
-    target = Path(path).resolve()
+    target = Path(os.path.realpath(path))
     if target.suffix not in (".bag", ".mcap", ""):
         raise InputError(
             f"'{target.suffix}' is not a bag that is written",
@@ -76,10 +77,9 @@ def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
             )
         finally:
             shutil.rmtree(folder, ignore_errors=True)
-    except OSError as error:
-        raise InputError(
-            f"cannot be written ({error.strerror or error})", where=path
-        ) from error
+    except (OSError, sqlite3.Error) as error:
+        why = getattr(error, "strerror", None) or error
+        raise InputError(f"cannot be written ({why})", where=path) from error
     written = {name for group in groups for name in streams_of(group)}
     return tuple(name for name in recording.streams if name not in written)
 
