@@ -5,7 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.messages import note, warning
+from hefting.core.messages import note
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask, median, own
 from hefting.ingest.lost_rows import with_time_of_lost_rows
@@ -18,8 +18,6 @@ WHOLE = 0.6
 ones."""
 MOST = 0.3
 """Share of short intervals above which the times have another cause."""
-MANY = 0.05
-"""Share of samples given another time above which a warning is given."""
 
 
 def with_mended_times(recording: Recording, source: Source = "auto") -> Recording:
@@ -46,15 +44,13 @@ def _with_bunches_spread(recording: Recording) -> Recording:
     found = replace(recording, streams=streams, angles=angles)
     name = max(streams, key=lambda n: spread[id(recording[n].time)][1].mean())
     moved = spread[id(recording[name].time)][1]
-    said = warning(
+    said = note(
         "times-bunched",
         f"{moved.sum()} of {len(moved)} times of the {name} come several at once after a "
         "pause, as times of arrival do: they were spread over it; log the time of each "
         "sample",
     )
-    if moved.mean() > MANY:
-        return replace(found, warnings=(*recording.warnings, said))
-    return replace(found, notes=(*recording.notes, note(said.code, str(said))))
+    return replace(found, notes=(*recording.notes, said))
 
 
 def spread_bunches(time: Array) -> tuple[Array, Mask]:
