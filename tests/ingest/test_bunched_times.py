@@ -27,8 +27,8 @@ def delayed(time, *stalls, apart=1e-4):
 
 @pytest.mark.parametrize(
     "stalls",
-    [((0.4005, 0.4305),), ((0.2011, 0.2051),), ((0.3003, 0.3203), (0.3101, 0.3391))],
-    ids=["long", "of two", "two in a row"],
+    [((0.4005, 0.4305),), ((0.2011, 0.2071),), ((0.3003, 0.3203), (0.3101, 0.3391))],
+    ids=["long", "of three", "two in a row"],
 )
 def test_bunches_are_spread_over_the_pause_before_them(stalls):
     time = STEP * np.arange(500)
@@ -40,7 +40,8 @@ def test_bunches_are_spread_over_the_pause_before_them(stalls):
 
 
 def test_other_times_stay_as_they_are():
-    """With jitter, lost rows, a pause, pairs of samples, and bunches without a pause."""
+    """With jitter, lost rows, a pause, pairs of samples, one of which was late, and bunches
+    without a pause."""
     rng, time = np.random.default_rng(1), STEP * np.arange(500)
     pairs = np.repeat(2.0 * time[:250], 2) + np.tile((0.0, 1e-5), 250)
     crowded = np.insert(time, 250, time[249] + 1e-5 * np.arange(1, 9))
@@ -50,6 +51,7 @@ def test_other_times_stay_as_they_are():
         np.delete(time, rng.integers(1, 499, 40)),
         time + 0.3 * (time > 0.5),
         pairs,
+        delayed(time, (0.2011, 0.2051)),
         crowded,
         time[:3],
     ):

@@ -11,8 +11,10 @@ from hefting.core.spatial import Array, Mask, median, own
 from hefting.ingest.lost_rows import with_time_of_lost_rows
 from hefting.motion.measure import Source
 
-SHORT = 0.25
+SHORT = 0.1
 """Interval, over the usual one, below which two samples arrived together."""
+FEWEST = 3
+"""Samples of a bunch: two come together by jitter as well."""
 WHOLE = 0.6
 """Intervals that a pause and its bunch may last longer or shorter than as many usual
 ones."""
@@ -72,6 +74,7 @@ def spread_bunches(time: Array) -> tuple[Array, Mask]:
     before, after = before[inside], after[inside]
     lasted = time[after] - time[before]
     whole = np.abs(lasted - (after - before) * usual) < WHOLE * usual
+    whole &= after - before > FEWEST
     for start, end in zip(before[whole].tolist(), after[whole].tolist(), strict=True):
         moved[start + 1 : end] = True
     if not moved.any():
