@@ -11,6 +11,7 @@ from hasty_pictures import draw_hastily
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
+from hefting.core.messages import Message
 from hefting.core.spatial import rotation_matrices
 from hefting.logs import write_log
 from hefting.planning import plan
@@ -162,6 +163,18 @@ def test_it_begins_with_what_an_estimate_knows(run, arm, tmp_path):
     # 95 % of 0.01 kg of 0.8 kg
     assert before["mass"] == pytest.approx(1.96 * 0.01 / 0.8, rel=0.05)
     assert after["mass"] < before["mass"]
+
+
+@pytest.mark.parametrize(("severity", "status"), [("warning", 0), ("error", 3)])
+def test_a_doubtful_estimate_is_told(run, arm, tmp_path, severity, status):
+    doubt = Message("wrench-sign", "the sign is wrong", severity)
+    spread = np.diag(np.repeat((0.01, 0.002, 0.01), (1, 3, 6)) ** 2)
+    known = Estimate("Bayes", BODY, 100, covariance=spread, warnings=(doubt,))
+    known.save(tmp_path / "now.json")
+    given = words(arm, "--duration", 2, "--estimate", tmp_path / "now.json")
+    own, out, _ = run(*given)
+    assert own == status
+    assert f"{severity}: of the estimate: {doubt}" in out
 
 
 def test_noise_and_start_are_those_given(run, arm):

@@ -12,10 +12,16 @@ from rich.console import Group
 from rich.table import Table
 
 from hefting.cli import render, spell_out_signs
-from hefting.cli.report.estimate import estimate_report, print_lines
+from hefting.cli.report.estimate import (
+    assumptions,
+    estimate_report,
+    print_lines,
+    summary,
+)
 from hefting.cli.report.printing import print_report
 from hefting.core.estimate import Estimate
 from hefting.core.messages import warning
+from hefting.page.origin import assumptions as section
 from random_problems import random_body
 
 
@@ -102,3 +108,16 @@ def test_an_output_without_box_characters_gets_plain_ones(estimate, monkeypatch)
     print_lines(estimate_report(replace(estimate, warnings=())))
     out.flush()
     assert "| mass " in out.buffer.getvalue().decode("latin-1")
+
+
+def test_a_sign_that_is_uncertain_is_told_so_everywhere(estimate):
+    made = {"wrench": "on-object", "wrench_found": True, "gravity": (0.0, 0.0, -9.8)}
+    own = replace(
+        estimate, provenance=made, warnings=(warning("sign-uncertain", "either"),)
+    )
+    page = str(section(own, render).content)
+    for text in (*summary(own), *assumptions(own), page):
+        assert "found from gravity" not in text
+    assert "wrench on the object, uncertain" in " ".join(summary(own))
+    assert "wrench on-object (uncertain)" in " ".join(assumptions(own))
+    assert ", uncertain" in page

@@ -8,7 +8,8 @@ import pytest
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
-from hefting.core.messages import error
+from hefting.core.messages import error, warning
+from hefting.core.summary import sign_told
 from hefting.core.undetermined import Undetermined
 
 BODY = InertialParameters.from_com(
@@ -116,3 +117,15 @@ def test_an_interval_that_is_not_there():
     assert "center_of_mass" in str(refused.value)
     with pytest.raises(InputError, match="by Bayes has no intervals"):
         estimate(intervals=None).interval("mass")
+
+
+@pytest.mark.parametrize(
+    ("found", "code", "told"),
+    [
+        (False, "sign-uncertain", "as given"),
+        (True, "sign-uncertain", "uncertain"),
+        (True, "no-shape", "found from gravity"),
+    ],
+)
+def test_a_sign_that_is_uncertain_is_not_found(found, code, told):
+    assert sign_told({"wrench_found": found}, ("other", warning(code, ""))) == told

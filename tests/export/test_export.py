@@ -207,7 +207,7 @@ def test_arguments():
         export(estimate, "urfd")
     with pytest.raises(InputError, match="proper rotation"):
         export(estimate, "ur", np.diag((1.0, 1, -1, 1)))
-    for name in ("", "a\nb", "world"):
+    for name in ("", "a\nb", "world", None, 5):
         with pytest.raises(InputError, match="cannot name"):
             export(estimate, "urdf", name=name)
     for target in ("usd", "ur", "json"):

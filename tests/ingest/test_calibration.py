@@ -230,6 +230,31 @@ def test_the_bias_of_an_estimate_can_be_given_to_the_next(on_sensor, tmp_path):
     )
 
 
+@pytest.mark.parametrize("told", [False, True])
+@pytest.mark.parametrize("on_sensor", [False, True])
+def test_an_estimates_bias_serves_a_log_of_the_other_sign(on_sensor, told, tmp_path):
+    """Of the same sensor through a driver that negates what it reads; that is told, or
+    found from gravity."""
+    motion = UR5.motion(random_smooth(6.0, 100.0, 1.0, seed=1))
+    body, noise = hammer().parameters, Noise(0.1, 0.005)
+    given = {"noise": noise, "bias": BIAS, "on_sensor": on_sensor, "exact": True}
+    log = simulate(motion, body, **given)
+    first = identify(log, method="OLS", bias="estimate").estimate
+    first.save(tmp_path / "first.json")
+    wrench = replace(log["wrench"], values=-log["wrench"].values)
+    other = replace(log, streams={**log.streams, "wrench": wrench})
+    sign = ("on-object" if on_sensor else "on-sensor") if told else "auto"
+    path = tmp_path / "first.json"
+    found = identify(other, method="OLS", bias=path, wrench=sign)
+    made = found.estimate.provenance
+    assert made["wrench"] == ("on-object" if on_sensor else "on-sensor")
+    # the noise of the bias
+    subtracted = made["bias_subtracted"]
+    np.testing.assert_allclose(subtracted, -BIAS, atol=0.1)
+    assert found.estimate.mass == pytest.approx(first.mass, abs=1e-3)
+    assert found.estimate.verdict.usable
+
+
 def test_a_bias_in_standard_deviations_has_six_components_free_or_not():
     rng = np.random.default_rng(12)
     z = with_wrench(random_motion(rng, 200), random_body(rng), BIAS, rng, 0.1, 0.005)

@@ -194,3 +194,23 @@ def test_a_tool_that_was_not_on_the_sensor():
     assert found.verdict.level == "do not use"
     assert found.verdict.reasons[0].code == "tool-contradicts-wrench"
     assert "shape-contradicts-wrench" not in codes(found.warnings)
+
+
+@pytest.mark.parametrize("shape", [None, Shape.from_box(*NEAR)])
+def test_an_inertia_that_the_tools_own_recording_left_open_is_named(shape):
+    """As of a gripper at rest, of which any inertia stands: not the motion of this
+    recording, nor the shape."""
+    heavy = InertialParameters(4.0 * GRIPPER.vector)
+    C = np.diag(np.repeat((1e-8, np.inf), (4, 6)))
+    none = InertialParameters(np.where(np.isinf(C.diagonal()), 0.0, heavy.vector))
+    tool = Estimate("OLS", none, 100, covariance=C)
+    both = InertialParameters(heavy.vector + OBJECT.vector)
+    found = identify(log(both, 10.0, 2), shape, tool=tool).estimate
+    assert "misfit" not in codes(found.warnings)
+    code = "not-identifiable" if shape is None else "open-without-shape"
+    [said] = [own for own in found.warnings if own.code == code]
+    assert "the tool's" in said
+    assert "record the gripper empty in motion" in said
+    assert "motion leaves" not in said
+    assert found.verdict.level == "good"
+    assert found.undetermined.inertia

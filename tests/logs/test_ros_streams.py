@@ -24,6 +24,7 @@ from bag_messages import (
 )
 from bags import write
 from hefting.core.errors import InputError
+from hefting.core.messages import codes
 from hefting.logs.ros import messages, read_bag
 
 
@@ -276,3 +277,24 @@ def test_what_is_in_a_write_ahead_log_is_missed(tmp_path):
         f"lacks what is still in {path.name}-wal: read up to"
         in read_bag(path).warnings[0]
     )
+
+
+def test_a_frame_that_is_asked_for_answers_where_poses_are(tmp_path):
+    """PoseStamped names the base's frame alone; the frame of poses that name their own
+    is not answered by the sensor's."""
+    messages_ = basic(wrench, lambda k: pose(k, frame="base"))
+    bag = write(tmp_path, "ros1.bag", messages_)
+    assert codes(read_bag(bag).warnings) == {"pose-frame-assumed"}
+    assert not read_bag(bag, sensor_frame="sensor").warnings
+    odometry = [
+        (
+            "/odom",
+            "nav_msgs/Odometry",
+            stamp(k),
+            {"child_frame_id": "flange", "stamp": stamp(k), "frame": "w"}
+            | {"pose.pose.orientation": POSES[k, 3:]},
+        )
+        for k in range(N)
+    ]
+    other = read(tmp_path, [*basic(wrench), *odometry], sensor_frame="sensor")
+    assert codes(other.warnings) == {"pose-frame-assumed"}

@@ -1,10 +1,13 @@
 """The sensor in the logged frame."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
+from hefting.core.messages import warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import pose_matrix
 from hefting.logs import read_log
@@ -34,6 +37,12 @@ def test_poses_are_composed(recording):
         )
         np.testing.assert_allclose(seen, logged @ pose, atol=1e-12)
     assert found["wrench"] is recording["wrench"]
+
+
+def test_where_the_sensor_is_answers_whose_poses_they_are(recording):
+    said = warning("pose-frame-assumed", "whose?"), warning("rows-lost", "some"), "old"
+    own = replace(recording, warnings=said)
+    assert with_sensor_pose(own, np.eye(4)).warnings == said[1:]
 
 
 def test_positions_of_another_clock_are_moved_at_their_own_times(recording):

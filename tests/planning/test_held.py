@@ -1,11 +1,14 @@
 """What is known of the object before the motion."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from problems import BODY
 
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
+from hefting.core.messages import Message
 from hefting.estimators import Bayes
 from hefting.planning.held import UNKNOWN_BOX, Held, box_corners
 from hefting.shapes import Shape
@@ -75,6 +78,15 @@ def test_the_box_of_no_shape_holds_the_com_of_an_estimate():
     half = 0.5 * np.ptp(np.array(UNKNOWN_BOX), axis=0)
     assert (low <= BODY.center_of_mass - half + 1e-12).all()
     assert (high >= BODY.center_of_mass + half - 1e-12).all()
+
+
+@pytest.mark.parametrize("severity", ["warning", "error"])
+def test_doubts_of_the_estimate_are_told(severity):
+    doubt = Message("bias-drifts", "the bias drifts", severity)
+    own = replace(estimate(np.eye(10)), warnings=(doubt,))
+    [told] = [each for each in Held.of(own, None).notes if each.severity != "note"]
+    assert (told.code, told.severity) == ("estimate-doubtful", severity)
+    assert doubt in told
 
 
 def test_an_estimate_without_covariance_is_refused():

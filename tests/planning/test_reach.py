@@ -4,9 +4,10 @@ import re
 
 import numpy as np
 import pytest
+from problems import BODY
 
 from hefting.core.accuracy import Accuracy
-from hefting.planning.result import Forecast, out_of_reach, time_needed
+from hefting.planning.result import Forecast, accuracy_by, out_of_reach, time_needed
 
 ASKED = Accuracy.parse("com=2mm,inertia=10%")
 
@@ -41,7 +42,7 @@ def test_how_long_it_takes_lies_between_two_durations():
     text = said(short, 0.05, longer)
     assert "out of reach within 5 s" in text
     assert "the inertia is known to" in text
-    assert float(re.search(r"about (\S+) to 78 s", text)[1]) == pytest.approx(60.0)
+    assert float(re.search(r"about (\S+) to 120 s", text)[1]) == pytest.approx(60.0)
 
 
 def test_only_what_no_motion_lessens_is_out_of_reach_of_any():
@@ -52,3 +53,20 @@ def test_only_what_no_motion_lessens_is_out_of_reach_of_any():
     text = said(short, 0.12, longer)
     assert "nor by any longer motion: by a sensor's usual accuracy" in text
     assert text.count("COM") == 0  # which is reached
+
+
+@pytest.mark.parametrize(
+    ("parameter", "open_ones"),
+    [(0, (True, True, True)), (2, (False, True, True)), (5, (False, False, True))],
+)
+def test_only_what_depends_on_an_open_parameter_is_open(parameter, open_ones):
+    C = 1e-8 * np.eye(10)
+    known = accuracy_by(C, BODY)
+    C[parameter, parameter] = np.inf
+    own = accuracy_by(C, BODY)
+    for name, open_ in zip(
+        ("mass", "center_of_mass", "inertia"), open_ones, strict=True
+    ):
+        expected = np.inf if open_ else getattr(known, name)
+        # the draws are the same
+        assert getattr(own, name) == pytest.approx(expected, rel=0.1)

@@ -20,6 +20,7 @@ from hefting.cli.outputs import is_picture, print_object
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
+from hefting.core.messages import verdict_of
 from hefting.core.quantity import numbers
 from hefting.request.planning import noise_of, of_joints, sensor_range_of, torques_of
 from hefting.request.settings import accuracy_of, shape_of
@@ -154,8 +155,11 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
     )
 
 
-def run(arguments: argparse.Namespace) -> None:
-    """Plan, save what was asked for, and print what is expected of it."""
+def run(arguments: argparse.Namespace) -> int:
+    """Plan, save what was asked for, and print what is expected of it; returns the exit
+    status, that of `hefting predict` for an estimate not to be used."""
+    from hefting.cli.report import exit_status
+
     a = arguments
     _check_outputs(a)
     _require_joints(a)
@@ -164,14 +168,16 @@ def run(arguments: argparse.Namespace) -> None:
         contents = [_content(found, path) for path in a.output]
     for path, content in zip(a.output, contents, strict=True):
         write_atomically(path, content)
+    status = exit_status(verdict_of(found.warnings))
     if a.json:
         print_object(found)
-        return
+        return status
     from hefting.cli.report.estimate import Line, print_lines
     from hefting.cli.report.plan import plan_report
 
     written = [Line(f"wrote {path}") for path in a.output]
     print_lines([*plan_report(found, a.verbose), *written], render)
+    return status
 
 
 def _check_outputs(a: argparse.Namespace) -> None:

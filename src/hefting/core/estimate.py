@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any, Protocol, Self, cast
@@ -23,7 +24,7 @@ from hefting.core.estimate_json import (
 )
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
-from hefting.core.messages import Message, Verdict, verdict_of
+from hefting.core.messages import Message, Verdict, error, verdict_of, warning
 from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
 from hefting.core.summary import body_lines, samples_told, warning_lines
 from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
@@ -355,6 +356,14 @@ def estimate_given(given: Estimate | Answered | str | Path) -> Estimate:
     if isinstance(given, str | Path):
         return Estimate.load(given)
     return estimate_of(given)
+
+
+def doubts_of(estimate: Estimate) -> Iterator[Message]:
+    """The gravest reason of its verdict, for what is made from an estimate."""
+    if estimate.verdict.reasons:
+        first = estimate.verdict.reasons[0]
+        say = warning if estimate.verdict.usable else error
+        yield say("estimate-doubtful", f"of the estimate: {first}")
 
 
 def com_jacobian(parameters: InertialParameters) -> Array:

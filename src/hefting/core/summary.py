@@ -1,10 +1,12 @@
 """Summary: an estimate in a few lines, for a prompt."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
 from hefting.core.inertia import InertialParameters
+from hefting.core.messages import codes
 from hefting.core.spatial import Array, Mask, tensor_to_vector
 from hefting.core.undetermined import Undetermined
 
@@ -52,6 +54,13 @@ def body_lines(
         f"  inertia at COM {', '.join(tensor[:3])}",
         f"                 {', '.join(tensor[3:])} g m²",
     ]
+
+
+def sign_told(made: Mapping[str, Any], warnings: Iterable[str]) -> str:
+    """How the wrench's sign of an estimate is known, by its provenance."""
+    if not made.get("wrench_found"):
+        return "as given"
+    return "uncertain" if "sign-uncertain" in codes(warnings) else "found from gravity"
 
 
 def samples_told(count: int) -> str:

@@ -167,7 +167,7 @@ def export(
 
 
 def _check_arguments(
-    target: Target, into: str | Path | None, link: str | None, name: str
+    target: Target, into: str | Path | None, link: str | None, name: object
 ) -> None:
     if into is not None and target.place is None:
         raise InputError(
@@ -176,9 +176,10 @@ def _check_arguments(
         )
     if link is not None and into is None:
         raise InputError(f"link '{link}' of which file?", fix="give `into`=FILE")
-    if not name.strip() or not name.isprintable() or len(name) > 200 or name == "world":
+    line = name if isinstance(name, str) and name.isprintable() else ""
+    if not line.strip() or len(line) > 200 or line == "world":
         raise InputError(
-            f"{name[:200]!r} cannot name a body",
+            f"{repr(name)[:200]} cannot name a body",
             fix="give one printable line, and not 'world'",
         )
 

@@ -31,6 +31,7 @@ from hefting.ingest.plausibility import (
     misfit_warnings,
     named_instead,
 )
+from hefting.ingest.tool import left_open
 from hefting.shapes import Shape
 
 LARGEST_CHANGE_BY_SHAPE = 2.0
@@ -70,18 +71,21 @@ def warnings_of(checked: Checked) -> tuple[str, ...]:
 def _undetermined(checked: Checked) -> Iterable[Message]:
     """What the motion leaves open: the estimate there follows from the shape, or from
     nothing."""
-    fit, estimator = checked.found.fit, checked.estimator
+    fit, estimator, tool = checked.found.fit, checked.estimator, checked.found.tool
     if not estimator.rests_on_shape or checked.shape is None:
         motion = checked.found.excitation
-        summary = identifiability(motion, fit, TYPICAL_SIZE).summary
+        summary = identifiability(motion, fit, TYPICAL_SIZE, tool).summary
         return [warning("not-identifiable", line) for line in summary]
     size = float(np.linalg.norm(checked.shape.extents))
     kinds = {name[0] for name in fit.open_parameters(size)}
     names = [n for n, kind in (("the COM", "m"), ("the inertia", "J")) if kind in kinds]
     if not names:
         return []
+    whose, fix = "motion", ""
+    if left_open(tool).any():
+        whose, fix = "tool's estimate", " (record the gripper empty in motion)"
     what = (
-        f"the motion leaves {' and '.join(names)} open: "
+        f"the {whose} leaves {' and '.join(names)} open{fix}: "
         f"what is shown follows from {estimator.assumes}"
     )
     return [warning("open-without-shape", what)]

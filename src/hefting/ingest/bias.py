@@ -50,24 +50,34 @@ def tare(recording: Recording, start: float, end: float) -> Array:
     return wrench.values[chosen].mean(axis=0)
 
 
-def load_bias(path: str | Path) -> Array:
-    """Read a bias (6,) [N, N m] from a JSON file, with the sign of the recording.
+@immutable
+class BiasOfEstimate:
+    """A bias as the file of an estimate has it."""
 
-    The file holds six numbers, or a key ``bias``, as an estimate does. Raises
-    `InputError` if it holds no six finite numbers.
+    values: Array
+    """(6,) [N, N m] with the sign of the wrench on the object"""
+    wrench: str
+    """convention of the log that it was found in"""
+
+    def recorded(self, wrench: str) -> Array:
+        """(6,) as a log of a convention has it; of ``"auto"``, as its own."""
+        own = self.wrench if wrench == "auto" else wrench
+        return -self.values if own == "on-sensor" else self.values
+
+
+def load_bias(path: str | Path) -> Array | BiasOfEstimate:
+    """Read a bias (6,) [N, N m] from a JSON file.
+
+    The file holds six numbers, with the sign of the recording, or a key ``bias``, as an
+    estimate does. Raises `InputError` if it holds no six finite numbers.
     """
-    data = read_json(path)
+    data, wrench = read_json(path), None
     try:
         values = np.asarray(
             data["bias"] if isinstance(data, dict) else data, dtype=float
         )
-        if (
-            isinstance(data, dict)
-            and (data.get("provenance") or {}).get("wrench") == "on-sensor"
-        ):
-            # an estimate has the sign of the wrench on the object, the log that on the
-            # sensor
-            values = -values
+        if isinstance(data, dict):
+            wrench = (data.get("provenance") or {}).get("wrench")
     except (ValueError, KeyError, TypeError, AttributeError, OverflowError) as error:
         raise InputError(
             f"holds no bias ({str(error)[:80]})",
@@ -77,12 +87,18 @@ def load_bias(path: str | Path) -> Array:
     if values.shape != (6,) or not np.isfinite(values).all():
         raise InputError("a bias is six finite numbers [N, N m]", where=path)
     check_magnitude(values, LARGEST["wrench"], "a bias", path)
+    if wrench in ("on-object", "on-sensor"):
+        return BiasOfEstimate(values, wrench)
     return values
 
 
-def bias_of(given: str | Path | ArrayLike) -> str | Array:
+def bias_of(
+    given: str | Path | ArrayLike | BiasOfEstimate,
+) -> str | Array | BiasOfEstimate:
     """A bias model's name, or the six numbers (6,) [N, N m] that are given, or that a
     JSON file holds; `InputError` for anything else."""
+    if isinstance(given, BiasOfEstimate):
+        return given
     if isinstance(given, Path) or (isinstance(given, str) and given.endswith(".json")):
         return load_bias(given)
     if isinstance(given, str):

@@ -12,6 +12,7 @@ from typing import Any, Literal
 import numpy as np
 
 from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready
 from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
@@ -22,6 +23,7 @@ from hefting.estimators.quadratic import RANK_TOLERANCE, stacked_factor
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import FreeFit
+from hefting.ingest.tool import left_open
 
 RigidModel = Literal["full", "reduced"]
 _EQUATIONS = {"full": FULL_EQUATIONS[6:16], "reduced": REDUCED_EQUATIONS[6:10]}
@@ -112,27 +114,25 @@ class Identifiability:
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; null for an infinite condition number."""
-        return json_ready(
-            {
-                name: getattr(self, name)
-                for name in self.__dataclass_fields__
-                if name != "summary"
-            }
-        )
+        own = self.__dataclass_fields__
+        return json_ready({n: getattr(self, n) for n in own if n != "summary"})
 
 
 def identifiability(
-    motion: Measurements | Excitation, fit: FreeFit, size: float
+    motion: Measurements | Excitation,
+    fit: FreeFit,
+    size: float,
+    tool: Estimate | None = None,
 ) -> Identifiability:
     """What measurements, or the sums over them, can tell of a body of about `size` [m],
-    of which `fit` is the unconstrained fit.
+    of which `fit` is the unconstrained fit, beside a `tool`.
 
     Open are `fit.open_parameters(size)`, beside a bias when the fit has one.
     """
     if isinstance(motion, Measurements):
         motion = Excitation.of(motion)
     moments = motion.moments
-    found = _Reasons(motion, fit, size).found()
+    found = _Reasons(motion, fit, size, tool).found()
     return Identifiability(
         rank_full=rank(moments, "full"),
         rank_reduced=rank(moments, "reduced"),
@@ -186,8 +186,11 @@ def _join_findings(findings: Iterable[_Finding]) -> tuple[str, ...]:
 class _Reasons:
     """Facts of one motion, and the reasons that follow from them."""
 
-    def __init__(self, motion: Excitation, fit: FreeFit, size: float):
+    def __init__(
+        self, motion: Excitation, fit: FreeFit, size: float, tool: Estimate | None
+    ):
         self._motion, self._fit, self._size = motion, fit, size
+        self._open_of_tool = left_open(tool)
         self._biased = fit.bias is not None
         self._std = np.sqrt(fit.covariance.diagonal()[:10])
         self._gravity = motion.directions_about(mean=self._biased)
@@ -220,13 +223,8 @@ class _Reasons:
             return _Finding("mass", reason)
         mass = abs(float(self._fit.vector[0]))
         excess = 3.0 * float(self._std[0]) / max(mass, 1e-300)
-        return _Finding(
-            "mass",
-            "",
-            excess,
-            f"a third of the {mass:.2g} kg found",
-            "is anything held?",
-        )
+        limit = f"a third of the {mass:.2g} kg found"
+        return _Finding("mass", "", excess, limit, "is anything held?")
 
     def _com(self, axis: int, open_directions: Array) -> _Finding:
         # the part of the axis that is open
@@ -358,6 +356,9 @@ class _Reasons:
             return "the mass itself is not known"
         if np.isfinite(self._std[index]):
             return None
+        if self._open_of_tool[index]:
+            what = "inertia" if index > 3 else "COM"
+            return f"the tool's {what} is open: record the gripper empty in motion"
         others = "other parameters or a bias" if self._biased else "other parameters"
         count = self._motion.samples
         samples = f"{count} sample{'s' * (count != 1)}"

@@ -17,7 +17,7 @@ from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.bias import FreeFits, bias_of, choose_bias
+from hefting.ingest.bias import BiasOfEstimate, FreeFits, bias_of, choose_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.bunched_times import with_mended_times
 from hefting.ingest.changes.stretches import change_warnings
@@ -64,7 +64,7 @@ def ingest(
     *,
     gravity: GravityLike = ON_EARTH,
     wrench: Literal["auto", "on-object", "on-sensor"] = "auto",
-    bias: str | Path | ArrayLike = "auto",
+    bias: str | Path | ArrayLike | BiasOfEstimate = "auto",
     motion: Source = "auto",
     start: float = 0.0,
     duration: float | None = None,
@@ -88,11 +88,23 @@ def ingest(
     read or understood.
     """
     check_convention(wrench)
+    bias = bias_of(bias)
+    again = partial(
+        ingest,
+        recording,
+        gravity=gravity,
+        motion=motion,
+        start=start,
+        duration=duration,
+        tool=tool,
+        hint=hint,
+    )
     recording, first = _read(recording, start, duration)
     whole = recording = with_mended_times(recording, motion)
     recording = without_blank_wrench(without_faulty_poses(recording, motion))
     recording, given_bias = _subtract_given_bias(
-        without_stalled_wrench(recording), bias
+        without_stalled_wrench(recording),
+        bias.recorded(wrench) if isinstance(bias, BiasOfEstimate) else bias,
     )
     require_changing_wrench(recording)
     may_be_biased = given_bias is None and bias != "none"
@@ -138,6 +150,10 @@ def ingest(
     state = SampleState.of(z)
     fits = FreeFits.of(state, found.inflation)
     sign = _choose_sign(wrench, found, fits, may_be_biased=may_be_biased)
+    if wrench == "auto" and isinstance(bias, BiasOfEstimate):
+        own = _choose_sign(wrench, found, fits, may_be_biased=True)
+        if own.certain and own.name != bias.wrench:
+            return again(bias=bias.recorded(own.name))
     bias_is_auto = isinstance(bias, str) and bias == "auto"
     free_bias, bias_warnings = choose_bias(
         found,
@@ -251,11 +267,9 @@ def check_convention(wrench: str) -> None:
 
 
 def _subtract_given_bias(
-    recording: Recording, bias: str | Path | ArrayLike
+    recording: Recording, given: str | Array
 ) -> tuple[Recording, Array | None]:
-    """The recording without a bias that is given, and that; `InputError` for an invalid
-    one."""
-    given = bias_of(bias)
+    """The recording without a bias that is given, and that."""
     if isinstance(given, str):
         return recording, None
     wrench = recording["wrench"]

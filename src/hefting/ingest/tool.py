@@ -18,7 +18,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, warning
 from hefting.core.regressor import predict_wrench
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, Mask
 
 UNDETERMINED_TOOL_INERTIA = 1.0
 """[m²] Standard deviation per kilogram of a tool's parameter that its own recording
@@ -57,12 +57,19 @@ def with_tool(estimate: Estimate, tool: Estimate) -> Estimate:
     )
 
 
+def left_open(tool: Estimate | None) -> Mask:
+    """(10,) parameters that the estimate of a tool leaves open."""
+    if tool is None or tool.covariance is None:
+        return np.zeros(10, dtype=bool)
+    return np.isinf(tool.covariance.diagonal())
+
+
 def tool_covariance(tool: Estimate | None) -> Array | None:
     """(10, 10) covariance of a tool that was subtracted, for parameters it left
     undetermined that of `UNDETERMINED_TOOL_INERTIA`; None where it has none."""
     if tool is None or tool.covariance is None:
         return None
-    undetermined = np.isinf(tool.covariance.diagonal())
+    undetermined = left_open(tool)
     covariance = np.where(np.isinf(tool.covariance), 0.0, tool.covariance)
     covariance[undetermined, undetermined] = np.square(
         UNDETERMINED_TOOL_INERTIA * tool.parameters.mass

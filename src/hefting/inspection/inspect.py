@@ -136,7 +136,7 @@ def _inspection(
             fit = fit.less(found.tool.parameters.vector, found.tool.covariance)
         comparable = not fit.mass_is_open and found.source != "orientation"
         facts = wrench_facts(found, fit, comparable)
-        identifiable = identifiability(found.excitation, fit, TYPICAL_SIZE)
+        identifiable = identifiability(found.excitation, fit, TYPICAL_SIZE, found.tool)
         hint = _hint(gravity, found.conditioned)
         warnings = list(found.warnings)
         try:

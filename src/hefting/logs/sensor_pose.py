@@ -12,6 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
+from hefting.core.messages import codes
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, check_pose, frozen, pose_matrix
 from hefting.logs.orientations import orientations_at
@@ -20,6 +21,8 @@ SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
 """Keys of a column map that say where the sensor is in the logged frame."""
 MOTION_OF_A_POINT = ("linear_velocity", "linear_acceleration")
 """Streams that are of one point of the moving frame, in world axes."""
+POSES_ASSUMED = "pose-frame-assumed"
+"""Code of what a reader says of poses that may be of another frame than the sensor's."""
 FARTHEST_SENSOR = 3.0
 """[m] Distance from the logged frame that is in another unit."""
 
@@ -77,7 +80,8 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
             streams["position"] = replace(
                 position, values=position.values + axes.apply(arm)
             )
-    return replace(recording, streams=streams, sensor_pose=None)
+    told = tuple(own for own in recording.warnings if codes((own,)) != {POSES_ASSUMED})
+    return replace(recording, streams=streams, sensor_pose=None, warnings=told)
 
 
 def with_given_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:

@@ -11,6 +11,7 @@ from hefting.core.errors import HeftingError
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
+from hefting.core.summary import sign_told
 from hefting.estimators import OLS, Estimator
 from hefting.identification.checks import with_diagnostics
 from hefting.identification.convergence import Convergence, convergence
@@ -175,7 +176,7 @@ def assumptions(estimate: Estimate, say: Say) -> Section:
     pairs = [
         ("Log", made.get("log", "not known")),
         ("Samples", _samples(estimate)),
-        ("Sign", _sign(made)),
+        ("Sign", _sign(estimate)),
         ("Frame", "all results in the sensor's axes, about its origin"),
         ("Gravity", _gravity(made)),
         ("Bias", _bias(estimate)),
@@ -196,10 +197,10 @@ def _samples(estimate: Estimate) -> str:
     return f"{estimate.samples:,} over {estimate.duration:.4g} s"
 
 
-def _sign(made: Mapping[str, Any]) -> str:
-    wrench = str(made.get("wrench", "not known"))
-    found = "found from gravity" if made.get("wrench_found") else "as given"
-    return f"{ACTS.get(wrench, wrench)}, {found}"
+def _sign(estimate: Estimate) -> str:
+    wrench = str(estimate.provenance.get("wrench", "not known"))
+    how = sign_told(estimate.provenance, estimate.warnings)
+    return f"{ACTS.get(wrench, wrench)}, {how}"
 
 
 def _gravity(made: Mapping[str, Any]) -> str:

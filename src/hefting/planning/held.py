@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.covariance import Covariance
 from hefting.core.errors import InputError
-from hefting.core.estimate import Estimate
+from hefting.core.estimate import Estimate, doubts_of
 from hefting.core.estimate_json import subtracted_tool
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
@@ -36,7 +36,7 @@ class Held:
     shape: Shape | None
     estimate: Estimate | None
     notes: tuple[Message, ...]
-    """what was assumed"""
+    """what was assumed, and whether the estimate is in doubt"""
 
     @property
     def tool(self) -> Array:
@@ -62,6 +62,7 @@ class Held:
             notes.append(note("plan-body-assumed", what, "estimate"))
         else:
             body, information = _known(estimate)
+            notes += doubts_of(estimate)
         if shape is None:
             corners = _unknown_corners(estimate)
             low, high = (1e3 * corners[i] for i in (0, -1))

@@ -259,6 +259,8 @@ def plan(
         robot, limits, held, space, sensor, g, start, asked, stop_and_go, seed
     )
     best, forecast = planner.reaching(duration, effort)
+    assumed = _assumed(acceleration, jerk)
+    told = (*held.notes, *sensor.notes, *assumed, *space.messages)
     return Plan(
         joints=robot.joints,
         tip=tip,
@@ -272,13 +274,8 @@ def plan(
         usage=best.usage.shares,
         clearance=best.usage.clearance,
         binding=best.usage.binding,
-        notes=(
-            *held.notes,
-            *sensor.notes,
-            *_assumed(acceleration, jerk),
-            *(own for own in space.messages if own.severity == "note"),
-        ),
-        warnings=tuple(own for own in space.messages if own.severity == "warning"),
+        notes=tuple(own for own in told if own.severity == "note"),
+        warnings=tuple(own for own in told if own.severity != "note"),
         settings={
             "noise": sensor.levels,
             "gravity": g.tolist(),

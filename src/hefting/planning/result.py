@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
-from dataclasses import asdict, dataclass, field
+from dataclasses import asdict, astuple, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -237,19 +237,22 @@ def _deviations(C: Array | None, body: InertialParameters) -> Array:
 
 
 def accuracy_by(C: Array | None, body: InertialParameters) -> Accuracy:
-    """What errors do not exceed with probability `LEVEL`."""
-    if C is None or not np.isfinite(C).all():
+    """What errors do not exceed with probability `LEVEL`; infinite where open."""
+    if C is None:
         return Accuracy(np.inf, np.inf, np.inf)
-    values, vectors = np.linalg.eigh(C)
+    values, vectors = np.linalg.eigh(np.where(np.isfinite(C), C, 0.0))
     half = vectors * np.sqrt(np.maximum(values, 0.0))
     normal = np.random.default_rng(0).standard_normal((DRAWS, 10))
-    return Accuracy.of_draws(body.vector + normal @ half.T, body, LEVEL)
+    known = Accuracy.of_draws(body.vector + normal @ half.T, body, LEVEL)
+    each = zip(astuple(known), np.split(_deviations(C, body), (1, 4)), strict=True)
+    return Accuracy(*(own if np.isfinite(std).all() else np.inf for own, std in each))
 
 
 LONGEST = 120.0
 """[s] of a plan."""
-SLACK = 1.3
-"""Times the duration by which it may be missed, as motions differ."""
+SLACK = 2.0
+"""Times the duration by which it may be missed, as motions differ: by six seeds each, a
+motion 1.6 times as long still left up to a tenth too much."""
 
 
 def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:

@@ -1,6 +1,7 @@
 """Search for the best motion: random ones first, the best of them optimised, and of
 those that keep every limit the best."""
 
+from collections import Counter
 from dataclasses import replace
 from typing import NamedTuple
 
@@ -15,6 +16,7 @@ from hefting.planning.kinematics import Trajectory
 from hefting.planning.limits import CLEARANCE
 from hefting.planning.optimise import Search, fill_share, random_motion
 from hefting.planning.problem import Problem
+from hefting.planning.solids import OBJECT
 from hefting.planning.space import Space
 
 MOST_REPAIRS = 5
@@ -30,6 +32,8 @@ STARTS_A_START = 4
 """Random motions from each random place to start from."""
 DRAWS = 400
 """Random places that are tried for one that is free."""
+LOOKED_AT = 100
+"""Of them, for what they are near where none is free."""
 ELBOW_ROOM = 0.03
 """[m] that a random place to start from is free of everything, where there is one."""
 
@@ -193,8 +197,7 @@ class Searcher:
         if not found and room.max() >= CLEARANCE:
             raise self._infeasible(problem, draws[[int(np.argmax(room))]])
         if not found:
-            what = f"none of {DRAWS} random places to start from is clear of everything"
-            raise InputError(what, fix="give `start`, or relax `keep`")
+            raise _nowhere_clear(self.space, draws)
         return np.array(found)
 
     def require_free(self, problem: Problem, start: Array) -> None:
@@ -230,6 +233,24 @@ class Searcher:
         still = self.found(own, np.zeros(own.size))
         what = f"no motion keeps all limits; the tightest is {still.usage.worst}"
         return InputError(what, fix="relax it, or start elsewhere (`start`)")
+
+
+def _nowhere_clear(space: Space | None, draws: Array) -> InputError:
+    """The error of random places (d, n) that are all near something: what it is most
+    often, and what can be done about that."""
+    assert space is not None  # as else all are clear
+    near = Counter(space.nearest(q)[1] for q in draws[:LOOKED_AT])
+    [(names, count)] = near.most_common(1)
+    what = (
+        f"none of {len(draws)} random places to start from is clear of everything: most "
+        f"often ({100 * count / len(draws[:LOOKED_AT]):.0f} %) it is {names}"
+    )
+    fix = "`srdf`, if these cannot touch"
+    if any(names.endswith(half.text) for half in space.half_spaces):
+        fix = "relax `keep`"
+    elif OBJECT in names:
+        fix = "the object's own `shape`, or its box"
+    return InputError(what, fix=f"give `start`, or {fix}")
 
 
 def effort_named(name: str) -> Effort:

@@ -10,12 +10,12 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
-from hefting.core.estimate import Answered, Estimate, estimate_given
+from hefting.core.estimate import Answered, Estimate, doubts_of, estimate_given
 from hefting.core.estimate_json import numbers_in, subtracted_tool
 from hefting.core.gravity import ON_EARTH, Gravity
 from hefting.core.magnitudes import LARGEST_GRAVITY
 from hefting.core.measurements import Measurements
-from hefting.core.messages import Message, error, note, warning
+from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import SensorAccuracy
@@ -206,10 +206,7 @@ def _peak(
 
 def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Message]:
     """Of the estimate; `borne` is whether the tool is in the prediction."""
-    if estimate.verdict.reasons:
-        first = estimate.verdict.reasons[0]
-        say = warning if estimate.verdict.usable else error
-        yield say("estimate-doubtful", f"of the estimate: {first}")
+    yield from doubts_of(estimate)
     if estimate.covariance is None:
         others = " and ".join(
             name for name, kind in reversed(METHODS.items()) if kind.gives_covariance

@@ -167,7 +167,7 @@ def identify_requested(
 def reading_of_one(request: Any, recording: Any) -> dict[str, Any]:
     """How one recording is to be read, as arguments of `hefting.identify`."""
     reading = reading_of(request, gravity_of(request), [recording])
-    if not isinstance(reading["bias"], str):
+    if isinstance(reading["bias"], list):
         (reading["bias"],) = reading["bias"]
     return reading
 

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
     from hefting.core.spatial import Array
+    from hefting.ingest.bias import BiasOfEstimate
     from hefting.robots import Robot
     from hefting.shapes import Shape
 
@@ -99,18 +100,16 @@ def reading_of(
 
 
 def _biases(text: str, recordings: "list[Recording]"):
-    """A bias model's name, or six numbers for each recording."""
+    """A bias of all recordings, or six numbers for each."""
     from hefting.ingest.bias import tare
 
     said = bias_said(text)
-    if isinstance(said, str):
-        return said
     if isinstance(said, list):
         return [tare(recording, *said) for recording in recordings]
-    return [said for _ in recordings]
+    return said
 
 
-def bias_said(text: str) -> "str | list[float] | Array":
+def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
     """A bias model's name, the ends of a tare window [s], or six numbers of a file."""
     from hefting.ingest.bias import load_bias
 

@@ -17,7 +17,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
-from hefting.core.summary import samples_told
+from hefting.core.summary import samples_told, sign_told
 
 if TYPE_CHECKING:
     from hefting.core.metrics import Errors
@@ -217,7 +217,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
     yield what
     yield from _describe_recordings(estimate)
     if "wrench" in made:
-        yield _describe_wrench(made)
+        yield _describe_wrench(estimate)
     if "torque_gain_std" in made:
         yield _describe_torques(made)
     if made.get("tool"):
@@ -253,8 +253,9 @@ def _describe_recordings(estimate: Estimate) -> Iterable[str]:
             yield f"{text}; {found.replace('found with it, ', '')}"
 
 
-def _describe_wrench(made: Mapping[str, Any]) -> str:
-    how = "found from gravity" if made.get("wrench_found") else "as given"
+def _describe_wrench(estimate: Estimate) -> str:
+    made = estimate.provenance
+    how = sign_told(made, estimate.warnings)
     g = ", ".join(f"{x:g}" for x in made["gravity"])
     found = ", found" if made.get("gravity_found") else ""
     std = made.get("gravity_std")
@@ -294,7 +295,7 @@ def summary(estimate: Estimate) -> Iterable[str]:
         )
     elif "wrench" in made:
         side = "object" if made["wrench"] == "on-object" else "sensor"
-        how = "found from gravity" if made.get("wrench_found") else "as given"
+        how = sign_told(made, estimate.warnings)
         text += f"; wrench on the {side}, {how}"
     yield text
     yield from (

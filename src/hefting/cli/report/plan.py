@@ -25,7 +25,7 @@ def plan_report(plan: Plan, verbose: bool = False) -> list[Line]:
     """What was planned, half-widths now and after it beside what was asked, what binds,
     and what was assumed; with `verbose` also how much of each limit is used."""
     lines = [Line(_headline(plan), "bold")]
-    lines += [Line(f"warning: {text}", "yellow") for text in plan.warnings]
+    lines += [Line(f"{own.severity}: {own}", "yellow") for own in plan.warnings]
     lines += [Line(text, whole=True) for text in _table(plan)]
     lines += [Line(f"binds: {text}") for text in plan.binding]
     lines.append(Line(_speed(plan)))

@@ -134,7 +134,8 @@ class Streams:
             self._check_world(topic, frame)
             self._note(what, topic, frame)
             self.world = frame
-        self._warn_about_pose(topic, frame, child, bool(chain))
+        if not (chain if child else self.asked_for_sensor):
+            self._warn_about_pose(topic, frame, child)
         self._split_pose(series)
 
     def _chain_of_poses(
@@ -159,16 +160,15 @@ class Streams:
                 f"{self.path}, {topic.topic.name}",
             )
 
-    def _warn_about_pose(
-        self, topic: Gathered, frame: str, child: str, chained: bool
-    ) -> None:
-        """A warning unless it is known where on the sensor the poses are."""
-        if (chained and child) or (frame, self.sensor) == (WORLD, SENSOR):
+    def _warn_about_pose(self, topic: Gathered, frame: str, child: str) -> None:
+        """A warning, but of logs of this library, that it is not known where on the
+        sensor the poses are."""
+        if (frame, self.sensor) == (WORLD, SENSOR):
             return
         of = f" of {child}" if child else ""
         what = (
             f"nothing tells where the poses{of} of {topic.topic.name} are on the sensor: "
-            "they are taken to be the sensor's own"
+            "they are taken to be the sensor's own: if so give `sensor_frame`, else `sensor_pose_in_log`"
         )
         self._warn("pose-frame-assumed", what, "sensor_frame")
 
