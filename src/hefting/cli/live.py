@@ -67,8 +67,8 @@ FASTEST = 100.0
 ROLES = ("wrench", "pose", "joint", "imu")
 """Roles whose topics can be named."""
 
-TOLD_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept")
-"""Messages that say what the final answer is of."""
+TOLD_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept", "live-failed")
+"""Messages that say what the final answer is of, and what ended the live ones."""
 
 STEP = 0.2
 """Longest wait for an estimate before it is looked what the source does [s]."""

@@ -9,8 +9,9 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
+from hefting.core.time_order import in_order
 from hefting.logs.growing import Growing
-from hefting.online.samples import Samples, arrays_of, possible
+from hefting.online.samples import Samples, arrays_of, joined, possible
 from hefting.online.series import Series
 
 MOST_ROWS = 6_000
@@ -48,6 +49,9 @@ class History:
         """[s] Newest stamp of any stream."""
         self.silence: dict[str, float] = {}
         """[s] How far the others went on since a stream's last sample."""
+        self.set_back: Message | None = None
+        """That a clock went back, by less than makes it another one, where it did."""
+        self._recent: dict[str, Samples] = {}
         self._before_jump: dict[str, float] = {}
         self._far = 0
         self._leaps: dict[str, tuple[float, int]] = {}
@@ -86,6 +90,10 @@ class History:
         self._count("of the clock before", ~own)
         self._count("of another clock", ~near)
         time, values = time[own][near], values[own][near]
+        if len(time):
+            advances = self._advances(name, time, values)
+            self._count("stamped again", ~advances)
+            time, values = time[advances], values[advances]
         self.samples += len(time)
         if len(time):
             series = self._series(name)
@@ -130,7 +138,7 @@ class History:
         """All samples, which are forgotten: those of another clock follow."""
         whole = self.recording()
         self._before_jump = {n: each.latest for n, each in self.series.items()}
-        self.series = {}
+        self.series, self._recent = {}, {}
         self.latest = -np.inf
         self.kept.begin_clock()
         return whole
@@ -155,6 +163,35 @@ class History:
                 what = f"samples of {name} are more than {FORWARD:g} s apart"
                 fix = "give time in seconds, not in micro- or nanoseconds"
                 raise InputError(what, "live", fix)
+
+    def _advances(self, name: str, time: Array, values: Array) -> Mask:
+        """Which samples (n,) of a stream are not of a clock that was set back: so many
+        in order between earlier ones, and of other values, are neither late nor sent
+        again."""
+        new = Samples(name, time, values)
+        held = self._recent.get(name, Samples(name, time[:0], values[:0]))
+        _, time, values = joined([held, new])[-1]
+        good = np.ones(len(time), dtype=bool)
+        newest = np.maximum.accumulate(time)
+        begins = np.flatnonzero(time >= newest) + 1
+        ends = np.append(begins[1:] - 1, len(time))
+        for k in np.flatnonzero(np.minimum(ends - begins, begins) >= CONFIRMED):
+            first, run = begins[k], slice(begins[k], ends[k])
+            if (np.diff(time[run]) < 0.0).any():
+                continue
+            order = np.argsort(time[:first], kind="stable")
+            before = time[order]
+            at = np.searchsorted(before, time[run])
+            mixed = before[at] - time[run] < 1.5 * np.median(np.diff(before))
+            mixed &= (values[order[at]] != values[run]).any(axis=1)
+            if mixed.sum() >= CONFIRMED:
+                good[run] = False
+                what = f"the clock of {name} went back by {newest[first] - time[first]:.1g} s"
+                why = f"{what}: samples that it stamped again are left out"
+                self.set_back = self.set_back or warning("clock-set-back", why)
+        lately = time > newest[-1:] - BACKWARD
+        self._recent[name] = Samples(name, time[lately], values[lately])
+        return good[-len(new.time) :]
 
     def _jump(self, name: str, time: Array) -> tuple[Mask, Message | None]:
         """Which samples (n,) of a stream are of the clock so far, and a message once so
@@ -203,19 +240,15 @@ class Kept:
         if self.whole:
             self._clocks.append({})
 
-    def recordings(self, source: str) -> list[Recording]:
-        """A recording of each clock that has wrench and poses, after which nothing can
+    def clocks(self) -> list[dict[str, Stream]]:
+        """The streams of each clock that has wrench and poses, after which nothing can
         be added; none where not all samples are there."""
-        found: list[Recording] = []
+        found: list[dict[str, Stream]] = []
         for clock in self._clocks:
             streams = {name: column.stream() for name, column in clock.items()}
             there = {name: s for name, s in streams.items() if s is not None}
-            if not {"wrench", "orientation"} <= set(there):
-                continue
-            try:
-                found.append(Recording(there, source=source))
-            except InputError:
-                continue
+            if {"wrench", "orientation"} <= set(there):
+                found.append(there)
         self._clocks = []
         return found
 
@@ -236,5 +269,5 @@ class _Column:
     def stream(self) -> Stream | None:
         """In order of time, each stamp once, as readers of logs take them."""
         time, values = self._time.finish(), self._values.finish()
-        _, first = np.unique(time, return_index=True)
-        return Stream(time[first], values[first]) if len(first) else None
+        kept = in_order(time)
+        return Stream(time[kept], values[kept]) if len(kept) else None

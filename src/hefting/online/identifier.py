@@ -20,7 +20,7 @@ from hefting.core.errors import HeftingError, InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import Noise
-from hefting.core.messages import Message
+from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.estimators import Estimator, default_method, method_named, methods_with
 from hefting.estimators.base import Known
@@ -231,7 +231,7 @@ class LiveIdentifier:
         Returns
         -------
         LiveEstimate or None
-            None where no sample came.
+            None where no sample came. What made live estimates stop is told by it.
         """
         self._stop.set()
         self._came.set()
@@ -249,15 +249,21 @@ class LiveIdentifier:
         last = self._latest
         if self._pipeline.history.samples:  # what came and was said meanwhile counts
             last = self._pipeline.told()
+        if self._failure is not None:
+            if last is None:
+                raise self._failure
+            said = warning("live-failed", f"live estimates ended: {self._failure}")
+            last = replace(last, messages=(*last.messages, said))
         if last is None:
             return None
         recordings: list[Any] | None = [log]
-        if log is None:
-            kept = self._pipeline.history.kept
-            recordings = kept.recordings("live") if kept.whole else None
-        self._tell(
-            final_estimate(last, recordings, self.settings, self._pipeline.object_since)
-        )
+        history = self._pipeline.history
+        # a log holds what a clock that went back stamped again
+        if log is None or (history.set_back and history.kept.whole):
+            recordings = history.kept.clocks() if history.kept.whole else None
+        since = self._pipeline.object_since
+        found = final_estimate(last, recordings, self.settings, since)
+        self._tell(self._pipeline.doubted(found))
         return self._latest
 
     def __enter__(self) -> Self:

@@ -17,7 +17,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
-from hefting.core.recording import Recording
+from hefting.core.recording import Recording, Stream
 from hefting.estimators import Estimator
 from hefting.identification.estimator import accuracy_of, shape_of
 from hefting.identification.identify import identify_understood
@@ -109,7 +109,7 @@ def _plain(value: Any) -> Any:
 
 def final_estimate(
     last: LiveEstimate,
-    recordings: Sequence[Recording | str | Path] | None,
+    recordings: Sequence[Recording | str | Path | dict[str, Stream]] | None,
     settings: Settings,
     since: float | None,
 ) -> LiveEstimate:
@@ -131,7 +131,12 @@ def final_estimate(
     start, understood, before = 0.0, None, last.previous
     shape, hyperparameters = settings.shape, dict(settings.hyperparameters)
     try:
-        logs = [as_recording(each) for each in recordings]
+        logs = [
+            Recording(each, source="live")
+            if isinstance(each, dict)
+            else as_recording(each)
+            for each in recordings
+        ]
         if since is not None:  # an object is held in one clock: the last
             logs = logs[-1:]
             # a record counts from its own start: what the two share is the end

@@ -243,7 +243,7 @@ class Pipeline:
         z = self._fold()
         said: list[Message] = list(self._messages)
         state = self._state(said)
-        return LiveEstimate(
+        found = LiveEstimate(
             float(self.history.latest),
             state,
             self._estimate,
@@ -253,6 +253,15 @@ class Pipeline:
             tuple(said),
             {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
         )
+        return self.doubted(found)
+
+    def doubted(self, found: LiveEstimate) -> LiveEstimate:
+        """An estimate that is in doubt where a clock was set back."""
+        said, estimate = self.history.set_back, found.estimate
+        if said is None or estimate is None:
+            return found
+        own = (*estimate.warnings, said)
+        return replace(found, estimate=replace(estimate, warnings=own))
 
     def _fold(self) -> Measurements | None:
         """Have the estimate with the samples since the last understanding, which are
