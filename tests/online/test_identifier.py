@@ -280,3 +280,18 @@ def test_streams_that_are_no_recording_are_a_cause_that_is_named(recording):
     said = live.close().messages[-1]
     assert "no final answer" in said
     assert "differ in number" in said
+
+
+def test_a_restart_among_samples_that_come_at_once_loses_none():
+    """Of all streams what is before comes first, whatever waits."""
+    live = hefting.LiveIdentifier(in_process=False)
+    time = np.arange(300) * 0.01
+    for begin in (0, 100, 200, 0, 100, 200):
+        part = time[begin : begin + 100]
+        live.add("wrench", part, np.ones((100, 6)))
+        live.add("orientation", part, np.tile([0.0, 0.0, 0.0, 1.0], (100, 1)))
+    found = live.step()
+    live.close()
+    assert found.counts["samples"] == 1200
+    assert not +found.counts["skipped"]
+    assert [m.code for m in found.messages].count("clock-jumped") == 1

@@ -126,6 +126,29 @@ def test_a_clock_is_another_only_when_several_samples_say_so():
     assert held.skipped["of the clock before"] == 1
 
 
+@pytest.mark.parametrize("count", [1, 60, 600])
+@pytest.mark.parametrize("back", [1.5, 7.0])
+def test_a_clock_that_begins_anew_may_pass_the_stamps_of_the_one_before(back, count):
+    held = History()
+    held.add(Samples("wrench", np.arange(700) * 0.01, np.zeros((700, 6))))
+    time = 7.0 - back + np.arange(1000) * 0.01
+    late = np.array([6.995])
+    jumped = False
+    for k in range(0, 1000, count):
+        some = Samples(
+            "wrench", time[k : k + count], np.zeros((len(time[k:][:count]), 6))
+        )
+        if held.add(some) is not None:
+            held.take_all()
+            assert held.add(Samples("wrench", late, np.zeros((1, 6)))) is None
+            held.add(some)
+            jumped = True
+    assert jumped
+    assert held.skipped["of the clock before"] == 1
+    assert held.samples >= 1700 - 10
+    assert held.series["wrench"].time[-1] == time[-1]
+
+
 @pytest.mark.parametrize("unit", [1e6, 1e9])
 @pytest.mark.parametrize("start", [0.0, 1.7e9])
 @pytest.mark.parametrize("together", [1, 5])

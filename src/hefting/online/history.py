@@ -23,8 +23,9 @@ out of order or after an interruption are nearer."""
 CONFIRMED = 10
 """Samples in succession of another clock from which on it is believed; fewer are bad
 messages."""
-STRAGGLERS = 2.0
-"""[s] Stamps so near to the last one before a clock jumped are of the clock before."""
+STRAGGLERS, NEAR = 2.0, 0.5
+"""[s] Stamps so near to the last one before a clock jumped are of the clock before,
+unless they are so near to the newest of the clock since."""
 
 LONGEST_AHEAD = 1.0
 """[s] Most that one part of a stream counts as silence of the others: after an
@@ -53,6 +54,8 @@ class History:
         """That a clock went back, by less than makes it another one, where it did."""
         self._recent: dict[str, Samples] = {}
         self._before_jump: dict[str, float] = {}
+        self._begun = -np.inf
+        """[s] Stamp of the clock that is believed since a jump."""
         self._far = 0
         self._leaps: dict[str, tuple[float, int]] = {}
         """Last stamp of each stream, and how many in succession went ahead too far."""
@@ -81,8 +84,7 @@ class History:
             first (`take_all`), and the samples added again.
         """
         name, time, values = samples
-        before = self._before_jump.get(name, np.nan)
-        own = ~(np.abs(time - before) < STRAGGLERS)
+        own = self._of_this_clock(name, time)
         near, jumped = self._jump(name, time[own])
         if jumped is not None:
             self._far = 0
@@ -164,6 +166,17 @@ class History:
                 fix = "give time in seconds, not in micro- or nanoseconds"
                 raise InputError(what, "live", fix)
 
+    def _of_this_clock(self, name: str, time: Array) -> Mask:
+        """Which samples (n,) of a stream are not on their way since before a jump."""
+        own = np.ones(len(time), dtype=bool)
+        before = self._before_jump.get(name)
+        newest = max(self._series(name).latest, self._begun)
+        if before is not None:
+            for i, t in enumerate(time.tolist()):
+                own[i] = abs(t - before) >= STRAGGLERS or abs(t - newest) < NEAR
+                newest = max(newest, t) if own[i] else newest
+        return own
+
     def _advances(self, name: str, time: Array, values: Array) -> Mask:
         """Which samples (n,) of a stream are not of a clock that was set back: so many
         in order between earlier ones, and of other values, are neither late nor sent
@@ -207,6 +220,7 @@ class History:
             if near[i]:
                 latest = max(latest, t)
             elif self._far >= CONFIRMED:
+                self._begun = t
                 what = f"the clock jumped by {apart:.6g} s: a new stretch begins"
                 return near, warning("clock-jumped", what)
         return near, None

@@ -30,7 +30,7 @@ from hefting.ingest.tool import load_tool
 from hefting.online.live_estimate import LiveEstimate, final_estimate
 from hefting.online.pipeline import Pipeline
 from hefting.online.process import Inline, Remote
-from hefting.online.samples import Samples, checked, joined, poses_of
+from hefting.online.samples import Samples, checked, is_apart, joined, poses_of
 from hefting.online.understanding import Settings
 from hefting.robots import Robot
 from hefting.shapes import as_shape
@@ -309,11 +309,18 @@ class LiveIdentifier:
             self._came.wait(LONGEST_WAIT)
 
     def _take(self) -> None:
-        """Pass on the samples that wait, those of a stream together."""
+        """Pass on the samples that wait, those of a stream together, but for those of
+        another clock: they come after the others of all streams."""
         waiting: dict[str, list[Samples]] = {}
         for _ in range(len(self._queue)):
             for each in self._with_poses(self._queue.popleft()):
+                if is_apart(waiting.get(each.stream, [each])[-1], each):
+                    self._pass_on(waiting)
+                    waiting = {}
                 waiting.setdefault(each.stream, []).append(each)
+        self._pass_on(waiting)
+
+    def _pass_on(self, waiting: dict[str, list[Samples]]) -> None:
         for parts in waiting.values():
             for samples in joined(parts):
                 self._pipeline.take(samples)
