@@ -255,6 +255,8 @@ def test_what_a_robot_takes_is_printed_at_the_end(run, log):
         (("-", "--export-to", "urr"), "--export-to"),
         (("-", "--urdf", "robot.urdf"), "--sensor-frame"),
         (("-", "--map", "map.toml"), "is for logs"),
+        (("-", "--sensor-turned", "45"), "'45' is no turn"),
+        (("-", "--sensor-turned", "z:4", "--sensor-pose-in-log", "p"), "give one of"),
         (("-", "--speed", "inf"), "--speed"),
         (("-", "--bias", "tare:0,2"), "'tare:0,2' is for recordings"),
     ],

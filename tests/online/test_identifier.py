@@ -295,3 +295,34 @@ def test_a_restart_among_samples_that_come_at_once_loses_none():
     assert found.counts["samples"] == 1200
     assert not +found.counts["skipped"]
     assert [m.code for m in found.messages].count("clock-jumped") == 1
+
+
+@pytest.mark.parametrize("poses", ["flange", "turned"])
+def test_poses_of_another_frame_become_those_of_the_sensor(recording, poses):
+    """As of a recording; also by a log that was written of the stream."""
+    pose = hefting.parse_pose("0.02,0,0.05,0,0,-0.38268,0.92388")
+    given = {"sensor_pose_in_log": pose}
+    if poses == "turned":
+        given, pose = (
+            {"sensor_turned": "z:-45"},
+            hefting.parse_pose("0,0,0,0,0,-0.3826834324,0.9238795325"),
+        )
+    # some frame of which the sensor is at `pose`
+    logged = hefting.with_sensor_pose(recording, np.linalg.inv(pose))
+    found = []
+    for log in (None, logged):
+        live = hefting.LiveIdentifier(in_process=False, **given)
+        for together in parts(logged, 1.0):
+            for samples in together:
+                live.add(samples)
+            live.step()
+        last = live.step().estimate
+        found.append(live.close(log).estimate)
+    whole = hefting.identify(logged, **given).estimate
+    for each in found:
+        np.testing.assert_allclose(
+            each.parameters.vector, whole.parameters.vector, rtol=1e-9
+        )
+    low, high = last.intervals["mass"]
+    assert low < whole.mass < high
+    assert last.verdict.usable

@@ -9,7 +9,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli import option_of, render
+from hefting.cli import render
 from hefting.cli.identify import add_hyperparameters
 from hefting.cli.options import (
     add_accept,
@@ -41,6 +41,7 @@ from hefting.request.settings import (
     hyperparameters_of,
     pose_of,
     robot_of,
+    sensor_pose_of,
     shape_of,
 )
 
@@ -332,10 +333,9 @@ def _request(a: argparse.Namespace) -> "Request":
     if not 0 < a.speed <= FASTEST:
         what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"
         raise InputError(what, "--speed", "use hefting identify for a whole log")
-    if "://" in a.source or a.source == "-":
-        for option in ("map", "sensor_pose_in_log", "sensor_turned"):
-            if getattr(a, option) is not None:
-                raise InputError("is for logs", option_of(option), "leave it out")
+    if a.map is not None and _is_live(a.source):
+        what = "is for logs: the source is to send what it says"
+        raise InputError(what, "--map", "leave it out")
     named = {role: getattr(a, f"{role}_topic") for role in ROLES}
     topics = {role: name for role, name in named.items() if name}
     if a.urdf:
@@ -347,6 +347,11 @@ def _request(a: argparse.Namespace) -> "Request":
         speed=a.speed,
         read=lambda path: recording_of(a, path),
     )
+
+
+def _is_live(source: str) -> bool:
+    """Whether a source is no log."""
+    return "://" in source or source == "-"
 
 
 def _settings(a: argparse.Namespace) -> dict[str, Any]:
@@ -366,6 +371,7 @@ def _settings(a: argparse.Namespace) -> dict[str, Any]:
         from hefting.ingest.tool import load_tool
 
         settings["tool"] = load_tool(a.tool)
-    if a.urdf and ("://" in a.source or a.source == "-"):
-        settings["robot"] = robot_of(a)
+    if _is_live(a.source):  # a log is read with them
+        settings["robot"] = robot_of(a) if a.urdf else None
+        settings["sensor_pose_in_log"] = sensor_pose_of(a)
     return settings

@@ -11,6 +11,7 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.core.time_order import in_order
 from hefting.logs.growing import Growing
+from hefting.logs.sensor_pose import with_given_sensor_pose
 from hefting.online.samples import Samples, arrays_of, joined, possible
 from hefting.online.series import Series
 
@@ -38,8 +39,8 @@ MOST_NUMBERS = 1_000_000
 class History:
     """The recent samples of all streams."""
 
-    def __init__(self, source: str = "live"):
-        self.source = source
+    def __init__(self, source: str = "live", sensor_pose: Array | None = None):
+        self.source, self.sensor_pose = source, sensor_pose
         self.series: dict[str, Series] = {}
         self.skipped: Counter[str] = Counter()
         """Samples that were left out, by reason."""
@@ -119,7 +120,14 @@ class History:
             name: series.stream(begin, end) for name, series in self.series.items()
         }
         streams = {name: stream for name, stream in found.items() if stream is not None}
-        return Recording(streams, source=self.source) if streams else None
+        return self.placed(streams) if streams else None
+
+    def placed(self, streams: dict[str, Stream]) -> Recording:
+        """Streams as a recording, with the poses of the sensor."""
+        whole = Recording(streams, source=self.source)
+        if self.sensor_pose is None or "orientation" not in streams:
+            return whole
+        return with_given_sensor_pose(whole, self.sensor_pose)
 
     def cut(self, before: float) -> None:
         """Forget what is earlier than `before` [s]."""

@@ -25,6 +25,7 @@ from hefting.core.recording import Recording
 from hefting.estimators import Estimator, default_method, method_named, methods_with
 from hefting.estimators.base import Known
 from hefting.identification.estimator import estimator_knowing, shape_of
+from hefting.identification.front import sensor_pose_of
 from hefting.ingest.bias import bias_of
 from hefting.ingest.tool import load_tool
 from hefting.online.live_estimate import LiveEstimate, final_estimate
@@ -68,7 +69,7 @@ class LiveIdentifier:
         How sure is sure enough, as in ``mass=1%,com=2mm``.
     rate : float
         Estimates a second of the stream [Hz], at most.
-    gravity, sign, bias, tool, method
+    gravity, sign, bias, tool, method, sensor_pose_in_log, sensor_turned
         As for `hefting.identify`; one method.
     robot : Robot, optional
         Turns ``joint_positions`` into poses of the sensor.
@@ -105,21 +106,24 @@ class LiveIdentifier:
         tool: Estimate | str | Path | None = None,
         method: str | type[Estimator] | Estimator | None = None,
         robot: Robot | None = None,
+        sensor_pose_in_log: ArrayLike | str | Path | None = None,
+        sensor_turned: str | None = None,
         in_process: bool = True,
         **hyperparameters: Any,
     ):
         if not RATES[0] <= rate <= RATES[1]:
             low, high = RATES
             raise InputError(f"rate is {rate}, not {low:g} to {high:g} Hz", "live")
-        self.settings = _settings(
-            shape, until, gravity, sign, bias, tool, method, hyperparameters
+        self.settings = replace(
+            _settings(shape, until, gravity, sign, bias, tool, method, hyperparameters),
+            sensor_pose=(pose := sensor_pose_of(sensor_pose_in_log, sensor_turned)),
         )
         self.period = 1.0 / rate
         self._queue: deque[Samples] = deque()
         self._dropped = 0
         self._asker = (Remote if in_process else Inline)(self.settings)
         self._robot = robot
-        self._pipeline = Pipeline(self._asker, prompt=in_process)
+        self._pipeline = Pipeline(self._asker, prompt=in_process, sensor_pose=pose)
         self._latest: LiveEstimate | None = None
         self._lost = False
         self._number = 0

@@ -23,6 +23,7 @@ from hefting.identification.estimator import accuracy_of, shape_of
 from hefting.identification.identify import identify_understood
 from hefting.identification.run import understand
 from hefting.logs.given import as_recording
+from hefting.logs.sensor_pose import with_given_sensor_pose
 from hefting.online.understanding import Settings
 
 LiveStateName = Literal[
@@ -137,6 +138,8 @@ def final_estimate(
             else as_recording(each)
             for each in recordings
         ]
+        if settings.sensor_pose is not None:
+            logs = [with_given_sensor_pose(one, settings.sensor_pose) for one in logs]
         if since is not None:  # an object is held in one clock: the last
             logs = logs[-1:]
             # a record counts from its own start: what the two share is the end

@@ -12,6 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array
 from hefting.online.expected import Watch
 from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
@@ -62,9 +63,9 @@ class Pipeline:
     with them is told, not before.
     """
 
-    def __init__(self, asker: Asker, *, prompt: bool):
+    def __init__(self, asker: Asker, *, prompt: bool, sensor_pose: Array | None = None):
         self._asker, self._prompt = asker, prompt
-        self.history = History()
+        self.history = History(sensor_pose=sensor_pose)
         self.object = 1
         self.object_since: float | None = None
         """[s] Stamp from which on the object is held, where it is not the first."""
@@ -180,10 +181,14 @@ class Pipeline:
     def _filter(self) -> None:
         if self._follower is None:
             return
-        orientation = self._stream("orientation")
-        if orientation is not None:
-            position = self._stream("position")
-            self._follower = self._follower.with_poses(position, orientation)
+        found = {name: self._stream(name) for name in ("position", "orientation")}
+        poses = {name: each for name, each in found.items() if each is not None}
+        if self.history.sensor_pose is not None and poses:
+            poses = self.history.placed(poses).streams
+        if "orientation" in poses:
+            self._follower = self._follower.with_poses(
+                poses.get("position"), poses["orientation"]
+            )
 
     def _look_for_change(self) -> None:
         """See whether new samples are of the object that was understood."""

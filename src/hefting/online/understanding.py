@@ -63,6 +63,8 @@ class Settings:
     """Arguments of `hefting.ingest.ingest.ingest`."""
     hyperparameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Of the estimator, ``until`` among them."""
+    sensor_pose: Array | None = None
+    """(4, 4) of the sensor in the frame whose poses come; None where that is its own."""
 
 
 @dataclass(frozen=True)
