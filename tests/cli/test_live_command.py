@@ -152,6 +152,27 @@ def test_the_record_gives_the_final_answer(run, log, tmp_path):
     assert same(last, identified(run, path), 1e-9)
 
 
+@pytest.mark.usefixtures("_here")
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_record_that_cannot_be_written_leaves_the_answer(
+    run, log, tmp_path, monkeypatch
+):
+    record = pytest.importorskip("hefting.sources.record")
+    pytest.importorskip("foxglove", reason="a record needs foxglove-sdk")
+    monkeypatch.setattr(record, "check_replaceable", lambda path: None)
+    monkeypatch.setattr("hefting.cli.live.check_output", lambda *paths: None)
+    (path := tmp_path / "log.mcap").symlink_to("/dev/full")
+    found = tmp_path / "found.json"
+    status, out, err = run(
+        *("live", log, "--speed", "8", "--record", path, "--output", found, "--json")
+    )
+    assert status == 2
+    assert err.count("recording stopped") == 1
+    assert "No space left" in err
+    assert same(json.loads(out.splitlines()[-1]), identified(run, log))
+    assert json.loads(found.read_text())["mass"] > 0.0
+
+
 def test_a_pipe_is_read_to_its_end(recording, log, run):
     live = subprocess.Popen(
         [*LIVE, "-", "--json"], stdin=subprocess.PIPE, stdout=subprocess.PIPE

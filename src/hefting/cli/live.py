@@ -29,7 +29,13 @@ from hefting.cli.options import (
     check_output,
     fill_inertia_of,
 )
-from hefting.cli.outputs import open_page, print_object, wanted, write
+from hefting.cli.outputs import (
+    STATUS_NOT_WRITTEN,
+    open_page,
+    print_object,
+    wanted,
+    write,
+)
 from hefting.cli.parser import say
 from hefting.cli.report import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.report.live import display_of, no_answer
@@ -174,13 +180,22 @@ def _run(a: argparse.Namespace) -> int:
     shape = shape_of(a)
     fill = fill_inertia_of(a.fill_inertia, shape)
     recorder = Recorder(a.record) if a.record else None
+    failed: list[InputError] = []
     display = display_of(a.json, render)
     with _view(a, shape) as view, LiveIdentifier(shape, **_settings(a)) as identifier:
 
         def deliver(samples: "Samples") -> None:
-            if recorder is not None:
-                recorder.add(samples)
+            record(recorder and recorder.add, samples)
             identifier.add(samples)
+
+        def record(step: "Callable[..., None] | None", *given: "Samples") -> None:
+            """Do a step of recording, unless one failed: the answer needs none."""
+            try:
+                if step is not None and not failed:
+                    step(*given)
+            except InputError as error:
+                failed.append(error)
+                display.say(f"warning: recording stopped: {render(str(error))}")
 
         def tell(message: "Message") -> None:
             identifier.say(message)
@@ -193,20 +208,19 @@ def _run(a: argparse.Namespace) -> int:
                 _follow(pump, identifier, display, view)
         finally:
             display.end()
-            if recorder is not None:
-                recorder.close()
+            record(recorder and recorder.close)
         if pump.error is not None:
             raise pump.error
-        found = identifier.close(_whole(recorder))
+        found = identifier.close(None if failed else _whole(recorder))
         if found is not None:
             found = with_skipped(found, pump.source)
             view(found)
-    if recorder is not None:
+    if recorder is not None and not failed:
         _tell_record(recorder)
     if found is None or found.estimate is None:
         say(no_answer(found, render))
         return STATUS_DO_NOT_USE
-    return _finish(a, found, fill)
+    return _finish(a, found, fill) or (STATUS_NOT_WRITTEN if failed else 0)
 
 
 @contextmanager
