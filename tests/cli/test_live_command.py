@@ -217,9 +217,10 @@ def test_a_pipe_without_an_answer_says_why(run, monkeypatch, given, status, said
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends a signal of POSIX")
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("stop", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run, stop):
-    """Typed when there is an answer from all samples; `timeout` asks by the other."""
+    """Typed when there is an answer from all samples; `timeout` asks by the second, a
+    terminal that is closed by the third."""
     samples = sum(map(len, recording.streams.values()))
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
@@ -238,7 +239,7 @@ def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run, stop):
             entry = {}
             while "mass" not in entry or entry["counts"]["samples"] < samples:
                 entry = json.loads(live.stdout.readline())
-            live.send_signal(stop)
+            live.send_signal(getattr(signal, stop))
             out, err = live.communicate(timeout=60)
         guard.cancel()
     assert live.returncode == 0, err

@@ -3,13 +3,13 @@ sends."""
 
 import argparse
 import gc
-import signal
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
+from hefting.cli.ending import interrupted_by_signals
 from hefting.cli.identify import add_hyperparameters
 from hefting.cli.options import (
     add_accept,
@@ -254,21 +254,16 @@ def _follow(
     view: "Callable[[LiveEstimate], None]",
 ) -> None:
     """Show estimates until the source ends, or Ctrl-C, or a request to end, such as
-    that of ``timeout``."""
+    that of ``timeout``, or the terminal is closed."""
     from hefting.sources.live import with_skipped
 
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
+    with suppress(KeyboardInterrupt), interrupted_by_signals():
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
             if found is not None:
                 found = with_skipped(found, pump.source)
                 display.show(found, pump)
                 view(found)
-    except KeyboardInterrupt:
-        pump.close()
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
