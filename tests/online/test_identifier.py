@@ -326,3 +326,14 @@ def test_poses_of_another_frame_become_those_of_the_sensor(recording, poses):
     low, high = last.intervals["mass"]
     assert low < whole.mass < high
     assert last.verdict.usable
+
+
+def test_the_final_answer_is_past_waiting(recording):
+    """Of a stream that came faster than it was looked at."""
+    live = hefting.LiveIdentifier(in_process=False, until="mass=50%")
+    for name, stream in recording.streams.items():
+        live.add(name, stream.time, stream.values)
+    assert live.step().state == "waiting"
+    last = live.close()
+    assert last.state == "sufficient"
+    assert not last.messages

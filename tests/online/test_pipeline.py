@@ -82,7 +82,7 @@ def test_prompt_estimates_hold_as_well(monkeypatch):
     """Where the noise is found after an estimate is told: a touch is noise at once. By
     the noise of before, 8 % of these intervals did not hold."""
     monkeypatch.setattr(
-        identifier, "Pipeline", lambda asker, prompt: Pipeline(asker, prompt=True)
+        identifier, "Pipeline", lambda asker, **_: Pipeline(asker, prompt=True)
     )
     case = faulty(0, 5.2)
     _, said = play(case.recording, period=0.1)

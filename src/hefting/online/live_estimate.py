@@ -39,6 +39,8 @@ LiveStateName = Literal[
 
 LEAST_SPREAD = 1.0
 """[m/s²] Spread of the acceleration beside gravity that shows whether a body is held."""
+NO_ESTIMATE = ("live-waiting", "live-little-motion", "live-nothing-held")
+"""Messages on why there is no estimate yet."""
 UNSEEN_SHARE = 0.05
 """Share of the mass of the object before below which what is not told is nothing."""
 
@@ -157,7 +159,7 @@ def final_estimate(
             return _of_object_before(last, since)
         said = note("live-little-motion", f"no final answer: {error}")
         return replace(last, messages=(*last.messages, said))
-    estimate, messages = found.estimate, last.messages
+    estimate, messages = found.estimate, _past_waiting(last)
     doubted = not estimate.verdict.usable
     if doubted and _is_empty(understood.measurements, before):
         return _of_object_before(last, since)
@@ -194,12 +196,16 @@ def _of_object_before(last: LiveEstimate, since: float | None) -> LiveEstimate:
     when = "" if since is None else f" since {since:.2f} s"
     what = f"nothing is held{when}: the final answer is of object {number}, before"
     said = note("live-nothing-held", f"{what} ({before.mass:.4g} kg)")
-    messages = tuple(m for m in last.messages if m.code != "live-little-motion")
     return replace(
         last,
         state="nothing held",
         estimate=before,
         object=number,
         previous=None,
-        messages=(*messages, said),
+        messages=(*_past_waiting(last), said),
     )
+
+
+def _past_waiting(last: LiveEstimate) -> tuple[Message, ...]:
+    """Messages on the stream without those on why there was no estimate."""
+    return tuple(m for m in last.messages if m.code not in NO_ESTIMATE)
