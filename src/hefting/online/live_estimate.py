@@ -29,6 +29,7 @@ from hefting.online.understanding import Settings
 LiveStateName = Literal[
     "waiting",
     "too little motion",
+    "mistaken",
     "nothing held",
     "identified",
     "sufficient",
@@ -39,7 +40,7 @@ LiveStateName = Literal[
 
 LEAST_SPREAD = 1.0
 """[m/s²] Spread of the acceleration beside gravity that shows whether a body is held."""
-NO_ESTIMATE = ("live-waiting", "live-little-motion", "live-nothing-held")
+NO_ESTIMATE = "live-waiting", "live-little-motion", "live-mistaken", "live-nothing-held"
 """Messages on why there is no estimate yet."""
 UNSEEN_SHARE = 0.05
 """Share of the mass of the object before below which what is not told is nothing."""
@@ -60,9 +61,9 @@ class LiveEstimate:
     time: float
     """[s] Newest stamp of the stream."""
     state: LiveStateName
-    """``"waiting"`` for streams, ``"too little motion"``, ``"nothing held"`` beside the
-    tool, ``"identified"``, ``"sufficient"`` where that is what `until` asks for
-    and may be used,
+    """``"waiting"`` for streams, ``"too little motion"``, ``"mistaken"`` where no
+    motion helps, ``"nothing held"`` beside the tool, ``"identified"``,
+    ``"sufficient"`` where that is what `until` asks for and may be used,
     ``"contradicted"`` while the wrench is not that of the object (touched, slipped or
     swapped), ``"lost source"``."""
     estimate: Estimate | None = None

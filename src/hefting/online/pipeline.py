@@ -35,6 +35,11 @@ NEEDED = ("wrench", "position", "orientation")
 """Streams without which, once they came, no new sample counts."""
 SILENT = 2.0
 """[s] How long one of them may be silent while others go on."""
+OBSTACLES: dict[str, LiveStateName] = {
+    "live-nothing-held": "nothing held",
+    "live-mistaken": "mistaken",
+}
+"""States by codes of what else than too little motion stands in the way."""
 MOST_MESSAGES = 20
 """Most messages on the stream that are kept."""
 
@@ -345,5 +350,4 @@ class Pipeline:
             said.append(note("live-waiting", "waits for a second of samples"))
             return "waiting"
         said.append(self._obstacle)
-        held = self._obstacle.code != "live-nothing-held"
-        return "too little motion" if held else "nothing held"
+        return OBSTACLES.get(self._obstacle.code, "too little motion")
