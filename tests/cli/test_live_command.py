@@ -152,6 +152,27 @@ def test_the_record_gives_the_final_answer(run, log, tmp_path):
     assert same(last, identified(run, path), 1e-9)
 
 
+@pytest.mark.usefixtures("_here")
+@pytest.mark.skipif(not os.path.exists("/dev/full"), reason="needs /dev/full")
+def test_a_record_that_cannot_be_written_leaves_the_answer(
+    run, log, tmp_path, monkeypatch
+):
+    record = pytest.importorskip("hefting.sources.record")
+    pytest.importorskip("foxglove", reason="a record needs foxglove-sdk")
+    monkeypatch.setattr(record, "check_replaceable", lambda path: None)
+    monkeypatch.setattr("hefting.cli.live.check_output", lambda *paths: None)
+    (path := tmp_path / "log.mcap").symlink_to("/dev/full")
+    found = tmp_path / "found.json"
+    status, out, err = run(
+        *("live", log, "--speed", "8", "--record", path, "--output", found, "--json")
+    )
+    assert status == 2
+    assert err.count("recording stopped") == 1
+    assert "No space left" in err
+    assert same(json.loads(out.splitlines()[-1]), identified(run, log))
+    assert json.loads(found.read_text())["mass"] > 0.0
+
+
 def test_a_pipe_is_read_to_its_end(recording, log, run):
     live = subprocess.Popen(
         [*LIVE, "-", "--json"], stdin=subprocess.PIPE, stdout=subprocess.PIPE
@@ -196,9 +217,10 @@ def test_a_pipe_without_an_answer_says_why(run, monkeypatch, given, status, said
 
 
 @pytest.mark.skipif(os.name == "nt", reason="sends a signal of POSIX")
-@pytest.mark.parametrize("stop", [signal.SIGINT, signal.SIGTERM])
+@pytest.mark.parametrize("stop", ["SIGINT", "SIGTERM", "SIGHUP"])
 def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run, stop):
-    """Typed when there is an answer from all samples; `timeout` asks by the other."""
+    """Typed when there is an answer from all samples; `timeout` asks by the second, a
+    terminal that is closed by the third."""
     samples = sum(map(len, recording.streams.values()))
     with socket.create_server(("127.0.0.1", 0)) as server:
         port = server.getsockname()[1]
@@ -217,7 +239,7 @@ def test_ctrl_c_ends_it_with_the_final_answer(recording, log, run, stop):
             entry = {}
             while "mass" not in entry or entry["counts"]["samples"] < samples:
                 entry = json.loads(live.stdout.readline())
-            live.send_signal(stop)
+            live.send_signal(getattr(signal, stop))
             out, err = live.communicate(timeout=60)
         guard.cancel()
     assert live.returncode == 0, err
@@ -255,6 +277,8 @@ def test_what_a_robot_takes_is_printed_at_the_end(run, log):
         (("-", "--export-to", "urr"), "--export-to"),
         (("-", "--urdf", "robot.urdf"), "--sensor-frame"),
         (("-", "--map", "map.toml"), "is for logs"),
+        (("-", "--sensor-turned", "45"), "'45' is no turn"),
+        (("-", "--sensor-turned", "z:4", "--sensor-pose-in-log", "p"), "give one of"),
         (("-", "--speed", "inf"), "--speed"),
         (("-", "--bias", "tare:0,2"), "'tare:0,2' is for recordings"),
     ],

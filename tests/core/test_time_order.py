@@ -5,6 +5,7 @@ import pytest
 
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording, Stream
+from hefting.core.time_order import in_order
 
 TIME = 0.01 * np.arange(500)
 
@@ -40,6 +41,15 @@ def test_times_of_arrival_take_no_more_digits():
 def test_a_message_that_was_logged_twice_is_one_of_two_rows():
     error = error_of(np.sort(np.append(TIME, TIME[[30, 70]])))
     assert error.fix == "keep one of the two rows"
+
+
+def test_times_that_differ_by_rounding_are_one_time():
+    twice = np.insert(TIME, 401, np.nextafter(TIME[400], 9.0))
+    assert in_order(twice).tolist() == [*range(401), *range(402, 501)]
+    assert in_order(np.array([3.0, 1.0, 2.0, 1.0])).tolist() == [1, 2, 0]
+    error = error_of(twice)
+    assert "they are equal but for rounding: keep one of the two rows" in error.fix
+    assert error_of(1e-12 * TIME).fix == "check the unit of time"
 
 
 @pytest.mark.parametrize("back", [0.2, 2.0, 2.5])

@@ -229,3 +229,111 @@ def test_a_failure_of_the_thread_is_raised_to_the_user(recording, monkeypatch):
     live.add("wrench", 0.0, np.zeros(6))
     with pytest.raises(hefting.HeftingError, match="the pipeline failed"):
         live.wait(60.0)
+
+
+def played(events):
+    """The last live estimate and the final one of parts of streams."""
+    live = hefting.LiveIdentifier(in_process=False)
+    for k, (name, stamps, values) in enumerate(events):
+        live.add(name, stamps, values)
+        if k % 30 == 0:
+            live.step()
+    return live.step(), live.close()
+
+
+@pytest.mark.parametrize("back", [0.8, np.spacing(4.0)])
+def test_stamps_that_repeat_but_for_rounding_leave_the_answer(recording, back):
+    """A clock that is set back by whole steps, and poses that are sent twice."""
+    events = []
+    for together in parts(recording, 0.05):
+        for name, stamps, values in together:
+            late = back if back > 0.1 and stamps[0] >= 3.0 else 0.0
+            events.append((name, stamps - late, values))
+            if back < 0.1 and name != "wrench":
+                events.append((name, np.nextafter(stamps, 9.0), values))
+    for found in played(events):
+        assert found.state == "identified"
+        low, high = found.estimate.intervals["mass"]
+        mass = hefting.identify(recording).mass
+        assert low < mass < high
+        said = [reason.code for reason in found.estimate.verdict.reasons]
+        assert ("clock-set-back" in said) == (back > 0.1)
+
+
+def test_what_ends_live_estimates_is_told_by_the_final_answer(recording, monkeypatch):
+    live = hefting.LiveIdentifier(in_process=False)
+    for name, stream in recording.streams.items():
+        live.add(name, stream.time, stream.values)
+    live._failure = hefting.HeftingError("the process was killed")
+    last = live.close()
+    assert last.estimate is not None
+    assert "live-failed" in hefting.core.messages.codes(last.messages)
+
+
+def test_streams_that_are_no_recording_are_a_cause_that_is_named(recording):
+    live = hefting.LiveIdentifier(in_process=False)
+    time = np.arange(100) * 0.01
+    for name, stream in recording.streams.items():
+        live.add(name, stream.time, stream.values)
+    live.add("joint_positions", time, np.zeros((100, 6)))
+    live.add("joint_velocities", time, np.zeros((100, 7)))
+    said = live.close().messages[-1]
+    assert "no final answer" in said
+    assert "differ in number" in said
+
+
+def test_a_restart_among_samples_that_come_at_once_loses_none():
+    """Of all streams what is before comes first, whatever waits."""
+    live = hefting.LiveIdentifier(in_process=False)
+    time = np.arange(300) * 0.01
+    for begin in (0, 100, 200, 0, 100, 200):
+        part = time[begin : begin + 100]
+        live.add("wrench", part, np.ones((100, 6)))
+        live.add("orientation", part, np.tile([0.0, 0.0, 0.0, 1.0], (100, 1)))
+    found = live.step()
+    live.close()
+    assert found.counts["samples"] == 1200
+    assert not +found.counts["skipped"]
+    assert [m.code for m in found.messages].count("clock-jumped") == 1
+
+
+@pytest.mark.parametrize("poses", ["flange", "turned"])
+def test_poses_of_another_frame_become_those_of_the_sensor(recording, poses):
+    """As of a recording; also by a log that was written of the stream."""
+    pose = hefting.parse_pose("0.02,0,0.05,0,0,-0.38268,0.92388")
+    given = {"sensor_pose_in_log": pose}
+    if poses == "turned":
+        given, pose = (
+            {"sensor_turned": "z:-45"},
+            hefting.parse_pose("0,0,0,0,0,-0.3826834324,0.9238795325"),
+        )
+    # some frame of which the sensor is at `pose`
+    logged = hefting.with_sensor_pose(recording, np.linalg.inv(pose))
+    found = []
+    for log in (None, logged):
+        live = hefting.LiveIdentifier(in_process=False, **given)
+        for together in parts(logged, 1.0):
+            for samples in together:
+                live.add(samples)
+            live.step()
+        last = live.step().estimate
+        found.append(live.close(log).estimate)
+    whole = hefting.identify(logged, **given).estimate
+    for each in found:
+        np.testing.assert_allclose(
+            each.parameters.vector, whole.parameters.vector, rtol=1e-9
+        )
+    low, high = last.intervals["mass"]
+    assert low < whole.mass < high
+    assert last.verdict.usable
+
+
+def test_the_final_answer_is_past_waiting(recording):
+    """Of a stream that came faster than it was looked at."""
+    live = hefting.LiveIdentifier(in_process=False, until="mass=50%")
+    for name, stream in recording.streams.items():
+        live.add(name, stream.time, stream.values)
+    assert live.step().state == "waiting"
+    last = live.close()
+    assert last.state == "sufficient"
+    assert not last.messages

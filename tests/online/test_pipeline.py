@@ -82,7 +82,7 @@ def test_prompt_estimates_hold_as_well(monkeypatch):
     """Where the noise is found after an estimate is told: a touch is noise at once. By
     the noise of before, 8 % of these intervals did not hold."""
     monkeypatch.setattr(
-        identifier, "Pipeline", lambda asker, prompt: Pipeline(asker, prompt=True)
+        identifier, "Pipeline", lambda asker, **_: Pipeline(asker, prompt=True)
     )
     case = faulty(0, 5.2)
     _, said = play(case.recording, period=0.1)
@@ -244,7 +244,28 @@ def test_a_mistake_that_hides_the_object_is_named_while_it_runs():
     """Not that there is too little motion, or nothing held."""
     _, said = play_flipped(6)
     assert said[-1].estimate is None
+    assert said[-1].state == "mistaken"
     assert "force x seems to have the wrong sign" in said[-1].messages[-1]
+
+
+@pytest.mark.parametrize(
+    ("scale", "options", "said"),
+    [
+        (0.0, {}, "the wrench is zero throughout"),
+        (-1.0, {"sign": "on-object"}, "no positive mass explains the wrench"),
+        (3e3, {}, "give it in newtons"),
+    ],
+)
+def test_what_no_motion_helps_against_is_a_mistake(clean, scale, options, said):
+    log = clean[0].recording.slice(0.0, 2.5)
+
+    def scaled(s, _):
+        factor = scale if s.stream == "wrench" else 1.0
+        return [s._replace(values=factor * s.values)]
+
+    last = play(log, scaled, period=1.0, **options)[1][-1]
+    assert last.state == "mistaken"
+    assert said in last.messages[-1]
 
 
 def test_what_is_not_to_be_used_does_not_suffice(clean):

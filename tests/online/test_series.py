@@ -53,6 +53,51 @@ def test_late_samples_are_sorted_and_repeated_ones_counted():
     assert skipped == {"repeated": 1}
 
 
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+def test_a_stamp_that_differs_by_rounding_is_repeated(rate):
+    """In one part with its twin, at the end of one, and a part later."""
+    skipped = Counter()
+    series = Series("wrench", skipped)
+    time = np.arange(400) / rate
+    twice = np.insert(time, 301, np.nextafter(time[300], 9.0))
+    for part in np.split(twice, [100, 280, 301, 310]):
+        series.add(part, np.ones((len(part), 6)))
+    later = np.nextafter(series.latest, 9.0)
+    series.add(np.array([later]), np.ones((1, 6)))
+    assert np.diff(series.time).min() > 0.5 / rate
+    assert skipped.total() == 2
+
+
+def mixed_by(parts) -> bool:
+    """Whether wrenches, in parts as they come, are found to be of two times."""
+    held = History()
+    for time, values in parts:
+        assert held.add(Samples("wrench", time, values)) is None
+    assert held.set_back is None or held.set_back.code == "clock-set-back"
+    return held.set_back is not None
+
+
+@pytest.mark.parametrize("rate", [100.0, 1000.0])
+@pytest.mark.parametrize("back", [0.3, 0.8037])
+@pytest.mark.parametrize("count", [1, 7, 400])
+def test_a_clock_that_is_set_back_by_less_than_a_second_is_told(rate, back, count):
+    time = np.arange(400) / rate
+    stamps = np.where(time < time[200], time, time - min(back, 0.15 * 1000 / rate))
+    values = np.random.default_rng(4).normal(size=(400, 6))
+    rows = np.split(np.arange(400), range(count, 400, count))
+    assert mixed_by((stamps[k], values[k]) for k in rows)
+
+
+def test_late_samples_and_those_that_are_sent_again_are_of_the_same_clock():
+    time = np.arange(400) * 0.01
+    values = np.random.default_rng(5).normal(size=(400, 6))
+    rows = np.split(np.arange(400), range(20, 400, 20))
+    late = [rows[k] for k in (0, 2, 1, 3, 6, 5, 4, 7)]
+    for order in (late, np.repeat(np.arange(20), 2), [0, 1, 2, 0, 1, 2, 3]):
+        sent = [rows[k] if np.isscalar(k) else k for k in order]
+        assert not mixed_by((time[k], values[k]) for k in sent)
+
+
 def test_what_cannot_be_is_counted_by_its_reason():
     skipped = Counter()
     values = np.tile([0.0, 0.0, 0.0, 1.0], (4, 1))
@@ -79,6 +124,29 @@ def test_a_clock_is_another_only_when_several_samples_say_so():
     # what is still on its way is of the clock before
     held.add(Samples("wrench", np.array([1.0]), np.zeros((1, 6))))
     assert held.skipped["of the clock before"] == 1
+
+
+@pytest.mark.parametrize("count", [1, 60, 600])
+@pytest.mark.parametrize("back", [1.5, 7.0])
+def test_a_clock_that_begins_anew_may_pass_the_stamps_of_the_one_before(back, count):
+    held = History()
+    held.add(Samples("wrench", np.arange(700) * 0.01, np.zeros((700, 6))))
+    time = 7.0 - back + np.arange(1000) * 0.01
+    late = np.array([6.995])
+    jumped = False
+    for k in range(0, 1000, count):
+        some = Samples(
+            "wrench", time[k : k + count], np.zeros((len(time[k:][:count]), 6))
+        )
+        if held.add(some) is not None:
+            held.take_all()
+            assert held.add(Samples("wrench", late, np.zeros((1, 6)))) is None
+            held.add(some)
+            jumped = True
+    assert jumped
+    assert held.skipped["of the clock before"] == 1
+    assert held.samples >= 1700 - 10
+    assert held.series["wrench"].time[-1] == time[-1]
 
 
 @pytest.mark.parametrize("unit", [1e6, 1e9])

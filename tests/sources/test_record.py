@@ -207,7 +207,7 @@ def test_a_full_disk_is_told(tmp_path, monkeypatch):
     monkeypatch.setattr(record, "check_replaceable", lambda path: None)
     (tmp_path / "log.mcap").symlink_to("/dev/full")
     recorder = Recorder(tmp_path / "log.mcap")
-    for samples in in_order(streams(1.0)):
-        recorder.add(samples)
+    with pytest.raises(InputError, match="No space left"):  # as soon as it is
+        list(map(recorder.add, in_order(streams(1.0))))
     with pytest.raises(InputError, match="No space left"):
         recorder.close()

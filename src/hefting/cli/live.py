@@ -3,13 +3,13 @@ sends."""
 
 import argparse
 import gc
-import signal
 from collections.abc import Callable, Generator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli import option_of, render
+from hefting.cli import render
+from hefting.cli.ending import interrupted_by_signals
 from hefting.cli.identify import add_hyperparameters
 from hefting.cli.options import (
     add_accept,
@@ -29,7 +29,13 @@ from hefting.cli.options import (
     check_output,
     fill_inertia_of,
 )
-from hefting.cli.outputs import open_page, print_object, wanted, write
+from hefting.cli.outputs import (
+    STATUS_NOT_WRITTEN,
+    open_page,
+    print_object,
+    wanted,
+    write,
+)
 from hefting.cli.parser import say
 from hefting.cli.report import STATUS_DO_NOT_USE, exit_status
 from hefting.cli.report.live import display_of, no_answer
@@ -41,6 +47,7 @@ from hefting.request.settings import (
     hyperparameters_of,
     pose_of,
     robot_of,
+    sensor_pose_of,
     shape_of,
 )
 
@@ -67,8 +74,8 @@ FASTEST = 100.0
 ROLES = ("wrench", "pose", "joint", "imu")
 """Roles whose topics can be named."""
 
-TOLD_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept")
-"""Messages that say what the final answer is of."""
+TOLD_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept", "live-failed")
+"""Messages that say what the final answer is of, and what ended the live ones."""
 
 STEP = 0.2
 """Longest wait for an estimate before it is looked what the source does [s]."""
@@ -173,13 +180,22 @@ def _run(a: argparse.Namespace) -> int:
     shape = shape_of(a)
     fill = fill_inertia_of(a.fill_inertia, shape)
     recorder = Recorder(a.record) if a.record else None
+    failed: list[InputError] = []
     display = display_of(a.json, render)
     with _view(a, shape) as view, LiveIdentifier(shape, **_settings(a)) as identifier:
 
         def deliver(samples: "Samples") -> None:
-            if recorder is not None:
-                recorder.add(samples)
+            record(recorder and recorder.add, samples)
             identifier.add(samples)
+
+        def record(step: "Callable[..., None] | None", *given: "Samples") -> None:
+            """Do a step of recording, unless one failed: the answer needs none."""
+            try:
+                if step is not None and not failed:
+                    step(*given)
+            except InputError as error:
+                failed.append(error)
+                display.say(f"warning: recording stopped: {render(str(error))}")
 
         def tell(message: "Message") -> None:
             identifier.say(message)
@@ -192,20 +208,19 @@ def _run(a: argparse.Namespace) -> int:
                 _follow(pump, identifier, display, view)
         finally:
             display.end()
-            if recorder is not None:
-                recorder.close()
+            record(recorder and recorder.close)
         if pump.error is not None:
             raise pump.error
-        found = identifier.close(_whole(recorder))
+        found = identifier.close(None if failed else _whole(recorder))
         if found is not None:
             found = with_skipped(found, pump.source)
             view(found)
-    if recorder is not None:
+    if recorder is not None and not failed:
         _tell_record(recorder)
     if found is None or found.estimate is None:
         say(no_answer(found, render))
         return STATUS_DO_NOT_USE
-    return _finish(a, found, fill)
+    return _finish(a, found, fill) or (STATUS_NOT_WRITTEN if failed else 0)
 
 
 @contextmanager
@@ -239,21 +254,16 @@ def _follow(
     view: "Callable[[LiveEstimate], None]",
 ) -> None:
     """Show estimates until the source ends, or Ctrl-C, or a request to end, such as
-    that of ``timeout``."""
+    that of ``timeout``, or the terminal is closed."""
     from hefting.sources.live import with_skipped
 
-    before = signal.signal(signal.SIGTERM, signal.default_int_handler)
-    try:
+    with suppress(KeyboardInterrupt), interrupted_by_signals():
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
             if found is not None:
                 found = with_skipped(found, pump.source)
                 display.show(found, pump)
                 view(found)
-    except KeyboardInterrupt:
-        pump.close()
-    finally:
-        signal.signal(signal.SIGTERM, before)
 
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
@@ -332,10 +342,9 @@ def _request(a: argparse.Namespace) -> "Request":
     if not 0 < a.speed <= FASTEST:
         what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"
         raise InputError(what, "--speed", "use hefting identify for a whole log")
-    if "://" in a.source or a.source == "-":
-        for option in ("map", "sensor_pose_in_log", "sensor_turned"):
-            if getattr(a, option) is not None:
-                raise InputError("is for logs", option_of(option), "leave it out")
+    if a.map is not None and _is_live(a.source):
+        what = "is for logs: the source is to send what it says"
+        raise InputError(what, "--map", "leave it out")
     named = {role: getattr(a, f"{role}_topic") for role in ROLES}
     topics = {role: name for role, name in named.items() if name}
     if a.urdf:
@@ -347,6 +356,11 @@ def _request(a: argparse.Namespace) -> "Request":
         speed=a.speed,
         read=lambda path: recording_of(a, path),
     )
+
+
+def _is_live(source: str) -> bool:
+    """Whether a source is no log."""
+    return "://" in source or source == "-"
 
 
 def _settings(a: argparse.Namespace) -> dict[str, Any]:
@@ -366,6 +380,7 @@ def _settings(a: argparse.Namespace) -> dict[str, Any]:
         from hefting.ingest.tool import load_tool
 
         settings["tool"] = load_tool(a.tool)
-    if a.urdf and ("://" in a.source or a.source == "-"):
-        settings["robot"] = robot_of(a)
+    if _is_live(a.source):  # a log is read with them
+        settings["robot"] = robot_of(a) if a.urdf else None
+        settings["sensor_pose_in_log"] = sensor_pose_of(a)
     return settings

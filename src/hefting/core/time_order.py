@@ -2,7 +2,8 @@
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.magnitudes import SMALLEST_INTERVAL
+from hefting.core.spatial import Array, Indices
 
 ROUNDED_SHARE = 0.1
 """Share of samples with the time of the one before, from which on times were written
@@ -14,6 +15,14 @@ FEW_STEPS_BACK = 0.01
 """Share of steps back in time up to which the parts between them are in order."""
 UNEVEN = 0.5
 """Smallest step of a clock over its median: those of rounded times are alike."""
+
+
+def in_order(time: Array) -> Indices:
+    """Samples in order of `time` (N,) [s], each time once: of those that differ by
+    rounding the first."""
+    order = np.argsort(time, kind="stable")
+    steps = np.diff(time[order], prepend=-np.inf)
+    return order[steps >= SMALLEST_INTERVAL]
 
 
 def _are_rounded(steps: Array) -> bool:
@@ -35,10 +44,10 @@ def explain_times(time: Array, at: int, row: int) -> tuple[str, str]:
     before, now = time[at : at + 2]
     steps = np.diff(time)
     if before < now:
-        return (
-            f"is {now - before:.1g} s after that of row {row}",
-            "check the unit of time",
-        )
+        what = f"is {now - before:.1g} s after that of row {row}"
+        if np.median(steps) < SMALLEST_INTERVAL:
+            return what, "check the unit of time"
+        return what, "they are equal but for rounding: keep one of the two rows"
     if before == now:
         what, repeats = f"repeats that of row {row}", int((steps == 0.0).sum())
         if repeats > ROUNDED_SHARE * len(steps) and repeats > 1:

@@ -176,7 +176,7 @@ def identify(
     }
     if recording is None or any(array is not None for array in arrays.values()):
         recording = as_recording(recording, **arrays)
-    posed = _sensor_pose(sensor_pose_in_log, sensor_turned)
+    posed = sensor_pose_of(sensor_pose_in_log, sensor_turned)
     if posed is not None:
         several = recording if isinstance(recording, list | tuple) else [recording]
         placed = [with_given_sensor_pose(as_recording(one), posed) for one in several]
@@ -219,7 +219,7 @@ def _check_names(hyperparameters: dict[str, Any]) -> None:
             raise InputError(f"there is no argument '{name}'{meant}")
 
 
-def _sensor_pose(pose: Any, turned: str | None) -> Array | None:
+def sensor_pose_of(pose: Any, turned: str | None) -> Array | None:
     """Pose (4, 4) of the sensor in the logged frame; None where nothing is said of it."""
     if turned is None:
         return None if pose is None else as_pose(pose)

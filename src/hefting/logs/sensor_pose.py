@@ -57,7 +57,7 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     >>> identified = hefting.identify(sensor)
     """
     matrix = check_pose(pose)
-    arm = matrix[:3, 3]
+    arm = np.array(matrix[:3, 3])  # some scipy turns no read-only arrays
     far = float(np.linalg.norm(arm))
     if far > FARTHEST_SENSOR:
         raise InputError(

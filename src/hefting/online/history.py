@@ -9,8 +9,10 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
+from hefting.core.time_order import in_order
 from hefting.logs.growing import Growing
-from hefting.online.samples import Samples, arrays_of, possible
+from hefting.logs.sensor_pose import with_given_sensor_pose
+from hefting.online.samples import Samples, arrays_of, joined, possible
 from hefting.online.series import Series
 
 MOST_ROWS = 6_000
@@ -22,8 +24,9 @@ out of order or after an interruption are nearer."""
 CONFIRMED = 10
 """Samples in succession of another clock from which on it is believed; fewer are bad
 messages."""
-STRAGGLERS = 2.0
-"""[s] Stamps so near to the last one before a clock jumped are of the clock before."""
+STRAGGLERS, NEAR = 2.0, 0.5
+"""[s] Stamps so near to the last one before a clock jumped are of the clock before,
+unless they are so near to the newest of the clock since."""
 
 LONGEST_AHEAD = 1.0
 """[s] Most that one part of a stream counts as silence of the others: after an
@@ -36,8 +39,8 @@ MOST_NUMBERS = 1_000_000
 class History:
     """The recent samples of all streams."""
 
-    def __init__(self, source: str = "live"):
-        self.source = source
+    def __init__(self, source: str = "live", sensor_pose: Array | None = None):
+        self.source, self.sensor_pose = source, sensor_pose
         self.series: dict[str, Series] = {}
         self.skipped: Counter[str] = Counter()
         """Samples that were left out, by reason."""
@@ -48,7 +51,12 @@ class History:
         """[s] Newest stamp of any stream."""
         self.silence: dict[str, float] = {}
         """[s] How far the others went on since a stream's last sample."""
+        self.set_back: Message | None = None
+        """That a clock went back, by less than makes it another one, where it did."""
+        self._recent: dict[str, Samples] = {}
         self._before_jump: dict[str, float] = {}
+        self._begun = -np.inf
+        """[s] Stamp of the clock that is believed since a jump."""
         self._far = 0
         self._leaps: dict[str, tuple[float, int]] = {}
         """Last stamp of each stream, and how many in succession went ahead too far."""
@@ -77,8 +85,7 @@ class History:
             first (`take_all`), and the samples added again.
         """
         name, time, values = samples
-        before = self._before_jump.get(name, np.nan)
-        own = ~(np.abs(time - before) < STRAGGLERS)
+        own = self._of_this_clock(name, time)
         near, jumped = self._jump(name, time[own])
         if jumped is not None:
             self._far = 0
@@ -86,6 +93,10 @@ class History:
         self._count("of the clock before", ~own)
         self._count("of another clock", ~near)
         time, values = time[own][near], values[own][near]
+        if len(time):
+            advances = self._advances(name, time, values)
+            self._count("stamped again", ~advances)
+            time, values = time[advances], values[advances]
         self.samples += len(time)
         if len(time):
             series = self._series(name)
@@ -109,7 +120,14 @@ class History:
             name: series.stream(begin, end) for name, series in self.series.items()
         }
         streams = {name: stream for name, stream in found.items() if stream is not None}
-        return Recording(streams, source=self.source) if streams else None
+        return self.placed(streams) if streams else None
+
+    def placed(self, streams: dict[str, Stream]) -> Recording:
+        """Streams as a recording, with the poses of the sensor."""
+        whole = Recording(streams, source=self.source)
+        if self.sensor_pose is None or "orientation" not in streams:
+            return whole
+        return with_given_sensor_pose(whole, self.sensor_pose)
 
     def cut(self, before: float) -> None:
         """Forget what is earlier than `before` [s]."""
@@ -130,7 +148,7 @@ class History:
         """All samples, which are forgotten: those of another clock follow."""
         whole = self.recording()
         self._before_jump = {n: each.latest for n, each in self.series.items()}
-        self.series = {}
+        self.series, self._recent = {}, {}
         self.latest = -np.inf
         self.kept.begin_clock()
         return whole
@@ -156,6 +174,46 @@ class History:
                 fix = "give time in seconds, not in micro- or nanoseconds"
                 raise InputError(what, "live", fix)
 
+    def _of_this_clock(self, name: str, time: Array) -> Mask:
+        """Which samples (n,) of a stream are not on their way since before a jump."""
+        own = np.ones(len(time), dtype=bool)
+        before = self._before_jump.get(name)
+        newest = max(self._series(name).latest, self._begun)
+        if before is not None:
+            for i, t in enumerate(time.tolist()):
+                own[i] = abs(t - before) >= STRAGGLERS or abs(t - newest) < NEAR
+                newest = max(newest, t) if own[i] else newest
+        return own
+
+    def _advances(self, name: str, time: Array, values: Array) -> Mask:
+        """Which samples (n,) of a stream are not of a clock that was set back: so many
+        in order between earlier ones, and of other values, are neither late nor sent
+        again."""
+        new = Samples(name, time, values)
+        held = self._recent.get(name, Samples(name, time[:0], values[:0]))
+        _, time, values = joined([held, new])[-1]
+        good = np.ones(len(time), dtype=bool)
+        newest = np.maximum.accumulate(time)
+        begins = np.flatnonzero(time >= newest) + 1
+        ends = np.append(begins[1:] - 1, len(time))
+        for k in np.flatnonzero(np.minimum(ends - begins, begins) >= CONFIRMED):
+            first, run = begins[k], slice(begins[k], ends[k])
+            if (np.diff(time[run]) < 0.0).any():
+                continue
+            order = np.argsort(time[:first], kind="stable")
+            before = time[order]
+            at = np.searchsorted(before, time[run])
+            mixed = before[at] - time[run] < 1.5 * np.median(np.diff(before))
+            mixed &= (values[order[at]] != values[run]).any(axis=1)
+            if mixed.sum() >= CONFIRMED:
+                good[run] = False
+                what = f"the clock of {name} went back by {newest[first] - time[first]:.1g} s"
+                why = f"{what}: samples that it stamped again are left out"
+                self.set_back = self.set_back or warning("clock-set-back", why)
+        lately = time > newest[-1:] - BACKWARD
+        self._recent[name] = Samples(name, time[lately], values[lately])
+        return good[-len(new.time) :]
+
     def _jump(self, name: str, time: Array) -> tuple[Mask, Message | None]:
         """Which samples (n,) of a stream are of the clock so far, and a message once so
         many in succession are of another that it is one."""
@@ -170,6 +228,7 @@ class History:
             if near[i]:
                 latest = max(latest, t)
             elif self._far >= CONFIRMED:
+                self._begun = t
                 what = f"the clock jumped by {apart:.6g} s: a new stretch begins"
                 return near, warning("clock-jumped", what)
         return near, None
@@ -203,19 +262,15 @@ class Kept:
         if self.whole:
             self._clocks.append({})
 
-    def recordings(self, source: str) -> list[Recording]:
-        """A recording of each clock that has wrench and poses, after which nothing can
+    def clocks(self) -> list[dict[str, Stream]]:
+        """The streams of each clock that has wrench and poses, after which nothing can
         be added; none where not all samples are there."""
-        found: list[Recording] = []
+        found: list[dict[str, Stream]] = []
         for clock in self._clocks:
             streams = {name: column.stream() for name, column in clock.items()}
             there = {name: s for name, s in streams.items() if s is not None}
-            if not {"wrench", "orientation"} <= set(there):
-                continue
-            try:
-                found.append(Recording(there, source=source))
-            except InputError:
-                continue
+            if {"wrench", "orientation"} <= set(there):
+                found.append(there)
         self._clocks = []
         return found
 
@@ -236,5 +291,5 @@ class _Column:
     def stream(self) -> Stream | None:
         """In order of time, each stamp once, as readers of logs take them."""
         time, values = self._time.finish(), self._values.finish()
-        _, first = np.unique(time, return_index=True)
-        return Stream(time[first], values[first]) if len(first) else None
+        kept = in_order(time)
+        return Stream(time[kept], values[kept]) if len(kept) else None

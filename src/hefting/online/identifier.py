@@ -20,17 +20,18 @@ from hefting.core.errors import HeftingError, InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.measurements import Noise
-from hefting.core.messages import Message
+from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording
 from hefting.estimators import Estimator, default_method, method_named, methods_with
 from hefting.estimators.base import Known
 from hefting.identification.estimator import estimator_knowing, shape_of
+from hefting.identification.front import sensor_pose_of
 from hefting.ingest.bias import bias_of
 from hefting.ingest.tool import load_tool
 from hefting.online.live_estimate import LiveEstimate, final_estimate
 from hefting.online.pipeline import Pipeline
 from hefting.online.process import Inline, Remote
-from hefting.online.samples import Samples, checked, joined, poses_of
+from hefting.online.samples import Samples, checked, is_apart, joined, poses_of
 from hefting.online.understanding import Settings
 from hefting.robots import Robot
 from hefting.shapes import as_shape
@@ -68,7 +69,7 @@ class LiveIdentifier:
         How sure is sure enough, as in ``mass=1%,com=2mm``.
     rate : float
         Estimates a second of the stream [Hz], at most.
-    gravity, sign, bias, tool, method
+    gravity, sign, bias, tool, method, sensor_pose_in_log, sensor_turned
         As for `hefting.identify`; one method.
     robot : Robot, optional
         Turns ``joint_positions`` into poses of the sensor.
@@ -105,21 +106,24 @@ class LiveIdentifier:
         tool: Estimate | str | Path | None = None,
         method: str | type[Estimator] | Estimator | None = None,
         robot: Robot | None = None,
+        sensor_pose_in_log: ArrayLike | str | Path | None = None,
+        sensor_turned: str | None = None,
         in_process: bool = True,
         **hyperparameters: Any,
     ):
         if not RATES[0] <= rate <= RATES[1]:
             low, high = RATES
             raise InputError(f"rate is {rate}, not {low:g} to {high:g} Hz", "live")
-        self.settings = _settings(
-            shape, until, gravity, sign, bias, tool, method, hyperparameters
+        self.settings = replace(
+            _settings(shape, until, gravity, sign, bias, tool, method, hyperparameters),
+            sensor_pose=(pose := sensor_pose_of(sensor_pose_in_log, sensor_turned)),
         )
         self.period = 1.0 / rate
         self._queue: deque[Samples] = deque()
         self._dropped = 0
         self._asker = (Remote if in_process else Inline)(self.settings)
         self._robot = robot
-        self._pipeline = Pipeline(self._asker, prompt=in_process)
+        self._pipeline = Pipeline(self._asker, prompt=in_process, sensor_pose=pose)
         self._latest: LiveEstimate | None = None
         self._lost = False
         self._number = 0
@@ -231,7 +235,7 @@ class LiveIdentifier:
         Returns
         -------
         LiveEstimate or None
-            None where no sample came.
+            None where no sample came. What made live estimates stop is told by it.
         """
         self._stop.set()
         self._came.set()
@@ -249,15 +253,21 @@ class LiveIdentifier:
         last = self._latest
         if self._pipeline.history.samples:  # what came and was said meanwhile counts
             last = self._pipeline.told()
+        if self._failure is not None:
+            if last is None:
+                raise self._failure
+            said = warning("live-failed", f"live estimates ended: {self._failure}")
+            last = replace(last, messages=(*last.messages, said))
         if last is None:
             return None
         recordings: list[Any] | None = [log]
-        if log is None:
-            kept = self._pipeline.history.kept
-            recordings = kept.recordings("live") if kept.whole else None
-        self._tell(
-            final_estimate(last, recordings, self.settings, self._pipeline.object_since)
-        )
+        history = self._pipeline.history
+        # a log holds what a clock that went back stamped again
+        if log is None or (history.set_back and history.kept.whole):
+            recordings = history.kept.clocks() if history.kept.whole else None
+        since = self._pipeline.object_since
+        found = final_estimate(last, recordings, self.settings, since)
+        self._tell(self._pipeline.doubted(found))
         return self._latest
 
     def __enter__(self) -> Self:
@@ -303,11 +313,18 @@ class LiveIdentifier:
             self._came.wait(LONGEST_WAIT)
 
     def _take(self) -> None:
-        """Pass on the samples that wait, those of a stream together."""
+        """Pass on the samples that wait, those of a stream together, but for those of
+        another clock: they come after the others of all streams."""
         waiting: dict[str, list[Samples]] = {}
         for _ in range(len(self._queue)):
             for each in self._with_poses(self._queue.popleft()):
+                if is_apart(waiting.get(each.stream, [each])[-1], each):
+                    self._pass_on(waiting)
+                    waiting = {}
                 waiting.setdefault(each.stream, []).append(each)
+        self._pass_on(waiting)
+
+    def _pass_on(self, waiting: dict[str, list[Samples]]) -> None:
         for parts in waiting.values():
             for samples in joined(parts):
                 self._pipeline.take(samples)

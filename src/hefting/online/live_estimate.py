@@ -17,17 +17,19 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
-from hefting.core.recording import Recording
+from hefting.core.recording import Recording, Stream
 from hefting.estimators import Estimator
 from hefting.identification.estimator import accuracy_of, shape_of
 from hefting.identification.identify import identify_understood
 from hefting.identification.run import understand
 from hefting.logs.given import as_recording
+from hefting.logs.sensor_pose import with_given_sensor_pose
 from hefting.online.understanding import Settings
 
 LiveStateName = Literal[
     "waiting",
     "too little motion",
+    "mistaken",
     "nothing held",
     "identified",
     "sufficient",
@@ -38,6 +40,8 @@ LiveStateName = Literal[
 
 LEAST_SPREAD = 1.0
 """[m/s²] Spread of the acceleration beside gravity that shows whether a body is held."""
+NO_ESTIMATE = "live-waiting", "live-little-motion", "live-mistaken", "live-nothing-held"
+"""Messages on why there is no estimate yet."""
 UNSEEN_SHARE = 0.05
 """Share of the mass of the object before below which what is not told is nothing."""
 
@@ -57,9 +61,9 @@ class LiveEstimate:
     time: float
     """[s] Newest stamp of the stream."""
     state: LiveStateName
-    """``"waiting"`` for streams, ``"too little motion"``, ``"nothing held"`` beside the
-    tool, ``"identified"``, ``"sufficient"`` where that is what `until` asks for
-    and may be used,
+    """``"waiting"`` for streams, ``"too little motion"``, ``"mistaken"`` where no
+    motion helps, ``"nothing held"`` beside the tool, ``"identified"``,
+    ``"sufficient"`` where that is what `until` asks for and may be used,
     ``"contradicted"`` while the wrench is not that of the object (touched, slipped or
     swapped), ``"lost source"``."""
     estimate: Estimate | None = None
@@ -109,7 +113,7 @@ def _plain(value: Any) -> Any:
 
 def final_estimate(
     last: LiveEstimate,
-    recordings: Sequence[Recording | str | Path] | None,
+    recordings: Sequence[Recording | str | Path | dict[str, Stream]] | None,
     settings: Settings,
     since: float | None,
 ) -> LiveEstimate:
@@ -131,7 +135,14 @@ def final_estimate(
     start, understood, before = 0.0, None, last.previous
     shape, hyperparameters = settings.shape, dict(settings.hyperparameters)
     try:
-        logs = [as_recording(each) for each in recordings]
+        logs = [
+            Recording(each, source="live")
+            if isinstance(each, dict)
+            else as_recording(each)
+            for each in recordings
+        ]
+        if settings.sensor_pose is not None:
+            logs = [with_given_sensor_pose(one, settings.sensor_pose) for one in logs]
         if since is not None:  # an object is held in one clock: the last
             logs = logs[-1:]
             # a record counts from its own start: what the two share is the end
@@ -149,7 +160,7 @@ def final_estimate(
             return _of_object_before(last, since)
         said = note("live-little-motion", f"no final answer: {error}")
         return replace(last, messages=(*last.messages, said))
-    estimate, messages = found.estimate, last.messages
+    estimate, messages = found.estimate, _past_waiting(last)
     doubted = not estimate.verdict.usable
     if doubted and _is_empty(understood.measurements, before):
         return _of_object_before(last, since)
@@ -186,12 +197,16 @@ def _of_object_before(last: LiveEstimate, since: float | None) -> LiveEstimate:
     when = "" if since is None else f" since {since:.2f} s"
     what = f"nothing is held{when}: the final answer is of object {number}, before"
     said = note("live-nothing-held", f"{what} ({before.mass:.4g} kg)")
-    messages = tuple(m for m in last.messages if m.code != "live-little-motion")
     return replace(
         last,
         state="nothing held",
         estimate=before,
         object=number,
         previous=None,
-        messages=(*messages, said),
+        messages=(*_past_waiting(last), said),
     )
+
+
+def _past_waiting(last: LiveEstimate) -> tuple[Message, ...]:
+    """Messages on the stream without those on why there was no estimate."""
+    return tuple(m for m in last.messages if m.code not in NO_ESTIMATE)

@@ -12,6 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array
 from hefting.online.expected import Watch
 from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
@@ -34,6 +35,11 @@ NEEDED = ("wrench", "position", "orientation")
 """Streams without which, once they came, no new sample counts."""
 SILENT = 2.0
 """[s] How long one of them may be silent while others go on."""
+OBSTACLES: dict[str, LiveStateName] = {
+    "live-nothing-held": "nothing held",
+    "live-mistaken": "mistaken",
+}
+"""States by codes of what else than too little motion stands in the way."""
 MOST_MESSAGES = 20
 """Most messages on the stream that are kept."""
 
@@ -62,9 +68,9 @@ class Pipeline:
     with them is told, not before.
     """
 
-    def __init__(self, asker: Asker, *, prompt: bool):
+    def __init__(self, asker: Asker, *, prompt: bool, sensor_pose: Array | None = None):
         self._asker, self._prompt = asker, prompt
-        self.history = History()
+        self.history = History(sensor_pose=sensor_pose)
         self.object = 1
         self.object_since: float | None = None
         """[s] Stamp from which on the object is held, where it is not the first."""
@@ -180,10 +186,14 @@ class Pipeline:
     def _filter(self) -> None:
         if self._follower is None:
             return
-        orientation = self._stream("orientation")
-        if orientation is not None:
-            position = self._stream("position")
-            self._follower = self._follower.with_poses(position, orientation)
+        found = {name: self._stream(name) for name in ("position", "orientation")}
+        poses = {name: each for name, each in found.items() if each is not None}
+        if self.history.sensor_pose is not None and poses:
+            poses = self.history.placed(poses).streams
+        if "orientation" in poses:
+            self._follower = self._follower.with_poses(
+                poses.get("position"), poses["orientation"]
+            )
 
     def _look_for_change(self) -> None:
         """See whether new samples are of the object that was understood."""
@@ -243,7 +253,7 @@ class Pipeline:
         z = self._fold()
         said: list[Message] = list(self._messages)
         state = self._state(said)
-        return LiveEstimate(
+        found = LiveEstimate(
             float(self.history.latest),
             state,
             self._estimate,
@@ -253,6 +263,15 @@ class Pipeline:
             tuple(said),
             {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
         )
+        return self.doubted(found)
+
+    def doubted(self, found: LiveEstimate) -> LiveEstimate:
+        """An estimate that is in doubt where a clock was set back."""
+        said, estimate = self.history.set_back, found.estimate
+        if said is None or estimate is None:
+            return found
+        own = (*estimate.warnings, said)
+        return replace(found, estimate=replace(estimate, warnings=own))
 
     def _fold(self) -> Measurements | None:
         """Have the estimate with the samples since the last understanding, which are
@@ -331,5 +350,4 @@ class Pipeline:
             said.append(note("live-waiting", "waits for a second of samples"))
             return "waiting"
         said.append(self._obstacle)
-        held = self._obstacle.code != "live-nothing-held"
-        return "too little motion" if held else "nothing held"
+        return OBSTACLES.get(self._obstacle.code, "too little motion")

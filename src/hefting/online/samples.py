@@ -19,6 +19,9 @@ from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.robots import Robot, with_poses
 
+APART = 1.0
+"""[s] Stamps that are further apart may be of two clocks."""
+
 UNIT_NORM = 0.01
 """Largest distance of a quaternion's norm from one, as in `hefting.Recording`."""
 
@@ -155,6 +158,19 @@ def possible(name: str, time: Array, values: Array, skipped: Counter[str]) -> Ma
         if which.any():
             skipped[reason] += int(which.sum())
     return finite & good
+
+
+def is_apart(before: Samples, after: Samples) -> bool:
+    """Whether the stamps of `after` begin more than `APART` from the end of those
+    `before`."""
+    ends, begins = np.ravel(before.time)[-1:], np.ravel(after.time)[:1]
+    if (
+        before is after
+        or ends.dtype.kind not in "fiu"
+        or begins.dtype.kind not in "fiu"
+    ):
+        return False
+    return bool((np.abs(begins - ends) > APART).any())
 
 
 def joined(parts: Sequence[Samples]) -> list[Samples]:

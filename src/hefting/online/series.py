@@ -8,8 +8,10 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
+from hefting.core.magnitudes import SMALLEST_INTERVAL
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
+from hefting.core.time_order import in_order
 from hefting.ingest.faulty_wrench import FEWEST_REPEATED, stalled
 
 BIN = 0.005
@@ -59,7 +61,7 @@ class Series:
         if not len(time):
             return
         if self._fast:
-            late = time <= self.latest
+            late = time - self.latest < SMALLEST_INTERVAL
             self._count("late", int(late.sum()))
             self._add_fast(time[~late], values[~late])
             return
@@ -91,18 +93,18 @@ class Series:
         if len(self.time) and self.values.shape[1] != values.shape[1]:
             self._count("of another width", len(time))
             return
-        ordered = (np.diff(time) > 0.0).all()
-        if ordered and (not len(self.time) or time[0] > self.time[-1]):
-            self.time = np.concatenate((self.time, time))
-            whole = (self.values, values) if self.values.size else (values,)
-            self.values = np.concatenate(whole)
-            return
-        before = len(self.time)
-        all_times = np.concatenate((self.time, time))
+        last = self.time[-1:]
+        self.time = np.concatenate((self.time, time))
         whole = (self.values, values) if self.values.size else (values,)
-        times, first = np.unique(all_times, return_index=True)
-        self._count("repeated", before + len(time) - len(times))
-        self.time, self.values = times, np.concatenate(whole)[first]
+        self.values = np.concatenate(whole)
+        if (np.diff(time, prepend=last) < SMALLEST_INTERVAL).any():
+            self.time, self.values = self._ordered(self.time, self.values)
+
+    def _ordered(self, time: Array, values: Array) -> tuple[Array, Array]:
+        """Samples in order of time, each stamp once; repeated ones are counted."""
+        kept = in_order(time)
+        self._count("repeated", len(time) - len(kept))
+        return time[kept], values[kept]
 
     def _judge_rate(self) -> None:
         """Decide whether the stream is averaged, and average what is there."""
@@ -123,9 +125,7 @@ class Series:
             return
         time = np.concatenate((self._open_time, time))
         values = np.concatenate((self._open_values, values))
-        times, first = np.unique(time, return_index=True)
-        self._count("repeated", len(time) - len(times))
-        values = values[first]
+        times, values = self._ordered(time, values)
         bins = np.floor(times / BIN)
         done = int(np.searchsorted(bins, bins[-1]))
         self._open_time, self._open_values = times[done:], values[done:]

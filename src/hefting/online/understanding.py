@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, codes, note, warning
@@ -32,6 +32,7 @@ from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import joint
 from hefting.ingest.plausibility import (
     holds_nothing,
+    mistake_in,
     named_instead,
     require_object,
 )
@@ -63,6 +64,8 @@ class Settings:
     """Arguments of `hefting.ingest.ingest.ingest`."""
     hyperparameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Of the estimator, ``until`` among them."""
+    sensor_pose: Array | None = None
+    """(4, 4) of the sensor in the frame whose poses come; None where that is its own."""
 
 
 @dataclass(frozen=True)
@@ -132,7 +135,7 @@ class Understander:
             return Understanding(end, obstacle=_obstacle(error))
         except np.linalg.LinAlgError:
             what = "the samples are of no size that wrenches have"
-            return Understanding(end, obstacle=warning("live-little-motion", what))
+            return Understanding(end, obstacle=warning("live-mistaken", what))
 
     def _understood(self, recording: Recording) -> Understanding:
         """What the recent history, put right, says with the parts.
@@ -151,7 +154,8 @@ class Understander:
         try:
             return self._identified(known, recent, recording)
         except InputError as error:
-            known, why = replace(known, obstacle=_obstacle(error)), error.what
+            said = _obstacle(error, mistake_in(recent) is not None)
+            known, why = replace(known, obstacle=said), error.what
         if holds_nothing(recent):  # what is held next shows as another object does
             known = replace(
                 known,
@@ -278,10 +282,13 @@ def _too_little(found: Ingested, message: Message) -> InputError:
     """That the motion does not suffice, and what is open."""
     seen = identifiability(found.excitation, found.beside_bias, TYPICAL_SIZE)
     what = "; ".join(seen.summary) or str(message)
-    return InputError(what, fix="turn the sensor to other orientations")
+    return NotIdentifiableError(what, fix="turn the sensor to other orientations")
 
 
-def _obstacle(error: InputError) -> Message:
-    """Why there is no estimate, as a message."""
+def _obstacle(error: InputError, mistaken: bool = False) -> Message:
+    """Why there is no estimate, as a message; more motion does not help where the
+    samples are `mistaken`, or an error says other than that they tell too little."""
     fix = f"; {error.fix}" if error.fix else ""
+    if mistaken or not isinstance(error, NotIdentifiableError):
+        return warning("live-mistaken", f"no estimate: {error.what}{fix}")
     return note("live-little-motion", f"no estimate yet: {error.what}{fix}")

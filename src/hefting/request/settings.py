@@ -242,21 +242,28 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
         recording = with_poses(recording, robot_of(a))
     elif a.sensor_frame and "sensor_frame" not in _own_options(path):
         raise InputError("--sensor-frame is for bags and for --urdf", where=path)
-    pose, turned = a.sensor_pose_in_log, a.sensor_turned
-    if pose is None and turned is None:
+    pose = sensor_pose_of(a)
+    if pose is None:
         return recording
+    from hefting.logs.sensor_pose import with_given_sensor_pose
+
+    return with_given_sensor_pose(recording, pose)
+
+
+def sensor_pose_of(a: Any) -> "Array | None":
+    """The pose (4, 4) of the sensor in the logged frame, if one was given."""
+    pose, turned = a.sensor_pose_in_log, a.sensor_turned
+    if turned is None:
+        return pose_of(pose)
     if pose is not None and turned is not None:
         raise InputError(
             "is given beside --sensor-pose-in-log",
             "--sensor-turned",
             "give one of them",
         )
-    from hefting.logs.sensor_pose import sensor_turned, with_given_sensor_pose
-    from hefting.shapes import parse_pose
+    from hefting.logs.sensor_pose import sensor_turned
 
-    if pose is not None:
-        return with_given_sensor_pose(recording, parse_pose(pose))
-    return with_given_sensor_pose(recording, sensor_turned(str(turned)))
+    return sensor_turned(str(turned))
 
 
 def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":

@@ -69,7 +69,8 @@ class Recorder:
         self._file = _File(self._next_path())
 
     def add(self, samples: Samples) -> None:
-        """Take samples in the order in which they came."""
+        """Take samples in the order in which they came; `InputError` once a file cannot
+        be written."""
         latest = self._latest.get(samples.stream, -np.inf)
         if samples.time[0] < latest - FAR_BACK:
             self.close()
@@ -190,7 +191,8 @@ class _File:
         self._channels: dict[str, Callable[..., None]] = {}
 
     def write(self, groups: list[Messages]) -> None:
-        """Write messages in the order of their stamps; nothing after an error."""
+        """Write messages in the order of their stamps; `InputError` where that fails,
+        or did before."""
         lines: list[tuple[int, Callable[..., None], bytes]] = []
         for group in groups:
             if group.topic not in self._channels:
@@ -205,6 +207,7 @@ class _File:
             ]
         for stamp, send, data in sorted(lines, key=lambda line: line[0]):
             send(data, log_time=stamp)
+        self._check()
 
     def close(self) -> None:
         """End the file; `InputError` where it could not be written."""
@@ -213,6 +216,10 @@ class _File:
             return
         writer.close()
         self._stream.close()
+        self._check()
+
+    def _check(self) -> None:
+        """`InputError` where something could not be written."""
         if self._output.error is not None:
             raise self._error(self._output.error)
 
