@@ -40,10 +40,8 @@ PRIOR_STD = np.repeat((100.0, 10.0, 1.0, 1e3, 1e2, 0.2, 0.01), (1, 3, 6, 3, 3, 3
 KNOWN_RATIO = 3.0
 """Prior standard deviations of a body that other samples tell, over those of its
 estimate, whose correlations are left out."""
-WANDER = np.repeat((0.03, 1.5e-3), 3)
-"""[N/s, N m/s] Standard deviation by which a drift goes on otherwise than before: with a
-third of it, of 72 simulated streams of 10 s with drifts of 0.03 to 0.1 N/s seven were
-told another object, with it one."""
+WANDER = np.repeat((0.01, 5e-4), 3)
+"""[N/s, N m/s] Standard deviation by which a drift goes on otherwise than before."""
 INITIAL_WINDOWS = 4.0
 """Windows of white noise that the scale of the noise begins with: a short recording has
 few of its own, and its fit follows them."""
