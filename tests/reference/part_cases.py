@@ -21,9 +21,14 @@ from hefting.ingest.changes.bodies import (
     log_ratio,
     variance_of_any_linear_function,
 )
-from hefting.ingest.changes.cells import Cells, cells_of, has_long_contact
+from hefting.ingest.changes.cells import (
+    Cells,
+    Intervals,
+    cells_of,
+    has_long_contact,
+    partition,
+)
 from hefting.ingest.changes.find import _is_change, _unexplained
-from hefting.ingest.changes.partition import Intervals, partition
 from hefting.ingest.changes.stretches import center_of_mass, event_between
 from hefting.ingest.channels import step_beyond_noise
 from hefting.ingest.findings import _milliseconds

@@ -11,8 +11,12 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
-from hefting.ingest.changes.cells import Cells
-from hefting.ingest.changes.partition import LARGEST_BIAS, LARGEST_PARAMETERS, Interval
+from hefting.ingest.changes.cells import (
+    LARGEST_BIAS,
+    LARGEST_PARAMETERS,
+    Cells,
+    Interval,
+)
 from hefting.ingest.drift import CLOSEST_KNOTS
 
 PARAMETERS = len(LARGEST_PARAMETERS)

@@ -20,8 +20,7 @@ from hefting.ingest.changes.bodies import (
     log_ratio,
     ridge_of_bias,
 )
-from hefting.ingest.changes.cells import Cells
-from hefting.ingest.changes.partition import LARGEST_PARAMETERS
+from hefting.ingest.changes.cells import LARGEST_PARAMETERS, Cells
 
 SENSOR_ERROR = 0.005
 """Error of a good sensor as a share of the wrench's changes, which averaging does not

@@ -10,8 +10,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Rows
-from hefting.ingest.rivals.explanation import Explanation, over_offsets
-from hefting.ingest.rivals.undone import Undone
+from hefting.ingest.rivals.explanation import Explanation, Undone, over_offsets
 
 CODE = "wrench-in-base-axes"
 WHAT = "the wrench seems to be in the axes of the robot's base"

@@ -20,11 +20,11 @@ from hefting.ingest.rivals.evidence import (
 from hefting.ingest.rivals.explanation import (
     Around,
     Explanation,
+    Undone,
     explains_nothing,
     fit_as_given,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 from hefting.ingest.rivals.wrench_compensated import OR_HEAVIER
 
 CODE = "base-tilted"

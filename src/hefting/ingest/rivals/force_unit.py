@@ -24,10 +24,10 @@ from hefting.ingest.rivals.explanation import (
     HEAVIEST_HELD,
     Build,
     Explanation,
+    Undone,
     explains_nothing,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 
 CODE = "force-unit"
 FIX = (

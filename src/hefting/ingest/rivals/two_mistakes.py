@@ -18,7 +18,7 @@ from hefting.core.progress import each as each_of
 from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, short_drift
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import NEGLIGIBLE_UNEXPLAINED, missing
-from hefting.ingest.rivals.explanation import Explanation, explained_by_motion
+from hefting.ingest.rivals.explanation import Explanation, Undone, explained_by_motion
 from hefting.ingest.rivals.judge import (
     CLEAR_EVIDENCE,
     FEWEST_SAMPLES,
@@ -29,7 +29,6 @@ from hefting.ingest.rivals.judge import (
     is_too_heavy,
     judge_one,
 )
-from hefting.ingest.rivals.undone import Undone
 from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_UNEXPLAINED = 0.2

@@ -16,10 +16,10 @@ from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step, with_bias
 from hefting.ingest.rivals.explanation import (
     Explanation,
+    Undone,
     explains_nothing,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 
 CODE = "wrench-compensated"
 FIX = "set its payload to zero before recording"
