@@ -17,9 +17,8 @@ from hefting.ingest.changes.assignment import (
     assign,
     without_contacts,
 )
-from hefting.ingest.changes.bodies import JointModel
+from hefting.ingest.changes.bodies import JointModel, _best_change, is_suspicious
 from hefting.ingest.changes.cells import _starts, _without_spikes, has_long_contact
-from hefting.ingest.changes.screening import _best_change, is_suspicious
 from hefting.ingest.outliers import Outliers, no_outliers
 
 

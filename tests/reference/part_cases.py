@@ -13,7 +13,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest import outliers
 from hefting.ingest.blocks import Blocks, block_starts, medians, within_blocks
-from hefting.ingest.changes import screening
+from hefting.ingest.changes import bodies as screening
 from hefting.ingest.changes.assignment import assign
 from hefting.ingest.changes.bodies import (
     JointModel,

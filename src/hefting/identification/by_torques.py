@@ -50,8 +50,12 @@ from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
-from hefting.torques.samples import TorqueSamples, samples_of, still_joints
-from hefting.torques.spikes import without_spikes
+from hefting.torques.samples import (
+    TorqueSamples,
+    samples_of,
+    still_joints,
+    without_spikes,
+)
 from hefting.torques.suspects import Suspects, without_delay
 
 PUBLISHED_ERROR = 1.5
