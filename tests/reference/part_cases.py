@@ -34,7 +34,7 @@ from hefting.ingest.channels import step_beyond_noise
 from hefting.ingest.findings import _milliseconds
 from hefting.ingest.free_fit import free_fit, lever, wrench_sign
 from hefting.ingest.left_out import _missing
-from hefting.ingest.normal_equations import invert
+from hefting.ingest.model import invert
 from hefting.ingest.outliers import find_odd_poses, find_outliers, saturated
 from hefting.ingest.samples import find_outliers_piecewise
 from hefting.ingest.uncertainty import (
