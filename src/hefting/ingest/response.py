@@ -15,7 +15,6 @@ a part of the object's weight. So a clear one is looked for before these are: `f
 """
 
 from dataclasses import replace
-from functools import partial
 from itertools import pairwise
 
 import numpy as np
@@ -24,14 +23,14 @@ from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
 from hefting.core.regressor import motion_features
-from hefting.core.spatial import Array, Mask, interpolated
+from hefting.core.spatial import Array, interpolated
 from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.filtering import SHORTEST_LAG, Ahead
 from hefting.ingest.fit import Start, gauss_newton
 from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, Problem, features_of
-from hefting.ingest.path import Path, Read
+from hefting.ingest.path import Path
 from hefting.ingest.robust_fit import InlierFit
 from hefting.ingest.samples import Samples
 
@@ -90,8 +89,7 @@ def felt_path(samples: Samples, found: InlierFit) -> Path | None:
     constants = [lag * share for share in FELT_CONSTANTS if lag * share < LONGEST]
     ahead = Ahead.of(grid, problem.path.read(grid, False)[0], LONGEST)
     for constant in constants:
-        read = partial(_read_felt, problem.path.read, grid, ahead.through(constant))
-        path = replace(problem.path, read=read, plain=problem.path)
+        path = problem.path.felt(grid, ahead.through(constant))
         left = _left(replace(delayed, path=path), start)
         if left < least:
             least, best = left, path
@@ -112,12 +110,6 @@ def instants(path: Path, lag: float) -> Array | None:
         return None
     count = int(min(lags * INSTANTS_PER_LAG, MOST_INSTANTS)) + 2
     return np.linspace(path.first, path.last, count)
-
-
-def _read_felt(
-    read: Read, grid: Array, value: Array, time: Array, spread: bool
-) -> tuple[Array, Array, Mask]:
-    return interpolated(time, grid, value), *read(time, spread)[1:]
 
 
 @immutable

@@ -120,7 +120,7 @@ def newton_euler(case: Case, motion: Motion, wrench: Array | None = None) -> Row
     """Rows of the model of a body as given: ten parameters and a bias."""
     return with_bias(
         case,
-        motion.features(case.modelled_gravity),
+        case.features(motion),
         REGRESSOR_BY_FEATURE,
         motion.known,
         wrench,
@@ -213,7 +213,7 @@ def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:
     shape = motion.known.shape
     functions = case.bias_functions
     known: list[Array] = [
-        motion.features(case.modelled_gravity),
+        case.features(motion),
         motion.axes.reshape(*shape, 9),
         np.broadcast_to(functions, (len(motion.known), *functions.shape)),
     ]
