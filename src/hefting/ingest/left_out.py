@@ -62,16 +62,11 @@ def left_out_of(
 
     Parameters
     ----------
-    whole : Recording
-        What was to be used, before poses were left out.
-    part : Recording
-        The part of it that was used, without the poses that were left out.
-    found : Conditioned
-        Of the part.
-    changes : Changes, optional
-        With times since the first sample of `whole`; None where all of it was used.
-    later : float
-        [s] from the first sample of the log to that of `whole`.
+    whole : what was to be used, before poses were left out.
+    part : of it that was used, without the poses that were left out.
+    found : of the part.
+    changes : with times since the first sample of `whole`; None where all of it was used.
+    later : [s] from the first sample of the log to that of `whole`.
     """
     wrench, first = part["wrench"], whole.start - later
     time = wrench.time - first - found.offset
