@@ -68,7 +68,7 @@ def test_what_is_mutated_and_what_is_not(sources):
 
 
 @pytest.mark.parametrize(
-    "file", ["core/spatial.py", "estimators/coordinates.py", "ingest/fit.py"]
+    "file", ["core/spatial.py", "estimators/timescales.py", "ingest/fit.py"]
 )
 def test_every_mutant_is_one_change_that_can_be_read(file):
     """Of a sample: the syntax tree differs, and nothing outside of the span."""

@@ -9,7 +9,7 @@ from given_cases import correct
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
-from hefting.ingest.bunched_times import spread_bunches, with_mended_times
+from hefting.ingest.mended_times import spread_bunches, with_mended_times
 
 STEP = 0.002
 

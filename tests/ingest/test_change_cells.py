@@ -9,15 +9,16 @@ import numpy as np
 import pytest
 
 from changing_cells import random_cells
-from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
-from hefting.ingest.changes.bodies import JointModel
-from hefting.ingest.changes.cells import _starts, _without_spikes, has_long_contact
-from hefting.ingest.changes.contacts import (
+from hefting.ingest.changes.assignment import (
+    NO_BODY,
+    Assignment,
     SeparateBodies,
     _with_a_contact,
+    assign,
     without_contacts,
 )
-from hefting.ingest.changes.screening import _best_change, is_suspicious
+from hefting.ingest.changes.bodies import JointModel, _best_change, is_suspicious
+from hefting.ingest.changes.cells import _starts, _without_spikes, has_long_contact
 from hefting.ingest.outliers import Outliers, no_outliers
 
 

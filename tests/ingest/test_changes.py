@@ -18,9 +18,8 @@ from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
 from hefting.ingest import Conditioned, condition
 from hefting.ingest.changes.assignment import NO_BODY, Assignment
-from hefting.ingest.changes.bodies import JointModel
-from hefting.ingest.changes.find import _without_excursions
-from hefting.ingest.changes.partition import (
+from hefting.ingest.changes.bodies import JointModel, is_suspicious, with_noise_scale
+from hefting.ingest.changes.cells import (
     COST_OF_INTERVAL,
     LARGEST_BIAS,
     LARGEST_PARAMETERS,
@@ -29,7 +28,7 @@ from hefting.ingest.changes.partition import (
     Intervals,
     partition,
 )
-from hefting.ingest.changes.screening import is_suspicious, with_noise_scale
+from hefting.ingest.changes.find import _without_excursions
 from hefting.ingest.changes.stretches import (
     Changes,
     EventKind,

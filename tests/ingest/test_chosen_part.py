@@ -6,7 +6,7 @@ import pytest
 from benchmarks.changing import case
 
 from given_cases import correct, mistake, undone_of
-from hefting.ingest import chosen_part
+from hefting.ingest import left_out
 from hefting.ingest.ingest import ingest
 from hefting.ingest.rivals import (
     axis_flipped,
@@ -20,13 +20,13 @@ from hefting.ingest.rivals import (
 def searches(monkeypatch):
     """Of each search for mistakes whether two at once were looked for, and when [s] the
     recording that they were looked for in ends."""
-    made, doubt_of = [], chosen_part.doubt_of
+    made, doubt_of = [], left_out.doubt_of
 
     def search(case, *, with_tool, pairs=True):
         made.append((pairs, case.recording["wrench"].time[-1]))
         return doubt_of(case, with_tool=with_tool, pairs=pairs)
 
-    monkeypatch.setattr(chosen_part, "doubt_of", search)
+    monkeypatch.setattr(left_out, "doubt_of", search)
     return made
 
 

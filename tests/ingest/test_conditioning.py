@@ -18,8 +18,7 @@ from hefting.ingest.blocks import Blocks
 from hefting.ingest.drift import Drift, HatFunctions, candidates
 from hefting.ingest.fit import Start, gauss_newton, motion_weights
 from hefting.ingest.ingest import ingest
-from hefting.ingest.model import Model, Problem, tangents_of
-from hefting.ingest.normal_equations import solve
+from hefting.ingest.model import Model, Problem, solve, tangents_of
 from hefting.ingest.path import path_of
 from hefting.ingest.uncertainty import estimate_uncertainty
 from hefting.logs import read_log

@@ -13,7 +13,7 @@ from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.ingest import ingest
-from hefting.ingest.lost_rows import MANY_LOST, _over_noise, with_time_of_lost_rows
+from hefting.ingest.mended_times import MANY, _over_noise, with_time_of_lost_rows
 from hefting.logs import read_log
 from recordings import LOGS, needs_recordings
 
@@ -45,7 +45,7 @@ def test_time_is_given_back_and_the_answer_is_that_of_the_log_with_time(seed, sh
     assert message.code == "rows-lost"
     lost = int(message.split()[0])
     assert 0.8 * (~kept).sum() <= lost <= (~kept).sum()
-    many = lost > MANY_LOST * kept.sum()
+    many = lost > MANY * kept.sum()
     assert message.severity == ("warning" if many else "note")
     true = time[kept] - time[kept][0]
     # lost rows that are not seen are few

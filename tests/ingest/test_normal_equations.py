@@ -4,7 +4,7 @@ said."""
 import numpy as np
 import pytest
 
-from hefting.ingest.normal_equations import _invert_semidefinite, invert
+from hefting.ingest.model import _invert_semidefinite, invert
 
 SIZES = 10.0 ** np.arange(-3.0, 4.0)
 """Units of seven unknowns: they do not matter."""

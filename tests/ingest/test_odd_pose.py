@@ -8,7 +8,7 @@ from scipy.stats import f as F
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.identification import identify
-from hefting.ingest.odd_pose import FEWEST_POSES, ODD, _oddness
+from hefting.ingest.samples import FEWEST_POSES, ODD, _oddness
 from hefting.inspection import inspect
 from hefting.logs import read_log
 from recordings import DATA, needs_recordings

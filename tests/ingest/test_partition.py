@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from changing_cells import random_cells
-from hefting.ingest.changes import partition as module
-from hefting.ingest.changes.partition import Intervals, _cheapest, _moved, partition
+from hefting.ingest.changes import cells as module
+from hefting.ingest.changes.cells import Intervals, _cheapest, _moved, partition
 
 
 @pytest.mark.parametrize("seed", range(6))

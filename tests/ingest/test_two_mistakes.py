@@ -24,12 +24,11 @@ from hefting.ingest.rivals import (
     time_unit,
     two_mistakes,
 )
-from hefting.ingest.rivals import undone as undone_poses
+from hefting.ingest.rivals import explanation as undone_poses
 from hefting.ingest.rivals.consequence import doubt_of
-from hefting.ingest.rivals.explanation import as_given
+from hefting.ingest.rivals.explanation import INERTIAL, as_given
 from hefting.ingest.rivals.judge import judge_one
 from hefting.ingest.rivals.two_mistakes import judge
-from hefting.ingest.rivals.undone import INERTIAL
 
 pytestmark = pytest.mark.usefixtures("same_poses")
 

@@ -13,7 +13,7 @@ from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest import outliers
 from hefting.ingest.blocks import Blocks, block_starts, medians, within_blocks
-from hefting.ingest.changes import screening
+from hefting.ingest.changes import bodies as screening
 from hefting.ingest.changes.assignment import assign
 from hefting.ingest.changes.bodies import (
     JointModel,
@@ -21,15 +21,20 @@ from hefting.ingest.changes.bodies import (
     log_ratio,
     variance_of_any_linear_function,
 )
-from hefting.ingest.changes.cells import Cells, cells_of, has_long_contact
+from hefting.ingest.changes.cells import (
+    Cells,
+    Intervals,
+    cells_of,
+    has_long_contact,
+    partition,
+)
 from hefting.ingest.changes.find import _is_change, _unexplained
-from hefting.ingest.changes.partition import Intervals, partition
 from hefting.ingest.changes.stretches import center_of_mass, event_between
 from hefting.ingest.channels import step_beyond_noise
 from hefting.ingest.findings import _milliseconds
 from hefting.ingest.free_fit import free_fit, lever, wrench_sign
 from hefting.ingest.left_out import _missing
-from hefting.ingest.normal_equations import invert
+from hefting.ingest.model import invert
 from hefting.ingest.outliers import find_odd_poses, find_outliers, saturated
 from hefting.ingest.samples import find_outliers_piecewise
 from hefting.ingest.uncertainty import (

@@ -16,6 +16,7 @@ from hefting.identification.torque_suspects import (
     of_delays,
     of_empty_runs,
     of_suspect,
+    refined,
     without_explained,
 )
 from hefting.simulation.arm_links import TORQUE_ARMS
@@ -23,7 +24,6 @@ from hefting.simulation.torque_scenario import TorqueRobot
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import EmptyRuns, LoadedRuns
 from hefting.torques.samples import TorqueSamples, samples_of
-from hefting.torques.suspect_size import refined
 from hefting.torques.suspects import Suspect, Suspects, without_delay
 from torque_runs import BODY, dynamics, fitted, one_at_a_time
 from torque_runs import runs as right

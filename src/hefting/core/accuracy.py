@@ -9,7 +9,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.inertia import InertialParameters
 from hefting.core.quantity import quantity
-from hefting.core.spatial import Array
+from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 
 NAMES = {"mass": "mass", "com": "center_of_mass", "inertia": "inertia"}
 """How the three are called in a text, and here."""
@@ -137,8 +137,7 @@ def _shown(name: str, value: float, digits: int = 3) -> str:
 def _about_com(vectors: Array) -> Array:
     """(n, 6) inertia about the COM of parameters (n, 10)."""
     m, h = vectors[:, 0], vectors[:, 1:4]
-    i, j = (0, 0, 0, 1, 1, 2), (0, 1, 2, 1, 2, 2)
-    products = h[:, i] * h[:, j] / m[:, None]
+    products = h[:, TENSOR_ROWS] * h[:, TENSOR_COLUMNS] / m[:, None]
     moved = vectors[:, 4:] + products
     moved[:, [0, 3, 5]] -= (products[:, 0] + products[:, 3] + products[:, 5])[:, None]
     return moved

@@ -25,7 +25,7 @@ from hefting.core.estimate_json import (
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
-from hefting.core.spatial import Array, frozen, skew, tensor_to_vector, vector_to_tensor
+from hefting.core.spatial import Array, freeze, skew, tensor_to_vector, vector_to_tensor
 from hefting.core.summary import body_lines, samples_told, warning_lines
 from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
 
@@ -94,9 +94,7 @@ class Estimate(Shown):
     hyperparameters."""
 
     def __post_init__(self):
-        for name in ("covariance", "bias", "point_masses", "residual"):
-            if getattr(self, name) is not None:
-                object.__setattr__(self, name, frozen(getattr(self, name)))
+        freeze(self, "covariance", "bias", "point_masses", "residual")
         if self.undetermined is None:
             ends = self._ends()
             found = NOTHING_OPEN if ends is None else Undetermined.without_end(ends)

@@ -79,8 +79,10 @@ DIMENSIONS = {
     "linear_acceleration": 2,
     "angular_velocity": 2,
     "angular_acceleration": 2,
+    "force": 2,
+    "torque": 2,
+    "weights": 1,
 }
-DIMENSIONS |= {"force": 2, "torque": 2, "weights": 1}
 """The arrays of `Measurements`: one dimension (K,) or two (K, 3)."""
 
 
@@ -200,17 +202,9 @@ class Measurements:
         """A copy with seeded Gaussian noise added to accelerations and wrench (Nadeau
         et al. 2022, sec. V-C)."""
         rng = np.random.default_rng(seed)
-        levels = {
-            name: getattr(noise, name)
-            for name in (
-                "force",
-                "torque",
-                "linear_acceleration",
-                "angular_acceleration",
-            )
-        }
         noisy = {
-            name: getattr(self, name) + std * rng.normal(size=(len(self), 3))
-            for name, std in levels.items()
+            level.name: getattr(self, level.name)
+            + getattr(noise, level.name) * rng.normal(size=(len(self), 3))
+            for level in fields(noise)
         }
         return replace(self, noise=noise, **noisy)

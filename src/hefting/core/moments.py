@@ -47,6 +47,13 @@ def triangular(rows: Array, *, overwrite: bool = False) -> Array:
     return factor * _UPPER[n] if n in _UPPER else np.triu(factor)
 
 
+def folded(factor: Array, rows: Array) -> Array:
+    """Triangular factor (n, n) with `rows` (k, n) added."""
+    for first in range(0, len(rows), BLOCK):
+        factor = lapack.dtpqrt(0, REFLECTORS, factor, rows[first : first + BLOCK])[0]
+    return factor
+
+
 _UPPER = {n: np.triu(np.ones((n, n))) for n in (5, 11, 17, FEATURES)}
 
 
@@ -110,17 +117,12 @@ class Moments:
             return self
         if scale is not None:
             x = x * scale[:, None]
-        factor = self.factor
         if len(x) == 1:
-            factor = lapack.dtpqrt(0, REFLECTORS, factor, x)[0]
             first = last = float(time[0])
         else:
-            for first in range(0, len(x), BLOCK):
-                factor = lapack.dtpqrt(0, REFLECTORS, factor, x[first : first + BLOCK])[
-                    0
-                ]
             first, last = float(np.minimum.reduce(time)), float(np.maximum.reduce(time))
         start, end = min(self.start, first), max(self.end, last)
+        factor = folded(self.factor, x)
         return type(self)(factor, self.samples + len(time), start, end)
 
     def merge(self, other: Moments, *, one_bias: bool = False) -> Self:

@@ -48,7 +48,7 @@ def _full_map() -> Array:
     full[6:12, 0:3, 1:4] = (
         tensor_basis - np.einsum("sii->s", tensor_basis)[:, None, None] * unit
     )
-    levi_civita = -np.moveaxis(skew(unit), 0, 0)  # levi_civita[i, j, k] = eps_ijk
+    levi_civita = -skew(unit)  # levi_civita[i, j, k] = eps_ijk
     full[6:12, 3:6, 4:10] = np.einsum(
         "ijk,tjl,skl->tis", levi_civita, tensor_basis, tensor_basis
     )

@@ -28,13 +28,11 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
 from hefting.core.lapack import lapack
-from hefting.core.moments import REFLECTORS, triangular
+from hefting.core.moments import folded, triangular
 from hefting.core.spatial import Array
 
 PAYLOAD = 10
 """Columns of the payload's parameters, the last but the torque's."""
-BLOCK = 2048
-"""Rows of a joint folded at once: bounds the memory."""
 WELL_CONDITIONED = 1e-7
 """Reciprocal condition of unknowns, their columns scaled to one length, above which
 none is open, so that no singular value need be found."""
@@ -108,12 +106,7 @@ class TorqueMoments:
         numbers and times stay as they are."""
         factors = np.empty_like(self.factors)
         for j, factor in enumerate(self.factors):
-            own = np.asfortranarray(factor)
-            for first in range(0, len(rows), BLOCK):
-                own = lapack.dtpqrt(0, REFLECTORS, own, rows[first : first + BLOCK, j])[
-                    0
-                ]
-            factors[j] = own
+            factors[j] = folded(np.asfortranarray(factor), rows[:, j])
         return replace(self, factors=factors)
 
     def merge(self, other: TorqueMoments) -> Self:

@@ -9,7 +9,6 @@ from dataclasses import field
 from typing import Any, Self
 
 import numpy as np
-import numpy.typing as npt
 
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error
@@ -17,6 +16,7 @@ from hefting.core.spatial import (
     PARAMETERS,
     TENSOR_COLUMNS,
     TENSOR_ROWS,
+    Mask,
     own,
     vector_to_tensor,
 )
@@ -28,21 +28,14 @@ LONGEST_ORIGIN = 200
 """Characters of `Undetermined.filled_from` that are read."""
 
 
-Mask = npt.NDArray[np.bool_]
-
-
-def _nothing(*shape: int) -> Mask:
-    return np.zeros(shape, dtype=bool)
-
-
 @immutable
 class Undetermined:
     """What is open of mass, COM and inertia at the COM."""
 
     mass: bool = False
-    center_of_mass: Mask = field(default_factory=lambda: _nothing(3))
+    center_of_mass: Mask = field(default_factory=lambda: np.zeros(3, dtype=bool))
     """(3,) whether each coordinate is open"""
-    inertia_at_com: Mask = field(default_factory=lambda: _nothing(3, 3))
+    inertia_at_com: Mask = field(default_factory=lambda: np.zeros((3, 3), dtype=bool))
     """(3, 3) whether each entry is open"""
     filled_from: str | None = None
     """What the values that stand in their place follow from; None where nothing is

@@ -10,11 +10,11 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.measurements import MotionNoise
-from hefting.core.moments import triangular
+from hefting.core.moments import folded, triangular
 from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
 from hefting.estimators.raw_motion import NO_ROUGHNESS, roughness, white_noise_of
-from hefting.estimators.timescales import TimeScales, folded
+from hefting.estimators.timescales import TimeScales
 
 BUFFERED_SAMPLES = 64
 """Number of samples that are transformed together. An update by one sample then costs

@@ -17,8 +17,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.lapack import lapack
-from hefting.core.moments import BLOCK, REFLECTORS, triangular
+from hefting.core.moments import folded, triangular
 from hefting.core.regressor import FEATURES
 from hefting.core.spatial import Array
 
@@ -119,13 +118,6 @@ class TimeScales:
             counts.append(sum(part.counts[level] for part in both))
         pending = (*later.pending, *(None,) * (size - len(later.pending)))
         return type(self)(tuple(factors), tuple(counts), pending)
-
-
-def folded(factor: Array, rows: Array) -> Array:
-    """Triangular factor (22, 22) with `rows` (k, 22) added."""
-    for first in range(0, len(rows), BLOCK):
-        factor = lapack.dtpqrt(0, REFLECTORS, factor, rows[first : first + BLOCK])[0]
-    return factor
 
 
 def autocorrelation_time(series: Array) -> float:

@@ -41,17 +41,21 @@ from hefting.identification.torque_suspects import (
     of_delays,
     of_empty_runs,
     of_suspect,
+    refined,
     without_explained,
 )
-from hefting.ingest.bunched_times import with_mended_times
+from hefting.ingest.mended_times import with_mended_times
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
-from hefting.torques.samples import TorqueSamples, samples_of, still_joints
-from hefting.torques.spikes import without_spikes
-from hefting.torques.suspect_size import refined
+from hefting.torques.samples import (
+    TorqueSamples,
+    samples_of,
+    still_joints,
+    without_spikes,
+)
 from hefting.torques.suspects import Suspects, without_delay
 
 PUBLISHED_ERROR = 1.5

@@ -201,23 +201,14 @@ def recommend(
     shape: Shape | None,
     seen: dict[str, Ingested] | None = None,
 ) -> tuple[str, str]:
-    """Choose an estimate.
+    """Choose an estimate: the name of its method, and a sentence that gives the reason.
 
     Parameters
     ----------
-    results : dict
-        Estimates by method.
-    found : Ingested
-        The recording as read and conditioned.
-    shape : Shape, optional
-        Shape of the object.
-    seen : dict, optional
-        The part of the recording that a method used, by method; by default all of it.
-
-    Returns
-    -------
-    tuple of str
-        Name of the method, and a sentence that gives the reason.
+    results : estimates by method.
+    found : the recording as read and conditioned.
+    shape : of the object.
+    seen : the part of the recording that a method used, by method; by default all of it.
     """
     bodies = {
         name: e

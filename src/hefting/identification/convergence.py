@@ -48,12 +48,9 @@ def convergence(estimator: Estimator, found: Ingested, final: Estimate) -> Conve
 
     Parameters
     ----------
-    estimator : Estimator
-        That made it.
-    found : Ingested
-        The recording as far as it was used; several are seen one after the other.
-    final : Estimate
-        Its estimate from all of that, which is the last one.
+    estimator : that made it.
+    found : the recording as far as it was used; several are seen one after the other.
+    final : its estimate from all of that, which is the last one.
     """
     seen, estimates = [], []
     last: Estimate | None = None

@@ -48,24 +48,14 @@ def estimator_for(
 
     Parameters
     ----------
-    kind : type of Estimator
-        Class of the method.
-    found : Ingested
-        The recording as read and conditioned.
-    shape : Shape, optional
-        Shape of the object in the sensor frame.
-    hyperparameters : dict
-        Values by name. The value "shape" stands for `shape` itself where the method
-        takes one for that hyperparameter.
+    kind : class of the method.
+    found : the recording as read and conditioned.
+    shape : of the object in the sensor frame.
+    hyperparameters : values by name. The value "shape" stands for `shape` itself where
+        the method takes one for that hyperparameter.
 
-    Returns
-    -------
-    Estimator
-
-    Raises
-    ------
-    InputError
-        If the method needs what is not given, or has no such hyperparameter.
+    Raises `InputError` if the method needs what is not given, or has no such
+    hyperparameter.
     """
     return estimator_knowing(kind, known_of(found, shape), hyperparameters)
 

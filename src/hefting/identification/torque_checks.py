@@ -14,7 +14,6 @@ from hefting.core.torque_moments import PAYLOAD, pseudo_inverse_half
 from hefting.identification.checks import mass_undetermined
 from hefting.robots.joint_log import angle_doubts
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.equations import STICTION_SPEED
 from hefting.torques.noise import TorqueFit
 from hefting.torques.rivals import better_rival
 from hefting.torques.runs import (
@@ -23,7 +22,7 @@ from hefting.torques.runs import (
     TYPICAL_PAYLOAD,
     LoadedRuns,
 )
-from hefting.torques.samples import LEAST_TURN, UR_JOINT, TorqueSamples
+from hefting.torques.samples import LEAST_TURN, STICTION_SPEED, UR_JOINT, TorqueSamples
 
 LARGEST_MISFIT = 2.0
 """Slow residual of any joint by empty and loaded runs together over that of each alone,

@@ -1,13 +1,16 @@
-"""Messages of mistakes that are fitted beside the payload (`hefting.torques.suspects`)."""
+"""Mistakes that are fitted beside the payload (`hefting.torques.suspects`): their size, of
+which the first step falls short, and their messages."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.messages import Message, codes, error, note, warning
 from hefting.core.spatial import Array, angle_between
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.suspects import Suspect
+from hefting.torques.runs import LoadedRuns
+from hefting.torques.suspects import Suspect, Suspects
 
 WRONG_SHIFT = 0.5, 1.0
 """Change of mass or first moments, over the half widths of their intervals, from which
@@ -26,6 +29,10 @@ EXPLAINED_BY_RIVAL = SUSPECTS | {
     "torque-unit",
 }
 """Codes of what joints of another order or sign, or another gravity, do, too."""
+MOST_STEPS = 8
+"""Steps to the size of a tilt or of zeros, of which the first falls short."""
+SMALL_STEP = 0.05
+"""Share of it below which they end."""
 
 
 def of_suspect(
@@ -143,3 +150,35 @@ def _said(
         "`torque_gains` and units"
     )
     return say("torque-gain", what, "torque_gains")
+
+
+def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
+    """A tilt in all runs, or zeros, by as many steps as leave none; another suspect, or
+    one beside a calibration, as it is."""
+    if suspect is None or runs.calibration is not None:
+        return suspect
+    if suspect.kind != "zeros" and (suspect.kind != "tilt" or suspect.loaded):
+        return suspect
+    alike = (suspect.kind, suspect.loaded)
+    for _ in range(MOST_STEPS):
+        there = _without(runs, suspect)
+        tried = Suspects(there, there.fit()).all()
+        more = next(each for each in tried if (each.kind, each.loaded) == alike).theta
+        suspect = replace(suspect, theta=suspect.theta + more)
+        if np.abs(more).max() < SMALL_STEP * np.abs(suspect.theta).max():
+            break
+    return suspect
+
+
+def _without(runs: LoadedRuns, suspect: Suspect) -> LoadedRuns:
+    """The runs without a tilt, or with the zeros put right."""
+    if suspect.kind == "tilt":
+        given = runs.dynamics.gravity
+        turned = given + suspect.theta
+        turned *= np.linalg.norm(given) / np.linalg.norm(turned)
+        return replace(runs, dynamics=runs.dynamics.under(turned))
+    loaded, empty = (
+        tuple(replace(run, position=run.position + suspect.theta) for run in each)
+        for each in (runs.loaded, runs.empty)
+    )
+    return replace(runs, loaded=loaded, empty=runs.empty if suspect.loaded else empty)

@@ -38,12 +38,11 @@ class Excitation:
     """[rad/s²] standard deviation of the angular acceleration, where it is known"""
 
     @classmethod
-    def of(cls, measurements: Measurements, moments: Moments | None = None) -> Self:
-        """Of samples; their `moments`, where they are known."""
+    def of(cls, measurements: Measurements) -> Self:
+        """Of samples."""
         z = measurements
         known = 0.0 if z.noise is None else z.noise.angular_acceleration
-        moments = Moments.of(z) if moments is None else moments
-        return cls(moments, directions_of(z), known)
+        return cls(Moments.of(z), directions_of(z), known)
 
     @classmethod
     def of_all(cls, each: Sequence[Self], moments: Moments) -> Self:

@@ -25,11 +25,11 @@ from hefting.ingest.conditioned import (
 from hefting.ingest.drift import Drift, candidates
 from hefting.ingest.findings import RejectedOffset, findings_of, warnings_of
 from hefting.ingest.fit import Fit, gauss_newton
-from hefting.ingest.late import felt_path
 from hefting.ingest.model import Problem
 from hefting.ingest.offset_profile import OffsetProfile, profile_of
 from hefting.ingest.outliers import Outliers
 from hefting.ingest.path import WORLD_AXES_COLUMNS, Path, path_of, static_path
+from hefting.ingest.response import felt_path
 from hefting.ingest.robust_fit import (
     RobustFit,
     choose_bias_and_refine_offset,

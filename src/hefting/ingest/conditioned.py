@@ -28,6 +28,12 @@ def mass_over_std(mass: float, std: float) -> float:
     return mass / max(std, 1e-12 * abs(mass), 1e-300)
 
 
+def mean_inflation(inflation: Array, covariance: Array) -> float:
+    """That of the ten parameters that are determined, on average; one where none is."""
+    known = np.isfinite(covariance.diagonal()[:10])
+    return float(np.mean(inflation[:10][known])) if known.any() else 1.0
+
+
 @dataclass(frozen=True)
 class WrenchSign:
     """Sign convention of the recorded wrench, from the sign of the estimated mass."""
@@ -134,8 +140,7 @@ class Conditioned:
     def autocorrelation(self) -> float:
         """Variance of the parameters over that if the residuals were white, on
         average."""
-        known = np.isfinite(self.covariance.diagonal())
-        return float(np.mean(self.inflation[:10][known])) if known.any() else 1.0
+        return mean_inflation(self.inflation, self.covariance)
 
     @property
     def std(self) -> Array:
@@ -168,15 +173,8 @@ class Conditioned:
 
         Parameters
         ----------
-        recording : Recording
-            The recording that was conditioned.
-        drift : bool
-            Whether to remove the drift of the bias; False where the bias is known.
-
-        Returns
-        -------
-        Recording
-            `recording` itself where nothing is to be corrected.
+        recording : that was conditioned; itself where nothing is to be corrected.
+        drift : whether to remove the drift of the bias; False where the bias is known.
         """
         remove_drift = drift and self.bias.kind != "constant"
         if not (self.offset or remove_drift or self.rejected.any()):

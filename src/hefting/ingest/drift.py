@@ -1,6 +1,7 @@
 """Drift of a bias: constant, linear, or piecewise linear between knots."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -128,18 +129,8 @@ class HatFunctions:
         return out
 
     def project(self, rows: Array) -> Array:
-        """Inner product of each basis function with each column of `rows`.
-
-        Parameters
-        ----------
-        rows : Array
-            (K, d) one row for each sample.
-
-        Returns
-        -------
-        Array
-            (n, d): the sum over the samples of function times row.
-        """
+        """(n, d) inner product of each basis function with each column of `rows` (K, d):
+        the sum over the samples of function times row."""
         if self.n == 1:
             return self.functions.T @ rows
         products = np.zeros((self.n, rows.shape[1]))
@@ -161,6 +152,4 @@ class HatFunctions:
 
     def _intervals(self) -> Iterator[slice]:
         """The samples in each interval between knots."""
-        return (
-            slice(a, b) for a, b in zip(self.bounds[:-1], self.bounds[1:], strict=True)
-        )
+        return (slice(a, b) for a, b in pairwise(self.bounds))

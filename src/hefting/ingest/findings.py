@@ -8,11 +8,10 @@ from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Mask, median, runs_of
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
-from hefting.ingest.odd_pose import FEWEST_POSES
 from hefting.ingest.offset_profile import OffsetProfile
 from hefting.ingest.outliers import Outliers
 from hefting.ingest.robust_fit import COMMON_OFFSET
-from hefting.ingest.samples import FEWEST_POSES_FOR_OUTLIERS
+from hefting.ingest.samples import FEWEST_POSES, FEWEST_POSES_FOR_OUTLIERS
 
 LARGEST_OFFSET_STD = 0.05
 """[s] Standard deviation of the clock offset from which on the offset counts as

@@ -14,8 +14,7 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Mask, interpolated, median, squared_lengths
 from hefting.ingest.drift import HatFunctions
-from hefting.ingest.model import Layout, Model, Problem, tilt_gravity
-from hefting.ingest.normal_equations import Solution, solve
+from hefting.ingest.model import Layout, Model, Problem, Solution, solve, tilt_gravity
 from hefting.ingest.path import Reading
 from hefting.motion.weighting import effect_of_acceleration_errors, samples_per_error
 

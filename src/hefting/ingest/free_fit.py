@@ -22,7 +22,12 @@ from hefting.estimators.joint_state import (
 )
 from hefting.estimators.quadratic import LeastSquares, least_squares
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.conditioned import SIGNIFICANT, WrenchSign, mass_over_std
+from hefting.ingest.conditioned import (
+    SIGNIFICANT,
+    WrenchSign,
+    mass_over_std,
+    mean_inflation,
+)
 
 SMALLEST_GRAVITY_CHANGE = 0.03
 """Root-mean-square change of gravity in sensor axes, as a share of its size, below
@@ -54,8 +59,7 @@ class FreeFit:
     @property
     def autocorrelation(self) -> float:
         """The `inflation` of the determined parameters, on average."""
-        known = np.isfinite(self.covariance.diagonal()[:10])
-        return float(np.mean(self.inflation[:10][known])) if known.any() else 1.0
+        return mean_inflation(self.inflation, self.covariance)
 
     @property
     def mass_t(self) -> float:

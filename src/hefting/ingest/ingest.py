@@ -19,7 +19,6 @@ from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.bias import BiasOfEstimate, FreeFits, bias_of, choose_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
-from hefting.ingest.bunched_times import with_mended_times
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
     dead_channel_message,
@@ -27,7 +26,6 @@ from hefting.ingest.channels import (
     require_changing_wrench,
     still_pose_message,
 )
-from hefting.ingest.chosen_part import choose_part
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned, WrenchSign
 from hefting.ingest.faulty_wrench import (
@@ -36,7 +34,8 @@ from hefting.ingest.faulty_wrench import (
 )
 from hefting.ingest.free_fit import residuals, wrench_sign
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.left_out import left_out_of
+from hefting.ingest.left_out import choose_part, left_out_of
+from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.response import response_of
 from hefting.ingest.rivals.consequence import Doubt

@@ -110,6 +110,13 @@ class Path:
         read = partial(_read_scaled, self.read, linear, angular)
         return replace(self, read=read, curves=None)
 
+    def felt(self, grid: Array, value: Array) -> "Path":
+        """The motion as a wrench feels it through a filter: with rows (n, 21), as of
+        `Reading.value`, at instants (n,) [s]."""
+        return replace(
+            self, read=partial(_read_felt, self.read, grid, value), plain=self
+        )
+
     def known_at(self, time: Array) -> Mask:
         """(K,) times [s] at which the motion is known, as in `Reading.known`."""
         if self.curves is None:
@@ -122,12 +129,9 @@ class Path:
 
         Parameters
         ----------
-        time : Array
-            (K,) [s]; times outside the motion are not `known`.
-        rates : bool
-            Whether to compute the derivatives by time.
-        spread : bool
-            Whether to compute the variances of the errors.
+        time : (K,) [s]; times outside the motion are not `known`.
+        rates : whether to compute the derivatives by time.
+        spread : whether to compute the variances of the errors.
         """
         inside = np.clip(time, self.first, self.last)
         value, variances, there = self.read(inside, spread)
@@ -161,19 +165,13 @@ def path_of(
 
     Parameters
     ----------
-    recording : Recording
-        The recording.
-    source : Source
-        As for `hefting.motion.measure`.
-    gravity : ArrayLike
-        (3,) in world axes [m/s²], for an accelerometer next to the poses. Of the curves
-        found, the path is that of the poses alone.
+    recording : the recording.
+    source : as for `hefting.motion.measure`.
+    gravity : (3,) in world axes [m/s²], for an accelerometer next to the poses. Of the
+        curves found, the path is that of the poses alone.
 
-    Returns
-    -------
-    Path or None
-        None if no motion can be shifted: static poses, a pose that is held, rests
-        alone, too few poses.
+    None if no motion can be shifted: static poses, a pose that is held, rests alone,
+    too few poses.
     """
     if recording.static:
         return None
@@ -251,6 +249,12 @@ def _read_scaled(
     factors = np.ones(value.shape[1])
     factors[MOTION_COLUMNS] = np.repeat((linear, angular), (3, 9))
     return value * factors, variances * np.square([[linear], [angular]]), known
+
+
+def _read_felt(
+    read: Read, grid: Array, value: Array, time: Array, spread: bool
+) -> tuple[Array, Array, Mask]:
+    return interpolated(time, grid, value), *read(time, spread)[1:]
 
 
 def _read_in_pieces(read: Read, time: Array, spread: bool) -> tuple[Array, Array, Mask]:

@@ -9,6 +9,9 @@ begins less, and a wrench that swings at f it weakens by about (2 pi f T)² / 2:
 The motion's features are sent through filters of several time constants. Beside each the
 parameters, the bias and what is left of the lag are least squares; how likely each is
 follows from what it leaves of the wrench.
+
+A filter's tail looks like a drifting bias or like contacts, and what is then taken out is
+a part of the object's weight. So a clear one is looked for before these are: `felt_path`.
 """
 
 from dataclasses import replace
@@ -21,15 +24,21 @@ from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, note
 from hefting.core.regressor import motion_features
 from hefting.core.spatial import Array, interpolated
+from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
 from hefting.ingest.filtering import SHORTEST_LAG, Ahead
+from hefting.ingest.fit import Start, gauss_newton
 from hefting.ingest.free_fit import FreeFit
-from hefting.ingest.late import LONGEST, SHORTEST, instants
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, features_of
+from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, Problem, features_of
+from hefting.ingest.path import Path
+from hefting.ingest.robust_fit import InlierFit
+from hefting.ingest.samples import Samples
 
 CONSTANTS = (0.0, 0.3, 0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)
 """Time constants that are tried, over the lag that was found for a delay: from the rise
 or the end of a move alone that is found too short."""
+FELT_CONSTANTS = (0.6, 1.0, 1.4, 1.8)
+"""Those that are tried before drifts and contacts are looked for."""
 EARLY = 1.1
 """Largest time constant over the lag: poses may be late themselves, by little."""
 STEPS = 4
@@ -46,6 +55,61 @@ TYPICAL = np.repeat((5.0, 1.0, 0.2), (1, 3, 6))
 them."""
 WIDE = 1e3
 """The same of the bias [N, N m] and its change [1/s]."""
+SHORTEST = 0.05
+"""[s] Lag from which on a filter is looked for here: a shorter one leaves nothing that
+drifts."""
+LONGEST = 1.2
+"""[s] The longest filter's: a longer lag is that of a clock."""
+CLEARLY_LESS = 0.8
+"""Size of the residuals over that beside a delay, for force and torque together, from
+which on there is a filter. In parts of 9 s of a recording through a filter of 0.6 s it is
+0.4 to 0.9."""
+MOST_BLOCKS = 2000
+"""Blocks that are compared."""
+INSTANTS_PER_LAG, FEWEST_PER_LAG, MOST_INSTANTS = 20, 4, 50_000
+"""Instants at which the motion is filtered."""
+
+
+def felt_path(samples: Samples, found: InlierFit) -> Path | None:
+    """The motion through the filter that explains the wrench clearly better than a delay
+    does, ahead by the lag of that filter; None where there is none.
+
+    The bias is constant in both, and no sample is left out but by its weight.
+    """
+    problem, lag = found.problem, found.fit.offset
+    if not problem.free_offset or lag < SHORTEST:
+        return None
+    if (grid := instants(problem.path, lag)) is None:
+        return None
+    whole = samples.blocks()
+    typical = replace(whole, wrench=medians(samples.wrench, whole.starts))
+    delayed = replace(problem, blocks=typical, free_gravity=False).every(MOST_BLOCKS)
+    start = replace(found.fit.start, reading=None)
+    least, best = CLEARLY_LESS * _left(delayed, start), None
+    constants = [lag * share for share in FELT_CONSTANTS if lag * share < LONGEST]
+    ahead = Ahead.of(grid, problem.path.read(grid, False)[0], LONGEST)
+    for constant in constants:
+        path = problem.path.felt(grid, ahead.through(constant))
+        left = _left(replace(delayed, path=path), start)
+        if left < least:
+            least, best = left, path
+    return best
+
+
+def _left(problem: Problem, start: Start) -> float:
+    """Size of what robust least squares leaves of force and torque together."""
+    fit = gauss_newton(problem, start, 1, robust=True, steps=6, final=False)
+    return float(np.sqrt(fit.scale.prod()))
+
+
+def instants(path: Path, lag: float) -> Array | None:
+    """(n,) [s] even instants at which a motion is filtered that is felt so late [s];
+    None of one that is too long for so short a lag."""
+    lags = (path.last - path.first) / lag
+    if lags * FEWEST_PER_LAG > MOST_INSTANTS:
+        return None
+    count = int(min(lags * INSTANTS_PER_LAG, MOST_INSTANTS)) + 2
+    return np.linspace(path.first, path.last, count)
 
 
 @immutable

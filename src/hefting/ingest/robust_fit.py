@@ -16,12 +16,10 @@ from hefting.ingest.blocks import medians
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import LARGEST_OFFSET_STEP, Fit, Start, gauss_newton
-from hefting.ingest.model import Problem
-from hefting.ingest.normal_equations import solve
-from hefting.ingest.odd_pose import find_odd_pose
+from hefting.ingest.model import Problem, solve
 from hefting.ingest.offset import scan_offsets
 from hefting.ingest.outliers import Outliers, no_outliers
-from hefting.ingest.samples import Samples, find_outliers_of_fit
+from hefting.ingest.samples import Samples, find_odd_pose, find_outliers_of_fit
 from hefting.ingest.uncertainty import Uncertainty, estimate_uncertainty
 
 MOST_BLOCKS_OF_FIRST_FIT = 6_000

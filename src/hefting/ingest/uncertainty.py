@@ -320,21 +320,10 @@ def _inverse_root(own: Array) -> Array:
 
 
 def _leverage(Z: Array, root: Array) -> Array:
-    """Power that the fit removes from white residuals of unit variance, at each
-    frequency.
-
-    Parameters
-    ----------
-    Z : Array
-        (2, F, 6, q) Fourier transform of the influences on the q unknowns.
-    root : Array
-        (q, k) X, with X X' the covariance of the unknowns for white residuals.
-
-    Returns
-    -------
-    Array
-        (F, 6): z X X' z^* for each frequency and channel.
-    """
+    """(F, 6) power that the fit removes from white residuals of unit variance, z X X'
+    z^* for each frequency and channel: from the Fourier transform Z (2, F, 6, q) of the
+    influences on the q unknowns, and the `root` (q, k) X of their covariance X X' for
+    white residuals."""
     power = np.square(Z.reshape(-1, Z.shape[3]) @ root).sum(axis=1)
     return power.reshape(Z.shape[:3]).sum(axis=0)
 

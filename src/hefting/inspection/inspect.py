@@ -19,11 +19,11 @@ from hefting.core.messages import Message, warning
 from hefting.core.plain_text import file_word
 from hefting.core.recording import Recording
 from hefting.core.spatial import SPEED_LIMIT, Array, angle_between, check_gravity
-from hefting.ingest.bunched_times import with_mended_times
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.identifiability import identifiability
 from hefting.ingest.ingest import Ingested, ingest
+from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.plausibility import check_wrench, holds_nothing, mass_warnings
 from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
 from hefting.ingest.tool import load_tool

@@ -22,6 +22,7 @@ variance: Wahba, J. Royal Statistical Society B 45 (1983).
 
 from dataclasses import field, replace
 from functools import cached_property
+from itertools import pairwise
 from math import comb, factorial, perm
 from typing import Self
 
@@ -130,6 +131,11 @@ class Knots:
         """Number of coefficients."""
         return int(self.offset[-1])
 
+    @property
+    def spans(self) -> list[tuple[int, int]]:
+        """First coefficient of each segment, and that after its last."""
+        return list(pairwise(self.offset.tolist()))
+
     def locate(self, time: Array) -> tuple[Integers, Array, Mask]:
         """Where times (K,) [s] lie among the knots.
 
@@ -150,8 +156,7 @@ class Knots:
 
     def roughness(self, coefficients: Array, m: int) -> float:
         """|D^m c|² of coefficients (n, d), summed over the segments."""
-        pairs = zip(self.offset[:-1], self.offset[1:], strict=True)
-        pieces = (coefficients.T[:, start:stop] for start, stop in pairs)
+        pieces = (coefficients.T[:, start:stop] for start, stop in self.spans)
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
     def roughened(self, coefficients: Array, m: int, penalty: float | Array) -> Array:
@@ -160,7 +165,7 @@ class Knots:
         out = np.zeros(coefficients.T.shape)
         each = np.broadcast_to(penalty, len(self.rows_of_differences(m)))
         first = 0
-        for start, stop in zip(self.offset[:-1], self.offset[1:], strict=True):
+        for start, stop in self.spans:
             rows = np.diff(coefficients.T[:, start:stop], m)
             rows = rows * each[first : first + rows.shape[1]]
             first += rows.shape[1]
@@ -170,8 +175,9 @@ class Knots:
 
     def rows_of_differences(self, m: int) -> Integers:
         """First coefficient of each row of D^m; none reaches over a gap."""
-        pairs = zip(self.offset[:-1], self.offset[1:], strict=True)
-        return np.concatenate([np.arange(start, stop - m) for start, stop in pairs])
+        return np.concatenate(
+            [np.arange(start, stop - m) for start, stop in self.spans]
+        )
 
     def penalty(self, m: int, weights: Array | None = None) -> Array:
         """Lower bands (6, n) of D^m' W D^m, W being diagonal; `weights` are one for

@@ -145,14 +145,10 @@ class Curve:
 
         Parameters
         ----------
-        data : tuple of Observation
-            The samples, then measured derivatives.
-        name : str
-            What the signal is, for error messages.
-        end : float
-            [s] Time to which the last value is known.
-        near : Smoothness, optional
-            An approximate smoothness, as that of a fit without the derivatives; only
+        data : the samples, then measured derivatives.
+        name : what the signal is, for error messages.
+        end : [s] time to which the last value is known.
+        near : an approximate smoothness, as that of a fit without the derivatives; only
             its neighbourhood is searched.
         """
         smoothness, h, dt, normal = tune(data, ORDERS, name, near)

@@ -202,15 +202,10 @@ class Track:
 
         Parameters
         ----------
-        values : Array
-            (K, d) samples.
-        steady : Steady
-            The settled filter for their spacing; see `is_steady`.
+        values : (K, d) samples.
+        steady : the settled filter for their spacing; see `is_steady`.
 
-        Returns
-        -------
-        Track
-            What K calls of `step` return, up to rounding.
+        Returns what K calls of `step` return, up to rounding.
         """
         states = self._filtered_states(values, steady)
         innovations = (values - states[:, 0]) * steady.surplus

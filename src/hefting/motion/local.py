@@ -108,14 +108,10 @@ def fit_locally(
 
     Parameters
     ----------
-    normal : Normal
-        Normal equations; their pilot is replaced.
-    found : Smoothness
-        The most likely global smoothness, of any order.
-    dt : float
-        [s] Sampling interval.
-    floor : float
-        Lower bound of the variance of a sample.
+    normal : normal equations; their pilot is replaced.
+    found : the most likely global smoothness, of any order.
+    dt : [s] sampling interval.
+    floor : lower bound of the variance of a sample.
     """
     m, knots = LOCAL_ORDER, normal.knots
     start = Smoothness(m, found.bandwidth, found.variance, found.log_likelihood)

@@ -65,9 +65,7 @@ class Likelihood:
         self.log_det = normal.knots.log_penalty_determinant(m)
         self.free_score = 0.0
         target = normal.gradient + multiply(normal.bands, normal.pilot)
-        for start, stop in zip(
-            normal.knots.offset[:-1], normal.knots.offset[1:], strict=True
-        ):
+        for start, stop in normal.knots.spans:
             free = _orthonormal_polynomials(stop - start, m)
             root = np.linalg.cholesky(
                 free.T @ multiply(normal.bands[:, start:stop], free)

@@ -21,8 +21,8 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import PARAMETERS, WRENCH, Array, Mask, frozen
 from hefting.estimators import METHODS
-from hefting.ingest.bunched_times import with_mended_times
 from hefting.ingest.ingest import Ingested, ingest
+from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.tool import load_tool, with_tool
 from hefting.logs.given import as_recording
 from hefting.motion import measure

@@ -303,10 +303,7 @@ class Prediction:
                 },
                 "agreement": a
                 and {
-                    "rms": a.rms,
-                    "varying": a.varying,
-                    "own": a.own,
-                    "within": a.within,
+                    **{k: getattr(a, k) for k in ("rms", "varying", "own", "within")},
                     "wrench": a.sign.name,
                     "samples": len(a.time),
                     "notes": a.notes,

@@ -28,7 +28,7 @@ from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments, merged
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.samples import TorqueSamples
+from hefting.torques.samples import STICTION_SPEED, TorqueSamples
 
 OWN = (
     "offset",
@@ -46,8 +46,6 @@ OFFSET_CHANGE = OWN.index("change of the offset under load")
 FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
 SIGN_SPEED = 0.01
 """[rad/s] Speed over which the smoothed sign changes."""
-STICTION_SPEED = 0.05
-"""[rad/s] Speed below which a joint's friction has no law."""
 RATE = 100.0
 """[Hz] of the rows: held objects move below some 10 Hz."""
 ROWS_TOGETHER = 4096

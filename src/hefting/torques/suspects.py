@@ -21,10 +21,10 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD
-from hefting.torques.equations import OWN, RATE, STICTION_SPEED, Load, Rows, columns
+from hefting.torques.equations import OWN, RATE, Load, Rows, columns
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns, loads_of
-from hefting.torques.samples import TorqueSamples
+from hefting.torques.samples import STICTION_SPEED, TorqueSamples
 
 INTERVAL = 0.1
 """[s] over which samples are averaged."""

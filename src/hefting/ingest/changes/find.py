@@ -16,10 +16,11 @@ from hefting.ingest.changes.bodies import (
     PARAMETERS,
     JointFit,
     JointModel,
+    is_suspicious,
     variance_of_any_linear_function,
+    with_noise_scale,
 )
 from hefting.ingest.changes.cells import Cells, cells_of, has_long_contact
-from hefting.ingest.changes.screening import is_suspicious, with_noise_scale
 from hefting.ingest.changes.stretches import (
     BARE_SHARE,
     Changes,

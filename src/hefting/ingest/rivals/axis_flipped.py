@@ -12,12 +12,12 @@ from hefting.ingest.rivals.evidence import Rows, fit_freely
 from hefting.ingest.rivals.explanation import (
     FIRST_ITERATIONS,
     Explanation,
+    Undone,
     as_columns,
     newton_euler,
     of_each_wrench,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 
 CODE = "axis-flipped"
 APART = "force and torque seem to be in different axes"

@@ -7,11 +7,10 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Rows
-from hefting.ingest.rivals.explanation import Explanation, over_offsets
-from hefting.ingest.rivals.undone import Undone
+from hefting.ingest.rivals.evidence import Rows, beside_body
+from hefting.ingest.rivals.explanation import Explanation, Undone, over_offsets
 
 CODE = "wrench-in-base-axes"
 WHAT = "the wrench seems to be in the axes of the robot's base"
@@ -64,9 +63,7 @@ def _turned(axes: Array, wrench: Array) -> Array:
 def _about_sensor(case: Case, time: Array, wrench: Array) -> Array:
     """(K, 6) wrench at times (K,) [s] with the torque, if it is about the origin of the
     world, about the sensor's."""
-    position = case.recording["position"]
-    at = time - case.offset
-    place = np.stack([np.interp(at, position.time, x) for x in position.values.T], 1)
+    place = case.places(time - case.offset)
     force, torque = np.split(wrench, 2, axis=1)
     return np.hstack((force, torque - np.cross(place, force)))
 
@@ -75,21 +72,19 @@ def _rows(case: Case, motion: Motion, recorded: Array) -> Rows:
     axes = motion.axes
     wrench = np.einsum("okij,kpj->okpi", axes, recorded.reshape(-1, 2, 3))
     O, K = motion.known.shape
-    known, maps = motion.features(case.modelled_gravity), REGRESSOR_BY_FEATURE
+    known, maps = case.features(motion), REGRESSOR_BY_FEATURE
     if case.biased:
         known = np.concatenate((known, axes.reshape(O, K, 9), np.ones((O, K, 1))), 2)
-        maps = _with_both_biases(maps)
+        maps = beside_body(_both_biases())
     return Rows(known, maps, motion.known.astype(float), wrench.reshape(O, K, 6))
 
 
-def _with_both_biases(maps: Array) -> Array:
-    """Columns of ten parameters, of a bias that is constant in base axes, and of one
-    that is constant in sensor axes."""
-    whole = np.zeros((FEATURES + 10, 6, 22))
-    whole[:FEATURES, :, :10] = maps
+def _both_biases() -> Array:
+    """(10, 6, 12) columns of a bias that is constant in base axes, by the entries (i, j)
+    of the rotation to sensor axes, and of one that is constant in these."""
+    columns = np.zeros((10, 6, 12))
     for i in range(3):
         for j in range(3):
-            row = FEATURES + 3 * i + j  # axes[i, j]
-            whole[row, i, 10 + j] = whole[row, 3 + i, 13 + j] = 1.0
-    whole[-1, :, 16:] = np.eye(6)
-    return whole
+            columns[3 * i + j, i, j] = columns[3 * i + j, 3 + i, 3 + j] = 1.0
+    columns[-1, :, 6:] = np.eye(6)
+    return columns

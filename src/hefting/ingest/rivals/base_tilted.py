@@ -12,6 +12,7 @@ from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import (
     Fitted,
     Rows,
+    beside_body,
     fit_rows,
     is_hopeless,
     linear_step,
@@ -20,11 +21,11 @@ from hefting.ingest.rivals.evidence import (
 from hefting.ingest.rivals.explanation import (
     Around,
     Explanation,
+    Undone,
     explains_nothing,
     fit_as_given,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 from hefting.ingest.rivals.wrench_compensated import OR_HEAVIER
 
 CODE = "base-tilted"
@@ -145,21 +146,19 @@ def _freed(case: Case, motion: Motion) -> Rows:
     point by each of its components: those of gravity in any direction are among them."""
     axes = motion.axes.reshape(*motion.known.shape, 9)
     known = np.concatenate((motion.a, motion.rest, axes), axis=2)
-    return with_bias(case, known, _maps_of_freed(), motion.known)
+    return with_bias(case, known, beside_body(_columns_of_freed()), motion.known)
 
 
-def _maps_of_freed() -> Array:
-    """Columns of the ten parameters by the acceleration, then of the force's components
-    and of their moments, by the entries (i, j) of the rotation to sensor axes."""
-    maps = np.zeros((21, 6, 22))
-    maps[:12, :, :10] = REGRESSOR_BY_FEATURE
+def _columns_of_freed() -> Array:
+    """(9, 6, 12) of the force's components and of their moments, by the entries (i, j)
+    of the rotation to sensor axes."""
+    columns = np.zeros((9, 6, 12))
     for i in range(3):
         for j in range(3):
-            row = 12 + 3 * i + j
-            maps[row, i, 10 + j] = 1.0
+            columns[3 * i + j, i, j] = 1.0
             # of a force along x_i at points along the three axes
-            maps[row, 3:, 13 + 3 * j : 16 + 3 * j] = -skew(np.eye(3)[i])
-    return maps
+            columns[3 * i + j, 3:, 3 + 3 * j : 6 + 3 * j] = -skew(np.eye(3)[i])
+    return columns
 
 
 def _rows(case: Case, motion: Motion, gravity: Array) -> Rows:

@@ -7,8 +7,7 @@ import numpy as np
 
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import linear_step
-from hefting.ingest.rivals.explanation import Explanation, fit_as_given
-from hefting.ingest.rivals.undone import Undone
+from hefting.ingest.rivals.explanation import Explanation, Undone, fit_as_given
 
 CODE = "bias-wrong"
 FIX = "give `bias`='estimate'"

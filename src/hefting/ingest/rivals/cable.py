@@ -11,9 +11,15 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.spatial import Array, skew
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE, tangents_of
+from hefting.ingest.model import tangents_of
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, with_bias
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    Rows,
+    beside_body,
+    fit_rows,
+    with_bias,
+)
 from hefting.ingest.rivals.explanation import Explanation
 
 CODE = "cable-force"
@@ -67,7 +73,7 @@ def pulling_columns(case: Case) -> list[Array]:
     hangs, and by its size times the place (3,) where it acts; at the clock offset that
     was found."""
     place = _place(case, case.time[None] - case.offset)
-    axes, maps = case.motion_as_found.axes, _maps(1)[FEATURES:, :, 10:]
+    axes, maps = case.motion_as_found.axes, _maps(1)
     spring, hanging, _ = _laws(case, place)
     return [
         np.einsum("okij,okj,icp->kcp", axes, pull, maps) for pull in (spring, hanging)
@@ -76,10 +82,7 @@ def pulling_columns(case: Case) -> list[Array]:
 
 def _place(case: Case, times: Array) -> Array:
     """(O, K, 3) of the sensor at times (O, K), from its mean place."""
-    position = case.recording["position"]
-    place = np.stack(
-        [np.interp(times, position.time, x) for x in position.values.T], axis=2
-    )
+    place = case.places(times)
     return place - place.mean(axis=(0, 1))
 
 
@@ -87,7 +90,7 @@ def _rows(case: Case, motion: Motion, place: Array) -> Rows:
     """Rows of a body, a bias, and a pull by each of the laws, one law after the other."""
     across = tangents_of(case.gravity)  # (2, 3)
     sides = [np.broadcast_to(side, place.shape) for side in across]
-    body = motion.features(case.modelled_gravity)
+    body = case.features(motion)
     known = [
         np.concatenate(
             [body]
@@ -99,7 +102,8 @@ def _rows(case: Case, motion: Motion, place: Array) -> Rows:
         for last in _laws(case, place)
     ]
     used = np.tile(motion.known, (len(known), 1))
-    return with_bias(case, np.concatenate(known), _maps(len(sides) + 1), used)
+    maps = beside_body(_maps(len(sides) + 1))
+    return with_bias(case, np.concatenate(known), maps, used)
 
 
 def _laws(case: Case, place: Array) -> tuple[Array, Array, Array]:
@@ -121,16 +125,14 @@ def _of_weights_that_pull_down(fitted: Fitted, offsets: int) -> Fitted:
 
 
 def _maps(pulls: int) -> Array:
-    """Columns of the ten parameters; of the size of each pull; of its size times the
+    """(3 pulls, 6, 4 pulls) columns of the size of each pull, and of its size times the
     place (3,) where it acts."""
-    maps = np.zeros((FEATURES + 3 * pulls, 6, 10 + 4 * pulls))
-    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
+    maps = np.zeros((3 * pulls, 6, 4 * pulls))
     for i in range(pulls):
         for axis, unit in enumerate(np.eye(3)):
-            row = FEATURES + 3 * i + axis
-            maps[row, axis, 10 + 4 * i] = 1.0
+            maps[3 * i + axis, axis, 4 * i] = 1.0
             # r x e is -skew(e) r
-            maps[row, 3:, 11 + 4 * i : 14 + 4 * i] = -skew(unit)
+            maps[3 * i + axis, 3:, 4 * i + 1 : 4 * i + 4] = -skew(unit)
     return maps
 
 

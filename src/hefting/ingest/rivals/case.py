@@ -212,6 +212,10 @@ class Case:
         """(3,) in world axes [m/s²]; zero where the specific force was measured."""
         return np.zeros(3) if self.path.gravity_measured else self.gravity
 
+    def features(self, motion: Motion) -> Array:
+        """(O, K, 12) of `hefting.core.regressor`, with gravity as modelled."""
+        return motion.features(self.modelled_gravity)
+
     @cached_property
     def floor(self) -> Array:
         """(2,) smallest size of a residual of force [N] and torque [N m] that is to be
@@ -231,9 +235,7 @@ class Case:
             return self.floor
         step = max(round(COLOUR_STEP / max(median(np.diff(time)), 1e-9)), 1)
         motion = self.motion_at(time[None] - self.offset)
-        known = np.where(
-            motion.known[0, :, None], motion.features(self.modelled_gravity)[0], np.nan
-        )
+        known = np.where(motion.known[0, :, None], self.features(motion)[0], np.nan)
         both = np.concatenate((known, wrench), axis=1)
         for _ in range(4):
             both = both[step:] - both[:-step]
@@ -288,6 +290,12 @@ class Case:
         return Motion(
             motion[:, :, :3], motion[:, :, 3:], axes, reading.known.reshape(O, K)
         )
+
+    def places(self, times: Array) -> Array:
+        """(..., 3) [m] of the sensor as logged, at times (...) [s]."""
+        position = self.recording["position"]
+        each = [np.interp(times, position.time, x) for x in position.values.T]
+        return np.stack(each, axis=-1)
 
     @cached_property
     def bias_functions(self) -> Array:

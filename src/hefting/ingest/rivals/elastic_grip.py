@@ -11,9 +11,8 @@ slowly from stop to stop, the integral of s between them.
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Rows, is_hopeless, with_bias
+from hefting.ingest.rivals.evidence import Rows, beside_body, is_hopeless, with_bias
 from hefting.ingest.rivals.explanation import Explanation, at_offset, fit_as_given
 
 CODE = "grip-elastic"
@@ -73,15 +72,12 @@ def yielding_columns(features: Array) -> Array:
 
 def _rows(case: Case, motion: Motion) -> Rows:
     """Rows of a body, of its mass times the compliance by each law, and of a bias."""
-    features = motion.features(case.modelled_gravity)[0]
+    features = case.features(motion)[0]
     s = features[:, :3]
     laws = _laws(case, s)
     known = [np.concatenate((features, _products(s, law)), 1) for law in laws]
-    maps = np.zeros((FEATURES + 9, 6, 19))
-    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
-    maps[FEATURES:, :, 10:] = YIELDING
     used = np.repeat(motion.known, len(laws), axis=0)
-    return with_bias(case, np.stack(known), maps, used)
+    return with_bias(case, np.stack(known), beside_body(YIELDING), used)
 
 
 def _laws(case: Case, s: Array) -> Array:

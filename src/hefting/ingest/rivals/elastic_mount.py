@@ -9,9 +9,9 @@ sensor is turned, by s x k (t + r x f) for a force f and a torque t.
 import numpy as np
 
 from hefting.core.spatial import Array
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import fit_rows, with_bias
+from hefting.ingest.rivals.evidence import beside_body, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "mount-elastic"
@@ -31,10 +31,8 @@ def explain(case: Case) -> Explanation | None:
         return None
     fitted, offset = fit_as_given(case)
     motion = case.motion_late(offset)
-    features = motion.features(case.modelled_gravity)
-    maps = np.zeros((FEATURES + 6 * UNKNOWNS, 6, 10 + UNKNOWNS))
-    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
-    maps[FEATURES:, :, 10:] = np.eye(6 * UNKNOWNS).reshape(-1, 6, UNKNOWNS)
+    features = case.features(motion)
+    maps = beside_body(np.eye(6 * UNKNOWNS).reshape(-1, 6, UNKNOWNS))
     for _ in range(PASSES):
         body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best, :10]
         turns = _turns(features[0] @ body)

@@ -12,6 +12,7 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.estimators.timescales import autocorrelation_time
+from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.robust_rows import (
     DAMPING,
@@ -80,6 +81,16 @@ class Fitted(RobustRows):
             self.residual[part],
             self.rows.part(part),
         )
+
+
+def beside_body(columns: Array) -> Array:
+    """(12 + z, 6, 10 + p) columns of the ten parameters, per unit of each feature, then
+    others (z, 6, p), per unit of the known rows behind the features."""
+    z, _, p = columns.shape
+    maps = np.zeros((FEATURES + z, 6, 10 + p))
+    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
+    maps[FEATURES:, :, 10:] = columns
+    return maps
 
 
 def with_bias(
@@ -177,12 +188,9 @@ def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
 
     Parameters
     ----------
-    fitted : Fitted
-        Robust fits.
-    index : int
-        Which of the alternatives.
-    columns : Array
-        (K, 6, q) derivative of the wrench by each unknown.
+    fitted : robust fits.
+    index : which of the alternatives.
+    columns : (K, 6, q) derivative of the wrench by each unknown.
     """
     rows = fitted.rows
     K, _, q = columns.shape

@@ -24,10 +24,10 @@ from hefting.ingest.rivals.explanation import (
     HEAVIEST_HELD,
     Build,
     Explanation,
+    Undone,
     explains_nothing,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 
 CODE = "force-unit"
 FIX = (
@@ -154,7 +154,7 @@ def _builder(case: Case, ratio: float) -> Build:
 
 
 def _with_maps(case: Case, maps: Array, motion: Motion) -> Rows:
-    return with_bias(case, motion.features(case.modelled_gravity), maps, motion.known)
+    return with_bias(case, case.features(motion), maps, motion.known)
 
 
 def _maps_of_two_moments() -> Array:

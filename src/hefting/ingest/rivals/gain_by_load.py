@@ -8,10 +8,9 @@ one for the torques, as where all gauges have the same range.
 
 import numpy as np
 
-from hefting.core.spatial import Array
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import fit_rows, with_bias
+from hefting.ingest.rivals.evidence import beside_body, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "gain-by-load"
@@ -22,6 +21,8 @@ SMALLEST_CHANGE = 0.01
 LARGEST_CHANGE = 1.0
 """The same from which on it is no gain any more."""
 UNKNOWNS = 2
+ERRORS = np.eye(6)[:, :, None] * np.repeat(np.eye(2), 3, axis=0)[:, None]
+"""(6, 6, 2) columns of the errors of force and torque, per unit of each channel's."""
 RARITY = 15.0
 """See `Explanation.rarity`. Gains that differ are far more common, and sensors follow such
 a law a little: of recordings of three real ones it explains a fifth of what is
@@ -34,7 +35,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     fitted, offset = fit_as_given(case)
     motion = case.motion_late(offset)
-    features = motion.features(case.modelled_gravity)
+    features = case.features(motion)
     for _ in range(PASSES):
         body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best, :10]
         reading = case.wrench - fitted.residual[fitted.best]
@@ -43,7 +44,7 @@ def explain(case: Case) -> Explanation | None:
         each = np.broadcast_to(features, (len(laws), *features.shape[1:]))
         used = np.broadcast_to(motion.known, laws.shape[:2])
         known = np.concatenate((each, laws), axis=2)
-        fitted = fit_rows(case, with_bias(case, known, _maps(), used))
+        fitted = fit_rows(case, with_bias(case, known, beside_body(ERRORS), used))
     best = fitted.best
     loads = np.abs(from_where[best % 2]).reshape(-1, 2, 3)
     largest, varies = loads.max(axis=(0, 2)), np.ptp(loads, axis=0).max(axis=1)
@@ -60,12 +61,3 @@ def explain(case: Case) -> Explanation | None:
     )
     fix = "zero it first, check its calibration, or use one of a larger range"
     return Explanation(CODE, what, fix, fitted, UNKNOWNS, rarity=RARITY)
-
-
-def _maps() -> Array:
-    """Columns of the ten parameters, then of the errors of force and torque."""
-    maps = np.zeros((FEATURES + 6, 6, 12))
-    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
-    for channel in range(6):
-        maps[FEATURES + channel, channel, 10 + channel // 3] = 1.0
-    return maps

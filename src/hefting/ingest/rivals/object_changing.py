@@ -109,7 +109,7 @@ def _told(fitted: Fitted, n: int, at: str = "") -> Explanation | None:
 def _rows(case: Case, motion: Motion, functions: Array) -> Rows:
     """Rows of an inertia, of a mass and first moment for each of the functions of time
     (..., K, n), which add up to one, and of a bias."""
-    features, n = motion.features(case.modelled_gravity), functions.shape[-1]
+    features, n = case.features(motion), functions.shape[-1]
     known = functions[..., None] * features[..., None, :]
     O, K = known.shape[:2]
     maps = np.zeros((n, FEATURES, 6, 6 + 4 * n))
@@ -124,7 +124,7 @@ def _rows(case: Case, motion: Motion, functions: Array) -> Rows:
 def _with_drift(case: Case, motion: Motion, functions: Array) -> Rows:
     """Rows of one body, and of a bias that is composed of the same functions."""
     O = max(functions[..., 0, 0].size, len(motion.known))
-    features = motion.features(case.modelled_gravity)
+    features = case.features(motion)
     known = np.broadcast_to(features, (O, *features.shape[1:]))
     used = np.broadcast_to(motion.known, known.shape[:2])
     return with_bias(case, known, REGRESSOR_BY_FEATURE, used, functions=functions)

@@ -11,8 +11,7 @@ import numpy as np
 
 from hefting.core.recording import Stream
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.undone import Undone, likeliest, with_poses
+from hefting.ingest.rivals.explanation import Explanation, Undone, likeliest, with_poses
 from hefting.logs.orientations import quaternions
 
 CODE = "orientation-form"

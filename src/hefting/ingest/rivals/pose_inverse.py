@@ -7,8 +7,7 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.undone import Undone, likeliest, with_poses
+from hefting.ingest.rivals.explanation import Explanation, Undone, likeliest, with_poses
 
 CODE = "pose-inverse"
 

@@ -3,8 +3,7 @@
 from collections.abc import Iterator
 
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.undone import Undone, likeliest
+from hefting.ingest.rivals.explanation import Explanation, Undone, likeliest
 
 CODE = "position-unit"
 UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}

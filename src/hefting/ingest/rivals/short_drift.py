@@ -21,7 +21,7 @@ def explain(case: Case) -> Explanation | None:
     linear = HatFunctions.over(case.time, 2).values
 
     def rows(motion: Motion) -> Rows:
-        known, used = motion.features(case.modelled_gravity), motion.known
+        known, used = case.features(motion), motion.known
         return with_bias(case, known, REGRESSOR_BY_FEATURE, used, functions=linear)
 
     what = "a bias that drifts seems to be what noise does not explain"

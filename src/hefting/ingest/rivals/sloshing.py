@@ -10,12 +10,12 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, cross, skew
 from hefting.ingest.filtering import Complex, Signal
-from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
     NEGLIGIBLE_UNEXPLAINED,
     LinearPart,
     Rows,
+    beside_body,
     fit_rows,
     missing,
     with_bias,
@@ -64,9 +64,8 @@ def explain(case: Case) -> Explanation | None:
         best = max(near, key=lambda pair: _score(rigid, driven.swinging(*pair)))
     fitted = fit_rows(case, _rows(case, driven.swinging(*best)))
     solution = fitted.solution[fitted.best]
-    if (
-        not 0.0 < -solution[10] / (solution[0] or np.inf) < 1.0
-    ):  # no mass of the object's
+    part = -solution[10] / (solution[0] or np.inf)
+    if not 0.0 < part < 1.0:  # no mass of the object's
         return None
     what = (
         f"some of the object seems to swing at {best[0]:.2g} Hz, as a liquid or a loose "
@@ -92,7 +91,7 @@ class _Driven:
         time = case.time - case.offset
         count = int(np.clip((time[-1] - time[0]) * RATE, 8, MOST_INSTANTS)) + 2
         grid = np.linspace(time[0], time[-1], count)
-        features = case.motion_at(grid[None]).features(case.modelled_gravity)
+        features = case.features(case.motion_at(grid[None]))
         rate = (count - 1) / (grid[-1] - grid[0])
         places = (time - time[0]) * rate
         before = np.clip(places.astype(int), 0, count - 2)
@@ -122,12 +121,9 @@ def _score(rigid: LinearPart, swinging: Array) -> float:
 def _rows(case: Case, swinging: Array) -> Rows:
     """Rows of a body, a bias and a loose mass."""
     motion = case.motion_as_found
-    features = motion.features(case.modelled_gravity)
+    features = case.features(motion)
     known = np.concatenate((features, swinging[None]), axis=2)
-    maps = np.zeros((FEATURES + 6, 6, 14))
-    maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
-    maps[FEATURES:, :, 10:] = _maps()
-    return with_bias(case, known, maps, motion.known)
+    return with_bias(case, known, beside_body(_maps()), motion.known)
 
 
 def swing(specific: Signal, frequency: float, damping: float) -> tuple[Array, Array]:

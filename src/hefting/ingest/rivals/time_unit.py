@@ -20,11 +20,11 @@ from hefting.ingest.rivals.evidence import fit_rows
 from hefting.ingest.rivals.explanation import (
     Build,
     Explanation,
+    Undone,
     explains_nothing,
     newton_euler,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 
 CODE = "time-unit"
 MILLISECONDS = 1e-3

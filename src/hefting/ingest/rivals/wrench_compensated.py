@@ -13,13 +13,19 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Fitted, Rows, linear_step, with_bias
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    Rows,
+    beside_body,
+    linear_step,
+    with_bias,
+)
 from hefting.ingest.rivals.explanation import (
     Explanation,
+    Undone,
     explains_nothing,
     over_offsets,
 )
-from hefting.ingest.rivals.undone import Undone
 
 CODE = "wrench-compensated"
 FIX = "set its payload to zero before recording"
@@ -108,16 +114,8 @@ def freed(case: Case, motion: Motion) -> Rows:
     gravity = -(motion.axes @ case.gravity)
     a = motion.a if not case.path.gravity_measured else motion.a - gravity
     known = np.concatenate((a, motion.rest, gravity), axis=2)
-    return with_bias(case, known, _maps(), motion.known)
-
-
-def _maps() -> Array:
-    """Columns of the ten parameters by the acceleration, then of mass and first moment
-    by gravity."""
-    maps = np.zeros((15, 6, 14))
-    maps[:12, :, :10] = REGRESSOR_BY_FEATURE
-    maps[12:, :, 10:] = REGRESSOR_BY_FEATURE[:3, :, :4]
-    return maps
+    maps = beside_body(REGRESSOR_BY_FEATURE[:3, :, :4])
+    return with_bias(case, known, maps, motion.known)
 
 
 def _effect(fitted: Fitted) -> float:

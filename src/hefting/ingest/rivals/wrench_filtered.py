@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.spatial import Array, Mask, interpolated
+from hefting.core.spatial import Array
 from hefting.ingest.filtering import Complex, Signal, filtered
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
@@ -60,13 +60,7 @@ def as_filtered(case: Case) -> Case | None:
     step = max(0.1 * lag, 5e-5 * (path.last - path.first))
     grid = np.arange(path.first, path.last, step)
     value = filtered(grid, path.read(grid, False)[0], lag)
-    if value is None:
-        return None
-
-    def read(time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-        return interpolated(time, grid, value), *path.read(time, spread)[1:]
-
-    return replace(case, path=replace(path, read=read))
+    return None if value is None else replace(case, path=path.felt(grid, value))
 
 
 def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
@@ -77,7 +71,7 @@ def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
     grid = np.linspace(first, case.time[-1] + 1.0 / RATE, count)
     rate = (count - 1) / (grid[-1] - grid[0])
     motion = case.motion_at(grid[None])
-    features = Signal(motion.features(case.modelled_gravity)[0], rate)
+    features = Signal(case.features(motion)[0], rate)
     names: list[tuple[int, float]] = []
     known: list[Array] = []
     for order in ORDERS:

@@ -1,5 +1,7 @@
-"""Rows that a logger lost and whose time it never gave: time that is made of the row
-number is even, yet here and there poses or joints step by two rows or more."""
+"""Times that are mended: of samples that waited in a queue, close together after a pause,
+and spread over it; and of rows that a logger lost and whose time it never gave: time that
+is made of the row number is even, yet here and there poses or joints step by two rows or
+more."""
 
 from dataclasses import replace
 
@@ -7,11 +9,22 @@ import numpy as np
 
 from hefting.core.messages import note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Indices, lengths, own
+from hefting.core.spatial import Array, Indices, Mask, lengths, median, own, runs_of
 from hefting.ingest.poses import where_in_time
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ROWS_AT_A_TIME, displacement, white_noise
 
+SHORT_INTERVAL = 0.1
+"""Interval, over the usual one, below which two samples arrived together."""
+FEWEST_TOGETHER = 3
+"""Samples of a bunch: two come together by jitter as well."""
+WHOLE_PAUSE = 0.6
+"""Intervals that a pause and its bunch may last longer or shorter than as many usual
+ones."""
+MOST_SHORT = 0.3
+"""Share of short intervals above which the times have another cause."""
+MANY = 0.05
+"""Share of rows lost above which a warning is given."""
 EVEN = 0.1
 """Difference of two intervals, over the usual one, up to which time is even."""
 NEIGHBOURS = np.array((-4, -3, -2, -1, 1, 2, 3, 4))
@@ -47,8 +60,62 @@ FIRST_FOR_DIGIT = 10_000
 """Rows of which the smallest change is looked for first."""
 PASSES = 3
 """Times the rows of a step are counted: then beside steps of one row."""
-MANY_LOST = 0.05
-"""Share of rows lost above which a warning is given."""
+
+
+def with_mended_times(recording: Recording, source: Source = "auto") -> Recording:
+    """The recording with the times of samples that arrived in bunches, and of rows that
+    were lost (`with_time_of_lost_rows`, of the same arguments), with a note or a
+    warning of them."""
+    return with_time_of_lost_rows(_with_bunches_spread(recording), source)
+
+
+def _with_bunches_spread(recording: Recording) -> Recording:
+    if recording.static:
+        return recording
+    each = {id(s.time): s.time for s in recording.streams.values()}
+    spread = {key: spread_bunches(time) for key, time in each.items()}
+    if not any(moved.any() for _, moved in spread.values()):
+        return recording
+    streams = {
+        name: replace(s, time=spread[id(s.time)][0])
+        for name, s in recording.streams.items()
+    }
+    angles = recording.angles
+    if angles is not None:
+        angles = replace(angles, time=spread_bunches(angles.time)[0])
+    found = replace(recording, streams=streams, angles=angles)
+    name = max(streams, key=lambda n: spread[id(recording[n].time)][1].mean())
+    moved = spread[id(recording[name].time)][1]
+    said = note(
+        "times-bunched",
+        f"{moved.sum()} of {len(moved)} times of the {name} come several at once after a "
+        "pause, as times of arrival do: they were spread over it; log the time of each "
+        "sample",
+    )
+    return replace(found, notes=(*recording.notes, said))
+
+
+def spread_bunches(time: Array) -> tuple[Array, Mask]:
+    """Times (K,) [s] with those of bunches spread evenly between the samples before and
+    after, and a mask (K,) of these. Bunches that follow one another last, with the pauses
+    before them, as long as their samples usually do."""
+    moved = np.zeros(len(time), dtype=bool)
+    steps = np.diff(time)
+    if len(steps) < 3:
+        return time, moved
+    usual = median(steps)
+    short = steps < SHORT_INTERVAL * usual
+    if not 0.0 < short.mean() <= MOST_SHORT:
+        return time, moved
+    together = np.concatenate((short, [False])) | np.concatenate(([False], short))
+    for begin, end in runs_of(together):
+        if begin and end < len(time) and end - begin >= FEWEST_TOGETHER:
+            longer = time[end] - time[begin - 1] - (end - begin + 1) * usual
+            moved[begin:end] = abs(longer) < WHOLE_PAUSE * usual
+    if not moved.any():
+        return time, moved
+    rows, kept = np.arange(len(time)), ~moved
+    return own(np.interp(rows, rows[kept], time[kept])), moved
 
 
 def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Recording:
@@ -103,7 +170,7 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
         f"time is even but the {what} step by several rows {where}: each was given "
         f"{usual:.3g} s; log the time of each sample",
     )
-    if share > MANY_LOST:
+    if share > MANY:
         return replace(found, warnings=(*recording.warnings, said))
     return replace(found, notes=(*recording.notes, note(said.code, str(said))))
 
