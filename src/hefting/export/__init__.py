@@ -19,11 +19,9 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Answered, Estimate, estimate_of
 from hefting.core.messages import Message, warning
-from hefting.export.body import Body
+from hefting.export.body import THINNEST, Body
 from hefting.export.known import Fill, inertia_messages, known_body, with_comment
-from hefting.export.principal import THINNEST
-from hefting.export.splice import put_inertial
-from hefting.export.target import Target
+from hefting.export.target import Target, put_inertial
 
 __all__ = ["INSERTABLE", "SUFFIXES", "TARGETS", "Exported", "Target", "export"]
 

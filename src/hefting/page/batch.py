@@ -14,6 +14,7 @@ import numpy as np
 from hefting.batches.batch import Batch, duration, headline
 from hefting.batches.summary import Outlier, Reason, Summary
 from hefting.core.plain_text import file_word
+from hefting.page import Context, command
 from hefting.page.answer import WORDS, Say
 from hefting.page.bars import Count, counts
 from hefting.page.figure import histogram
@@ -27,7 +28,6 @@ from hefting.page.html import (
     table,
     wrapped,
 )
-from hefting.page.report import Context, command
 
 MOST_REASONS = 100
 """Reasons that the page shows; the table has all."""

@@ -6,17 +6,29 @@
 All lengths are in metres, in sensor axes about the sensor origin. Nothing here draws.
 """
 
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
+from hefting.core.inertia import InertialParameters
+from hefting.core.spatial import Array, frozen
 from hefting.scene.curves import WrenchCurves, gaps_between, thinned, wrench_curves
 from hefting.scene.headline import (
     Headline,
     depth_of,
     headline_of,
+    inertia_doubt,
     place_of,
     plus_minus,
     power_of_thousand,
     vector_text,
 )
-from hefting.scene.scene import Body, PointSet, Scene, scene_of
 from hefting.scene.surface import (
     Ellipsoid,
     Surface,
@@ -26,6 +38,7 @@ from hefting.scene.surface import (
     surface_of,
     uniform_ellipsoid,
 )
+from hefting.shapes import Shape
 
 __all__ = [
     "Body",
@@ -51,3 +64,159 @@ __all__ = [
     "vector_text",
     "wrench_curves",
 ]
+
+LARGEST_DOUBT = 0.75
+"""`inertia_doubt` from which on no ellipsoid is drawn: its axes may be half as long, or
+a third longer."""
+BOTH = np.array(((-1.0,), (1.0,)))
+LEAST_SIZE = 0.2
+"""Distance from a COM to which its region is shown, however small all else is [m]."""
+MOST_POINTS = 3_000
+"""Points of a cloud that are drawn at most."""
+MOST_DIRECTIONS = 40
+"""Directions of gravity that are drawn at most."""
+
+
+@immutable
+class PointSet:
+    """Points of a shape, and masses that a method put there."""
+
+    positions: Array
+    """(n, 3) [m]"""
+    masses: Array | None = None
+    """(n,) [kg]; other masses have the same ten parameters"""
+
+
+@immutable
+class Body:
+    """What is drawn of one rigid body."""
+
+    name: str
+    """What it is, such as ``"estimate"`` or ``"truth"``"""
+    center: Array
+    """(3,) COM [m]; NaN along an axis where it is open"""
+    region: Ellipsoid | None = None
+    """That holds the COM with 95 % probability; None where it is not known"""
+    ellipsoid: Ellipsoid | None = None
+    """Of uniform density and equal inertia; None where inertia is not determined, or no
+    body has it"""
+    inertia_doubt: float | None = None
+    """Half the width of the widest 95 % interval of the moments over the largest
+    moment; None where it is not known, infinite where open"""
+    missing: str = ""
+    """Why there is no ellipsoid, where inertia was asked for"""
+
+    @property
+    def open_axes(self) -> str:
+        """Names of the axes along which the COM is open: ``"x and z"``."""
+        return " and ".join("xyz"[k] for k in np.flatnonzero(np.isnan(self.center)))
+
+
+@immutable
+class Scene:
+    """What is drawn, in sensor axes about the sensor origin, which is drawn too."""
+
+    bodies: tuple[Body, ...] = ()
+    surface: Surface | None = None
+    points: PointSet | None = None
+    gravity: Array | None = None
+    """(K, 3) directions of gravity in sensor axes, unit vectors; None where no log
+    tells them"""
+
+    def with_centers_only(self) -> Self:
+        """The same scene without what is said of inertia."""
+        bodies = tuple(
+            replace(body, ellipsoid=None, inertia_doubt=None, missing="")
+            for body in self.bodies
+        )
+        return replace(self, bodies=bodies)
+
+    @property
+    def corners(self) -> Array:
+        """Points (n, 3) [m] that all that has a size lies between; of a region for the COM
+        that is larger than all else only a part."""
+        parts = [np.zeros((1, 3))]
+        parts += [] if self.surface is None else [self.surface.vertices]
+        parts += [] if self.points is None else [self.points.positions]
+        for body in self.bodies:
+            parts.append(np.nan_to_num(body.center)[None])
+            if body.ellipsoid is not None:
+                reach = body.ellipsoid.reach
+                parts.append(body.ellipsoid.center + BOTH * reach)
+        size = np.ptp(np.vstack(parts), axis=0).max()
+        for body in self.bodies:
+            if body.region is not None:
+                reach = np.minimum(body.region.reach, max(size, LEAST_SIZE))
+                parts.append(body.region.center + BOTH * reach)
+        return np.vstack(parts)
+
+
+def scene_of(
+    estimates: Mapping[str, Estimate] | None = None,
+    shape: Shape | None = None,
+    known: Mapping[str, InertialParameters] | None = None,
+    gravity: ArrayLike | None = None,
+    masses: bool = False,
+) -> Scene:
+    """The scene of an object: `estimates` by the names that they are to have, and what
+    is `known` exactly, such as the truth.
+
+    Nothing is drawn of a shape that is not known. `gravity` (K, 3) is in sensor axes
+    [m/s²], of any length. With `masses` those are drawn that a method put at the points
+    of the shape: `InputError` if an estimate has others than one for each point.
+    """
+    bodies = [
+        Body(name, body.center_of_mass, ellipsoid=uniform_ellipsoid(body))
+        for name, body in (known or {}).items()
+    ]
+    bodies += [_found(name, estimate) for name, estimate in (estimates or {}).items()]
+    surface = None if shape is None else surface_of(shape)
+    points = None
+    if shape is not None and masses:
+        points = PointSet(shape.positions, _masses(shape, estimates or {}))
+    elif shape is not None and surface is None and shape.known == "object":
+        step = -(-len(shape.hull) // MOST_POINTS)
+        points = PointSet(shape.hull[::step])
+    directions = None if gravity is None else _directions(gravity)
+    return Scene(tuple(bodies), surface, points, directions)
+
+
+def _found(name: str, estimate: Estimate) -> Body:
+    """An estimate, without what it leaves open."""
+    half = com_reach(estimate)
+    center = np.array(estimate.parameters.center_of_mass)
+    if half is not None:
+        center[np.isinf(half)] = np.nan
+    ellipsoid = uniform_ellipsoid(estimate.parameters)
+    missing = "" if ellipsoid is not None else "no body has this inertia"
+    doubt = inertia_doubt(estimate)
+    if doubt is not None and not doubt < LARGEST_DOUBT:
+        ellipsoid, missing = None, "inertia open"
+        if np.isfinite(doubt):
+            missing = f"inertia known to ± {100 * doubt:.0f} % only"
+    return Body(name, center, com_region(estimate), ellipsoid, doubt, missing)
+
+
+def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
+    """The first masses that an estimate has for the points of the shape."""
+    for estimate in estimates.values():
+        if estimate.point_masses is not None:
+            if len(estimate.point_masses) != shape.n:
+                raise InputError(
+                    f"the estimate has {len(estimate.point_masses)} point masses, the "
+                    f"shape {shape.n} points",
+                    fix="give the shape that the estimate was made with",
+                )
+            return estimate.point_masses
+    return None
+
+
+def _directions(gravity: ArrayLike) -> Array | None:
+    """Unit vectors along at most `MOST_DIRECTIONS` rows of gravity, evenly chosen."""
+    rows = np.asarray(gravity, dtype=float).reshape(-1, 3)
+    rows = rows[np.linalg.norm(rows, axis=1) > 0.0]
+    if not len(rows):
+        return None
+    shown = np.linspace(0, len(rows) - 1, min(len(rows), MOST_DIRECTIONS))
+    chosen = rows[np.unique(shown.astype(np.intp))]
+    return frozen(chosen / np.linalg.norm(chosen, axis=1)[:, None])

@@ -15,7 +15,7 @@ from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, tensor_to_vector
 from hefting.simulation.arm import UR5, XARM7, Arm
-from hefting.simulation.physics import numbers
+from hefting.simulation.wield import numbers
 
 INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """A URDF's names of the moments and products of inertia."""

@@ -25,7 +25,7 @@ from hefting.simulation.arm import JointMotion
 from hefting.simulation.arm_links import TORQUE_ARMS, MassiveArm
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.objects import HeldObject
-from hefting.simulation.physics import inverse_dynamics, mujoco_version
+from hefting.simulation.wield import inverse_dynamics, mujoco_version
 
 SMOOTH = 0.002
 """[rad/s] Speed over which friction changes its sign."""

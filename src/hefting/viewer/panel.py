@@ -10,6 +10,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.core.summary import samples_told
+from hefting.viewer import Answer, Playback, Session, Settings
 from hefting.viewer.drawing import (
     ARROWS,
     AXES,
@@ -20,7 +21,6 @@ from hefting.viewer.drawing import (
     TRUTH,
     axes_length,
 )
-from hefting.viewer.session import Answer, Playback, Session, Settings
 
 if TYPE_CHECKING:
     from viser import ViserServer

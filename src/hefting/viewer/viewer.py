@@ -10,11 +10,11 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.robots import Arm
+from hefting.viewer import Answer, Playback, Session, Settings
 from hefting.viewer.drawing import GREY, ObjectDrawing, rgb
 from hefting.viewer.motion import ArmDrawing, WrenchArrows, WrenchPlots
 from hefting.viewer.panel import Controls, answer_html, legend_html
 from hefting.viewer.server import Follower
-from hefting.viewer.session import Answer, Playback, Session, Settings
 
 if TYPE_CHECKING:
     from viser import ViserServer
