@@ -29,6 +29,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     shown,
 )
@@ -153,7 +154,7 @@ def run_experiments(
     workers: int | None = None,
     scheduler: str | None = None,
     progress: Progress = lambda name, done, total: None,
-) -> dict[str, list[tuple[Job, Result]]]:
+) -> dict[str, Results]:
     """All results by experiment, each with its job, in the order of the experiment's
     `jobs`.
 

@@ -20,6 +20,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     Thing,
     group,
@@ -173,7 +174,7 @@ def _moved(shape: Shape, pose: Array) -> Shape:
     )
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """The paper's table beside ours, and what each cause does."""
     found = {
         (kind, cause, method): np.array(
@@ -222,13 +223,13 @@ def report(results: list[tuple[Job, Result]]) -> Report:
             "robot",
             f"Mean errors after 1.5 s on the xArm 7 at {SPEED} rad/s ({len(results)} objects, {count} windows in all)",
             ("motion", "method", *columns),
-            tuple(rows),
+            rows,
         ),
         Table(
             "causes",
             "What a real arm may add",
             ("motion", "cause", "method", *columns),
-            tuple(causes),
+            causes,
         ),
     )
     mean = {key: values[:, :3].mean(axis=0) for key, values in found.items()}
@@ -295,10 +296,10 @@ def _figure(mean: dict[tuple[str, str, str], Array]):
 
 
 EXPERIMENT = Experiment(
-    name="robot",
-    title="The robot experiments, simulated",
-    source="Table on identification errors with the xArm 7",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "robot",
+    "The robot experiments, simulated",
+    "Table on identification errors with the xArm 7",
+    jobs,
+    run,
+    report,
 )
