@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.quantity import decimals, rounded
-from hefting.core.spatial import Array, frozen, skew
+from hefting.core.spatial import Array, freeze, skew
 from hefting.shapes.loading import as_pose
 
 ROUNDING = 1e-12
@@ -100,8 +100,7 @@ class Body:
     """Decimal places to which the inertia is rounded."""
 
     def __post_init__(self):
-        object.__setattr__(self, "center_of_mass", frozen(self.center_of_mass))
-        object.__setattr__(self, "inertia", frozen(self.inertia))
+        freeze(self, "center_of_mass", "inertia")
 
     @classmethod
     def from_parameters(
@@ -151,8 +150,7 @@ class Body:
         """
         pose = as_pose(pose_old_in_new)
         rotation = pose[:3, :3]
-        second = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
-        second = rotation @ second @ rotation.T
+        second = rotation @ _second_moments(self.inertia) @ rotation.T
         inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
         return replace(
             self,
@@ -285,10 +283,14 @@ def angle_decimals(moments: Array, step: float) -> int:
     return int(np.clip(-np.floor(np.log10(degrees)), 0, 9))
 
 
+def _second_moments(inertia: Array) -> Array:
+    return 0.5 * np.trace(inertia) * np.eye(3) - inertia
+
+
 def with_thickness(inertia: Array) -> tuple[Array, bool]:
     """Inertia tensor (3, 3) whose every second moment is at least `THINNEST`, and
     whether that changed it."""
-    second, axes = np.linalg.eigh(0.5 * np.trace(inertia) * np.eye(3) - inertia)
+    second, axes = np.linalg.eigh(_second_moments(inertia))
     raised = np.maximum(second, THINNEST * second.sum())
     if np.array_equal(raised, second):
         return inertia, False
@@ -302,7 +304,7 @@ def rounded_inertia(inertia: Array, places: np.ndarray) -> tuple[Array, int]:
     entry."""
     for more in range(16):
         found = rounded(inertia, places + more)
-        second = np.linalg.eigvalsh(0.5 * np.trace(found) * np.eye(3) - found)
+        second = np.linalg.eigvalsh(_second_moments(found))
         if second[0] >= 0.5 * THINNEST * second.sum() > 0.0:
             return found, int(places.max()) + more
     return inertia, int(places.max()) + 16

@@ -101,7 +101,7 @@ def identification_page(
     >>> "Centre of mass" in page
     True
     """
-    c = Context() if context is None else context
+    c = context or Context()
     sections = [
         answer(estimate, c.truth, c.say),
         None if comparison is None else methods(comparison, c.truth, c.say),
@@ -118,7 +118,7 @@ def identification_page(
 def inspection_page(inspection: Inspection, context: Context | None = None) -> str:
     """A page of a recording that was inspected: what it holds, and what least squares
     finds from it; arguments and errors as of `identification_page`."""
-    c = Context() if context is None else context
+    c = context or Context()
     found = inspection.ingested
     sections: list[Section | None] = list(inspected(inspection, c.say))
     alone = None if found is None else least_squares(found)
@@ -138,7 +138,7 @@ def prediction_page(
 ) -> str:
     """A page of a predicted wrench, by the estimate it follows from; arguments and
     errors as of `identification_page`."""
-    c = Context() if context is None else context
+    c = context or Context()
     sections = [
         *predicted(prediction, c.say),
         solid(scene_of({"estimate": estimate})),
@@ -161,12 +161,10 @@ def _of_recording(
 
 
 def _object(estimate: Estimate, found: Ingested, c: Context) -> Section:
-    known = {} if c.truth is None else {"truth": c.truth}
     count = 0 if estimate.point_masses is None else len(estimate.point_masses)
     masses = c.shape is not None and count == c.shape.n
-    gravity = found.measurements.gravity
-    scene = scene_of({"estimate": estimate}, c.shape, known, gravity, masses=masses)
-    return solid(scene)
+    gravity, known = found.measurements.gravity, {"truth": c.truth}
+    return solid(scene_of({"estimate": estimate}, c.shape, known, gravity, masses))
 
 
 def _from(log: object) -> tuple[str, ...]:

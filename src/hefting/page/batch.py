@@ -45,7 +45,7 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
     Raises `InputError` where the table cannot be read, `MissingDependencyError` without
     plotly.
     """
-    c = Context() if context is None else context
+    c = context or Context()
     summary = found.summary
     sections = (
         _verdicts(summary),

@@ -152,14 +152,14 @@ class Scene:
 
 
 def scene_of(
-    estimates: Mapping[str, Estimate] | None = None,
+    estimates: Mapping[str, Estimate | None] | None = None,
     shape: Shape | None = None,
-    known: Mapping[str, InertialParameters] | None = None,
+    known: Mapping[str, InertialParameters | None] | None = None,
     gravity: ArrayLike | None = None,
     masses: bool = False,
 ) -> Scene:
     """The scene of an object: `estimates` by the names that they are to have, and what
-    is `known` exactly, such as the truth.
+    is `known` exactly, such as the truth; None for what is not there.
 
     Nothing is drawn of a shape that is not known. `gravity` (K, 3) is in sensor axes
     [m/s²], of any length. With `masses` those are drawn that a method put at the points
@@ -168,12 +168,14 @@ def scene_of(
     bodies = [
         Body(name, body.center_of_mass, ellipsoid=uniform_ellipsoid(body))
         for name, body in (known or {}).items()
+        if body is not None
     ]
-    bodies += [_found(name, estimate) for name, estimate in (estimates or {}).items()]
+    found = {name: each for name, each in (estimates or {}).items() if each is not None}
+    bodies += [_found(name, estimate) for name, estimate in found.items()]
     surface = None if shape is None else surface_of(shape)
     points = None
     if shape is not None and masses:
-        points = PointSet(shape.positions, _masses(shape, estimates or {}))
+        points = PointSet(shape.positions, _masses(shape, found))
     elif shape is not None and surface is None and shape.known == "object":
         step = -(-len(shape.hull) // MOST_POINTS)
         points = PointSet(shape.hull[::step])

@@ -313,21 +313,14 @@ def _wrench(
     draws: dict[str, np.random.Generator],
 ) -> Array:
     """(K, 6) what the sensor shows at each instant."""
-    from scipy.signal import lfilter
-
     shown = (exact - push) * (-1.0 if faults.on_sensor else 1.0)
     passed = (time - time[0]) / max(time[-1] - time[0], 1e-12)
     if faults.drift_kind == "exponential":
         passed = np.expm1(-3.0 * passed) / np.expm1(-3.0)
     shown = shown + faults.bias + passed[:, None] * np.asarray(faults.drift)
-    a = faults.noise_correlation
     white = draws["noise"].normal(size=shown.shape)
-    if a:
-        start = white[:1] * a  # as if it had always run
-        white = np.asarray(
-            lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], white, axis=0, zi=start)[0]
-        )
-    shown = shown + np.asarray(faults.wrench_noise) * white
+    noise = correlated(white, faults.noise_correlation)
+    shown = shown + np.asarray(faults.wrench_noise) * noise
     wrong = draws["spikes"].random(len(shown)) < faults.spikes
     jumps = np.repeat(faults.spike_size, 3) * draws["spikes"].normal(size=shown.shape)
     shown = shown + wrong[:, None] * jumps
@@ -335,6 +328,16 @@ def _wrench(
         most = np.repeat(faults.saturation, 3)
         shown = np.clip(shown, -most, most)
     return shown
+
+
+def correlated(white: Array, a: float) -> Array:
+    """White noise (K, n) made correlated by `a` from sample to sample, of the same
+    deviation."""
+    from scipy.signal import lfilter
+
+    start = white[:1] * a  # as if it had always run
+    shaped = lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], white, axis=0, zi=start)
+    return np.asarray(shaped[0]) if a else white
 
 
 def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array:

@@ -274,8 +274,7 @@ class Session:
     def scene(self, estimate: Estimate | None) -> Scene:
         """What is drawn of the object, with the masses that a method put at the points
         of the shape."""
-        found = {} if estimate is None else {"estimate": estimate}
-        known = {} if self.truth is None else {"truth": self.truth}
+        found, known = {"estimate": estimate}, {"truth": self.truth}
         return scene_of(found, self.shape, known, masses=self._has_masses(estimate))
 
     def _has_masses(self, estimate: Estimate | None) -> bool:
