@@ -15,7 +15,7 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.quantity import decimals, rounded
 from hefting.core.spatial import Array, freeze, skew
-from hefting.shapes.loading import as_pose
+from hefting.shapes import as_pose
 
 ROUNDING = 1e-12
 """Inertia at the COM below this share of that about the origin is rounding: the body is

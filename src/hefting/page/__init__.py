@@ -35,8 +35,7 @@ from hefting.page.origin import assumptions, converged, least_squares, prior
 from hefting.page.recording import POSE, component_lines, recording, wrench
 from hefting.page.solid import solid
 from hefting.prediction import Peak, Prediction
-from hefting.scene import plus_minus, scene_of, thinned
-from hefting.scene.curves import PARTS
+from hefting.scene import PARTS, plus_minus, scene_of, thinned
 from hefting.shapes import Shape
 
 __all__ = ["Context", "identification_page", "inspection_page", "prediction_page"]

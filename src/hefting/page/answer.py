@@ -14,8 +14,18 @@ from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.identification.compare import Comparison
 from hefting.identification.convergence import ten_ends, ten_of
 from hefting.inspection import Inspection
-from hefting.page.bars import Row, bars
-from hefting.page.html import Markup, Section, element, items, join, note, table, terms
+from hefting.page.html import (
+    Markup,
+    Row,
+    Section,
+    bars,
+    element,
+    items,
+    join,
+    note,
+    table,
+    terms,
+)
 from hefting.scene.surface import reach
 
 WORDS = {

@@ -16,11 +16,12 @@ from hefting.batches.summary import Outlier, Reason, Summary
 from hefting.core.plain_text import file_word
 from hefting.page import Context, command
 from hefting.page.answer import WORDS, Say
-from hefting.page.bars import Count, counts
 from hefting.page.figure import histogram
 from hefting.page.html import (
+    Count,
     Markup,
     Section,
+    counts,
     element,
     join,
     note,

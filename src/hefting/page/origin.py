@@ -27,9 +27,18 @@ from hefting.page.answer import (
     ends_of_intervals,
     ten,
 )
-from hefting.page.bars import Row, bars
 from hefting.page.figure import AXES, Figure, Trace, band, line, rows
-from hefting.page.html import Markup, Section, element, items, join, note, terms
+from hefting.page.html import (
+    Markup,
+    Row,
+    Section,
+    bars,
+    element,
+    items,
+    join,
+    note,
+    terms,
+)
 from hefting.page.recording import x_title
 from hefting.scene import vector_text
 

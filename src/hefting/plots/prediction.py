@@ -23,8 +23,7 @@ from hefting.plots.style import (
     write_title,
 )
 from hefting.prediction import Prediction
-from hefting.scene import Headline, plus_minus
-from hefting.scene.curves import PARTS
+from hefting.scene import PARTS, Headline, plus_minus
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -22,8 +22,7 @@ from hefting.plots.style import (
     lines_of,
     write_title,
 )
-from hefting.scene import headline_of, vector_text, wrench_curves
-from hefting.scene.curves import PARTS, gaps_between
+from hefting.scene import PARTS, gaps_between, headline_of, vector_text, wrench_curves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -15,8 +15,7 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.online import LiveEstimate
 from hefting.online.history import FORWARD
-from hefting.scene import com_reach, headline_of, scene_of
-from hefting.scene.curves import PARTS
+from hefting.scene import PARTS, com_reach, headline_of, scene_of
 from hefting.shapes import Shape
 from hefting.viewer.drawing import ObjectDrawing
 from hefting.viewer.motion import HEIGHT, add_plot, curves, scales_of
