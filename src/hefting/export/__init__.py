@@ -187,8 +187,6 @@ def _pose_unused(target: Target) -> Message:
 
 
 def _body_warnings(target: Target, body: Body) -> list[Message]:
-    """Of a body whose thickness was raised, of sensor axes where flange axes are
-    wanted, and the target's own."""
     warnings = []
     if body.thickened:
         what = (
@@ -219,7 +217,6 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
 def _put_into(
     target: Target, body: Body, into: str | Path, link: str | None
 ) -> tuple[str, list[Message]]:
-    """Text of the file `into` with the body's inertial in a link, and its warnings."""
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)

@@ -144,7 +144,6 @@ def _only(
 
 
 def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
-    """Every named element of the place's kind, in document order."""
     open_holders: list[_Holder] = []
     holders: list[_Holder] = []
 

@@ -151,7 +151,6 @@ def prediction_page(
 def _of_recording(
     estimate: Estimate, found: Ingested, estimator: Estimator, c: Context
 ) -> list[Section | None]:
-    """Wrench, drift and weights, and how the answer came about."""
     return [
         wrench(estimate, found),
         recording(found, estimator),
@@ -167,7 +166,6 @@ def _object(estimate: Estimate, found: Ingested, c: Context) -> Section:
 
 
 def _from(log: object) -> tuple[str, ...]:
-    """What stands below the title: the log, if it is known."""
     return (f"From {log}",) if log else ()
 
 
@@ -189,7 +187,6 @@ def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
 def _target(
     estimate: Estimate, target: Target, flange: Array | None, say: Say
 ) -> Markup:
-    """The lines to paste with what to know before, or why there are none."""
     pose = None if target.in_sensor_axes else flange
     try:
         found = export(estimate, target.name, pose, say=say)
@@ -249,7 +246,6 @@ def _agreement(found: Prediction) -> Iterable[str]:
 
 
 def _figure(found: Prediction, name: str, unit: str, first: int) -> Figure:
-    """One part of the wrench, and the difference where there is one."""
     three, a, dots = slice(first, first + 3), found.agreement, found.static
     titles, heights = [f"{name} [{unit}]"], [3.0]
     if a is not None:
@@ -272,7 +268,6 @@ def _figure(found: Prediction, name: str, unit: str, first: int) -> Figure:
 
 
 def _with_band(found: Prediction, three: slice, dots: bool) -> Iterable[Trace]:
-    """The three components, and the band of each."""
     values = found.wrench[:, three]
     shown, time = thinned(values), found.time + dots
     for k, axis in enumerate(AXES):

@@ -86,7 +86,6 @@ def verdict_box(verdict: Verdict, warnings: Iterable[str], say: Say) -> Markup:
 def _number_bars(
     estimate: Estimate, truth: InertialParameters | None
 ) -> Iterable[Markup]:
-    """The ten numbers of an estimate, a group of bars for each unit."""
     values, (low, high) = ten(estimate.parameters), ends_of(estimate)
     known = [None] * 10 if truth is None else ten(truth)
     for group in GROUPS:
@@ -169,7 +168,6 @@ def methods(
 
 
 def _table(shown: dict[str, Estimate], best: str) -> Markup:
-    """Residual, consistency and verdict of each."""
     rows = []
     for name, estimate in shown.items():
         residual = ["", ""]
@@ -206,7 +204,6 @@ def inspected(found: Inspection, say: Say) -> Iterable[Section]:
 
 
 def _facts(found: Inspection) -> Iterable[tuple[str, str]]:
-    """What can be found from it, in short."""
     facts = found.facts
     if facts is None:
         return

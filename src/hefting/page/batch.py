@@ -80,7 +80,6 @@ def _verdicts(summary: Summary) -> Section:
 
 
 def _outliers(found: Batch, say: Say) -> Section | None:
-    """Rows that are worth a look, and how to have it."""
     outliers = found.summary.outliers
     if not outliers:
         return None
@@ -96,7 +95,6 @@ def _outliers(found: Batch, say: Say) -> Section | None:
 def _look(
     outlier: Outlier, name: str, words: str | None, say: Say
 ) -> tuple[Markup, Markup]:
-    """The recording; why it is worth a look, and the command for that."""
     parts = [_text(say(outlier.why))]
     if words is not None:
         parts += [
@@ -109,7 +107,6 @@ def _look(
 def _failures(
     name: str, title: str, reasons: Sequence[Reason], say: Say
 ) -> Section | None:
-    """What failed and why, the most frequent first."""
     if not reasons:
         return None
     rows = [
@@ -125,7 +122,6 @@ def _failures(
 
 
 def _left_out(summary: Summary, say: Say) -> Section | None:
-    """Recordings that the rows of their objects do without, and why."""
     section = _failures("left-out", "Left out of objects", summary.left_out, say)
     if section is None:
         return None
@@ -135,13 +131,11 @@ def _left_out(summary: Summary, say: Say) -> Section | None:
 
 
 def _examples(reason: Reason) -> Iterable[Markup]:
-    """Links to some of what failed."""
     for name, path in zip(reason.examples, reason.paths, strict=True):
         yield link(name if path is None else Path(name).name, path)
 
 
 def _doubts(summary: Summary, say: Say) -> Section | None:
-    """What puts rows in doubt, with what is said by it in one of them."""
     if not summary.doubts:
         return None
     rows = [
@@ -155,7 +149,6 @@ def _doubts(summary: Summary, say: Say) -> Section | None:
 
 
 def _sizes(summary: Summary) -> Section | None:
-    """How large residuals and masses are."""
     force, torque = summary.residuals.T
     drawn = (
         histogram("force", "Force residual", "N", force),
@@ -187,7 +180,6 @@ def _times(summary: Summary) -> Section:
 
 
 def _text(text: str) -> Markup:
-    """A text of bounded length in a cell."""
     return wrapped(text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …")
 
 
@@ -228,5 +220,4 @@ def _options(options: Mapping[str, Any]) -> Sequence[str]:
 
 
 def _plain(name: str) -> str:
-    """A name for a file, whatever is in it."""
     return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "report"

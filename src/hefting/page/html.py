@@ -141,7 +141,6 @@ def page_of(
 
 
 def _place(figure: Figure) -> Markup:
-    """Where a figure is drawn."""
     return element(
         "div",
         id=f"figure-{figure.name}",
@@ -257,8 +256,6 @@ def _scale(rows: Sequence[Row], *, from_zero: bool) -> tuple[float, float]:
 
 
 def _marks(row: Row, low: float, high: float) -> Iterable[Markup]:
-    """Interval, zero, truth and value of a row."""
-
     def at(value: float) -> float:
         return float(np.clip(100.0 * (value - low) / (high - low), 0.0, 100.0))
 
@@ -280,8 +277,6 @@ def _marks(row: Row, low: float, high: float) -> Iterable[Markup]:
 
 
 def _labels(low: float, high: float, unit: str) -> list[Markup]:
-    """The ends of the scale, and zero where it is well inside."""
-
     def text(value: float) -> str:
         return f"{value:.3g}".replace("-", "−")
 

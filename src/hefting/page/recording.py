@@ -106,7 +106,6 @@ def _figure(
     unit: str,
     first: int,
 ) -> Figure:
-    """One part of the wrench: the whole, and what remains of it."""
     layout = rows([f"{name} [{unit}]", f"Residual [{unit}]"], [3.0, 1.5], title)
     layout["shapes"] = [] if curves.static else list(marks(spans))
     traces: list[Trace] = []

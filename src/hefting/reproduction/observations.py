@@ -151,7 +151,6 @@ def run(job: Job) -> Result:
 def _motions(
     job: Job, exact: Wielding
 ) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
-    """Each kind of motion: windows and their measurements."""
     seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
     observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
     live, places = causal_filter(observed), windows(job["duration"])

@@ -173,7 +173,6 @@ def _is_alike(ratio: float, theirs: float) -> bool:
 
 
 def _motion(results: Results, speeds: list[float]) -> Table:
-    """Errors of the accelerations, the cause of all."""
     rows = []
     for kind, s in product(KINDS, speeds):
         parts = [result["kinds"][kind] for job, result in results if job["speed"] == s]

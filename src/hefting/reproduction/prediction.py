@@ -127,7 +127,6 @@ def report(results: Results) -> Report:
 
 
 def _figure(result: Result):
-    """True (solid) and predicted (dashed), and predicted minus true."""
     from matplotlib.lines import Line2D
 
     time = np.array(result["time"])

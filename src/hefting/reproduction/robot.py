@@ -268,7 +268,6 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
 
 
 def _figure(mean: dict[tuple[str, str, str], Array]):
-    """A panel an error, a group a method, in it a mark a kind of motion."""
     with drawing(2.5, 7.2) as figure:
         panels = figure.subplots(1, 3)
         for quantity, (axes, name) in enumerate(

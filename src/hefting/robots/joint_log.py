@@ -135,7 +135,6 @@ def _joints_of_columns(
 
 
 def _joints_by_number(count: int, robot: Robot, source: str) -> tuple[str, ...]:
-    """The same for columns without names."""
     for joints in (robot.joints, robot.all_joints):
         if len(joints) == count:
             return joints

@@ -201,7 +201,6 @@ def _found(name: str, estimate: Estimate) -> Body:
 
 
 def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
-    """The first masses that an estimate has for the points of the shape."""
     for estimate in estimates.values():
         if estimate.point_masses is not None:
             if len(estimate.point_masses) != shape.n:

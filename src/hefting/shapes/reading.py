@@ -89,7 +89,6 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
 
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
-    """Vertices and faces of a binary STL file, three vertices a face."""
     triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
     _check_faces(len(triangles), path)
     with np.errstate(invalid="ignore"):  # what is not finite is refused later

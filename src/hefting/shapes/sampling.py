@@ -169,7 +169,6 @@ def _cells_alone(box: WorkingBox, target: int) -> Samples:
 
 
 def _samples_of(box: WorkingBox, pieces: Moments) -> Samples:
-    """A point for each piece of a solid."""
     volume = pieces.volume
     return Samples(
         pieces.centroids @ box.axes.T,
@@ -277,7 +276,6 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
 
 
 def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
-    """The same of grids with their lines."""
     rays, start, step, count, inside = _inside(box, batch)
     found = np.flatnonzero(inside)
     end = np.cumsum(count)

@@ -157,7 +157,6 @@ def _has_shape(stream: str, time: Array, values: Array) -> bool:
 
 
 def _checks(stream: str, time: Array, values: Array):
-    """Reasons to leave samples out, each with which of them are good (n,)."""
     everything = np.concatenate([time[:, None], values], axis=1)
     yield "values that are not finite", np.isfinite(everything).all(axis=1)
     yield "times that cannot be seconds", np.abs(time) <= LARGEST_TIME

@@ -113,7 +113,6 @@ class Dialogue:
         return recipe
 
     def _setup(self, fields: Sequence[str], rate: float) -> tuple[Recipe, list[str]]:
-        """The recipe of fields, and those that the controller does not have."""
         names = ",".join(fields).encode()
         answer = self._ask(SETUP_OUTPUTS, struct.pack(">d", rate) + names)
         types = answer[1:].decode("ascii", "replace").split(",")
@@ -223,7 +222,6 @@ class RtdeSource(SocketSource):
         return self._samples(values) if len(values["timestamp"]) else []
 
     def _samples(self, values: dict[str, Array]) -> list[Samples]:
-        """The flange's motion, its wrench, and the joints."""
         everything = np.concatenate(list(values.values()), axis=1)
         good = np.isfinite(everything).all(axis=1)
         if not good.all():

@@ -139,7 +139,6 @@ class Playback:
 
 
 def _chosen(found: Ingested) -> Indices:
-    """Samples that are drawn, evenly chosen, with the first and the last."""
     count = len(found.measurements)
     most = MOST_FRAMES
     if not found.static:
@@ -149,7 +148,6 @@ def _chosen(found: Ingested) -> Indices:
 
 
 def _nearest(stream: Stream, instants: Array) -> Indices:
-    """Index of the sample of a stream nearest to each instant."""
     time = stream.time
     after = np.clip(np.searchsorted(time, instants), 1, max(len(time) - 1, 1))
     after = np.minimum(after, len(time) - 1)
@@ -278,13 +276,11 @@ class Session:
         return scene_of(found, self.shape, known, masses=self._has_masses(estimate))
 
     def _has_masses(self, estimate: Estimate | None) -> bool:
-        """Whether an estimate has a mass for each point of the shape."""
         if estimate is None or estimate.point_masses is None or self.shape is None:
             return False
         return len(estimate.point_masses) == self.shape.n
 
     def _serves(self, name: str) -> bool:
-        """Whether enough is known for a method."""
         needs = METHODS[name].needs
         if needs == "labelled parts":
             return self.shape is not None and self.shape.labels is not None

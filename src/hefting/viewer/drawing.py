@@ -129,7 +129,6 @@ class ObjectDrawing:
             )
 
     def _draw_surface(self, surface: Surface) -> None:
-        """The object's own surface, half transparent; a box around it as a wire frame."""
         self._nodes["shape"] = self._api.add_mesh_simple(
             f"{SENSOR}/shape",
             surface.vertices,
@@ -143,7 +142,6 @@ class ObjectDrawing:
         )
 
     def _draw_points(self, points: PointSet | None) -> None:
-        """Points of the shape; by their masses, where a method put masses there."""
         if points is None:
             self._absent.add("masses")
             return
@@ -169,7 +167,6 @@ class ObjectDrawing:
         node.colors = colours
 
     def _draw_body(self, body: Body) -> None:
-        """COM, the region that holds it, and the ellipsoid of equal inertia."""
         known = body.name != "estimate"
         place = f"{body.name}/truth" if known else body.name
         self._draw_center(f"{place}/com", body.center, TRUTH if known else COM)
@@ -219,7 +216,6 @@ class ObjectDrawing:
         self._node(name, add).vertices = np.asarray(vertices, dtype=np.float32)
 
     def _node(self, name: str, add: Callable[[], Any]) -> Any:
-        """A node that is to be seen; it is made the first time."""
         self._absent.discard(name)
         if name not in self._nodes:
             self._nodes[name] = add()

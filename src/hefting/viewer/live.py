@@ -110,7 +110,6 @@ class LiveView:
         self.drawing.show(scene)
 
     def _aim(self, corners: Array, size: float) -> None:
-        """Let the cameras of all browsers, later ones too, see the object."""
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         place = middle + AWAY * size * FROM / np.linalg.norm(FROM)
         clients = self.server.get_clients().values()

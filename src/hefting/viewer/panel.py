@@ -126,7 +126,6 @@ def _mark(colour: str, text: str) -> str:
 
 
 def _scale(largest: float) -> str:
-    """A bar of the colours of masses."""
     bar = (
         "display:inline-block;width:6em;height:0.8em;margin:0 0.5em;"
         f"border-radius:2px;background:linear-gradient(to right,{','.join(MASSES)})"
@@ -214,7 +213,6 @@ class Controls:
         return Settings(method, chosen)
 
     def _hyperparameters(self, method: str) -> set[str]:
-        """Those of a method for which there are controls."""
         if method in self._session.given:
             return set()
         estimator = self._session.estimator(Settings(method))
