@@ -4,13 +4,12 @@ A solid is the sum of signed prisms, each between one of its triangles and a pla
 all of them. The triangles are cut at the planes of the grid; a piece in a cell gives
 the prism below it in that cell, and a whole column to each cell under it.
 
-And thin parts: those that a grid of points misses, and points for them.
 A part thinner than a cell may pass between the points of the grid. Where the surface
 comes to a cell with no point within two cells of it, the solid is divided exactly into
-its shares of the cells. A cell with a point keeps it, at the
-centroid of its share; a cell without one joins a neighbour that has one; what is left
-is put together to larger pieces, as many as suit its volume, with a point at the
-centroid of each. That of a bent piece may be outside of the solid.
+its shares of the cells. A cell with a point keeps it, at the centroid of its share; a
+cell without one joins a neighbour that has one; what is left is put together to larger
+pieces, as many as suit its volume, with a point at the centroid of each. That of a bent
+piece may be outside of the solid.
 """
 
 from dataclasses import dataclass
