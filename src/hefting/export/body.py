@@ -94,8 +94,8 @@ class Body:
     without: str = ""
     """What the sensor carries besides, and is not in the body."""
     thickened: bool = False
-    """Whether second moments were raised to `THINNEST`, which
-    changes the inertia by about as much."""
+    """Whether second moments were raised to `THINNEST`, which changes the inertia by
+    about as much."""
     inertia_places: int = 300
     """Decimal places to which the inertia is rounded."""
 
@@ -208,8 +208,7 @@ class Body:
 
     def principal(self) -> tuple[Array, Array]:
         """Principal moments (3,) [kg m²] and right-handed principal axes as columns (3,
-        3), each called after the frame's axis it is nearest to; see
-        `principal`."""
+        3), each called after the frame's axis it is nearest to."""
         return self._principal
 
     @property

@@ -2,10 +2,12 @@
 table.
 
 Each target is one file that ends with its `TARGET`; `hefting.export` lists the files,
-one line each. And putting an inertial element into an existing XML file, leaving every
-other byte as it is: a parser finds where the element goes, the text is cut there. XML
-from elsewhere is hostile: a document type declaration is refused, so no entity is ever
-expanded or fetched, and the size is bounded.
+one line each.
+
+An inertial element is put into an existing XML file with every other byte left as it
+is: a parser finds where it goes, and the text is cut there. XML from elsewhere is
+hostile: a document type declaration is refused, so no entity is ever expanded or
+fetched, and the size is bounded.
 """
 
 from collections.abc import Callable
