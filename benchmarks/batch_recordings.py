@@ -103,9 +103,8 @@ def write_recording(task: tuple[str, int, int | None]) -> str:
     from hefting.logs import write_log
     from hefting.simulation import UR5, hammer, random_smooth
     from hefting.simulation.demo import POSE
-    from hefting.simulation.faults import WRENCH_NOISE, Faults
-    from hefting.simulation.physics import wield_analytically
-    from hefting.simulation.record import record
+    from hefting.simulation.faults import WRENCH_NOISE, Faults, record
+    from hefting.simulation.wield import wield_analytically
 
     name, number, way = task
     path = Path(name)

@@ -61,10 +61,9 @@ def simulated(number: int, duration: float, wrench_delay: float = 0.0):
     from hefting.core.recording import Recording, Stream
     from hefting.core.spatial import STANDARD_GRAVITY
     from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go
-    from hefting.simulation.faults import WRENCH_NOISE, Faults
+    from hefting.simulation.faults import WRENCH_NOISE, Faults, record
     from hefting.simulation.joints import trapezoids
-    from hefting.simulation.physics import wield_analytically
-    from hefting.simulation.record import record
+    from hefting.simulation.wield import wield_analytically
 
     rng = np.random.default_rng([17, number])
     motion, level = MOTIONS[number % len(MOTIONS)], LEVELS[(number // len(MOTIONS)) % 3]

@@ -15,9 +15,8 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, sinusoids, stop_and_go
-from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates
-from hefting.simulation.physics import wield_analytically
-from hefting.simulation.record import record
+from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates, record
+from hefting.simulation.wield import wield_analytically
 
 RATE = 100.0
 

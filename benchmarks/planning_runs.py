@@ -28,10 +28,9 @@ from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
 from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 from hefting.simulation.arm_links import TORQUE_ARMS, MassiveArm
-from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates
+from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates, record
 from hefting.simulation.joints import FREQUENCIES
-from hefting.simulation.physics import wield_in_mujoco
-from hefting.simulation.record import record
+from hefting.simulation.wield import wield_in_mujoco
 
 FOURIER_TERMS = 4
 """Of a random motion, one turn of the first over the whole of it: what peers take."""

@@ -17,8 +17,8 @@ from hefting.simulation import UR5, Arm, Faults, Rates, random_smooth, record
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.faults import WRENCH_NOISE
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.physics import wield_analytically
 from hefting.simulation.torque_scenario import TorqueRobot
+from hefting.simulation.wield import wield_analytically
 from reference.recorded import changed
 
 OBJECT = body(0.512)

@@ -36,7 +36,7 @@ class Here:
 
 def do_jobs_here(monkeypatch: pytest.MonkeyPatch) -> None:
     """No processes are begun for jobs."""
-    monkeypatch.setattr("hefting.jobs.jobs.Processes", Here)
+    monkeypatch.setattr("hefting.jobs.Processes", Here)
 
 
 class Understander(Inline):

@@ -323,7 +323,7 @@ def take(command: str, folder: Path) -> str:
         stack.enter_context(mock.patch("sys.argv", words))
         stack.enter_context(mock.patch("hefting.cli.progress.PATIENCE", 1e3))
         # a batch of three recordings is done by this process
-        stack.enter_context(mock.patch("hefting.jobs.jobs.Processes", Here))
+        stack.enter_context(mock.patch("hefting.jobs.Processes", Here))
         no_bar = contextlib.nullcontext(lambda progress: None)
         stack.enter_context(mock.patch("hefting.cli.batch._bar", return_value=no_bar))
         stack.enter_context(contextlib.redirect_stdout(out))

@@ -286,11 +286,11 @@ def test_rows_written_last_count(tmp_path):
 
 FULL = """
 import resource, signal, sys
-import hefting.jobs.jobs
+import hefting.jobs
 from hefting.batches import batch
 from hefting.core.errors import InputError
 from jobs_here import Here
-hefting.jobs.jobs.Processes = Here
+hefting.jobs.Processes = Here
 signal.signal(signal.SIGXFSZ, signal.SIG_IGN)
 resource.setrlimit(resource.RLIMIT_FSIZE, (int(sys.argv[3]), resource.RLIM_INFINITY))
 if __name__ == "__main__":

@@ -59,7 +59,7 @@ def test_what_contributors_are_told_is_so():
     for file, name in {
         "export/__init__.py": "FILES",
         "plots/__init__.py": "FIGURES",
-        "reproduction/runner.py": "FILES",
+        "reproduction/__init__.py": "FILES",
         "cli/__init__.py": "COMMANDS",
     }.items():
         assert f"in `{Path(file).parent}/`" in told

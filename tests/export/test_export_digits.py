@@ -12,8 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import rotation_matrices
 from hefting.export import export
-from hefting.export.body import Body, HalfWidths
-from hefting.export.principal import THINNEST, rounded_inertia
+from hefting.export.body import THINNEST, Body, HalfWidths, rounded_inertia
 
 MASS, COM = 1.23456789, np.array((0.01234567, -0.0234567, 0.25))
 TENSOR = symmetric(2.345678e-3, 3.456789e-3, 4.567891e-3, 1.2e-4, -7e-19, 2.34e-4)

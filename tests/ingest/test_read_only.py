@@ -9,7 +9,7 @@ from disturbances import body
 from hefting.ingest import condition
 from hefting.ingest.drift import Drift
 from hefting.simulation import UR5, Faults, random_smooth, record
-from hefting.simulation.physics import wield_analytically
+from hefting.simulation.wield import wield_analytically
 
 
 def test_arrays_of_what_was_found_are_read_only():

@@ -20,9 +20,8 @@ from hefting.ingest.weights import (
     weights_at_rest,
 )
 from hefting.simulation import UR5, sinusoids
-from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates
-from hefting.simulation.physics import wield_analytically
-from hefting.simulation.record import record
+from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates, record
+from hefting.simulation.wield import wield_analytically
 
 Z30 = Rotation.from_euler("z", 30.0, degrees=True)
 MISTAKES = {

@@ -10,8 +10,7 @@ import pytest
 
 import job_tasks
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
-from hefting.jobs import Jobs, Lost
-from hefting.jobs.jobs import ATTEMPTS, Processes
+from hefting.jobs import ATTEMPTS, Jobs, Lost, Processes
 from job_tasks import POISON
 
 
@@ -150,7 +149,7 @@ def test_processes_that_cannot_begin_are_said(monkeypatch):
     with pytest.raises(HeftingError, match="3 worker processes died before they began"):
         list(job_tasks.run_jobs(job_tasks.square, range(100), 2))
     monkeypatch.setattr(
-        "hefting.jobs.jobs.Worker",
+        "hefting.jobs.Worker",
         lambda: (_ for _ in ()).throw(OSError(11, "no")),
     )
     with pytest.raises(HeftingError, match=r"no worker process can be begun \(no\)"):

@@ -27,8 +27,8 @@ from hefting.ingest.left_out import Span
 from hefting.inspection import inspect
 from hefting.logs import write_log
 from hefting.page import Context, identification_page, inspection_page
-from hefting.page.bars import Row, bars
 from hefting.page.figure import DARK, LIGHT
+from hefting.page.html import Row, bars
 from hefting.page.recording import MOST_SPANS, marks
 from hefting.page.solid import figure_of
 from hefting.scene import Body, Ellipsoid, Scene, wrench_curves

@@ -24,9 +24,8 @@ from hefting.cli import main
 from hefting.core.errors import HeftingError, InputError
 from hefting.jobs import Jobs, Lost
 from hefting.plots.style import picture_of
-from hefting.reproduction import EXPERIMENTS, reproduce
+from hefting.reproduction import EXPERIMENTS, reproduce, run_experiments
 from hefting.reproduction.experiment import Table, shown
-from hefting.reproduction.runner import run_experiments
 from jobs_here import do_jobs_here
 
 pytest.importorskip("mujoco", reason="mujoco is not installed")
@@ -313,7 +312,7 @@ def test_a_job_that_kills_its_worker_stops_no_other(tmp_path, monkeypatch):
             yield 0, Lost("its worker was killed")
             yield from ((k, {}) for k in range(1, len(tasks)))
 
-    monkeypatch.setattr("hefting.reproduction.runner.Jobs", OneLost)
+    monkeypatch.setattr("hefting.reproduction.Jobs", OneLost)
     experiment = EXPERIMENTS["noise"]
     with pytest.raises(
         HeftingError, match=r"^a job of noise is lost: its worker was k"

@@ -7,7 +7,7 @@ pytest.importorskip(
     "mujoco", reason="MuJoCo is not installed (pip install 'hefting[sim]')"
 )
 
-from hefting.reproduction.runner import EXPERIMENTS, FILES
+from hefting.reproduction import EXPERIMENTS, FILES
 from registries import PACKAGE, Copy
 
 TOY = '''"""Toy: a number."""
@@ -37,7 +37,7 @@ def test_each_file_with_an_experiment_is_listed():
 def test_a_new_experiment(tmp_path):
     copy = Copy(tmp_path)
     copy.add("reproduction/toy.py", TOY)
-    copy.add_line("reproduction/runner.py", '    "noise",', '    "toy",')
+    copy.add_line("reproduction/__init__.py", '    "noise",', '    "toy",')
     said = copy.hefting("reproduce", "--list").splitlines()
     lines = [line for line in said if not line.startswith(" ")]
     assert [line.split()[0] for line in lines] == [

@@ -12,7 +12,7 @@ from hefting.estimators import OLS
 from hefting.identification.torque_checks import of_joints, of_unit
 from hefting.simulation.arm_links import TORQUE_ARMS
 from hefting.simulation.joints import wide_smooth
-from hefting.simulation.physics import inverse_dynamics
+from hefting.simulation.wield import inverse_dynamics
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.equations import OWN, Rows, TorqueScales
 from hefting.torques.noise import fit

@@ -8,8 +8,7 @@ import pytest
 from hefting.core.regressor import predict_wrench
 from hefting.ingest.ingest import ingest
 from hefting.logs import read_log
-from hefting.viewer import Playback, Settings
-from hefting.viewer.session import MOST_FRAMES, RATE
+from hefting.viewer import MOST_FRAMES, RATE, Playback, Settings
 from recordings import DATA, needs_recordings
 from viewing import recorded, viewed
 

@@ -97,7 +97,6 @@ def replay_of(
 
 
 def _gravity_of(estimate: Estimate) -> Gravity:
-    """The gravity that an estimate was made with; the standard one by default."""
     try:
         vector = np.asarray(estimate.provenance.get("gravity"), dtype=float)
         return Gravity.of(vector)

@@ -102,7 +102,6 @@ def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
 
 
 def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]]:
-    """The recording as it was logged, in ROS 2 messages."""
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
@@ -168,7 +167,6 @@ def _scene(replay: Replay, context: "Context") -> Iterator[Line]:
 
 
 def _arrows(replay: Replay, context: "Context") -> Iterator[Line]:
-    """The forces on the object as arrows."""
     from foxglove.channels import SceneUpdateChannel
 
     from hefting.dashboards.foxglove_scene import COLOURS
@@ -204,7 +202,6 @@ def _arrow_lines(
 
 
 def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
-    """Each wrench as a force and a torque, at its own times."""
     from foxglove.channels import Vector3Channel
 
     from hefting.dashboards.foxglove_scene import vector3
@@ -223,7 +220,6 @@ def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
 
 
 def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
-    """Verdict, numbers and warnings, once."""
     from foxglove.channels import LogChannel
     from foxglove.messages import Log, LogLevel
 
@@ -249,7 +245,6 @@ def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
 
 
 def _entities(replay: Replay) -> "Entities":
-    """What makes the parts of the scene, each with verdict and numbers."""
     from hefting.dashboards.foxglove_scene import Entities
     from hefting.logs.ros.streams import SENSOR
 

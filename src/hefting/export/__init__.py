@@ -19,11 +19,9 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError, nearest
 from hefting.core.estimate import Answered, Estimate, estimate_of
 from hefting.core.messages import Message, warning
-from hefting.export.body import Body
+from hefting.export.body import THINNEST, Body
 from hefting.export.known import Fill, inertia_messages, known_body, with_comment
-from hefting.export.principal import THINNEST
-from hefting.export.splice import put_inertial
-from hefting.export.target import Target
+from hefting.export.target import Target, put_inertial
 
 __all__ = ["INSERTABLE", "SUFFIXES", "TARGETS", "Exported", "Target", "export"]
 
@@ -190,8 +188,6 @@ def _pose_unused(target: Target) -> Message:
 
 
 def _body_warnings(target: Target, body: Body) -> list[Message]:
-    """Of a body whose thickness was raised, of sensor axes where flange axes are
-    wanted, and the target's own."""
     warnings = []
     if body.thickened:
         what = (
@@ -222,7 +218,6 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
 def _put_into(
     target: Target, body: Body, into: str | Path, link: str | None
 ) -> tuple[str, list[Message]]:
-    """Text of the file `into` with the body's inertial in a link, and its warnings."""
     assert target.place is not None  # as _check_arguments saw
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)

@@ -1,6 +1,8 @@
 """Body: what every simulator and controller is told, in one frame and ready to be
+written; principal moments and axes of its inertia, and how finely they are worth being
 written."""
 
+import itertools
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -12,14 +14,8 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.quantity import decimals, rounded
-from hefting.core.spatial import Array, frozen
-from hefting.export.principal import (
-    angle_decimals,
-    principal,
-    rounded_inertia,
-    with_thickness,
-)
-from hefting.shapes.loading import as_pose
+from hefting.core.spatial import Array, freeze, skew
+from hefting.shapes import as_pose
 
 ROUNDING = 1e-12
 """Inertia at the COM below this share of that about the origin is rounding: the body is
@@ -27,6 +23,25 @@ a point mass."""
 LEAST_DIGITS = 2
 """Significant digits of the mass, and of the largest moment, that are kept however wide
 their intervals are."""
+THINNEST = 1e-6
+"""Least second moment of mass along any axis, as a share of the sum over the three
+principal axes: a thickness of a thousandth of the body's size. A flat or rod-like body
+is on the boundary of what can exist, and rounding alone makes simulators refuse it
+(MuJoCo wants A + B >= C and positive moments, exactly)."""
+
+ALIKE = 3.0
+"""Moments that differ by no more than so many rounding steps count as equal: each of
+the two may be off by one and a half."""
+
+SIGNED_PERMUTATIONS = np.array(
+    [
+        np.diag(signs)[:, order]
+        for order in itertools.permutations(range(3))
+        for signs in itertools.product((1.0, -1.0), repeat=3)
+    ]
+)
+RENAMINGS = SIGNED_PERMUTATIONS[np.linalg.det(SIGNED_PERMUTATIONS) > 0]
+"""The 24 right-handed ways (24, 3, 3) to rename and reverse three axes."""
 
 
 @dataclass(frozen=True)
@@ -79,14 +94,13 @@ class Body:
     without: str = ""
     """What the sensor carries besides, and is not in the body."""
     thickened: bool = False
-    """Whether second moments were raised to `hefting.export.principal.THINNEST`, which
-    changes the inertia by about as much."""
+    """Whether second moments were raised to `THINNEST`, which changes the inertia by
+    about as much."""
     inertia_places: int = 300
     """Decimal places to which the inertia is rounded."""
 
     def __post_init__(self):
-        object.__setattr__(self, "center_of_mass", frozen(self.center_of_mass))
-        object.__setattr__(self, "inertia", frozen(self.inertia))
+        freeze(self, "center_of_mass", "inertia")
 
     @classmethod
     def from_parameters(
@@ -136,8 +150,7 @@ class Body:
         """
         pose = as_pose(pose_old_in_new)
         rotation = pose[:3, :3]
-        second = 0.5 * np.trace(self.inertia) * np.eye(3) - self.inertia
-        second = rotation @ second @ rotation.T
+        second = rotation @ _second_moments(self.inertia) @ rotation.T
         inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
         return replace(
             self,
@@ -195,8 +208,7 @@ class Body:
 
     def principal(self) -> tuple[Array, Array]:
         """Principal moments (3,) [kg m²] and right-handed principal axes as columns (3,
-        3), each called after the frame's axis it is nearest to; see
-        `hefting.export.principal`."""
+        3), each called after the frame's axis it is nearest to."""
         return self._principal
 
     @property
@@ -228,3 +240,70 @@ def quoted(text: str) -> str:
     from xml.sax.saxutils import quoteattr  # which imports an HTTP client
 
     return quoteattr(text)
+
+
+def principal(inertia: Array, step: float) -> tuple[Array, Array]:
+    """Principal moments (3,) [kg m²] and right-handed principal axes as columns (3, 3).
+
+    Each axis is called x, y or z after the frame's axis it is nearest to: of the 24
+    right-handed ways to name them, the one least turned from the frame. Axes of moments
+    that are equal to within `ALIKE` times `step` [kg m²] are arbitrary: they are laid
+    along the frame's, as far as they can be.
+    """
+    moments, axes = np.linalg.eigh(inertia)
+    alike = np.diff(moments) <= ALIKE * step
+    if alike.all():
+        return np.full(3, moments.mean()), np.eye(3)
+    if alike.any():
+        pair, single = ([0, 1], 2) if alike[0] else ([1, 2], 0)
+        moments[pair] = moments[pair].mean()
+        axes[:, pair] = _across(axes[:, single])
+    axes[:, 2] *= np.sign(np.linalg.det(axes))
+    renaming = RENAMINGS[np.einsum("ij,kji->k", axes, RENAMINGS).argmax()]
+    return np.abs(renaming.T) @ moments, axes @ renaming
+
+
+def _across(axis: Array) -> Array:
+    """Two orthonormal columns (3, 2) perpendicular to a unit vector (3,), the first as
+    near to an axis of the frame as one can be."""
+    nearest = np.eye(3)[np.abs(axis).argmin()]
+    first = nearest - axis * float(nearest @ axis)
+    first = first / float(np.linalg.norm(first))
+    return np.column_stack((first, skew(axis) @ first))
+
+
+def angle_decimals(moments: Array, step: float) -> int:
+    """Decimal places of an angle [deg] that turns the axes of these moments: a turn
+    changes the tensor by the difference of two moments."""
+    spread = float(np.ptp(moments))
+    if spread == 0.0:
+        return 0
+    degrees = np.degrees(step / spread)
+    return int(np.clip(-np.floor(np.log10(degrees)), 0, 9))
+
+
+def _second_moments(inertia: Array) -> Array:
+    return 0.5 * np.trace(inertia) * np.eye(3) - inertia
+
+
+def with_thickness(inertia: Array) -> tuple[Array, bool]:
+    """Inertia tensor (3, 3) whose every second moment is at least `THINNEST`, and
+    whether that changed it."""
+    second, axes = np.linalg.eigh(_second_moments(inertia))
+    raised = np.maximum(second, THINNEST * second.sum())
+    if np.array_equal(raised, second):
+        return inertia, False
+    tensor = inertia + (axes * ((raised - second).sum() - (raised - second))) @ axes.T
+    return 0.5 * (tensor + tensor.T), True
+
+
+def rounded_inertia(inertia: Array, places: np.ndarray) -> tuple[Array, int]:
+    """An inertia tensor (3, 3) with its entries rounded to decimal `places` (3, 3), or
+    to as many more as it takes that a body can still have it; and the most places of an
+    entry."""
+    for more in range(16):
+        found = rounded(inertia, places + more)
+        second = np.linalg.eigvalsh(_second_moments(found))
+        if second[0] >= 0.5 * THINNEST * second.sum() > 0.0:
+            return found, int(places.max()) + more
+    return inertia, int(places.max()) + 16

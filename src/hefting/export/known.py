@@ -78,7 +78,6 @@ def known_body(
 
 
 def _filled(body: Body, fill: Fill) -> Body:
-    """The body with an inertia in place of one that is open, and what is said of it."""
     if fill is None:
         said = "inertia: open, the recording does not determine it; left out"
         return replace(body, notes=(*body.notes, said))

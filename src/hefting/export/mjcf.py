@@ -10,8 +10,7 @@ import re
 from hefting.core.messages import Message, warning
 from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.known import xml_comment
-from hefting.export.splice import Place
-from hefting.export.target import Target
+from hefting.export.target import Place, Target
 
 PLACE = Place(
     "MJCF",

@@ -6,8 +6,7 @@ pose, here the link's; products of inertia are those of the tensor, -∫ x y dm.
 
 from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.known import xml_comment
-from hefting.export.splice import Place
-from hefting.export.target import Target
+from hefting.export.target import Place, Target
 
 PLACE = Place("SDF", roots=("sdf",), element="link", parents=("model",))
 

@@ -3,18 +3,41 @@ table.
 
 Each target is one file that ends with its `TARGET`; `hefting.export` lists the files,
 one line each.
+
+An inertial element is put into an existing XML file with every other byte left as it
+is: a parser finds where it goes, and the text is cut there. XML from elsewhere is
+hostile: a document type declaration is refused, so no entity is ever expanded or
+fetched, and the size is bounded.
 """
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
+from hefting.core.errors import InputError, nearest
+from hefting.core.files import parse_xml, read_xml, tag_end
 from hefting.core.messages import Message
 from hefting.export.body import Body
-from hefting.export.splice import Place
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
+
+
+@dataclass(frozen=True)
+class Place:
+    """Where a format keeps its inertial elements."""
+
+    format: str
+    """Name of the format."""
+    roots: tuple[str, ...]
+    """Possible root elements."""
+    element: str
+    """Element that holds the inertial."""
+    parents: tuple[str, ...] | None
+    """Elements which that one is a child of; None for any."""
+    massive: str = ""
+    """Element that gives mass where there is no inertial, if the format has one."""
 
 
 def _no_warnings(of: Body | str) -> list[Message]:
@@ -56,3 +79,133 @@ class Target:
     """What to know of a body written so."""
     file_warnings: Callable[[str], list[Message]] = _no_warnings
     """What to know of the text of an existing file that an inertial was put into."""
+
+
+@dataclass
+class _Holder:
+    """Offsets [bytes] of an element: its start tag, the inertial directly inside it."""
+
+    name: str
+    start: int
+    depth: int
+    inertial: tuple[int, int] | None = None
+    massive: int = 0
+    """Elements in it that gave it its mass without an inertial."""
+
+
+def put_inertial(
+    path: str | Path, name: str | None, inertial: str, place: Place
+) -> tuple[str, str]:
+    """Text of the file with `inertial` in the element called `name`, and what gave that
+    its mass before, in words; empty for nothing.
+
+    Raises `InputError` when the file cannot be read, is not well-formed XML of that
+    format in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`,
+    or does not hold the element exactly once.
+    """
+    data = read_xml(path)
+    holder = _only(_find(data, path, place), path, name, place)
+    margin = data[data.rfind(b"\n", 0, holder.start) + 1 : holder.start]
+    margin = margin if not margin.strip() else b""
+    deeper = margin + (b"\t" if b"\t" in margin else b"  ")
+    newline = b"\r\n" if b"\r\n" in data else b"\n"
+    block = inertial.encode().replace(b"\n", newline + deeper)
+    if holder.inertial is not None:
+        start, end = holder.inertial
+        return (data[:start] + block + data[end:]).decode(), "an inertial"
+    of = f"{holder.massive} {place.massive}{'s' * (holder.massive > 1)}"
+    before = f"the mass of its {of}" if holder.massive else ""
+    end = tag_end(data, holder.start)
+    if data[end - 2 : end] == b"/>":
+        closing = newline + margin + b"</" + place.element.encode() + b">"
+        opening = data[: end - 2].rstrip() + b">"
+        return (opening + newline + deeper + block + closing + data[end:]).decode(), ""
+    return (data[:end] + newline + deeper + block + data[end:]).decode(), before
+
+
+def _only(
+    holders: list[_Holder], path: str | Path, name: str | None, place: Place
+) -> _Holder:
+    names = [holder.name for holder in holders]
+    matches = [holder for holder in holders if holder.name == name]
+    if len(matches) == 1:
+        return matches[0]
+    if name is None:
+        what = f"which <{place.element}> is it to go into?"
+    elif matches:
+        what = f"{len(matches)} <{place.element}> are named '{name}'"
+    else:
+        what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
+    listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
+    fix = (
+        f"choose one of: {listed}"
+        if names
+        else f"the file has no <{place.element}> with a name"
+    )
+    raise InputError(what, where=path, fix=fix)
+
+
+def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
+    open_holders: list[_Holder] = []
+    holders: list[_Holder] = []
+
+    def start_element(
+        tag: str, attributes: dict[str, str], offset: int, inside: list[str]
+    ):
+        if not inside and tag not in place.roots:
+            raise InputError(
+                f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>",
+                where=path,
+            )
+        if (
+            tag == place.element
+            and "name" in attributes
+            and (place.parents is None or inside[-1] in place.parents)
+        ):
+            open_holders.append(_Holder(attributes["name"], offset, len(inside)))
+            holders.append(open_holders[-1])
+        elif (
+            tag == "inertial"
+            and open_holders
+            and len(inside) == open_holders[-1].depth + 1
+        ):
+            if open_holders[-1].inertial is not None:
+                raise InputError(
+                    f"<{place.element}> '{open_holders[-1].name}' has two inertials",
+                    where=path,
+                )
+            open_holders[-1].inertial = (offset, -1)
+        elif (
+            tag == place.massive
+            and open_holders
+            and set(inside[open_holders[-1].depth + 1 :]) <= {"frame"}
+            and _has_mass(attributes)
+        ):
+            # directly inside: a <frame> only moves what is in it
+            open_holders[-1].massive += 1
+
+    def end_element(tag: str, offset: int, inside: list[str]):
+        if not open_holders:
+            return
+        holder = open_holders[-1]
+        if len(inside) == holder.depth:
+            open_holders.pop()
+        elif (
+            tag == "inertial"
+            and len(inside) == holder.depth + 1
+            and holder.inertial is not None
+        ):
+            start = holder.inertial[0]
+            first = tag_end(data, start)
+            empty = data[first - 2 : first] == b"/>"
+            holder.inertial = (start, first if empty else data.index(b">", offset) + 1)
+
+    parse_xml(data, path, start_element, end_element)
+    return holders
+
+
+def _has_mass(attributes: dict[str, str]) -> bool:
+    """Whether an element says of itself nothing that makes its mass zero."""
+    given = (attributes.get(name, "1").strip() for name in ("mass", "density"))
+    numbers = (text.lower().partition("e")[0] for text in given)
+    return not any(text and not text.strip("+-0.") for text in numbers)

@@ -33,7 +33,6 @@ def write(body: Body) -> str:
 
 
 def _with_inertia(body: Body, mass: str, vector: str) -> str:
-    """The later forms of the request, as comments, kg m² about the COM."""
     entries = ", ".join(
         f"{name}: {in_double(value)[0]}" for name, value in body.tensor.items()
     )

@@ -6,8 +6,7 @@ origin, here the link's.
 
 from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.known import xml_comment
-from hefting.export.splice import Place
-from hefting.export.target import Target
+from hefting.export.target import Place, Target
 
 PLACE = Place("URDF", roots=("robot",), element="link", parents=("robot",))
 

@@ -24,8 +24,7 @@ from hefting.logs.given import as_recording
 from hefting.logs.sensor_pose import sensor_turned as turned_about
 from hefting.logs.sensor_pose import with_given_sensor_pose
 from hefting.motion.measure import Source
-from hefting.shapes import as_shape
-from hefting.shapes.loading import as_pose
+from hefting.shapes import as_pose, as_shape
 
 Sign = Literal["auto", "on-object", "on-sensor"]
 INSTEAD = {

@@ -109,7 +109,6 @@ class Cluster:
             raise self._lost() from error
 
     def _results(self, futures: list[Any]) -> Iterator[tuple[Any, Any]]:
-        """Futures that are done, each with its result or `Died`."""
         try:
             results = self.client.gather(futures)  # in one go
         except Exception:

@@ -132,7 +132,6 @@ class Worker:
 
 
 def _serve(connection: Connection) -> None:
-    """What the process does: tasks, one after the other."""
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     messages: SimpleQueue[bytes] = SimpleQueue()
     threading.Thread(target=_receive, args=(connection, messages), daemon=True).start()
@@ -152,7 +151,6 @@ def _receive(connection: Connection, messages: SimpleQueue[bytes]) -> None:
 
 
 def _answer(message: bytes) -> bytes:
-    """Whether a task succeeded, and its result or what it raised."""
     try:
         function, task = pickle.loads(message)
         return pickle.dumps((True, function(task)))

@@ -329,11 +329,9 @@ def _has_decimal_commas(rows: Sequence[Sequence[str]]) -> bool:
 
 
 def _without_mark(line: str) -> str:
-    """A line without the mark of a comment before it."""
     return COMMENT.sub("", line).strip(" \r")
 
 
 def _guess_separator(line: str) -> str:
-    """The separator that is there most often; a space where there is none."""
     separator = max(",;\t|", key=line.count)
     return separator if separator in line else " "

@@ -202,7 +202,6 @@ def in_seconds(
 def _refuse_start(
     start: float, began: float, unit: "Unit | None", where: str
 ) -> NoReturn:
-    """`InputError` for times that start too late to be in `unit` (None: seconds)."""
     if unit is not None:
         raise InputError(
             f"{start:.6g} cannot be {unit.name}", where, "give the unit of time"
@@ -380,7 +379,6 @@ def _read_group(
 
 
 def _is_wrong(column: Array) -> bool:
-    """Whether a column has a number that is not finite, or larger than any can be."""
     return len(column) > 0 and (
         not all_finite(column) or too_large(column, LARGEST_CELL)
     )

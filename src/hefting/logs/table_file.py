@@ -154,7 +154,6 @@ def _map_of(
 
 
 def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
-    """The error for a table whose names tell some of what a recording needs."""
     from hefting.logs.map_guess import TIME_EXAMPLE
 
     absent = [line.split(" = ")[0] for line in guessed.missing]
@@ -181,8 +180,6 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
 
 
 def _of_torques(table: Table, guessed: "GuessedMap") -> InputError:
-    """The error for a table with joint torques, and no wrench, where that is asked
-    for."""
     what = f"there is no wrench, but of joints: {guessed.summary}"
     fix = (
         "identify from joint torques: hefting identify --torques, with --urdf and "
@@ -213,8 +210,6 @@ def _read_recognised(
     said: tuple[Message, ...],
     wrench_needed: bool,
 ) -> Recording:
-    """The recording in a table by a guessed map, with warnings that say what was taken
-    for what."""
     from hefting.logs.mapped import read_mapped
 
     recording = read_mapped(table, column_map, wrench_needed)

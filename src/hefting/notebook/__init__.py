@@ -163,7 +163,6 @@ def _verdict(agreement: Agreement) -> str:
 
 
 def _number(value: float, ends: Array) -> str:
-    """A value with how far its interval reaches at the farther end."""
     half = float(abs(ends - value).max())
     if half > 0.0 and half < 1e-4:  # moments of a small object, in full
         return f"{value:.3g} ± {half:.1g}".replace("-", "−")

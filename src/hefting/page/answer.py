@@ -14,8 +14,18 @@ from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 from hefting.identification.compare import Comparison
 from hefting.identification.convergence import ten_ends, ten_of
 from hefting.inspection import Inspection
-from hefting.page.bars import Row, bars
-from hefting.page.html import Markup, Section, element, items, join, note, table, terms
+from hefting.page.html import (
+    Markup,
+    Row,
+    Section,
+    bars,
+    element,
+    items,
+    join,
+    note,
+    table,
+    terms,
+)
 from hefting.scene.surface import reach
 
 WORDS = {
@@ -76,7 +86,6 @@ def verdict_box(verdict: Verdict, warnings: Iterable[str], say: Say) -> Markup:
 def _number_bars(
     estimate: Estimate, truth: InertialParameters | None
 ) -> Iterable[Markup]:
-    """The ten numbers of an estimate, a group of bars for each unit."""
     values, (low, high) = ten(estimate.parameters), ends_of(estimate)
     known = [None] * 10 if truth is None else ten(truth)
     for group in GROUPS:
@@ -159,7 +168,6 @@ def methods(
 
 
 def _table(shown: dict[str, Estimate], best: str) -> Markup:
-    """Residual, consistency and verdict of each."""
     rows = []
     for name, estimate in shown.items():
         residual = ["", ""]
@@ -196,7 +204,6 @@ def inspected(found: Inspection, say: Say) -> Iterable[Section]:
 
 
 def _facts(found: Inspection) -> Iterable[tuple[str, str]]:
-    """What can be found from it, in short."""
     facts = found.facts
     if facts is None:
         return

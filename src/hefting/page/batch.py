@@ -14,12 +14,14 @@ import numpy as np
 from hefting.batches.batch import Batch, duration, headline
 from hefting.batches.summary import Outlier, Reason, Summary
 from hefting.core.plain_text import file_word
+from hefting.page import Context, command
 from hefting.page.answer import WORDS, Say
-from hefting.page.bars import Count, counts
 from hefting.page.figure import histogram
 from hefting.page.html import (
+    Count,
     Markup,
     Section,
+    counts,
     element,
     join,
     note,
@@ -27,7 +29,6 @@ from hefting.page.html import (
     table,
     wrapped,
 )
-from hefting.page.report import Context, command
 
 MOST_REASONS = 100
 """Reasons that the page shows; the table has all."""
@@ -45,7 +46,7 @@ def batch_page(found: Batch, context: Context | None = None) -> str:
     Raises `InputError` where the table cannot be read, `MissingDependencyError` without
     plotly.
     """
-    c = Context() if context is None else context
+    c = context or Context()
     summary = found.summary
     sections = (
         _verdicts(summary),
@@ -79,7 +80,6 @@ def _verdicts(summary: Summary) -> Section:
 
 
 def _outliers(found: Batch, say: Say) -> Section | None:
-    """Rows that are worth a look, and how to have it."""
     outliers = found.summary.outliers
     if not outliers:
         return None
@@ -95,7 +95,6 @@ def _outliers(found: Batch, say: Say) -> Section | None:
 def _look(
     outlier: Outlier, name: str, words: str | None, say: Say
 ) -> tuple[Markup, Markup]:
-    """The recording; why it is worth a look, and the command for that."""
     parts = [_text(say(outlier.why))]
     if words is not None:
         parts += [
@@ -108,7 +107,6 @@ def _look(
 def _failures(
     name: str, title: str, reasons: Sequence[Reason], say: Say
 ) -> Section | None:
-    """What failed and why, the most frequent first."""
     if not reasons:
         return None
     rows = [
@@ -124,7 +122,6 @@ def _failures(
 
 
 def _left_out(summary: Summary, say: Say) -> Section | None:
-    """Recordings that the rows of their objects do without, and why."""
     section = _failures("left-out", "Left out of objects", summary.left_out, say)
     if section is None:
         return None
@@ -134,13 +131,11 @@ def _left_out(summary: Summary, say: Say) -> Section | None:
 
 
 def _examples(reason: Reason) -> Iterable[Markup]:
-    """Links to some of what failed."""
     for name, path in zip(reason.examples, reason.paths, strict=True):
         yield link(name if path is None else Path(name).name, path)
 
 
 def _doubts(summary: Summary, say: Say) -> Section | None:
-    """What puts rows in doubt, with what is said by it in one of them."""
     if not summary.doubts:
         return None
     rows = [
@@ -154,7 +149,6 @@ def _doubts(summary: Summary, say: Say) -> Section | None:
 
 
 def _sizes(summary: Summary) -> Section | None:
-    """How large residuals and masses are."""
     force, torque = summary.residuals.T
     drawn = (
         histogram("force", "Force residual", "N", force),
@@ -186,7 +180,6 @@ def _times(summary: Summary) -> Section:
 
 
 def _text(text: str) -> Markup:
-    """A text of bounded length in a cell."""
     return wrapped(text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …")
 
 
@@ -227,5 +220,4 @@ def _options(options: Mapping[str, Any]) -> Sequence[str]:
 
 
 def _plain(name: str) -> str:
-    """A name for a file, whatever is in it."""
     return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "report"

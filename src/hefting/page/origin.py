@@ -28,9 +28,18 @@ from hefting.page.answer import (
     ends_of_intervals,
     ten,
 )
-from hefting.page.bars import Row, bars
 from hefting.page.figure import AXES, Figure, Trace, band, line, rows
-from hefting.page.html import Markup, Section, element, items, join, note, terms
+from hefting.page.html import (
+    Markup,
+    Row,
+    Section,
+    bars,
+    element,
+    items,
+    join,
+    note,
+    terms,
+)
 from hefting.page.recording import x_title
 from hefting.scene import vector_text
 
@@ -76,7 +85,6 @@ def converged(
 def _figure(
     over: Convergence, time: Array, group: Group, truth: Array | None, title: str
 ) -> Figure:
-    """The numbers of one unit, a row each."""
     titles = [f"{NAMES[i]} [{group.unit}]" for i in group.rows]
     layout = rows(titles, [1.0] * len(titles), title)
     layout["showlegend"] = False
@@ -98,7 +106,6 @@ def _figure(
 def _lines(
     over: Convergence, time: Array, i: int, axis: str, row: str
 ) -> Iterable[Trace]:
-    """One number, and its intervals where the method has them."""
     values = SCALE[i] * over.values[:, i]
     if over.low is not None and over.high is not None:
         low, high = SCALE[i] * over.low[:, i], SCALE[i] * over.high[:, i]
@@ -248,7 +255,6 @@ def _tool(made: Mapping[str, Any]) -> str:
 
 
 def _settings(made: Mapping[str, Any]) -> str:
-    """Numbers that the method used."""
     from hefting.estimators import options
 
     said = [

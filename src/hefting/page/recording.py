@@ -15,8 +15,7 @@ from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import CAUSES, Span
 from hefting.page.figure import AXES, Figure, Trace, band, curve, line, rows
 from hefting.page.html import Section, element, items, join, note
-from hefting.scene import WrenchCurves, thinned, wrench_curves
-from hefting.scene.curves import PARTS
+from hefting.scene import PARTS, WrenchCurves, thinned, wrench_curves
 
 MOST_SPANS = 150
 """Spans of one cause that are drawn: those nearest to each other become one."""
@@ -107,7 +106,6 @@ def _figure(
     unit: str,
     first: int,
 ) -> Figure:
-    """One part of the wrench: the whole, and what remains of it."""
     layout = rows([f"{name} [{unit}]", f"Residual [{unit}]"], [3.0, 1.5], title)
     layout["shapes"] = [] if curves.static else list(marks(spans))
     traces: list[Trace] = []

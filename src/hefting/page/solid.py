@@ -95,7 +95,6 @@ def _eye(size: Array) -> dict[str, float]:
 
 
 def _axis(name: str, step: float) -> dict[str, Any]:
-    """An axis of the scene, with a mark every so many millimetres."""
     return {
         "title": {"text": f"{name} [mm]", "font": {"size": 12}},
         "dtick": step,
@@ -139,7 +138,6 @@ def _triangles(vertices: Array, faces: np.ndarray) -> Trace:
 
 
 def _surface(surface: Surface) -> Trace:
-    """The shape, seen through; of a box that only holds the object paler."""
     known = surface.is_object
     name = "shape" if known else "box that the object is somewhere inside"
     look = {
@@ -154,7 +152,6 @@ def _surface(surface: Surface) -> Trace:
 
 
 def _points(points: PointSet) -> Trace:
-    """Points of a cloud; with masses coloured by them."""
     trace: Trace = {"type": "scatter3d", "mode": "markers", **_mm(points.positions)}
     if points.masses is None:
         look = {"color": "@shape", "size": 2}
@@ -216,7 +213,6 @@ def _gravity(scene: Scene) -> Trace:
 
 
 def _body(body: Body) -> Iterable[Trace]:
-    """COM, the region that holds it, and the ellipsoid of equal inertia."""
     colour = COLOURS.get(body.name, "@gravity")
     if not np.isnan(body.center).any():
         yield {

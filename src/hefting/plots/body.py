@@ -57,8 +57,7 @@ def plot_object(
     MissingDependencyError
         Without matplotlib.
     """
-    known = {} if truth is None else {"truth": truth}
-    scene = scene_of({"estimate": estimate}, shape, known, masses=masses)
+    scene = scene_of({"estimate": estimate}, shape, {"truth": truth}, masses=masses)
     headline = headline_of(estimate)
     lines = lines_of(headline, say=say)
     with headed(height_of(scene), lines, headline.usable) as (figure, below):
@@ -79,8 +78,7 @@ def plot_identification(
 
     Parameters and errors as for those two.
     """
-    known = {} if truth is None else {"truth": truth}
-    scene = scene_of({"estimate": estimate}, shape, known)
+    scene = scene_of({"estimate": estimate}, shape, {"truth": truth})
     headline = headline_of(estimate)
     lines = lines_of(headline, 2.0 * WIDTH, say)
     height = max(height_of(scene), HEIGHT)

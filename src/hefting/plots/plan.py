@@ -72,7 +72,6 @@ def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
 
 
 def _headline(plan: Plan) -> Headline:
-    """What is planned, how sure one is expected to be, and whether that suffices."""
     after = plan.forecast.accuracy[-1]
     numbers = [
         f"{label} ± {_written(factor * value)} {unit}"
@@ -108,7 +107,6 @@ def _draw_joints(axes: "Axes", plan: Plan) -> None:
 
 
 def _draw_shares(axes: "Axes", plan: Plan) -> None:
-    """Speed and acceleration of the joint that is nearest to its limit."""
     motion, limits = plan.motion, plan.limits
     shown = chosen(len(motion.time))
     time = motion.time[shown]
@@ -126,7 +124,6 @@ def _draw_shares(axes: "Axes", plan: Plan) -> None:
 
 
 def _draw_corner(axes: "Axes", plan: Plan) -> None:
-    """Speed of the fastest corner, and its limit."""
     speed, time = corner_speeds(plan), plan.motion.time
     shown = chosen(len(time))
     most = plan.limits.corner_speed
@@ -139,7 +136,6 @@ def _draw_corner(axes: "Axes", plan: Plan) -> None:
 
 
 def _draw_widths(axes: "Axes", plan: Plan) -> None:
-    """Half-widths of the intervals, and what was asked for."""
     from matplotlib.ticker import LogLocator
 
     forecast = plan.forecast
@@ -165,7 +161,6 @@ def _draw_widths(axes: "Axes", plan: Plan) -> None:
 
 
 def _columns(names: tuple[str, ...]) -> int:
-    """How many names fit a line of the legend."""
     longest = max(min(len(name), LONGEST_NAME) for name in names)
     return min(max(LINE_OF_NAMES // (longest + BESIDE_NAME), 1), len(names))
 
@@ -182,7 +177,6 @@ def _draw_legend(figure: "SubFigure", axes: "Axes") -> None:
 
 
 def _legend_above(axes: "Axes") -> None:
-    """The curves of a row, above it at the left."""
     axes.legend(
         loc="lower left",
         bbox_to_anchor=(-0.02, 0.96),

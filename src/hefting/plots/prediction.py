@@ -23,8 +23,7 @@ from hefting.plots.style import (
     write_title,
 )
 from hefting.prediction import Prediction
-from hefting.scene import Headline, plus_minus
-from hefting.scene.curves import PARTS
+from hefting.scene import PARTS, Headline, plus_minus
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -76,7 +75,6 @@ def plot_prediction(
 
 
 def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
-    """Verdict, its gravest reason, and the peaks."""
     verdict = prediction.verdict
     units = [unit for _, unit, _ in PARTS]
     peaks = tuple(
@@ -92,8 +90,6 @@ def _headline(prediction: Prediction, say: Callable[[str], str]) -> list[str]:
 def _whole(
     axes: "Axes", prediction: Prediction, shown: Indices, first: int, unit: str
 ) -> None:
-    """The predicted force or torque with its band, over what was measured; with the
-    constant that is most of a difference as well."""
     a = prediction.agreement
     time, wrench = prediction.time[shown] + prediction.static, prediction.wrench[shown]
     band = None if prediction.std is None else Z95 * _finite(prediction.std[shown])
@@ -119,12 +115,10 @@ def _whole(
 
 
 def _has_constant(prediction: Prediction) -> bool:
-    """Whether a constant is most of the difference, as a warning then says."""
     return "constant-difference" in codes(prediction.warnings)
 
 
 def _dashed(prediction: Prediction) -> dict[str, Any]:
-    """A dashed line, or small crosses for static poses."""
     return (
         {"marker": "x", "markersize": 2.5, "markeredgewidth": 0.5, "linestyle": "none"}
         if prediction.static
@@ -148,7 +142,6 @@ def _half_width(
 def _difference(
     axes: "Axes", prediction: Prediction, shown: Indices, first: int, unit: str
 ) -> None:
-    """Measured minus predicted, and the mean of each component."""
     a = prediction.agreement
     assert a is not None
     seen, static = chosen(len(a.time)), prediction.static

@@ -104,7 +104,6 @@ def draw_scene(figure: "SubFigure", scene: Scene) -> None:
 
 
 def _legend_lines(scene: Scene) -> int:
-    """Lines that the legend has."""
     parts: list[Any] = [scene, scene.surface, scene.points, scene.gravity]
     for body in scene.bodies:
         parts += [body, body.region, body.ellipsoid or body.missing or None]
@@ -170,7 +169,6 @@ def _draw_surface(axes: "Axes", surface: Surface, i: int, j: int) -> None:
 
 
 def _draw_points(axes: "Axes", points: PointSet, i: int, j: int) -> None:
-    """Points of a cloud, all alike; or circles of the area of their masses."""
     places = 1e3 * points.positions[:, [i, j]].T
     if points.masses is None:
         axes.scatter(
@@ -215,7 +213,6 @@ def _look(body: Body) -> dict[str, Any]:
 
 
 def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
-    """COM, the region that holds it, and the ellipsoid of equal inertia."""
     look = _look(body)
     _draw_center(axes, body, i, j, look)
     if body.region is not None:

@@ -22,8 +22,7 @@ from hefting.plots.style import (
     lines_of,
     write_title,
 )
-from hefting.scene import headline_of, vector_text, wrench_curves
-from hefting.scene.curves import PARTS, gaps_between
+from hefting.scene import PARTS, gaps_between, headline_of, vector_text, wrench_curves
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -99,7 +98,6 @@ def draw_wrench(
 def _draw_whole(
     axes: "Axes", time: Array, measured: Array, predicted: Array, static: bool
 ) -> None:
-    """Three measured components, and the predicted ones over them."""
     for i, colour in enumerate(COMPONENTS.values()):
         axes.plot(time, measured[:, i], color=colour, **_measured(static))
         axes.plot(time, predicted[:, i], color=colour, **line_of(static, 0.7))
@@ -108,7 +106,6 @@ def _draw_whole(
 
 
 def _measured(static: bool) -> dict[str, Any]:
-    """A wide, pale line; dashes for static poses."""
     dashes = {"marker": "_", "markersize": 7.0, "linestyle": "none"}
     return MEASURED | (dashes if static else {})
 

@@ -1,15 +1,67 @@
 """Reproduction: the paper's experiments on simulated data, with tables and figures
-beside the published ones."""
+beside the published ones.
 
+Each experiment is one file; here they are run, and the page of their reports is made. A
+result is a file named after its job and the version of this library's source: a job
+is done again when the source has changed, and never otherwise, so that a stopped run
+goes on. Results do not depend on who does the job, or in which order.
+"""
+
+import hashlib
+import html
+import json
+import platform
+import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Sequence
+from importlib import import_module
+from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import TYPE_CHECKING, Self
 
-from hefting.core.errors import InputError, nearest
-from hefting.reproduction.experiment import Experiment, Report, Table
-from hefting.reproduction.runner import EXPERIMENTS, Bars, run_experiments, write_page
+import hefting
+from hefting.core.errors import HeftingError, InputError, nearest
+from hefting.core.files import write_atomically
+from hefting.jobs import Jobs, Lost, check_workers, source_version
+from hefting.plots.style import save_figure
+from hefting.reproduction.experiment import (
+    Experiment,
+    Job,
+    Report,
+    Result,
+    Results,
+    Table,
+    shown,
+)
+
+if TYPE_CHECKING:
+    from rich.progress import TaskID
 
 __all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
+
+FILES = (
+    "objects",
+    "gravity",
+    "condition",
+    "density",
+    "c1",
+    "noise",
+    "observations",
+    "stop_and_go",
+    "robot",
+    "prediction",
+)
+"""The file of each experiment, in the order of the page; each ends with its
+`EXPERIMENT`."""
+
+
+EXPERIMENTS: dict[str, Experiment] = {
+    each.name: each
+    for each in (
+        import_module(f"hefting.reproduction.{file}").EXPERIMENT for file in FILES
+    )
+}
+"""In the order of the page."""
 
 
 def reproduce(
@@ -50,3 +102,272 @@ def reproduce(
             for experiment in experiments
         ]
     return write_page(reports, folder, time.perf_counter() - start, quick)
+
+
+class Bars:
+    """Bars by name, updated by calling; nothing unless `shown` and standard error is a
+    terminal."""
+
+    def __init__(self, shown: bool):
+        from rich.console import Console
+        from rich.progress import (
+            BarColumn,
+            MofNCompleteColumn,
+            Progress,
+            TextColumn,
+            TimeRemainingColumn,
+        )
+
+        self.bars = Progress(
+            TextColumn("{task.description}"),
+            BarColumn(),
+            MofNCompleteColumn(),
+            TimeRemainingColumn(),
+            console=Console(stderr=True),
+            disable=not (shown and sys.stderr.isatty()),
+        )
+        self.tasks: dict[str, TaskID] = {}
+
+    def __enter__(self) -> Self:
+        self.bars.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self.bars.stop()
+
+    def __call__(self, name: str, done: int, total: int) -> None:
+        """Of the experiment called `name`, so many jobs of so many are done."""
+        if name not in self.tasks:
+            self.tasks[name] = self.bars.add_task(name, total=total)
+        self.bars.update(self.tasks[name], completed=done)
+
+
+Progress = Callable[[str, int, int], None]
+"""Called with an experiment's name, how many of its jobs are done, and how many there
+are."""
+
+
+def run_experiments(
+    experiments: Iterable[Experiment],
+    folder: Path,
+    quick: bool = False,
+    workers: int | None = None,
+    scheduler: str | None = None,
+    progress: Progress = lambda name, done, total: None,
+) -> dict[str, Results]:
+    """All results by experiment, each with its job, in the order of the experiment's
+    `jobs`.
+
+    Parameters
+    ----------
+    folder : where results are kept, below ``results``; those found there are not
+        computed again.
+    workers : local processes, by default one a core.
+    scheduler : address of a Dask scheduler to use instead (extra ``batch``).
+
+    Raises `InputError` when `folder` cannot be written or the scheduler cannot be
+    reached, `HeftingError` when it is lost or its workers have another source, or when
+    all else is done but a job by which its worker dies, and whatever a job raises.
+    """
+    check_workers(workers)  # before anything is written
+    make_folder(folder / "results")
+    wanted = {experiment.name: experiment.jobs(quick) for experiment in experiments}
+    found = {
+        name: [_kept(folder, name, job) for job in jobs]
+        for name, jobs in wanted.items()
+    }
+    missing = [
+        (name, i)
+        for name, results in found.items()
+        for i, result in enumerate(results)
+        if result is None
+    ]
+    for name, results in found.items():
+        progress(name, sum(r is not None for r in results), len(results))
+    tasks = [(name, wanted[name][i]) for name, i in missing]
+    lost: list[str] = []
+    with Jobs(workers, scheduler) as jobs:
+        # they are long, of different lengths: none waits behind another
+        for k, result in jobs.run(do, tasks, window=1):
+            name, i = missing[k]
+            if isinstance(result, Lost):
+                lost.append(f"a job of {name} is lost: {result.reason}")
+                continue
+            found[name][i] = result
+            _keep(folder, name, wanted[name][i], result)
+            results = found[name]
+            progress(name, sum(r is not None for r in results), len(results))
+    if lost:
+        raise HeftingError(lost[0])
+    return {name: list(zip(wanted[name], found[name], strict=True)) for name in wanted}  # type: ignore[arg-type]
+
+
+def make_folder(path: Path) -> None:
+    """Make a folder and those above it; `InputError` when that fails."""
+    try:
+        path.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"cannot be made ({error.strerror})", where=path) from error
+
+
+def do(task: tuple[str, Job]) -> Result:
+    """Do one job of the experiment of that name, in whichever process."""
+    name, job = task
+    # the same as when read back from a file
+    return json.loads(json.dumps(EXPERIMENTS[name].run(job)))
+
+
+def _path(folder: Path, name: str, job: Job) -> Path:
+    key = hashlib.sha256(
+        json.dumps([source_version(), job], sort_keys=True).encode()
+    ).hexdigest()[:24]
+    return folder / "results" / name / f"{key}.json"
+
+
+def _keep(folder: Path, name: str, job: Job, result: Result) -> None:
+    path = _path(folder, name, job)
+    make_folder(path.parent)
+    write_atomically(path, json.dumps({"job": job, "result": result}))
+
+
+def _kept(folder: Path, name: str, job: Job) -> Result | None:
+    path = _path(folder, name, job)
+    if not path.exists():
+        return None
+    try:
+        return json.loads(path.read_text())["result"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return None  # not whole: done again
+
+
+PACKAGES = ("numpy", "scipy", "mujoco", "matplotlib", "distributed")
+PIXELS_AN_INCH = 130
+LONG = 16
+"""Rows of a table above which the page folds it away, unless it is an experiment's
+first."""
+
+STYLE = """
+body { max-width: 66rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
+h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem; }
+.source, .made { color: #555; font-size: 0.9rem; }
+table { border-collapse: collapse; font-size: 0.9rem; font-variant-numeric: tabular-nums; }
+caption { text-align: left; font-weight: 600; padding: 0.5rem 0; }
+th, td { padding: 0.2rem 0.6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
+th:first-child, td:first-child { text-align: left; }
+thead th { border-bottom: 2px solid #888; white-space: normal; }
+.wide { overflow-x: auto; }
+figure { display: inline-block; margin: 1rem 1rem 1rem 0; max-width: 100%; vertical-align: top; }
+figure img { max-width: 100%; }
+nav li { margin: 0.1rem 0; }
+"""
+
+
+def write_page(
+    reports: list[tuple[Experiment, Report]], folder: Path, seconds: float, quick: bool
+) -> Path:
+    """Write every table (CSV, JSON, Markdown) and figure (SVG, PNG) below `folder`, and
+    the page; returns its path."""
+    for experiment, report in reports:
+        place = folder / experiment.name
+        make_folder(place)
+        for table in report.tables:
+            for suffix, text in (
+                (".csv", table.csv()),
+                (".json", table.json()),
+                (".md", table.markdown()),
+            ):
+                write_atomically(place / f"{table.name}{suffix}", text)
+        for name, figure in report.figures.items():
+            save_figure(figure, place / name)
+    path = folder / "index.html"
+    write_atomically(path, page(reports, seconds, quick))
+    return path
+
+
+def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) -> str:
+    """The HTML page; its pictures are the files `write_page` writes."""
+    made = ", ".join(f"{name} {number}" for name, number in versions().items())
+    kind = "A reduced run: few seeds, short lists. " if quick else ""
+    parts = [
+        "<!doctype html>",
+        '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">',
+        f"<title>Hefting: the paper's experiments</title><style>{STYLE}</style></head><body>",
+        "<h1>The paper's experiments, run again</h1>",
+        "<p>Nadeau, Giamou and Kelly, <em>Fast Object Inertial Parameter Identification for Collaborative Robots</em>, "
+        "ICRA 2022, on simulated data. Published figures stand beside those of this run.</p>",
+        f'<p class="made">{kind}{seconds:.0f} s, without what an earlier run had done; {html.escape(made)}; Python '
+        f"{platform.python_version()}; source {source_version()[:12]}. Jobs, seeds and results: folder results.</p>",
+        "<nav><ul>",
+        *(
+            f'<li><a href="#{e.name}">{html.escape(e.title)}</a></li>'
+            for e, _ in reports
+        ),
+        "</ul></nav>",
+    ]
+    for experiment, report in reports:
+        parts += [f'<h2 id="{experiment.name}">{html.escape(experiment.title)}</h2>']
+        parts += [
+            f'<p class="source">{html.escape(line)}</p>'
+            for line in (experiment.source, _jobs(experiment, quick))
+        ]
+        parts += [f"<p>{html.escape(note)}</p>" for note in report.notes]
+        parts += [
+            f'<figure><a href="{experiment.name}/{name}.svg"><img src="{experiment.name}/{name}.png" '
+            f'width="{PIXELS_AN_INCH * figure.get_figwidth():.0f}" '
+            f'alt="{html.escape(experiment.title)}: {html.escape(name)}"></a></figure>'
+            for name, figure in report.figures.items()
+        ]
+        parts += [
+            _html_table(experiment, table, table is report.tables[0])
+            for table in report.tables
+        ]
+    return "\n".join([*parts, "</body></html>\n"])
+
+
+def versions() -> dict[str, str]:
+    """Versions of what the figures depend on, as far as it is installed."""
+    found = {"hefting": hefting.__version__}
+    for name in PACKAGES:
+        try:
+            found[name] = version(name)
+        except PackageNotFoundError:
+            continue
+    return found
+
+
+def _jobs(experiment: Experiment, quick: bool) -> str:
+    """How many jobs there are, and the values of their parameters, seeds among them."""
+    jobs = experiment.jobs(quick)
+    found: dict[str, list[str]] = {}
+    for job in jobs:
+        for name, value in job.items():
+            listed = value if isinstance(value, list) else [value]
+            found.setdefault(name, []).extend(
+                f"{v:g}" if isinstance(v, float) else str(v) for v in listed
+            )
+    parameters = "; ".join(
+        f"{name} {', '.join(dict.fromkeys(values))}" for name, values in found.items()
+    )
+    return f"{len(jobs)} jobs: {parameters.replace('_', ' ')}"
+
+
+def _html_table(experiment: Experiment, table: Table, first: bool) -> str:
+    head = "".join(f"<th>{html.escape(name)}</th>" for name in table.columns)
+    body = "".join(
+        f"<tr>{''.join(f'<td>{html.escape(shown(cell))}</td>' for cell in row)}</tr>"
+        for row in table.rows
+    )
+    files = ", ".join(
+        f'<a href="{experiment.name}/{table.name}.{suffix}">{suffix.upper()}</a>'
+        for suffix in ("csv", "json", "md")
+    )
+    shown_table = (
+        f'<div class="wide"><table><caption>{html.escape(table.title)}</caption><thead><tr>{head}</tr></thead>'
+        f"<tbody>{body}</tbody></table></div>"
+    )
+    if len(table.rows) > LONG:
+        summary = (
+            f"<summary>{html.escape(table.title)}: {len(table.rows)} rows</summary>"
+        )
+        shown_table = f"<details{' open' * first}>{summary}{shown_table}</details>"
+    return f'{shown_table}<p class="source">{files}</p>'

@@ -26,6 +26,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     over_limit,
     thing,
@@ -80,7 +81,7 @@ def run(job: Job) -> Result:
     }
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """Errors after 1.5 and 10 s, the best c1 of each speed, and errors over time."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     found = {  # (values, times) by quantity and speed, averaged over objects
@@ -109,9 +110,9 @@ def report(results: list[tuple[Job, Result]]) -> Report:
             "errors",
             f"Mean errors of PMD over {objects} objects and {seeds} noise seeds",
             ("c1", "rad/s", "mean w", *columns),
-            tuple(rows),
+            rows,
         ),
-        Table("best", "The c1 of least mean error", ("rad/s", *chosen), tuple(best)),
+        Table("best", "The c1 of least mean error", ("rad/s", *chosen), best),
     )
     notes = (
         "The paper gives no numbers for this figure, nor its noise: assumed is the moderate noise of its table II on "
@@ -193,10 +194,10 @@ def _figure(found: dict[float, np.ndarray], label: str):
 
 
 EXPERIMENT = Experiment(
-    name="c1",
-    title="PMD's error over time by c1 and speed",
-    source="Figure on the c1 parameter",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "c1",
+    "PMD's error over time by c1 and speed",
+    "Figure on the c1 parameter",
+    jobs,
+    run,
+    report,
 )

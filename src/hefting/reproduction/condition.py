@@ -13,6 +13,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     legend_above,
     mark_limit,
@@ -72,7 +73,7 @@ def run(job: Job) -> Result:
     return {"levels": levels, "windows": float(np.mean(windows))}
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """Both readings beside the published figures, and why they differ."""
     summary, every = [], []
     for job, result in results:
@@ -102,7 +103,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                 "first x (rad/s)²",
                 "size that gives the published figure m",
             ),
-            tuple(summary),
+            summary,
         ),
         Table(
             "every",
@@ -114,7 +115,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                 *(f"{size} m" for size in SIZES),
                 f"mean over {WINDOW} observations, {EXACT} m",
             ),
-            tuple(every),
+            every,
         ),
     )
     return Report(tables, {"condition": _figure(results)}, _notes(results))
@@ -130,7 +131,7 @@ def _averaged(result: Result) -> float:
     )
 
 
-def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
+def _notes(results: Results) -> tuple[str, ...]:
     known = [
         (PUBLISHED[key], r)
         for job, r in results
@@ -156,7 +157,7 @@ def _notes(results: list[tuple[Job, Result]]) -> tuple[str, ...]:
     )
 
 
-def _figure(results: list[tuple[Job, Result]]):
+def _figure(results: Results):
     simulated = [
         (job["speed"], result) for job, result in results if job["arm"] == "ur5"
     ]
@@ -210,10 +211,10 @@ def _figure(results: list[tuple[Job, Result]]):
 
 
 EXPERIMENT = Experiment(
-    name="condition",
-    title="Condition number of the scaled regressor",
-    source="Sections V-D and V-E: 147, 68.4 and 58.0 in simulation, 178 on the robot",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "condition",
+    "Condition number of the scaled regressor",
+    "Sections V-D and V-E: 147, 68.4 and 58.0 in simulation, 178 on the robot",
+    jobs,
+    run,
+    report,
 )

@@ -21,6 +21,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     Thing,
     legend_above,
@@ -159,7 +160,7 @@ def _seconds(work: Callable[[], object]) -> float:
     return min(taken)
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """Errors by density, the claim about the two densities, and the compute times."""
     done = [(job, result) for job, result in results if job["kind"] == "accuracy"]
     timed = [(job, result) for job, result in results if job["kind"] == "time"]
@@ -202,12 +203,12 @@ def report(results: list[tuple[Job, Result]]) -> Report:
     ]
     title = f"Mean errors of PMD, {SPEED:g} rad/s: {len(done)} objects, {seeds} noise seeds each"
     tables = (
-        Table("accuracy", title, (*ACCURACY, *NAMES.values()), tuple(accuracy)),
+        Table("accuracy", title, (*ACCURACY, *NAMES.values()), accuracy),
         Table(
             "claim",
             "0.09 points/cm³ against 0.04, paired over the objects",
             CLAIM,
-            tuple(claims),
+            claims,
         ),
         Table(
             "times",
@@ -219,7 +220,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                 "fold and estimate ms",
                 "relative to the first",
             ),
-            tuple(taken),
+            taken,
         ),
     )
     figures = {
@@ -292,7 +293,7 @@ def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
     return name, count, *means, mean, error, n, verdict
 
 
-def _growth(timed: list[tuple[Job, Result]]) -> str:
+def _growth(timed: Results) -> str:
     few, many = timed[0][1], timed[-1][1]
     return (
         f"From {COUNTS[0]} to {COUNTS[-1]} observations an estimate from the moments takes "
@@ -305,12 +306,12 @@ def _growth(timed: list[tuple[Job, Result]]) -> str:
 
 
 EXPERIMENT = Experiment(
-    name="density",
-    title="Accuracy and compute time by point density",
-    source="Figure on point density, and the discussion of 0.04 and 0.09 points/cm³",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "density",
+    "Accuracy and compute time by point density",
+    "Figure on point density, and the discussion of 0.04 and 0.09 points/cm³",
+    jobs,
+    run,
+    report,
 )
 
 
@@ -352,7 +353,7 @@ def accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarra
     return figure
 
 
-def times_figure(timed: list[tuple[Job, Result]], counts: tuple[int, ...]):
+def times_figure(timed: Results, counts: tuple[int, ...]):
     """One line a density."""
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
     with drawing(2.6) as figure:

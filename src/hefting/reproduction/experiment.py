@@ -5,16 +5,10 @@ and parts of figures."""
 import csv
 import io
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
-
-if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
-from collections.abc import Iterable, Sequence
 from functools import cache, cached_property
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -47,6 +41,8 @@ Job = dict[str, Any]
 else."""
 Result = dict[str, Any]
 """Numbers a job found, JSON-ready."""
+Results = list[tuple[Job, Result]]
+"""Jobs and what they found, in the order of the jobs."""
 Cell = str | float | int | None
 PLAIN = 1e6
 """Numbers below it are shown without an exponent."""
@@ -59,8 +55,8 @@ class Table:
     name: str
     """Of its files."""
     title: str
-    columns: tuple[str, ...]
-    rows: tuple[tuple[Cell, ...], ...]
+    columns: Sequence[str]
+    rows: Sequence[Sequence[Cell]]
 
     def csv(self) -> str:
         """Comma-separated values with one header row."""
@@ -118,8 +114,7 @@ class Experiment:
     jobs: Callable[[bool], list[Job]]
     """All jobs, or few of them for a quick run."""
     run: Callable[[Job], Result]
-    report: Callable[[list[tuple[Job, Result]]], Report]
-    """Of jobs and their results, in the order of `jobs`."""
+    report: Callable[[Results], Report]
 
 
 OBJECTS = tuple(MODULAR)
@@ -206,20 +201,10 @@ def printed(value: float) -> str | float:
 def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
     """Mean-squared signal over noise variance: geometric mean over the 12 channels of
     accelerations and wrench."""
-    signals = (
-        measurements.linear_acceleration,
-        measurements.angular_acceleration,
-        measurements.wrench,
-    )
-    levels = (
-        noise.linear_acceleration,
-        noise.angular_acceleration,
-        noise.force,
-        noise.torque,
-    )
-    ratios = np.mean(np.square(np.hstack(signals)), axis=0) / np.square(
-        np.repeat(levels, 3)
-    )
+    z, n = measurements, noise
+    signals = np.hstack((z.linear_acceleration, z.angular_acceleration, z.wrench))
+    levels = n.linear_acceleration, n.angular_acceleration, n.force, n.torque
+    ratios = np.mean(np.square(signals), axis=0) / np.square(np.repeat(levels, 3))
     return float(np.exp(np.mean(np.log(ratios))))
 
 

@@ -12,6 +12,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     legend_above,
     mark_limit,
@@ -87,7 +88,7 @@ def human(k: int) -> dict[str, float]:
     }
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """The paper's ratios recomputed, its object statistics, and the simulated
     motions."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
@@ -160,7 +161,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                 "force: total / other",
                 "torque: total / other",
             ),
-            tuple(simulated),
+            simulated,
         ),
     )
     return Report(
@@ -169,7 +170,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _notes(
-    recomputed: list[tuple], results: list[tuple[Job, Result]], speeds: list[float]
+    recomputed: list[tuple], results: Results, speeds: list[float]
 ) -> tuple[str, ...]:
     factors = [row[3] for row in recomputed if row[1] == "mean"]
     slow = speeds[0]
@@ -198,7 +199,7 @@ def _share(parts: list[float]) -> float:
     return parts[0] / (parts[0] + parts[1])
 
 
-def _mean(results: list[tuple[Job, Result]], speed: float, name: str) -> float:
+def _mean(results: Results, speed: float, name: str) -> float:
     return float(
         np.mean([result[name] for job, result in results if job["speed"] == speed])
     )
@@ -244,10 +245,10 @@ def _figure(speeds: list[float], shares: dict[str, dict[float, np.ndarray]]):
 
 
 EXPERIMENT = Experiment(
-    name="gravity",
-    title="Gravity as the dominating force",
-    source="Section III-A and table I: human manipulation in daily living",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "gravity",
+    "Gravity as the dominating force",
+    "Section III-A and table I: human manipulation in daily living",
+    jobs,
+    run,
+    report,
 )

@@ -17,6 +17,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     legend_above,
     mark_limit,
@@ -68,22 +69,17 @@ def run(job: Job) -> Result:
 
 def _over_time(estimator, z, subject) -> dict[str, list]:
     state, begin = estimator.start(), 0
-    out: dict[str, list] = {
-        name: [] for name in ("mass", "center_of_mass", "inertia", "consistent")
-    }
+    rows = []
     for end in np.searchsorted(z.time - z.time[0], TIMES):
-        state = estimator.update(state, z[begin:end])
-        begin = end
+        state, begin = estimator.update(state, z[begin:end]), end
         estimate = estimator.estimate(state)
-        errors = subject.errors(estimate)
-        out["mass"].append(errors.mass)
-        out["center_of_mass"].append(errors.center_of_mass)
-        out["inertia"].append(errors.inertia_at_origin)
-        out["consistent"].append(estimate.physically_consistent)
-    return out
+        e, can_be = subject.errors(estimate), estimate.physically_consistent
+        rows.append((e.mass, e.center_of_mass, e.inertia_at_origin, can_be))
+    names = ("mass", "center_of_mass", "inertia", "consistent")
+    return dict(zip(names, map(list, zip(*rows, strict=True)), strict=True))
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """Errors after 10 s, over time, and the paper's two figures."""
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     by_speed = {s: [r for job, r in results if job["speed"] == s] for s in speeds}
@@ -123,12 +119,12 @@ def report(results: list[tuple[Job, Result]]) -> Report:
                 over_time.append((level, speed, t, *inertia))
     title = "Mean errors over the objects after 10 s, and the share of bodies that can exist"
     tables = (
-        Table("after-10-s", title, ("noise", "rad/s", "SNR", *columns), tuple(rows)),
+        Table("after-10-s", title, ("noise", "rad/s", "SNR", *columns), rows),
         Table(
             "over-time",
             "Mean inertia error [%] over time",
             ("noise", "rad/s", "s", *METHODS),
-            tuple(over_time),
+            over_time,
         ),
     )
     experiments = len(results) * len(NOISE_LEVELS) * len(METHODS)
@@ -198,13 +194,8 @@ def _over_time_figure(speeds, average):
                     ],
                     *RANGE,
                 )
-                ax.plot(
-                    TIMES,
-                    values,
-                    color=COLOURS[method],
-                    linestyle=LINES[method],
-                    label=method,
-                )
+                look = {"linestyle": LINES[method], "label": method}
+                ax.plot(TIMES, values, color=COLOURS[method], **look)
             ax.set(
                 title=f"{speed:g} rad/s, {SPEEDS[speed]:g} m/s",
                 xlabel="time [s]",
@@ -238,10 +229,10 @@ def _line(method: str) -> dict[str, Any]:
 
 
 EXPERIMENT = Experiment(
-    name="noise",
-    title="Inertia error by speed and noise",
-    source="Figures 5 and 6: 640 experiments at five speeds and four noise levels",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "noise",
+    "Inertia error by speed and noise",
+    "Figures 5 and 6: 640 experiments at five speeds and four noise levels",
+    jobs,
+    run,
+    report,
 )

@@ -13,6 +13,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
 )
 from hefting.simulation import MODULAR, Part
@@ -52,7 +53,7 @@ def run(job: Job) -> Result:
     }
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """The paper's picture, and the truth of all its simulations."""
     rows = []
     for job, result in results:
@@ -77,7 +78,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         f"The TCP is on the face z = 0 at pocket {GRASPED} (x = {SLOTS[GRASPED][0]:g}, y = {SLOTS[GRASPED][1]:g} mm), "
         "all objects alike; inertia errors are about it unless said otherwise.",
     )
-    table = Table("objects", title, columns, tuple(rows))
+    table = Table("objects", title, columns, rows)
     return Report(
         (table,),
         {"objects": _figure([(job["object"], result) for job, result in results])},
@@ -181,10 +182,10 @@ def _draw(axes: "Axes", part: Part) -> None:
 
 
 EXPERIMENT = Experiment(
-    name="objects",
-    title="The modular test object",
-    source="Figure on the eight weight configurations",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "objects",
+    "The modular test object",
+    "Figure on the eight weight configurations",
+    jobs,
+    run,
+    report,
 )

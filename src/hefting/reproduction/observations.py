@@ -19,6 +19,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Thing,
     thing,
     wielded,
@@ -150,7 +151,6 @@ def run(job: Job) -> Result:
 def _motions(
     job: Job, exact: Wielding
 ) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
-    """Each kind of motion: windows and their measurements."""
     seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
     observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
     live, places = causal_filter(observed), windows(job["duration"])
@@ -177,7 +177,7 @@ def _first(
         yield window, begun_with(observed[window], live)
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """Tables and figure."""
     scores = pooled(results)
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
@@ -186,10 +186,10 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 EXPERIMENT = Experiment(
-    name="observations",
-    title="After 150 observations",
-    source="Table on a limited number of observations (about 150)",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "observations",
+    "After 150 observations",
+    "Table on a limited number of observations (about 150)",
+    jobs,
+    run,
+    report,
 )

@@ -12,8 +12,7 @@ from hefting.reproduction.experiment import (
     QUANTITIES,
     SPEEDS,
     Cell,
-    Job,
-    Result,
+    Results,
     Table,
     group,
     legend_above,
@@ -50,9 +49,7 @@ Scores = dict[tuple[str, str, float], Array]
 """By kind of motion, method and speed: (windows of all objects, `SCORES`)."""
 
 
-def tables(
-    results: list[tuple[Job, Result]], scores: Scores, speeds: list[float]
-) -> tuple[Table, ...]:
+def tables(results: Results, scores: Scores, speeds: list[float]) -> tuple[Table, ...]:
     """The paper's table with ours, other settings, where both differ, the motion's
     errors, and everything."""
     others = [
@@ -88,7 +85,7 @@ def tables(
     )
 
 
-def pooled(results: list[tuple[Job, Result]]) -> Scores:
+def pooled(results: Results) -> Scores:
     """All windows of all objects together."""
     found: dict[tuple[str, str, float], list] = {}
     for job, result in results:
@@ -114,7 +111,7 @@ def _published_rows(speeds: list[float]) -> list[tuple[Cell, ...]]:
 
 def _rows(
     scores: Scores, methods: Iterable[str], speeds: list[float]
-) -> tuple[tuple[Cell, ...], ...]:
+) -> list[tuple[Cell, ...]]:
     rows = []
     for kind, method in product(KINDS, methods):
         means = [
@@ -125,7 +122,7 @@ def _rows(
         rows.append(
             (kind, method, *means, 100.0 * consistent(scores, kind, method, speeds))
         )
-    return tuple(rows)
+    return rows
 
 
 def consistent(scores: Scores, kind: str, method: str, speeds: list[float]) -> float:
@@ -167,7 +164,7 @@ def differences(scores: Scores, speeds: list[float]) -> Table:
         "differences",
         "Published figures, and how far ours are from them",
         columns,
-        tuple(rows),
+        rows,
     )
 
 
@@ -175,8 +172,7 @@ def _is_alike(ratio: float, theirs: float) -> bool:
     return ratio >= 1.0 / ALIKE and (ratio <= ALIKE or theirs >= MOSTLY_WRONG)
 
 
-def _motion(results: list[tuple[Job, Result]], speeds: list[float]) -> Table:
-    """Errors of the accelerations, the cause of all."""
+def _motion(results: Results, speeds: list[float]) -> Table:
     rows = []
     for kind, s in product(KINDS, speeds):
         parts = [result["kinds"][kind] for job, result in results if job["speed"] == s]
@@ -196,7 +192,7 @@ def _motion(results: list[tuple[Job, Result]], speeds: list[float]) -> Table:
         "motion",
         "Accelerations and their errors: root mean square, per axis",
         columns,
-        tuple(rows),
+        rows,
     )
 
 
@@ -217,7 +213,7 @@ def _everything(scores: Scores) -> Table:
         *(f"median {n} %" for n in names),
     )
     return Table(
-        "all", "All methods: means and medians", (*columns, "consistent %"), tuple(rows)
+        "all", "All methods: means and medians", (*columns, "consistent %"), rows
     )
 
 

@@ -12,6 +12,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     thing,
     wielded,
@@ -83,7 +84,7 @@ def _rms(values: np.ndarray) -> float:
     )
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """The paper's figure, and the differences for every object."""
     rows = []
     for kind in KINDS:
@@ -108,7 +109,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         f"Predicted minus true wrench over {DURATION:g} s: root mean square, "
         "of the vectors and of the torque's axes"
     )
-    tables = (Table("prediction", title, columns, tuple(rows)),)
+    tables = (Table("prediction", title, columns, rows),)
     shown = next(result for job, result in results if job["object"] == SHOWN)
     share = {
         kind: next(row[-1] for row in rows if row[:2] == (kind, SHOWN))
@@ -126,7 +127,6 @@ def report(results: list[tuple[Job, Result]]) -> Report:
 
 
 def _figure(result: Result):
-    """True (solid) and predicted (dashed), and predicted minus true."""
     from matplotlib.lines import Line2D
 
     time = np.array(result["time"])
@@ -160,10 +160,10 @@ def _figure(result: Result):
 
 
 EXPERIMENT = Experiment(
-    name="prediction",
-    title="Predicted torques",
-    source="Figure on predicted and true torques of the Tee",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "prediction",
+    "Predicted torques",
+    "Figure on predicted and true torques of the Tee",
+    jobs,
+    run,
+    report,
 )

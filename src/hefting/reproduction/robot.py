@@ -20,6 +20,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     Thing,
     group,
@@ -173,7 +174,7 @@ def _moved(shape: Shape, pose: Array) -> Shape:
     )
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """The paper's table beside ours, and what each cause does."""
     found = {
         (kind, cause, method): np.array(
@@ -222,13 +223,13 @@ def report(results: list[tuple[Job, Result]]) -> Report:
             "robot",
             f"Mean errors after 1.5 s on the xArm 7 at {SPEED} rad/s ({len(results)} objects, {count} windows in all)",
             ("motion", "method", *columns),
-            tuple(rows),
+            rows,
         ),
         Table(
             "causes",
             "What a real arm may add",
             ("motion", "cause", "method", *columns),
-            tuple(causes),
+            causes,
         ),
     )
     mean = {key: values[:, :3].mean(axis=0) for key, values in found.items()}
@@ -267,7 +268,6 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
 
 
 def _figure(mean: dict[tuple[str, str, str], Array]):
-    """A panel an error, a group a method, in it a mark a kind of motion."""
     with drawing(2.5, 7.2) as figure:
         panels = figure.subplots(1, 3)
         for quantity, (axes, name) in enumerate(
@@ -295,10 +295,10 @@ def _figure(mean: dict[tuple[str, str, str], Array]):
 
 
 EXPERIMENT = Experiment(
-    name="robot",
-    title="The robot experiments, simulated",
-    source="Table on identification errors with the xArm 7",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "robot",
+    "The robot experiments, simulated",
+    "Table on identification errors with the xArm 7",
+    jobs,
+    run,
+    report,
 )

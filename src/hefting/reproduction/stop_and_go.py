@@ -17,6 +17,7 @@ from hefting.reproduction.experiment import (
     Job,
     Report,
     Result,
+    Results,
     Table,
     Thing,
     legend_above,
@@ -79,7 +80,7 @@ def _poses(z: Measurements) -> int:
     return int(np.sum(np.linalg.norm(np.diff(z.gravity, axis=0), axis=1) > 1e-6)) + 1
 
 
-def report(results: list[tuple[Job, Result]]) -> Report:
+def report(results: Results) -> Report:
     """Errors of each object in each setting, beside the published bound."""
     found = {
         setting: np.array(
@@ -110,9 +111,7 @@ def report(results: list[tuple[Job, Result]]) -> Report:
         "Nothing accelerates, so no sample shows the inertia: what PMD gives is the spread of masses its regularization"
         f" prefers ({exact[:, 2].mean():.0f} % mean error about the sensor's origin, noise-free).",
     )
-    table = Table(
-        "errors", "Errors of PMD from stop-and-go motion", tuple(columns), tuple(rows)
-    )
+    table = Table("errors", "Errors of PMD from stop-and-go motion", columns, rows)
     return Report((table,), {"errors": _figure(names, exact, noisy)}, notes)
 
 
@@ -154,10 +153,10 @@ def _figure(names: list[str], exact: np.ndarray, noisy: np.ndarray):
 
 
 EXPERIMENT = Experiment(
-    name="stop-and-go",
-    title="Stop-and-go motion",
-    source="Section V-D: mass and COM from samples at rest",
-    jobs=jobs,
-    run=run,
-    report=report,
+    "stop-and-go",
+    "Stop-and-go motion",
+    "Section V-D: mass and COM from samples at rest",
+    jobs,
+    run,
+    report,
 )

@@ -95,7 +95,6 @@ def repair_inertias(path: str | Path) -> Repaired:
 
 
 def _replaced(data: bytes, checks: list[LinkCheck]) -> bytes:
-    """The text with the nearest tensors in place."""
     pieces, done = [], 0
     for checked in checks:
         if checked.nearest is None:

@@ -102,12 +102,42 @@ def read_inertials(data: bytes, path: str | Path) -> Inertials:
     without a name or with another's, or a link with two inertials. Whether the links
     are one tree is not looked at.
     """
-    reader = _Reader(path)
-    parse_xml(data, path, reader.start)
-    check_repeated([link.name for link in reader.links], "links", path)
+    links: list[_Link] = []
+    joints: list[dict[str, str]] = []
+
+    def start(tag: str, attributes: dict[str, str], offset: int, inside: list[str]):
+        check_tag(tag, path, is_root=not inside)
+        if len(inside) == 1 and tag == "link":
+            links.append(_Link(read_name(attributes, "name", "a <link>", path)))
+        elif len(inside) == 1 and tag == "joint":
+            joints.append({key: attributes.get(key, "") for key in ("name", "type")})
+        elif inside[1:] == ["link"] and tag == "inertial":
+            if links[-1].parts is not None:
+                what = f"link '{links[-1].name}' has two inertials"
+                raise InputError(what, where=path)
+            links[-1].parts = {}
+        elif inside[1:] == ["link", "inertial"] and tag in PARTS:
+            parts = links[-1].parts
+            assert parts is not None  # as the inertial came first
+            parts.setdefault(tag, (attributes, offset))
+        elif inside[1:] == ["joint"] and tag in ("parent", "child"):
+            joints[-1].setdefault(tag, attributes.get("link", ""))
+        if max(len(links), len(joints)) > MOST:
+            raise InputError(f"has more than {MOST:,} links or joints", where=path)
+
+    parse_xml(data, path, start)
+    check_repeated([link.name for link in links], "links", path)
     return Inertials(
-        tuple(_inertial(link, path) for link in reader.links),
-        tuple(_connection(attributes) for attributes in reader.joints),
+        tuple(_inertial(link, path) for link in links),
+        tuple(
+            Connection(
+                each["name"],
+                each.get("parent", ""),
+                each.get("child", ""),
+                each["type"] != "fixed",
+            )
+            for each in joints
+        ),
     )
 
 
@@ -117,56 +147,6 @@ class _Link:
 
     name: str
     parts: dict[str, tuple[dict[str, str], int]] | None = None
-
-
-class _Reader:
-    """Collects links and joints while the file is parsed."""
-
-    def __init__(self, path: str | Path):
-        self.path = path
-        self.links: list[_Link] = []
-        self.joints: list[dict[str, str]] = []
-
-    def start(
-        self, tag: str, attributes: dict[str, str], offset: int, inside: list[str]
-    ) -> None:
-        """A start tag."""
-        check_tag(tag, self.path, is_root=not inside)
-        if len(inside) == 1:
-            self._child_of_robot(tag, attributes)
-        elif inside[1:] == ["link"] and tag == "inertial":
-            self._begin_inertial(self.links[-1])
-        elif inside[1:] == ["link", "inertial"] and tag in PARTS:
-            parts = self.links[-1].parts
-            assert parts is not None  # as `_begin_inertial` made it
-            parts.setdefault(tag, (attributes, offset))
-        elif inside[1:] == ["joint"] and tag in ("parent", "child"):
-            self.joints[-1].setdefault(tag, attributes.get("link", ""))
-
-    def _child_of_robot(self, tag: str, attributes: dict[str, str]) -> None:
-        if tag == "link":
-            self.links.append(
-                _Link(read_name(attributes, "name", "a <link>", self.path))
-            )
-        elif tag == "joint":
-            kept = {key: attributes.get(key, "") for key in ("name", "type")}
-            self.joints.append(kept)
-        if max(len(self.links), len(self.joints)) > MOST:
-            raise InputError(f"has more than {MOST:,} links or joints", where=self.path)
-
-    def _begin_inertial(self, link: _Link) -> None:
-        if link.parts is not None:
-            raise InputError(f"link '{link.name}' has two inertials", where=self.path)
-        link.parts = {}
-
-
-def _connection(attributes: dict[str, str]) -> Connection:
-    return Connection(
-        attributes["name"],
-        attributes.get("parent", ""),
-        attributes.get("child", ""),
-        attributes["type"] != "fixed",
-    )
 
 
 def _inertial(link: _Link, path: str | Path) -> Inertial:

@@ -112,9 +112,8 @@ def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:
 def _joints_of_columns(
     names: tuple[str, ...], count: int, robot: Robot, source: str
 ) -> tuple[str, ...]:
-    """The joint whose position each of `count` columns holds: by their names; without
-    any, the robot's `joints` if that is their number, else its `all_joints`. `InputError`
-    where they do not fit the robot, or do not tell each of its joints."""
+    """The joint whose position each of `count` columns holds, as `with_poses` says;
+    `InputError` where they do not fit the robot, or do not tell each of its joints."""
     if not names:
         return _joints_by_number(count, robot, source)
     if len(names) != count:
@@ -135,7 +134,6 @@ def _joints_of_columns(
 
 
 def _joints_by_number(count: int, robot: Robot, source: str) -> tuple[str, ...]:
-    """The same for columns without names."""
     for joints in (robot.joints, robot.all_joints):
         if len(joints) == count:
             return joints

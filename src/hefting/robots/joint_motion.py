@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike
 
 from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, frozen, rotation_matrices, skew
+from hefting.core.spatial import Array, freeze, rotation_matrices, skew
 from hefting.robots.robot import Robot
 
 
@@ -25,8 +25,7 @@ class JointMotion:
     """(K, n) [rad/s²]"""
 
     def __post_init__(self):
-        for field in fields(self):
-            object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
+        freeze(self, *(field.name for field in fields(self)))
         shape = self.position.shape
         if (
             self.time.shape != shape[:1]
@@ -59,8 +58,7 @@ class SensorMotion:
     """(K, 3) [rad/s²]"""
 
     def __post_init__(self):
-        for field in fields(self):
-            object.__setattr__(self, field.name, frozen(getattr(self, field.name)))
+        freeze(self, *(field.name for field in fields(self)))
 
     @property
     def orientation(self) -> Array:

@@ -265,7 +265,6 @@ def check_repeated(names: list[str], what: str, path: str | Path) -> None:
 
 
 def _root(links: list[str], joints: list[Joint], path: str | Path) -> str:
-    """The root of the tree of the joints; `InputError` where they make no tree."""
     if not links:
         raise InputError("has no links", where=path)
     known = set(links)

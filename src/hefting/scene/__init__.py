@@ -6,17 +6,30 @@
 All lengths are in metres, in sensor axes about the sensor origin. Nothing here draws.
 """
 
-from hefting.scene.curves import WrenchCurves, gaps_between, thinned, wrench_curves
+from collections.abc import Mapping
+from dataclasses import replace
+from typing import Self
+
+import numpy as np
+from numpy.typing import ArrayLike
+
+from hefting.core.errors import InputError
+from hefting.core.estimate import Estimate
+from hefting.core.immutable import immutable
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements
+from hefting.core.regressor import predict_wrench
+from hefting.core.spatial import Array, Indices, frozen
 from hefting.scene.headline import (
     Headline,
     depth_of,
     headline_of,
+    inertia_doubt,
     place_of,
     plus_minus,
     power_of_thousand,
     vector_text,
 )
-from hefting.scene.scene import Body, PointSet, Scene, scene_of
 from hefting.scene.surface import (
     Ellipsoid,
     Surface,
@@ -26,6 +39,7 @@ from hefting.scene.surface import (
     surface_of,
     uniform_ellipsoid,
 )
+from hefting.shapes import Shape
 
 __all__ = [
     "Body",
@@ -51,3 +65,255 @@ __all__ = [
     "vector_text",
     "wrench_curves",
 ]
+
+LARGEST_DOUBT = 0.75
+"""`inertia_doubt` from which on no ellipsoid is drawn: its axes may be half as long, or
+a third longer."""
+BOTH = np.array(((-1.0,), (1.0,)))
+LEAST_SIZE = 0.2
+"""Distance from a COM to which its region is shown, however small all else is [m]."""
+MOST_POINTS = 3_000
+"""Points of a cloud that are drawn at most."""
+MOST_DIRECTIONS = 40
+"""Directions of gravity that are drawn at most."""
+
+
+@immutable
+class PointSet:
+    """Points of a shape, and masses that a method put there."""
+
+    positions: Array
+    """(n, 3) [m]"""
+    masses: Array | None = None
+    """(n,) [kg]; other masses have the same ten parameters"""
+
+
+@immutable
+class Body:
+    """What is drawn of one rigid body."""
+
+    name: str
+    """What it is, such as ``"estimate"`` or ``"truth"``"""
+    center: Array
+    """(3,) COM [m]; NaN along an axis where it is open"""
+    region: Ellipsoid | None = None
+    """That holds the COM with 95 % probability; None where it is not known"""
+    ellipsoid: Ellipsoid | None = None
+    """Of uniform density and equal inertia; None where inertia is not determined, or no
+    body has it"""
+    inertia_doubt: float | None = None
+    """Half the width of the widest 95 % interval of the moments over the largest
+    moment; None where it is not known, infinite where open"""
+    missing: str = ""
+    """Why there is no ellipsoid, where inertia was asked for"""
+
+    @property
+    def open_axes(self) -> str:
+        """Names of the axes along which the COM is open: ``"x and z"``."""
+        return " and ".join("xyz"[k] for k in np.flatnonzero(np.isnan(self.center)))
+
+
+@immutable
+class Scene:
+    """What is drawn, in sensor axes about the sensor origin, which is drawn too."""
+
+    bodies: tuple[Body, ...] = ()
+    surface: Surface | None = None
+    points: PointSet | None = None
+    gravity: Array | None = None
+    """(K, 3) directions of gravity in sensor axes, unit vectors; None where no log
+    tells them"""
+
+    def with_centers_only(self) -> Self:
+        """The same scene without what is said of inertia."""
+        bodies = tuple(
+            replace(body, ellipsoid=None, inertia_doubt=None, missing="")
+            for body in self.bodies
+        )
+        return replace(self, bodies=bodies)
+
+    @property
+    def corners(self) -> Array:
+        """Points (n, 3) [m] that all that has a size lies between; of a region for the COM
+        that is larger than all else only a part."""
+        parts = [np.zeros((1, 3))]
+        parts += [] if self.surface is None else [self.surface.vertices]
+        parts += [] if self.points is None else [self.points.positions]
+        for body in self.bodies:
+            parts.append(np.nan_to_num(body.center)[None])
+            if body.ellipsoid is not None:
+                reach = body.ellipsoid.reach
+                parts.append(body.ellipsoid.center + BOTH * reach)
+        size = np.ptp(np.vstack(parts), axis=0).max()
+        for body in self.bodies:
+            if body.region is not None:
+                reach = np.minimum(body.region.reach, max(size, LEAST_SIZE))
+                parts.append(body.region.center + BOTH * reach)
+        return np.vstack(parts)
+
+
+def scene_of(
+    estimates: Mapping[str, Estimate | None] | None = None,
+    shape: Shape | None = None,
+    known: Mapping[str, InertialParameters | None] | None = None,
+    gravity: ArrayLike | None = None,
+    masses: bool = False,
+) -> Scene:
+    """The scene of an object: `estimates` by the names that they are to have, and what
+    is `known` exactly, such as the truth; None for what is not there.
+
+    Nothing is drawn of a shape that is not known. `gravity` (K, 3) is in sensor axes
+    [m/s²], of any length. With `masses` those are drawn that a method put at the points
+    of the shape: `InputError` if an estimate has others than one for each point.
+    """
+    bodies = [
+        Body(name, body.center_of_mass, ellipsoid=uniform_ellipsoid(body))
+        for name, body in (known or {}).items()
+        if body is not None
+    ]
+    found = {name: each for name, each in (estimates or {}).items() if each is not None}
+    bodies += [_found(name, estimate) for name, estimate in found.items()]
+    surface = None if shape is None else surface_of(shape)
+    points = None
+    if shape is not None and masses:
+        points = PointSet(shape.positions, _masses(shape, found))
+    elif shape is not None and surface is None and shape.known == "object":
+        step = -(-len(shape.hull) // MOST_POINTS)
+        points = PointSet(shape.hull[::step])
+    directions = None if gravity is None else _directions(gravity)
+    return Scene(tuple(bodies), surface, points, directions)
+
+
+def _found(name: str, estimate: Estimate) -> Body:
+    """An estimate, without what it leaves open."""
+    half = com_reach(estimate)
+    center = np.array(estimate.parameters.center_of_mass)
+    if half is not None:
+        center[np.isinf(half)] = np.nan
+    ellipsoid = uniform_ellipsoid(estimate.parameters)
+    missing = "" if ellipsoid is not None else "no body has this inertia"
+    doubt = inertia_doubt(estimate)
+    if doubt is not None and not doubt < LARGEST_DOUBT:
+        ellipsoid, missing = None, "inertia open"
+        if np.isfinite(doubt):
+            missing = f"inertia known to ± {100 * doubt:.0f} % only"
+    return Body(name, center, com_region(estimate), ellipsoid, doubt, missing)
+
+
+def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
+    for estimate in estimates.values():
+        if estimate.point_masses is not None:
+            if len(estimate.point_masses) != shape.n:
+                raise InputError(
+                    f"the estimate has {len(estimate.point_masses)} point masses, the "
+                    f"shape {shape.n} points",
+                    fix="give the shape that the estimate was made with",
+                )
+            return estimate.point_masses
+    return None
+
+
+def _directions(gravity: ArrayLike) -> Array | None:
+    """Unit vectors along at most `MOST_DIRECTIONS` rows of gravity, evenly chosen."""
+    rows = np.asarray(gravity, dtype=float).reshape(-1, 3)
+    rows = rows[np.linalg.norm(rows, axis=1) > 0.0]
+    if not len(rows):
+        return None
+    shown = np.linspace(0, len(rows) - 1, min(len(rows), MOST_DIRECTIONS))
+    chosen = rows[np.unique(shown.astype(np.intp))]
+    return frozen(chosen / np.linalg.norm(chosen, axis=1)[:, None])
+
+
+PARTS = (("Force", "N", 0), ("Torque", "N m", 3))
+"""Of a wrench: name, unit and first column of each."""
+MOST = 2_000
+"""Samples of a curve that are drawn at most: two a pixel column of a wide screen."""
+GAP = 5.0
+"""Steps of the median length that a step is longer than over which no line is drawn."""
+
+
+@immutable
+class WrenchCurves:
+    """Wrenches at K instants, exerted by the sensor on the object, in sensor axes."""
+
+    time: Array
+    """(K,) [s]; of static poses their number, counted from 1"""
+    measured: Array
+    """(K, 6) force [N] and torque [N m]"""
+    predicted: Array
+    """(K, 6) of the estimate, with its bias"""
+    static: bool
+    """Whether they are static poses."""
+
+    @property
+    def residual(self) -> Array:
+        """(K, 6) measured less predicted."""
+        return self.measured - self.predicted
+
+    def rms(self, first: int) -> float:
+        """Root mean square of the residual of the force (0) or of the torque (3)."""
+        return float(np.sqrt(np.mean(self.residual[:, first : first + 3] ** 2)))
+
+
+def wrench_curves(
+    measurements: Measurements, estimate: Estimate, start: float | None = None
+) -> WrenchCurves:
+    """The wrench measured and the wrench explained by an estimate made from it, which
+    is static if it has no duration. `start` is the time [s] that counts as zero, by
+    default that of the first measurement."""
+    static = estimate.duration is None
+    predicted = predict_wrench(measurements, estimate.parameters.vector)
+    predicted = predicted + _bias_of_each(estimate, len(measurements))
+    begin = measurements.time[0] if start is None else start
+    time = measurements.time - begin
+    if static:
+        time = np.arange(1.0, len(measurements) + 1.0)
+    return WrenchCurves(time, measurements.wrench, predicted, static)
+
+
+def _bias_of_each(estimate: Estimate, samples: int) -> Array:
+    """(K, 6) or (6,) bias of each of K samples; zero where it is not known."""
+    bias = estimate.bias
+    if bias is None or bias.ndim == 1:
+        return np.zeros(6) if bias is None else bias
+    try:  # provenance may be that of a file
+        rows = [int(each["rows"]) for each in estimate.provenance["recordings"]]
+    except (KeyError, TypeError, ValueError, OverflowError):
+        return np.zeros(6)
+    if len(rows) != len(bias) or min(rows) < 0 or sum(rows) != samples:
+        return np.zeros(6)
+    return np.repeat(bias, rows, axis=0)
+
+
+def gaps_between(time: Array, shown: Indices) -> Indices:
+    """Positions of those of the `shown` samples of times (K,) [s] that a gap
+    precedes."""
+    steps = np.diff(time)
+    if not len(steps):
+        return np.zeros(0, dtype=np.intp)
+    before = np.append(0, np.cumsum(steps > GAP * np.median(steps)))
+    return 1 + np.flatnonzero(np.diff(before[shown]))
+
+
+def thinned(values: ArrayLike, most: int = MOST) -> Indices:
+    """Indices of at most `most` (2 c + 2 or more) samples of c curves (K, c), or one
+    (K,), that have their time in common; what is not finite is passed over.
+
+    Of short curves all. Else the first and the last, and of consecutive parts of equal
+    length the lowest and the highest sample of each curve: no peak is lost.
+    """
+    columns = np.asarray(values, dtype=float)
+    columns = columns.reshape(len(columns), -1)
+    if len(columns) <= most:
+        return np.arange(len(columns))
+    parts = (most - 2) // (2 * columns.shape[1])
+    length = -(-len(columns) // parts)
+    padded = np.full((parts * length, columns.shape[1]), np.nan)
+    padded[: len(columns)] = columns
+    blocks = padded.reshape(parts, length, -1)
+    begin = length * np.arange(parts)[:, None]
+    lowest = begin + np.where(np.isnan(blocks), np.inf, blocks).argmin(axis=1)
+    highest = begin + np.where(np.isnan(blocks), -np.inf, blocks).argmax(axis=1)
+    chosen = np.unique((lowest, highest))
+    chosen = np.append(chosen[chosen < len(columns)], (0, len(columns) - 1))
+    return np.unique(chosen)

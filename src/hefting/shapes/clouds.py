@@ -173,7 +173,6 @@ def _principal(points: ArrayLike) -> tuple[Array, Array, Array, Array]:
 
 
 def _target(x: ArrayLike) -> Array:
-    """A point to find in a hull; `InputError` unless it is three finite numbers."""
     target = np.asarray(x, dtype=float)
     if target.shape != (3,) or not np.isfinite(target).all():
         raise InputError("a point to find in a hull is three finite numbers")

@@ -150,7 +150,6 @@ def read_ply_vertices(path: str | Path) -> PlyVertices:
 
 
 def _check_vertices(element: PlyElement) -> None:
-    """ValueError unless an element is vertices with x, y and z, and without lists."""
     name, count, properties = element
     names = {n for n, _ in properties}
     if name != "vertex" or count < 1 or not {"x", "y", "z"} <= names:
@@ -160,7 +159,6 @@ def _check_vertices(element: PlyElement) -> None:
 
 
 def _read_ascii(text: bytes, count: int, names: list[str]) -> dict[str, Array]:
-    """Columns of `count` vertices in lines of text; ValueError for fewer."""
     if count * (2 * len(names) - 1) > len(text):
         raise ValueError("truncated")
     lines = [line for line in text.decode("ascii").splitlines() if line.strip()]

@@ -13,15 +13,15 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array, median
-from hefting.shapes.cells import Moments
-from hefting.shapes.solid import Solid
-from hefting.shapes.thin import (
+from hefting.shapes.cells import (
     MOST_DIVIDED_CELLS,
     Lattice,
+    Moments,
     divided,
     has_missed,
     misses_a_part,
 )
+from hefting.shapes.solid import Solid
 from hefting.shapes.winding import (
     WorkingBox,
     points_inside,
@@ -97,7 +97,7 @@ def grid_points(solid: Solid, target: int) -> Samples:
     that has nearly the wanted count and, as equal point masses, the centroid and second
     moment nearest to those of the solid. Where it misses a part that is thinner than
     its cells, points are added; then, and where it counts such a part too often, all
-    points stand for their exact shares of the solid (`hefting.shapes.thin`).
+    points stand for their exact shares of the solid (`hefting.shapes.cells`).
     """
     box, volume = working_box(solid), solid.volume
     looked_at = CELLS_LOOKED_AT * volume / (target * np.prod(box.sides))
@@ -169,7 +169,6 @@ def _cells_alone(box: WorkingBox, target: int) -> Samples:
 
 
 def _samples_of(box: WorkingBox, pieces: Moments) -> Samples:
-    """A point for each piece of a solid."""
     volume = pieces.volume
     return Samples(
         pieces.centroids @ box.axes.T,
@@ -277,7 +276,6 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
 
 
 def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
-    """The same of grids with their lines."""
     rays, start, step, count, inside = _inside(box, batch)
     found = np.flatnonzero(inside)
     end = np.cumsum(count)

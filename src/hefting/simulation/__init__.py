@@ -2,13 +2,24 @@
 truth beside it."""
 
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion, SensorMotion
-from hefting.simulation.faults import WRENCH_NOISE, Faults, Rates, tilted_gravity
+from hefting.simulation.faults import (
+    WRENCH_NOISE,
+    Faults,
+    Rates,
+    record,
+    tilted_gravity,
+)
 from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go, trapezoids
 from hefting.simulation.modular import MODULAR, held_modular, modular, paper_points
 from hefting.simulation.objects import Assembly, HeldObject, Part, hammer
-from hefting.simulation.physics import Wielding, wield_analytically, wield_in_mujoco
-from hefting.simulation.record import record
-from hefting.simulation.wield import simulate, truth, wield
+from hefting.simulation.wield import (
+    Wielding,
+    simulate,
+    truth,
+    wield,
+    wield_analytically,
+    wield_in_mujoco,
+)
 
 __all__ = [
     "MODULAR",

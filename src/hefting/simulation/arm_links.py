@@ -14,11 +14,10 @@ from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array, tensor_to_vector
+from hefting.robots.inertials import ENTRIES
 from hefting.simulation.arm import UR5, XARM7, Arm
-from hefting.simulation.physics import numbers
+from hefting.simulation.wield import numbers
 
-INERTIA = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-"""A URDF's names of the moments and products of inertia."""
 RADIUS = 0.06
 """[m] of a link, a rod from one joint to the next."""
 LEAST_LENGTH = 0.05
@@ -105,7 +104,7 @@ def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
 
 
 def _inertial(link: InertialParameters) -> str:
-    values = zip(INERTIA, tensor_to_vector(link.inertia_at_com).tolist(), strict=True)
+    values = zip(ENTRIES, tensor_to_vector(link.inertia_at_com).tolist(), strict=True)
     inertia = " ".join(f'{name}="{value!r}"' for name, value in values)
     return (
         f'<inertial><origin xyz="{numbers(link.center_of_mass)}"/>'

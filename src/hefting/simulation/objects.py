@@ -250,7 +250,6 @@ class HeldObject:
 
 
 def _filled(solid: Solid, density: float, where: str | Path) -> InertialParameters:
-    """A solid of one material, in the frame of its mesh."""
     if not 0.0 < density < np.inf:
         raise InputError(
             f"the density is {density} kg/m³, which is not positive", where=where

@@ -16,12 +16,11 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array
 from hefting.shapes.reading import MESH_SUFFIXES
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion
-from hefting.simulation.faults import Faults, Rates
+from hefting.simulation.faults import Faults, Rates, record
 from hefting.simulation.joints import random_smooth, sinusoids, stop_and_go
 from hefting.simulation.modular import MODULAR, held_modular
 from hefting.simulation.objects import HAMMER_POSE, HeldObject, hammer
-from hefting.simulation.physics import Wielding, mujoco_version, wield_in_mujoco
-from hefting.simulation.record import record
+from hefting.simulation.wield import Wielding, mujoco_version, wield_in_mujoco
 
 ARMS = {"ur5": UR5, "xarm7": XARM7}
 """Arms by name."""

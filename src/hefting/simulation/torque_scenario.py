@@ -14,7 +14,6 @@ from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
-from scipy.signal import lfilter
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.immutable import immutable
@@ -23,9 +22,10 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.simulation.arm import JointMotion
 from hefting.simulation.arm_links import TORQUE_ARMS, MassiveArm
+from hefting.simulation.faults import correlated
 from hefting.simulation.joints import wide_smooth
 from hefting.simulation.objects import HeldObject
-from hefting.simulation.physics import inverse_dynamics, mujoco_version
+from hefting.simulation.wield import inverse_dynamics, mujoco_version
 
 SMOOTH = 0.002
 """[rad/s] Speed over which friction changes its sign."""
@@ -120,9 +120,7 @@ class TorqueRobot:
         white = rng.standard_normal((len(time), len(std)))
         step = (time[-1] - time[0]) / max(len(time) - 1, 1)
         a = self.faults.noise_correlation ** (step / 0.01)
-        start = white[:1] * a
-        shaped = lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], white, axis=0, zi=start)
-        return std * np.asarray(shaped[0])
+        return std * correlated(white, a)
 
 
 BETWEEN = 60.0

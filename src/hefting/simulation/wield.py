@@ -1,16 +1,29 @@
-"""Wielding: the wrench a moving body needs, and the log a robot would write of it."""
+"""Wielding: the wrench a moving body needs, by Newton's and Euler's equations or by
+MuJoCo, which shares no formula with us; and the log a robot would write of it."""
 
+from collections.abc import Iterable, Iterator, Sequence
+from contextlib import contextmanager
+from importlib import import_module
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError
+from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
+from hefting.core.progress import report
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import STANDARD_GRAVITY, Array, check_pose
-from hefting.simulation.arm import SensorMotion
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    check_pose,
+    frozen,
+    rotation_matrices,
+)
+from hefting.robots.joint_motion import require_its_joints
+from hefting.simulation.arm import Arm, JointMotion, SensorMotion
 
 POSE_NOISE = (1e-4, 3.5e-4)
 """Standard deviations, per axis, of the pose a cobot reports: position [m] and
@@ -126,3 +139,219 @@ def truth(
         "inertia_at_sensor": body.inertia_at_origin.tolist(),
         "mesh_extents_m": np.asarray(extents, dtype=float).tolist(),
     }
+
+
+MOTION = (
+    "framepos",
+    "framequat",
+    "framelinvel",
+    "frameangvel",
+    "framelinacc",
+    "frameangacc",
+)
+"""MuJoCo's sensors of the motion of a frame."""
+
+LINK = '<inertial mass="1" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>'
+"""MuJoCo wants every moving body to have a mass; those before the sensor do not show in
+its wrench."""
+
+
+@immutable
+class Wielding:
+    """An arm that wields a body: exact motion and exact wrench at K instants."""
+
+    arm: Arm
+    joints: JointMotion
+    body: InertialParameters
+    """In the sensor frame."""
+    motion: SensorMotion
+    """Of the sensor frame, in world axes."""
+    measurements: Measurements
+    """The same in sensor axes, with gravity and the wrench exerted by the sensor on the
+    body."""
+    gravity: Array
+    """(3,) in world axes [m/s²]"""
+
+
+def wield_in_mujoco(
+    arm: Arm,
+    joints: JointMotion,
+    body: InertialParameters,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+) -> Wielding:
+    """MuJoCo's inverse dynamics of an `arm` that holds `body` (given in the sensor
+    frame) and moves as prescribed.
+
+    All of motion and wrench is read from MuJoCo's sensors at the sensor frame.
+    `gravity` (3,) is in world axes [m/s²]. Raises `MissingDependencyError` without
+    MuJoCo, `InputError` for a body that cannot exist.
+    """
+    mujoco = _mujoco()
+    require_its_joints(arm.robot, joints)
+    consistency = body.consistency()
+    if not consistency.is_consistent:
+        raise InputError(f"MuJoCo cannot hold the body: {consistency}")
+    g = np.asarray(gravity, dtype=float)
+    with _model(mujoco, mjcf(arm, body, g)) as model:
+        return _wield(mujoco, model, arm, joints, body, g)
+
+
+@contextmanager
+def _model(mujoco: Any, text: str) -> Iterator[Any]:
+    """Raises `InputError` for what MuJoCo refuses, and warns of, which it would print and
+    write to a file in the working folder."""
+    warned: list[str] = []
+    mujoco.set_mju_user_warning(warned.append)
+    try:
+        try:
+            model = mujoco.MjModel.from_xml_string(text)
+        except ValueError as error:
+            what = f"MuJoCo cannot hold the body ({str(error)[:120]})"
+            raise InputError(what) from error
+        yield model
+    finally:
+        mujoco.set_mju_user_warning(None)
+    if warned:
+        raise InputError(f"MuJoCo cannot move this arm and body ({warned[0][:120]})")
+
+
+def _wield(
+    mujoco: Any,
+    model: Any,
+    arm: Arm,
+    joints: JointMotion,
+    body: InertialParameters,
+    g: Array,
+) -> Wielding:
+    data = mujoco.MjData(model)
+    columns = [screw.column for screw in arm.robot.screws]
+    multiplier = np.array([screw.multiplier for screw in arm.robot.screws])
+    offset = np.array([screw.offset for screw in arm.robot.screws])
+    position = multiplier * joints.position[:, columns] + offset
+    velocity = multiplier * joints.velocity[:, columns]
+    acceleration = multiplier * joints.acceleration[:, columns]
+    read = np.empty((len(joints.time), model.nsensordata))
+    qpos, qvel, qacc, sensors = data.qpos, data.qvel, data.qacc, data.sensordata
+    for k in range(len(read)):
+        if k % 1000 == 0:
+            report("simulating", k / len(read))
+        qpos[:], qvel[:], qacc[:] = position[k], velocity[k], acceleration[k]
+        mujoco.mj_inverse(model, data)
+        read[k] = sensors
+    force, torque, place, wxyz, v, w, acc, alpha = np.split(
+        read, (3, 6, 9, 13, 16, 19, 22), axis=1
+    )
+    rotation = rotation_matrices(wxyz[:, [1, 2, 3, 0]])
+    # theirs has gravity in it
+    motion = SensorMotion(joints.time, place, rotation, v, w, acc + g, alpha)
+    world = (np.broadcast_to(g, w.shape), motion.linear_acceleration, w, alpha)
+    down, a, spin, change = (
+        np.einsum("kji,kj->ki", rotation, vectors) for vectors in world
+    )
+    measurements = Measurements(joints.time, down, a, spin, change, force, torque)
+    return Wielding(arm, joints, body, motion, measurements, frozen(g))
+
+
+def mujoco_version() -> str:
+    """Version of the MuJoCo that is installed; `MissingDependencyError` when none
+    is."""
+    return _mujoco().__version__
+
+
+def wield_analytically(
+    arm: Arm,
+    joints: JointMotion,
+    body: InertialParameters,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+) -> Wielding:
+    """The same by `Arm.motion` and `wield`, which need no simulator."""
+    motion = arm.motion(joints)
+    return Wielding(
+        arm, joints, body, motion, wield(motion, body, gravity), frozen(gravity)
+    )
+
+
+def mjcf(
+    arm: Arm,
+    body: InertialParameters | None,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+    links: Sequence[InertialParameters] = (),
+) -> str:
+    """The arm and the body at its end, if any, as MJCF, with the sensors this module
+    reads.
+
+    Bodies stand in base axes where the arm's screws are at rest, about a point of the
+    screw's axis: so do the `links`, one a screw, where they are known. The last is the
+    held body, in the sensor frame.
+    """
+    robot = arm.robot
+    inertial = "" if body is None else _inertial(body)
+    masses = [_inertial(link) for link in links] or [LINK] * len(robot.screws)
+    x, y, z, w = robot.home_orientation
+    places = np.diff(
+        [np.zeros(3), *(screw.point for screw in robot.screws), robot.home_position],
+        axis=0,
+    )
+    chain = f'<body pos="{numbers(places[-1])}" quat="{numbers((w, x, y, z))}"><site name="sensor"/>{inertial}</body>'
+    for screw, place, own in zip(
+        reversed(robot.screws), places[-2::-1], reversed(masses), strict=True
+    ):
+        joint = f'<joint type="{"slide" if screw.slides else "hinge"}" axis="{numbers(screw.axis)}"/>'
+        chain = f'<body pos="{numbers(place)}">{joint}{own}{chain}</body>'
+    shown = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in MOTION)
+    return (
+        f'<mujoco><option gravity="{numbers(np.asarray(gravity, dtype=float))}"/><worldbody>{chain}</worldbody>'
+        f'<sensor><force site="sensor"/><torque site="sensor"/>{shown}</sensor></mujoco>'
+    )
+
+
+def _inertial(body: InertialParameters) -> str:
+    J = body.inertia_at_com
+    tensor = numbers(J[[0, 1, 2, 0, 0, 1], [0, 1, 2, 1, 2, 2]])
+    return (
+        f'<inertial mass="{body.mass!r}" pos="{numbers(body.center_of_mass)}" '
+        f'fullinertia="{tensor}"/>'
+    )
+
+
+def inverse_dynamics(
+    arm: Arm,
+    joints: JointMotion,
+    links: Sequence[InertialParameters],
+    body: InertialParameters | None,
+    gravity: ArrayLike = STANDARD_GRAVITY,
+) -> Array:
+    """(K, n) torques [N m] by which the motors move an arm of these `links`, as of
+    `mjcf`, that holds `body` (given in the sensor frame), or nothing.
+
+    Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that MuJoCo
+    cannot hold, and for joints that mimic others.
+    """
+    mujoco = _mujoco()
+    screws = arm.robot.screws
+    if any(
+        s.multiplier != 1.0 or s.offset or s.column != i for i, s in enumerate(screws)
+    ):
+        raise InputError("a joint that mimics another has no torque of its own")
+    with _model(mujoco, mjcf(arm, body, gravity, links)) as model:
+        data = mujoco.MjData(model)
+        torques = np.empty_like(joints.position)
+        for k in range(len(torques)):
+            data.qpos[:] = joints.position[k]
+            data.qvel[:] = joints.velocity[k]
+            data.qacc[:] = joints.acceleration[k]
+            mujoco.mj_inverse(model, data)
+            torques[k] = data.qfrc_inverse
+    return torques
+
+
+def _mujoco() -> Any:
+    try:
+        return import_module("mujoco")
+    except ImportError as error:
+        raise MissingDependencyError("mujoco", "sim") from error
+
+
+def numbers(values: Iterable[float]) -> str:
+    """As text, with blanks between, that reads back as the same doubles."""
+    return " ".join(repr(float(value)) for value in values)

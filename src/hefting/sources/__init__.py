@@ -20,7 +20,7 @@ from hefting.core.errors import InputError
 from hefting.core.magnitudes import LARGEST, LARGEST_TIME
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording
 from hefting.core.spatial import Array
-from hefting.online.samples import Samples, Source
+from hefting.online.samples import UNIT_NORM, Samples, Source
 
 
 class Address(NamedTuple):
@@ -119,9 +119,6 @@ MAX_JOINTS = 1000
 MAX_QUEUED = 50_000
 """Most messages that wait for being read: ten seconds of all that a robot sends."""
 
-UNIT_NORM = 1e-2
-"""From one, as `hefting.Recording` refuses quaternions."""
-
 TOO_LARGE = "larger than 1 MB"
 """Why a message was skipped: it is longer than `MAX_MESSAGE`."""
 
@@ -160,7 +157,6 @@ def _has_shape(stream: str, time: Array, values: Array) -> bool:
 
 
 def _checks(stream: str, time: Array, values: Array):
-    """Reasons to leave samples out, each with which of them are good (n,)."""
     everything = np.concatenate([time[:, None], values], axis=1)
     yield "values that are not finite", np.isfinite(everything).all(axis=1)
     yield "times that cannot be seconds", np.abs(time) <= LARGEST_TIME

@@ -188,7 +188,6 @@ class DdsTransport(Transport):
                 self._readers[name] = (topic, self._listen(topic, name, endpoint.qos))
 
     def _listen(self, topic: Topic, name: str, offered: Any) -> Any:
-        """A reader of a topic, as reliable as its publisher."""
         from cyclonedds.core import (
             InstanceState,
             Policy,

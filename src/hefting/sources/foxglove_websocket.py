@@ -107,7 +107,6 @@ class FoxgloveTransport(Transport):
             self._connection = None
 
     def _message(self, frame: bytes) -> list[RosMessage]:
-        """The message in a binary frame, if it is one of a channel."""
         if frame[:1] != b"\1":
             return []  # a service's answer, the time, an asset
         if len(frame) < MESSAGE.size:
@@ -120,7 +119,6 @@ class FoxgloveTransport(Transport):
         return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
 
     def _tell(self, text: str) -> None:
-        """Take what the server says of itself; subscribe to new channels."""
         try:
             said: Any = json.loads(text)
         except (ValueError, RecursionError):

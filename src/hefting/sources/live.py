@@ -134,11 +134,9 @@ class Pump:
                 self._check_silence(time.monotonic() - begin)
 
     def _is_silent(self) -> bool:
-        """Whether nothing has come for a while, and that is not told yet."""
         return self.state == "open" and time.monotonic() - self._came > SILENT
 
     def _heard(self) -> None:
-        """Something came, maybe after a while."""
         before, self._came = self._came, time.monotonic()
         if self.state == "silent":
             self.state = "open"
@@ -146,7 +144,6 @@ class Pump:
             self._tell(note("source-back", back))
 
     def _check_silence(self, passed: float) -> None:
-        """`InputError` when nothing has come for too long."""
         if passed < self._patience:
             return
         self._check_readable()
@@ -157,7 +154,6 @@ class Pump:
         )
 
     def _check_readable(self) -> None:
-        """`InputError` where all that came was skipped."""
         if skipped := self.source.skipped:
             (reason, count), *_ = skipped.most_common(1)
             raise InputError(
@@ -301,7 +297,6 @@ def with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
 
 
 def _source(source: Any, speed: float) -> Source:
-    """What the user means."""
     if isinstance(source, Recording):
         return PlayedLog(source.source, Request(speed=speed), source)
     if isinstance(source, str | Path):

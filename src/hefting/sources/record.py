@@ -96,7 +96,6 @@ class Recorder:
         return self.paths[-1]
 
     def _is_due(self) -> bool:
-        """Whether a block is full."""
         spans = (
             parts[-1].time[-1] - parts[0].time[0] for parts in self._waiting.values()
         )
@@ -168,8 +167,6 @@ class Recorder:
 
 
 class _File:
-    """One MCAP file with ROS 2 messages."""
-
     def __init__(self, path: Path):
         with needing("foxglove-sdk", "live"):
             from foxglove import Context, open_mcap

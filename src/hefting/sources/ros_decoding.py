@@ -205,7 +205,6 @@ class RosDecoder:
         return streams
 
     def _give(self, streams: Streams) -> list[Samples]:
-        """What of the streams is new."""
         found = dict(streams.series)
         if self._named["pose"] == "none" and "orientation" in found:
             time = found["orientation"].time
@@ -228,7 +227,6 @@ class RosDecoder:
         ]
 
     def _check_schema(self, topic: Topic) -> None:
-        """`InputError` for messages that cannot be decoded."""
         try:
             if topic.encoding in ("cdr", "ros1"):
                 definitions_for(topic)
@@ -243,7 +241,6 @@ class RosDecoder:
 
 
 def _finite(series: Series, counted: Counter[str]) -> Series:
-    """Samples whose values are; the others are counted."""
     good = np.asarray(np.isfinite(series.values).all(axis=1))
     if good.all():
         return series

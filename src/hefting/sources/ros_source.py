@@ -96,7 +96,6 @@ class RosSource:
         self._transport.close()
 
     def _choose(self, decoder: RosDecoder) -> list[Samples]:
-        """What the first messages hold, with which topics and frames are chosen."""
         messages: list[RosMessage] = []
         end, due = time.monotonic() + PATIENCE, None
         while (now := time.monotonic()) < end:

@@ -8,7 +8,6 @@ a package is its length, its kind and its content.
 import socket
 import struct
 import time
-from collections import Counter
 from collections.abc import Iterator, Sequence
 
 import numpy as np
@@ -18,8 +17,8 @@ from hefting.core.messages import Message, note
 from hefting.core.spatial import Array
 from hefting.logs.ur_csv import FORCE, RAW, find_motion_and_wrench
 from hefting.online.samples import Samples, SourceLostError
-from hefting.sources import UNREADABLE, Pace, Request, address_of
-from hefting.sources.tcp import connected, received
+from hefting.sources import UNREADABLE, Pace, Request
+from hefting.sources.tcp import SocketSource, connected, received
 
 HEAD = struct.Struct(">HB")
 """Begin of a package: its length with this, and its kind."""
@@ -114,7 +113,6 @@ class Dialogue:
         return recipe
 
     def _setup(self, fields: Sequence[str], rate: float) -> tuple[Recipe, list[str]]:
-        """The recipe of fields, and those that the controller does not have."""
         names = ",".join(fields).encode()
         answer = self._ask(SETUP_OUTPUTS, struct.pack(">d", rate) + names)
         types = answer[1:].decode("ascii", "replace").split(",")
@@ -166,15 +164,11 @@ NEEDED = ("timestamp", "actual_TCP_pose", RAW)
 """Fields without which there is nothing to identify."""
 
 
-class RtdeSource:
+class RtdeSource(SocketSource):
     """The real-time data of a robot; its sensor is the flange."""
 
     def __init__(self, name: str, request: Request):
-        self.name = name
-        self.chosen: tuple[Message, ...] = ()
-        self.skipped: Counter[str] = Counter()
-        self._address = address_of(name, PORT, "rtde://192.168.0.2")
-        self._socket: socket.socket | None = None
+        super().__init__(name, PORT, "rtde://192.168.0.2")
         self._packages, self._recipe = Packages(), Recipe(0, ("x",), ("DOUBLE",))
         self._early: list[bytes] = []
         self._pace = Pace()
@@ -227,14 +221,7 @@ class RtdeSource:
             self.skipped[UNREADABLE] += bad
         return self._samples(values) if len(values["timestamp"]) else []
 
-    def close(self) -> None:
-        """Disconnect."""
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
-
     def _samples(self, values: dict[str, Array]) -> list[Samples]:
-        """The flange's motion, its wrench, and the joints."""
         everything = np.concatenate(list(values.values()), axis=1)
         good = np.isfinite(everything).all(axis=1)
         if not good.all():

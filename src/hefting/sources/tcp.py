@@ -128,15 +128,28 @@ PIECE = 1 << 16
 """Most that is read at once [bytes]."""
 
 
-class TcpSource:
-    """Lines of JSON from a socket."""
+class SocketSource:
+    """What sources over a socket have in common."""
 
-    def __init__(self, name: str, request: Request):
+    def __init__(self, name: str, port: int | None, example: str):
         self.name = name
         self.chosen: tuple[Message, ...] = ()
         self.skipped: Counter[str] = Counter()
-        self._address = address_of(name, None, "tcp://localhost:9000")
+        self._address = address_of(name, port, example)
         self._socket: socket.socket | None = None
+
+    def close(self) -> None:
+        """Disconnect."""
+        if self._socket is not None:
+            self._socket.close()
+            self._socket = None
+
+
+class TcpSource(SocketSource):
+    """Lines of JSON from a socket."""
+
+    def __init__(self, name: str, request: Request):
+        super().__init__(name, None, "tcp://localhost:9000")
         self._lines = JsonLines(self.skipped)
 
     def open(self) -> None:
@@ -149,12 +162,6 @@ class TcpSource:
         """See `hefting.online.samples.Source`."""
         data = received(self._socket, self.name, timeout)
         return self._lines.feed(data) if data else []
-
-    def close(self) -> None:
-        """Disconnect."""
-        if self._socket is not None:
-            self._socket.close()
-            self._socket = None
 
 
 def connected(name: str, address: tuple[str, int]) -> socket.socket:

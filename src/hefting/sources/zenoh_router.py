@@ -139,7 +139,6 @@ class ZenohTransport(Transport):
             session.close()
 
     def _hear(self, sample: Any) -> None:
-        """A publisher is there; called by a thread of Zenoh."""
         with self._lock:
             if len(self._found) < MAX_TOPICS:
                 self._found.append(str(sample.key_expr))

@@ -40,6 +40,7 @@ STROKES = {
     "z": (((0, 1), (1, 1)), ((1, 1), (0, 0)), ((0, 0), (1, 0))),
 }
 """Strokes of letters in a square of side 1: right, up."""
+NO_SHADOWS: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 AXES_SHARE = 0.5
 """Greatest length of the sensor's axes over the size of the scene."""
 
@@ -113,23 +114,20 @@ class ObjectDrawing:
         )
         for axis, colour in AXES.items():
             tip = length * np.eye(3)["xyz".index(axis)]
-            self._api.add_line_segments(
-                f"{SENSOR}/axes/{axis}",
-                np.array([[np.zeros(3), tip]]),
-                rgb(colour),
-                thickness=3.0,
-                thickness_units="screen",
-            )
-            self._api.add_line_segments(
-                f"{SENSOR}/axes/{axis}/name",
-                letter(axis, length),
-                rgb(colour),
-                thickness=2.0,
-                thickness_units="screen",
-            )
+            arm = np.array([[np.zeros(3), tip]])
+            for name, points, thickness in (
+                (axis, arm, 3.0),
+                (f"{axis}/name", letter(axis, length), 2.0),
+            ):
+                self._api.add_line_segments(
+                    f"{SENSOR}/axes/{name}",
+                    points,
+                    rgb(colour),
+                    thickness=thickness,
+                    thickness_units="screen",
+                )
 
     def _draw_surface(self, surface: Surface) -> None:
-        """The object's own surface, half transparent; a box around it as a wire frame."""
         self._nodes["shape"] = self._api.add_mesh_simple(
             f"{SENSOR}/shape",
             surface.vertices,
@@ -138,12 +136,10 @@ class ObjectDrawing:
             wireframe=not surface.is_object,
             opacity=0.35 if surface.is_object else 0.8,
             side="double",
-            cast_shadow=False,
-            receive_shadow=False,
+            **NO_SHADOWS,
         )
 
     def _draw_points(self, points: PointSet | None) -> None:
-        """Points of the shape; by their masses, where a method put masses there."""
         if points is None:
             self._absent.add("masses")
             return
@@ -153,23 +149,20 @@ class ObjectDrawing:
         if points.masses is not None:
             colours = colours_of(points.masses)
 
-        def add() -> Any:
-            return self._api.add_point_cloud(
-                f"{SENSOR}/masses",
-                points.positions,
-                colours,
-                point_size=0.018 * self.size,
-                point_shape="circle",
-                precision="float32",
-            )
-
-        node = self._node("masses", add)
+        node = self._node(
+            "masses",
+            self._api.add_point_cloud,
+            points.positions,
+            colours,
+            point_size=0.018 * self.size,
+            point_shape="circle",
+            precision="float32",
+        )
         if node.points.shape != points.positions.shape:
             node.points = np.asarray(points.positions, dtype=np.float32)
         node.colors = colours
 
     def _draw_body(self, body: Body) -> None:
-        """COM, the region that holds it, and the ellipsoid of equal inertia."""
         known = body.name != "estimate"
         place = f"{body.name}/truth" if known else body.name
         self._draw_center(f"{place}/com", body.center, TRUTH if known else COM)
@@ -181,20 +174,17 @@ class ObjectDrawing:
         self._draw_ellipsoid(f"{place}/inertia", body.ellipsoid, colour, opacity)
 
     def _draw_center(self, name: str, center: Array, colour: str) -> None:
-        def add() -> Any:
-            return self._api.add_icosphere(
-                f"{SENSOR}/{name}",
-                0.018 * self.size,
-                rgb(colour),
-                subdivisions=2,
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-
-        if np.isfinite(center).all():
-            self._node(name, add).position = center
-        else:
+        if not np.isfinite(center).all():
             self._absent.add(name)
+            return
+        self._node(
+            name,
+            self._api.add_icosphere,
+            0.018 * self.size,
+            rgb(colour),
+            subdivisions=2,
+            **NO_SHADOWS,
+        ).position = center
 
     def _draw_ellipsoid(
         self, name: str, ellipsoid: Ellipsoid | None, colour: str, opacity: float
@@ -203,26 +193,22 @@ class ObjectDrawing:
             self._absent.add(name)
             return
         vertices, faces = ellipsoid.triangles()
+        self._node(
+            name,
+            self._api.add_mesh_simple,
+            vertices,
+            faces,
+            color=rgb(colour),
+            opacity=opacity,
+            side="double",
+            **NO_SHADOWS,
+        ).vertices = np.asarray(vertices, dtype=np.float32)
 
-        def add() -> Any:
-            return self._api.add_mesh_simple(
-                f"{SENSOR}/{name}",
-                vertices,
-                faces,
-                color=rgb(colour),
-                opacity=opacity,
-                side="double",
-                cast_shadow=False,
-                receive_shadow=False,
-            )
-
-        self._node(name, add).vertices = np.asarray(vertices, dtype=np.float32)
-
-    def _node(self, name: str, add: Callable[[], Any]) -> Any:
+    def _node(self, name: str, add: Callable[..., Any], *what: Any, **look: Any) -> Any:
         """A node that is to be seen; it is made the first time."""
         self._absent.discard(name)
         if name not in self._nodes:
-            self._nodes[name] = add()
+            self._nodes[name] = add(f"{SENSOR}/{name}", *what, **look)
         return self._nodes[name]
 
 

@@ -15,8 +15,7 @@ from hefting.core.regressor import predict_wrench
 from hefting.core.spatial import Array
 from hefting.online import LiveEstimate
 from hefting.online.history import FORWARD
-from hefting.scene import com_reach, headline_of, scene_of
-from hefting.scene.curves import PARTS
+from hefting.scene import PARTS, com_reach, headline_of, scene_of
 from hefting.shapes import Shape
 from hefting.viewer.drawing import ObjectDrawing
 from hefting.viewer.motion import HEIGHT, add_plot, curves, scales_of
@@ -111,7 +110,6 @@ class LiveView:
         self.drawing.show(scene)
 
     def _aim(self, corners: Array, size: float) -> None:
-        """Let the cameras of all browsers, later ones too, see the object."""
         middle = 0.5 * (corners.min(axis=0) + corners.max(axis=0))
         place = middle + AWAY * size * FROM / np.linalg.norm(FROM)
         clients = self.server.get_clients().values()

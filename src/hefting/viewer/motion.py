@@ -12,10 +12,10 @@ from hefting.core.spatial import Array
 from hefting.plots.style import COMPONENTS
 from hefting.robots import Arm
 from hefting.robots.arm import Geometry
-from hefting.scene.curves import PARTS
+from hefting.scene import PARTS
 from hefting.scene.surface import LinkSurfaces, coarser
+from hefting.viewer import Frame, Playback
 from hefting.viewer.drawing import ARROWS, GREY, SENSOR, SURFACE, rgb
-from hefting.viewer.session import Frame, Playback
 
 if TYPE_CHECKING:
     from viser import GuiApi, SceneApi

@@ -10,6 +10,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.spatial import Array
 from hefting.core.summary import samples_told
+from hefting.viewer import Answer, Playback, Session, Settings
 from hefting.viewer.drawing import (
     ARROWS,
     AXES,
@@ -20,7 +21,6 @@ from hefting.viewer.drawing import (
     TRUTH,
     axes_length,
 )
-from hefting.viewer.session import Answer, Playback, Session, Settings
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -126,7 +126,6 @@ def _mark(colour: str, text: str) -> str:
 
 
 def _scale(largest: float) -> str:
-    """A bar of the colours of masses."""
     bar = (
         "display:inline-block;width:6em;height:0.8em;margin:0 0.5em;"
         f"border-radius:2px;background:linear-gradient(to right,{','.join(MASSES)})"
@@ -214,7 +213,6 @@ class Controls:
         return Settings(method, chosen)
 
     def _hyperparameters(self, method: str) -> set[str]:
-        """Those of a method for which there are controls."""
         if method in self._session.given:
             return set()
         estimator = self._session.estimator(Settings(method))

@@ -67,7 +67,6 @@ def player_of(viewer: Viewer, title: str) -> str:
 
 
 def _answer(viewer: Viewer) -> str:
-    """The answer and the legend."""
     playback, answer = viewer.playback, viewer.answer
     used = f"all of {float(playback.times[-1]):.2f} s"
     if playback.static:
@@ -125,7 +124,6 @@ def plan_player(plan: Plan) -> str:
 
 
 def _draw(server: "ViserServer", plan: Plan, place: Array) -> Any:
-    """Draw the path of the tip and the object's box; the node that moves it."""
     api = server.scene
     path = np.stack((place[:-1], place[1:]), axis=1).astype(np.float32)
     api.add_line_segments("/path", path, rgb(GREY), thickness=THIN)
@@ -137,7 +135,6 @@ def _draw(server: "ViserServer", plan: Plan, place: Array) -> Any:
 
 
 def _aim(server: "ViserServer", points: Array) -> None:
-    """Let the camera see all of the points (N, 3)."""
     low, high = points.min(axis=0), points.max(axis=0)
     middle, reach = 0.5 * (low + high), float(np.linalg.norm(high - low))
     server.scene.set_up_direction("+z")

@@ -10,11 +10,11 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.robots import Arm
+from hefting.viewer import Answer, Playback, Session, Settings
 from hefting.viewer.drawing import GREY, ObjectDrawing, rgb
 from hefting.viewer.motion import ArmDrawing, WrenchArrows, WrenchPlots
 from hefting.viewer.panel import Controls, answer_html, legend_html
 from hefting.viewer.server import Follower
-from hefting.viewer.session import Answer, Playback, Session, Settings
 
 if TYPE_CHECKING:
     from viser import ViserServer
@@ -154,7 +154,6 @@ class Viewer:
             self.text.content = answer_html(refused, "", False, self.say)
 
     def _play(self) -> None:
-        """Move the time on as it went, from the start again at the end."""
         times = self.playback.times
         pace = 2.0 if self.playback.static else 1.0  # poses a second
         while not self._closed.is_set():
@@ -172,7 +171,6 @@ class Viewer:
         return legend_html(answer, self.drawing.size, self.playback.largest)
 
     def _used(self, time: float) -> str:
-        """How much of the recording the answer rests on, in words."""
         if self.playback.static:
             return f"poses up to {time:g}"
         return f"first {time:.2f} of {float(self.playback.times[-1]):.2f} s"
@@ -197,7 +195,6 @@ class Viewer:
             )
 
     def _aim(self) -> None:
-        """Let the camera see the object along its whole path, and the arm."""
         low, high = self._extent()
         middle, radius = 0.5 * (low + high), 0.55 * float(np.max(high - low))
         up = -self.session.found.conditioned.gravity
