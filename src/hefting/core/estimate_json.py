@@ -90,15 +90,15 @@ def _check_said(data: Json, parameters: InertialParameters) -> None:
 def graver_reasons(data: Json, found: Verdict) -> tuple[Message, ...]:
     """Why the verdict in a file is worse than the one that is found from the rest of
     it; nothing where it is not. Raises as `fields_of`."""
-    levels, reasons = get_args(Level), data.get("reasons") or ["its file says so"]
-    said = data.get("verdict") or levels[0]
-    texts = isinstance(reasons, list) and all(isinstance(text, str) for text in reasons)
-    if said not in levels or not texts:
+    levels, said = get_args(Level), data.get("verdict") or get_args(Level)[0]
+    reasons = cast("list[object]", data.get("reasons") or ["its file says so"])
+    texts = [text for text in reasons if isinstance(text, str)]
+    if said not in levels or texts != reasons:
         raise ValueError("the verdict is none, or its reasons are no texts")
     if levels.index(said) <= levels.index(found.level):
         return ()
     severity = "error" if said == levels[-1] else "warning"
-    return tuple(Message("unknown", text, severity) for text in reasons)
+    return tuple(Message("unknown", text, severity) for text in texts)
 
 
 def coded(text: str) -> Message:
