@@ -82,7 +82,7 @@ def test_the_wheel_holds_the_package_and_nothing_else(built):
 
 
 def test_the_wheel_is_small(built):
-    """Some 480 files of Python; half of it is documentation. A mistake that is named takes
+    """Some 440 files of Python; half of it is documentation. A mistake that is named takes
     2 kB."""
     assert built[0].stat().st_size < 1.285e6
 

@@ -49,8 +49,10 @@ def triangular(rows: Array, *, overwrite: bool = False) -> Array:
 
 def folded(factor: Array, rows: Array) -> Array:
     """Triangular factor (n, n) with `rows` (k, n) added."""
+    if len(rows) <= BLOCK:  # as single samples are, without the time of a slice
+        return lapack.dtpqrt(0, REFLECTORS, factor, rows)[0]
     for first in range(0, len(rows), BLOCK):
-        factor = lapack.dtpqrt(0, REFLECTORS, factor, rows[first : first + BLOCK])[0]
+        factor = folded(factor, rows[first : first + BLOCK])
     return factor
 
 
