@@ -25,6 +25,15 @@ def delayed(time, *stalls, apart=1e-4):
     return late
 
 
+def test_the_samples_beside_a_bunch_may_be_late_themselves():
+    time = STEP * np.arange(500)
+    arrived = delayed(time, (0.4005, 0.4305))
+    arrived[np.searchsorted(time, 0.4005) - 1] += 0.4 * STEP
+    found, moved = spread_bunches(arrived)
+    assert moved.sum() > 10
+    assert np.abs(found - time).max() < 0.5 * STEP
+
+
 @pytest.mark.parametrize(
     "stalls",
     [((0.4005, 0.4305),), ((0.2011, 0.2071),), ((0.3003, 0.3203), (0.3101, 0.3391))],
@@ -40,10 +49,15 @@ def test_bunches_are_spread_over_the_pause_before_them(stalls):
 
 
 def test_other_times_stay_as_they_are():
-    """With jitter, lost rows, a pause, pairs of samples, one of which was late, and bunches
-    without a pause."""
+    """With jitter, lost rows, a pause, pairs of samples, one of which was late, bunches
+    without a pause or after one that is longer than they last, and three at a time
+    throughout half of them."""
     rng, time = np.random.default_rng(1), STEP * np.arange(500)
     pairs = np.repeat(2.0 * time[:250], 2) + np.tile((0.0, 1e-5), 250)
+    missing = np.delete(delayed(time, (0.4005, 0.4305)), [199, 200])
+    late = 6e-3 * np.arange(1, 85)[:, None] - 1e-4 * np.arange(2, -1, -1)
+    end = 0.2 + late[-1, -1]
+    threes = np.concatenate((time[:101], 0.2 + late.ravel(), end + time[1:100]))
     crowded = np.insert(time, 250, time[249] + 1e-5 * np.arange(1, 9))
     for each in (
         time,
@@ -53,6 +67,8 @@ def test_other_times_stay_as_they_are():
         pairs,
         delayed(time, (0.2011, 0.2051)),
         crowded,
+        missing,
+        threes,
         time[:3],
     ):
         found, moved = spread_bunches(each)
