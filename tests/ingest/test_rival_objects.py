@@ -23,7 +23,7 @@ from hefting.ingest.rivals import (
 )
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
-from hefting.ingest.rivals.two_mistakes import Vibration
+from hefting.ingest.rivals.vibration import Vibration
 
 pytestmark = pytest.mark.usefixtures("same_poses")
 

@@ -1,5 +1,5 @@
-"""Curves through the poses of a recording, and fusion of the inertial sensors it has, a
-gyroscope and an accelerometer, as measured derivatives of the smooth curves.
+"""Fusion of a gyroscope and an accelerometer with the poses, as measured derivatives of
+the smooth curves.
 
 With q the orientation and R its matrix, a gyroscope measures dq/dt = q w / 2
 (quaternion product) and an accelerometer d²p/dt² = R f + g. Each sensor has a constant
@@ -12,23 +12,13 @@ This is done `CALIBRATION_ROUNDS` times.
 from dataclasses import dataclass, field, replace
 
 import numpy as np
-from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError
-from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
-from hefting.core.recording import Recording, Stream, block_starts
-from hefting.core.spatial import (
-    STANDARD_GRAVITY,
-    Array,
-    frozen,
-    in_sensor_axes,
-    rotation_matrices,
-    skew,
-)
-from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES, Observation
+from hefting.core.recording import Stream, block_starts
+from hefting.core.spatial import Array, in_sensor_axes, rotation_matrices, skew
+from hefting.motion.bspline import Observation
 from hefting.motion.curve import Curve, fresh_rows
-from hefting.motion.spline import SmoothedPoses, fit_poses
+from hefting.motion.spline import SmoothedPoses
 from hefting.motion.state import Motion
 
 CALIBRATION_ROUNDS = 3
@@ -329,63 +319,3 @@ def _format_vector(values: Array) -> str:
 
 def _format_delay(seconds: float) -> str:
     return f"{1e3 * abs(seconds):.1f} ms {'late' if seconds > 0 else 'early'}"
-
-
-@immutable
-class Curves:
-    """Smooth curves through the poses of a recording, and how they came about."""
-
-    poses: SmoothedPoses
-    alone: SmoothedPoses
-    """Of the poses without those sensors, whose clocks and axes are their own."""
-    source: str
-    """``"smooth"``, or ``"inertial"`` where a gyroscope or an accelerometer helped"""
-    notes: tuple[Message, ...]
-    """What was found of those sensors."""
-    warnings: tuple[Message, ...]
-
-
-def smooth_poses(
-    recording: Recording,
-    gravity: ArrayLike = STANDARD_GRAVITY,
-    alone: SmoothedPoses | None = None,
-) -> Curves:
-    """Fit smooth curves to the poses of a recording, and to its gyroscope and
-    accelerometer where it has them.
-
-    `gravity` (3,) in world axes [m/s²]; `alone`: the curves without those sensors,
-    where they were fitted before. Raises `InputError` for fewer than
-    `FEWEST_SEGMENT_SAMPLES` poses.
-    """
-    poses = _fit_recorded_poses(recording) if alone is None else alone
-    streams = recording.streams
-    accelerometer = streams.get("accelerometer") or streams.get("linear_accelerometer")
-    if accelerometer is None and "gyroscope" not in streams:
-        return Curves(poses, poses, "smooth", (), ())
-    gravity_removed = not recording.has("accelerometer")
-    fused, notes, warnings = fuse(
-        poses, frozen(gravity), streams.get("gyroscope"), accelerometer, gravity_removed
-    )
-    return Curves(fused, poses, "inertial" if notes else "smooth", notes, warnings)
-
-
-def _fit_recorded_poses(recording: Recording) -> SmoothedPoses:
-    """Smooth curves through the orientation and, where there is one, the position;
-    `InputError` for too few poses to differentiate."""
-    orientation, position = recording["orientation"], None
-    poses = len(orientation)
-    if recording.has("position"):
-        position = recording["position"]
-        # an empty position stream is left to the fit
-        poses = min(poses, len(position) or poses)
-    if poses < FEWEST_SEGMENT_SAMPLES:
-        raise InputError(
-            f"{poses} poses are too few to find velocities from",
-            where=recording.source,
-            fix="give a longer recording, or static poses without the time column",
-        )
-    if position is None:
-        return fit_poses(orientation.time, None, orientation.values)
-    return fit_poses(
-        orientation.time, position.values, orientation.values, position.time
-    )

@@ -11,7 +11,8 @@ from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.explanation import Explanation
 from hefting.ingest.rivals.judge import Judged, unexplained_share
-from hefting.ingest.rivals.two_mistakes import Vibration, judge, judge_alone
+from hefting.ingest.rivals.two_mistakes import judge, judge_alone
+from hefting.ingest.rivals.vibration import Vibration
 
 Said = TypeVar("Said", bound=str)
 LARGE_MASS_CHANGE = 0.03

@@ -39,8 +39,8 @@ LARGEST_SHARE = 100.0
 3 kg, of an object of 30 g. Of 2 it is gravity the wrong way round, which has no unknowns
 and is told instead."""
 ADDED = 0.25, 5.0
-"""Smallest and largest share of the object's weight that a controller is said to add:
-averages of a wrench weaken what a hand that trembles does as a payload of 0.17 does."""
+"""Smallest and largest share of the object's weight that a controller is said to add: a
+filter of 18 Hz and averages of 40 ms weaken what a trembling hand does as 0.17 does."""
 MOST_BY_TIME = 0.75
 """Share up to which time that runs fast is said to do the same: by up to 2 times, as of
 125 Hz taken for 100 Hz."""
