@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 from scipy.signal import butter, sosfilt
 
-from hefting.ingest.rivals import two_mistakes as vibration
-from hefting.ingest.rivals.two_mistakes import Vibration
+from hefting.ingest.rivals import vibration
+from hefting.ingest.rivals.vibration import Vibration
 
 AXES = np.array((1.0, 2.0, -2.0, 0.1, 0.0, -0.2))
 
