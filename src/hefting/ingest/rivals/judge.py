@@ -245,7 +245,7 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
 def _promising(case: Case, given: Explanation, candidates: Candidates) -> Candidates:
     """Those that may be told, by fewer averages where neighbouring ones tell the same."""
     stage = "looking for mistakes in the recording"
-    alike = correlation(given.fitted, given.fitted.best) / LEAST_CORRELATION
+    alike = correlation(given.fitted) / LEAST_CORRELATION
     nth = min(int(alike), len(case.time) // FEWEST_SAMPLES)
     if nth < 2:
         return tuple(each_of(stage, candidates))
@@ -296,7 +296,7 @@ def independent_samples(case: Case, other: Explanation) -> float:
     """How many samples count as independent, by what an explanation leaves."""
     fitted = other.fitted
     worth = max(float(case.worth.sum()), LEAST_WORTH * len(case.time))
-    return max(worth / correlation(fitted, fitted.best), 2.0)
+    return max(worth / correlation(fitted), 2.0)
 
 
 def cost_of(other: Explanation, samples: float) -> float:
@@ -353,7 +353,7 @@ def _is_preferable(
 
 def _is_white(fitted: RobustRows) -> bool:
     """Whether the residuals of the likeliest alternative are white noise."""
-    return correlation(fitted, fitted.best) < CLEAR_CORRELATION
+    return correlation(fitted) < CLEAR_CORRELATION
 
 
 def _simplest(
