@@ -13,7 +13,6 @@ from registries import PACKAGE, Copy
 ROOT = Path(__file__).parents[2]
 NOT_COMMANDS = {
     "__init__",
-    "ending",
     "options",
     "torques",
     "outputs",

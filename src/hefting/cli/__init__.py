@@ -82,11 +82,7 @@ methods and log formats."""
 
 def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of ``hefting``, with the arguments of the one command that is the
-    first of `words`.
-
-    `InputError` for a command that there is not, and for options the command does not
-    have.
-    """
+    first of `words`. `InputError` for an unknown command or option."""
     from hefting import __version__
 
     about = "Tells what a robot is holding: mass, centre of mass and inertia tensor."
@@ -210,7 +206,6 @@ def _option_of_a_method(name: str) -> str | None:
 
 
 def _option_of_a_format(name: str) -> str | None:
-    """Option of an argument that a log format takes; None where none takes it."""
     from hefting.logs.registry import all_options
 
     return option_of(name) if name in all_options() else None

@@ -9,21 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import option_of, render
 from hefting.cli.options import (
-    add_accept,
-    add_fill_inertia,
+    add_export,
     add_gravity,
-    add_json,
     add_mass,
     add_motion,
     add_output,
     add_part,
     add_recording,
     add_sensor_accuracy,
-    add_sensor_pose,
     add_shape,
     add_shape_details,
     add_tool,
-    add_verbose,
     add_wrench,
     check_output,
     fill_inertia_of,
@@ -89,14 +85,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     torques = parser.add_argument_group("joint torques in place of a wrench")
     add_torques(torques)
     add_empty(torques)
-    results = parser.add_argument_group("results")
-    add_sensor_pose(results)
-    add_accept(results)
-    add_fill_inertia(results)
+    add_export(parser.add_argument_group("results"))
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
-    """What most people need."""
     from hefting.estimators import default_method
 
     add_shape(parser)
@@ -115,8 +107,6 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     )
     add_output(parser, _formats)
     add_report(parser)
-    add_json(parser)
-    add_verbose(parser)
 
 
 def add_reading(log: argparse._ActionsContainer) -> None:
@@ -152,8 +142,6 @@ def add_hyperparameters(group: argparse._ActionsContainer) -> None:
 
 
 def _formats() -> str:
-    """Suffixes of files that can be written, with the format's name where its suffix
-    does not tell it."""
     from hefting.export import SUFFIXES
     from hefting.logs.registry import join_words
     from hefting.plots.style import FORMATS
@@ -166,8 +154,7 @@ def _formats() -> str:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identify, save what was asked for, and print the result; returns the exit
-    status."""
+    """Identify, save what was asked for, and print the result."""
     a = arguments
     require_shape(a)
     _check_outputs(a)
@@ -228,14 +215,12 @@ def _run_torques(a: argparse.Namespace) -> int:
 def _errors(
     known: "Truth | None", estimates: "dict[str, Estimate]", shape: "Shape | None"
 ) -> "dict[str, Errors]":
-    """Errors of the estimates, where the truth and the object's size are known."""
     if known is None or (known.extents is None and shape is None):
         return {}
     return {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
 
 
 def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
-    """Print results, of which `outputs` could be written; the exit status."""
     from hefting.cli.report import exit_status
 
     if a.json:
@@ -248,7 +233,6 @@ def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
 
 
 def _recordings(a: argparse.Namespace) -> "list[Recording]":
-    """The logs, read with the same options."""
     if a.poses and len(a.log) > 1:
         raise InputError("are those of one log", "--poses", "convert each log first")
     given: set[str] = set()
@@ -263,7 +247,6 @@ def _recordings(a: argparse.Namespace) -> "list[Recording]":
 def _note_shape(
     a: argparse.Namespace, estimates: "dict[str, Estimate]"
 ) -> "dict[str, Estimate]":
-    """The estimates, with the file of the shape in their provenance."""
     made = {}
     if a.shape or a.box:
         spec = a.shape or f"--box {a.box}"
@@ -279,7 +262,6 @@ def _identify(
     shape: "Shape | None",
     reading: dict[str, Any],
 ) -> "Comparison | Identification":
-    """By the method that was asked for, or by several."""
     settings = hyperparameters_of(a)
     names = [name.strip() for name in (a.method or "").split(",")]
     if len(names) > 1 or names[0].lower() == "all":
@@ -313,7 +295,6 @@ def _truth(path: str | None) -> "Truth | None":
 
 
 def _check_outputs(a: argparse.Namespace) -> None:
-    """`InputError` for an output that cannot or must not be written."""
     inputs = *a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
     check_report(a.report, *inputs)
     if not a.output:

@@ -92,27 +92,19 @@ def add_workers(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
-    """Where the sensor is on the robot's flange."""
+def add_export(parser: argparse._ActionsContainer) -> None:
+    """How files for simulators and robots are written."""
     parser.add_argument(
         "--sensor-pose-in-flange",
         metavar="POSE",
         help=f"controllers want flange axes: {POSE}",
     )
-
-
-def add_accept(parser: argparse._ActionsContainer) -> None:
-    """Whether to write what is not to be used."""
     parser.add_argument(
         "--accept",
         action="store_true",
         help="write files for simulators and robots even where the verdict is not to "
         "use the estimate",
     )
-
-
-def add_fill_inertia(parser: argparse._ActionsContainer) -> None:
-    """What to write in place of an inertia that is not known."""
     parser.add_argument(
         "--fill-inertia",
         metavar="shape|point",
@@ -150,7 +142,7 @@ def add_recording(
     count: str | None = None,
 ) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of
-    its kind. `count` is how many logs, as `argparse` names it; by default one."""
+    its kind. `count` is the `nargs` of `argparse`."""
     from hefting.logs.registry import formats, join_words
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
@@ -307,9 +299,8 @@ def read_recording(
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` for standard output, an output in no folder, one that is an input,
-    by whatever link, and would be overwritten, and one that is there and no regular
-    file."""
+    """`InputError` for an output that cannot be written, or would overwrite an
+    input."""
     if path == "-":
         raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():
@@ -326,7 +317,8 @@ def is_same(path: str, other: str) -> bool:
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:
-    """The shape, and where it is."""
+    """The shape, and where it is; for details see `add_shape_details`."""
+    parser.set_defaults(points=None, points_per_cm3=None)
     parser.add_argument(
         "--shape",
         metavar="FILE",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
-from hefting.cli.options import check_output
+from hefting.cli.options import add_json, add_verbose, check_output
 from hefting.cli.parser import say
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
@@ -126,17 +126,19 @@ def print_object(found: Any) -> None:
 
 
 def add_report(parser: argparse._ActionsContainer) -> None:
-    """Where the page goes."""
+    """What is told, and where the page goes."""
     parser.add_argument(
         "--report",
         metavar=f"FILE{SUFFIX}",
         help="write one page with everything to look at: numbers, wrench, object in 3D",
     )
+    add_json(parser)
+    add_verbose(parser)
 
 
 def check_report(path: str | None, *inputs: str | None) -> None:
-    """`InputError` for a page that cannot or must not be written,
-    `MissingDependencyError` without what draws it."""
+    """`InputError` for a page that cannot or must not be written;
+    `MissingDependencyError`."""
     if path is None:
         return
     if Path(path).suffix.lower() != SUFFIX:
@@ -172,7 +174,7 @@ def identified(
 
 
 def page_context(**known: Any) -> "Context":
-    """What a page shows beside what was found: the command, as one would type it, and
+    """What a page shows beside what was found: the command as one would type it, and
     what is `known` of the object."""
     from hefting.page import Context
 

@@ -67,7 +67,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_verbose(parser)
     add_shape(parser.add_argument_group("the object's shape"))
-    parser.set_defaults(points=None, points_per_cm3=None)
     _add_limits(parser.add_argument_group("limits"))
     _add_sensor(parser.add_argument_group("sensor"))
     search = parser.add_argument_group("search")
@@ -90,7 +89,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_limits(group: argparse._ActionsContainer) -> None:
-    """What the motion keeps to."""
     add_number(
         group,
         "--speed",
@@ -120,7 +118,6 @@ def _add_limits(group: argparse._ActionsContainer) -> None:
 
 
 def _add_sensor(group: argparse._ActionsContainer) -> None:
-    """What the sensor can."""
     group.add_argument(
         "--sensor-noise",
         metavar="FORCE,TORQUE",
@@ -156,8 +153,7 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Plan, save what was asked for, and print what is expected of it; returns the exit
-    status, that of `hefting predict` for an estimate not to be used."""
+    """Plan, save what was asked for, and print what is expected of it."""
     from hefting.cli.report import exit_status
 
     a = arguments
@@ -181,7 +177,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_outputs(a: argparse.Namespace) -> None:
-    """`InputError` for an output that cannot or must not be written."""
     from hefting.planning.files import FORMATS
     from hefting.plots.style import FORMATS as PICTURES
     from hefting.plots.style import picture_suffix
@@ -199,7 +194,6 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 
 def _require_joints(a: argparse.Namespace) -> None:
-    """`InputError` for a file that holds another number of joints than the plan."""
     from hefting.planning.files import JOINTS, require_joints
     from hefting.robots import Robot
 

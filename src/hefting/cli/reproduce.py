@@ -41,11 +41,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run what is not done yet, write tables, figures and the page, and say where."""
+    """Run what is not done yet, and say where the page is."""
     from hefting.reproduction import EXPERIMENTS, reproduce
-
-    if not arguments.list and find_spec("matplotlib") is None:
-        raise MissingDependencyError("matplotlib", "plot")  # before what takes long
 
     a = arguments
     if a.list:
@@ -53,5 +50,7 @@ def run(arguments: argparse.Namespace) -> None:
             text = f"{experiment.name:<14}{experiment.title} ({experiment.source})"
             print(fill(text, WIDTH - 1, subsequent_indent=14 * " "))
         return
+    if find_spec("matplotlib") is None:
+        raise MissingDependencyError("matplotlib", "plot")  # before what takes long
     path = reproduce(a.names, Path(a.output), a.quick, a.jobs, a.scheduler, show=True)
     wrote(path)

@@ -38,7 +38,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     shape = parser.add_argument_group("the object's shape")
     add_shape(shape)
-    parser.set_defaults(points=None, points_per_cm3=None)
     log = add_recording(
         parser,
         what="draw gravity, and the COM by least squares, of this recording as well",
@@ -92,7 +91,6 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _tool_beside(estimate: "Estimate | None") -> "Estimate | None":
-    """The tool that was subtracted for an estimate."""
     from hefting.core.estimate import Estimate
     from hefting.core.estimate_json import subtracted_tool
     from hefting.core.inertia import InertialParameters
@@ -110,7 +108,6 @@ def _of_log(a: argparse.Namespace, tool: "Estimate | None") -> "tuple[Estimate, 
 
 
 def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:
-    """How deep each COM is in the shape's convex hull, a line each."""
     from hefting.scene import com_reach, depth_of, headline_of
 
     lines = []

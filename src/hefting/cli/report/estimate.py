@@ -5,12 +5,11 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hefting.cli.parser import WIDTH, wrapped
+from hefting.cli.parser import output_width, wrapped
 from hefting.cli.report import Worth, aligned, other_warnings, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
@@ -59,9 +58,8 @@ def estimate_report(
     errors: "Errors | None" = None,
     verbose: bool = False,
 ) -> list[Line]:
-    """The answer on one screen: the verdict, what gives doubt, then mass, COM and
-    inertia at the COM beside intervals or standard deviations, and the truth, where
-    known; with `verbose` also what was found, assumed and checked."""
+    """The answer on one screen; with `verbose` also what was found, assumed and
+    checked."""
     verdict = estimate.verdict
     lines = [
         Line(text, "bold" if verdict.level == "good" else "yellow")
@@ -88,8 +86,8 @@ def estimate_report(
 def plain_errors(
     found: InertialParameters, truth: InertialParameters
 ) -> tuple[float, float]:
-    """Error of the mass [%] and distance of the COM [m], where the object's size, in
-    which others are told, is not known."""
+    """Error of the mass [%] and distance of the COM [m], where the size is not
+    known."""
     apart = np.linalg.norm(found.center_of_mass - truth.center_of_mass)
     return 100.0 * abs(found.mass / truth.mass - 1.0), float(apart)
 
@@ -147,25 +145,19 @@ def _describe_errors(errors: "Errors", verbose: bool) -> str:
 
 
 def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> None:
-    """Print on standard output, wrapped to the terminal; to `WIDTH` columns where there
-    is none.
+    """Print on standard output, wrapped to its `output_width`.
 
     `render` turns the library's way of naming its arguments into the reader's.
     Characters that control a terminal, as of a name in a file, are question marks.
     """
     takes_styles = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
     styled = sys.stdout.isatty() and takes_styles
-    width = _width()
+    width = output_width()
     for line in lines:
         text = "\n".join(map(printable, render(line.text).split("\n")))
         text = text if line.whole else wrapped(text, width)
         style = STYLES[line.style] if styled else ""
         print(f"{style}{text}\x1b[0m" if style else text)
-
-
-def _width() -> int:
-    """Columns of standard output."""
-    return get_terminal_size().columns if sys.stdout.isatty() else WIDTH
 
 
 def _table(
@@ -175,7 +167,7 @@ def _table(
     line after the rows `ends`. Without blanks beside its cells where it is too wide
     with them."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-    blank = " " if sum(widths) + 3 * len(widths) < _width() else ""
+    blank = " " if sum(widths) + 3 * len(widths) < output_width() else ""
 
     def ruled(left: str, line: str, between: str, right: str) -> Line:
         columns = (line * (width + 2 * len(blank)) for width in widths)
@@ -232,7 +224,6 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_recordings(estimate: Estimate) -> Iterable[str]:
-    """Each of several recordings, with the bias that it has."""
     each = estimate.provenance.get("recordings", ())
     if not each:
         return
@@ -309,7 +300,6 @@ def summary(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
-    """What a scale's reading did, if one was given."""
     if "sensor_gain" not in made:
         return
     gain = round(100.0 * made["sensor_gain"], 2)
@@ -320,7 +310,6 @@ def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
 
 
 def _describe_until(estimate: Estimate) -> str:
-    """How much of the recording it took to be as sure as was asked for."""
     made = estimate.provenance
     of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
     known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"

@@ -1,12 +1,11 @@
 """Inertials of a URDF as a person reads it: a line for each link that fails, and a
 count of the others."""
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.report.printing import warning_lines
+from hefting.cli.report.printing import bare_table, warning_lines
 from hefting.core.errors import printable
 from hefting.robots import LinkCheck, Repaired
 from hefting.robots.inertia_check import THINNEST_LENGTH
@@ -42,7 +41,7 @@ def inertias_report(repaired: Repaired, written: str | None = None) -> Group:
 
 
 def _table(failing: list[LinkCheck]) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = bare_table()
     table.add_column("link", overflow="fold")
     table.add_column("what fails", overflow="fold")
     table.add_column("by", justify="right", no_wrap=True)
@@ -53,7 +52,6 @@ def _table(failing: list[LinkCheck]) -> Table:
 
 
 def _legend(failing: list[LinkCheck]) -> list[Text]:
-    """What the last two columns are, and what the least tensor is."""
     lines = []
     if any(
         checked.change is not None and not checked.inertial.is_point
@@ -106,7 +104,6 @@ def _doubts(checks: list[LinkCheck]) -> list[str]:
 
 
 def _what_next(repaired: Repaired, written: str | None) -> list[Text]:
-    """What was written and what is left, or how to repair."""
     by_hand = listed((printable(c.link) for c in repaired.remaining), 10)
     lines = []
     if repaired.remaining:

@@ -119,8 +119,7 @@ def display_of(json: bool, render: Render) -> Display:
 
 
 def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
-    """An estimate in a line: when, state and verdict, mass, COM, how many samples, what
-    to do."""
+    """An estimate in a line, with the last message."""
     number = f" object {found.object}" if found.object > 1 else ""
     parts = [f"{found.time:.1f} s{number}: {found.state}"]
     if found.estimate is not None:

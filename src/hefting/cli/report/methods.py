@@ -32,8 +32,8 @@ MOMENTS = "Jxx, Jyy, Jzz\n10⁻³ kg m²"
 
 
 def methods_report(verbose: bool = False) -> Group:
-    """Every method: what it does, needs and is best for; with `verbose` also its source
-    and what its answer does not depend on."""
+    """Every method; with `verbose` also its source and what its answer does not depend
+    on."""
     known = describe_methods()
     table = Table(box=SIMPLE_HEAD, show_lines=True, pad_edge=False)
     for name in ("method", "what it does", "needs", "best for"):
@@ -67,9 +67,8 @@ def comparison_report(
     verbose: bool = False,
     truth: "InertialParameters | None" = None,
 ) -> Group:
-    """Methods as rows: mass, COM and inertia, each with how far it may be off; and
-    which one to trust. With `verbose` also residual, consistency, time, variants of
-    methods and what was assumed."""
+    """Methods as rows, and which one to trust; with `verbose` also variants of methods,
+    and what was assumed."""
     best = comparison.results[comparison.recommended]
     names = list(comparison.results if verbose else comparison.shown)
     lines: list[RenderableType] = [
@@ -93,7 +92,12 @@ def comparison_report(
     if not verbose:
         return Group(*lines, Text(MORE))
     lines.append(_checks(comparison, names))
-    lines += _explain_failures(comparison)
+    failed = {e.consistency.violated for e in comparison.results.values()}
+    lines += [
+        Text(f"no: {FAILURES[name]}: {text}")
+        for name, text in EXPLANATIONS.items()
+        if name in failed
+    ]
     if any(name in VARIANTS for name in names):
         lines.append(
             Text("names with a hyphen: variants, see hefting methods --verbose")
@@ -103,7 +107,6 @@ def comparison_report(
 
 
 def _answers(comparison: "Comparison", names: list[str]) -> Table:
-    """What each method found, and how sure it is."""
     table = plain_table("method", "mass\nkg", "COM x, y, z\nmm", MOMENTS)
     for name, following in zip(names, [*names[1:], None], strict=True):
         e = comparison.results[name]
@@ -123,7 +126,7 @@ def _answers(comparison: "Comparison", names: list[str]) -> Table:
 
 def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
     """How far mass [kg], COM [mm] and moments of inertia [10⁻³ kg m²] may be off, at
-    most, with 95 % probability; None where the method does not say."""
+    most, with 95 % probability."""
     if e.intervals is None:
         return None
     far = {
@@ -135,15 +138,12 @@ def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
 
 
 def _moments(e: "Estimate", reach: float | None) -> str:
-    """Moments of inertia at the COM, or that nothing determines them."""
     if e.undetermined.inertia_at_com.diagonal().any():
         return "open"
     return with_reach(1e3 * e.parameters.inertia_at_com.diagonal(), reach)
 
 
 def _checks(comparison: "Comparison", names: list[str]) -> Table:
-    """How well each method explains the wrench, whether a body can be as it says, and
-    how long it took."""
     table = plain_table("method", "residual\nN, N m", "consistent", "time\nms")
     noise = comparison.ingested.noise
     for name in names:
@@ -163,16 +163,6 @@ def _residual(e: "Estimate", noise: Array) -> str:
         return ""
     misfit = bool((r > UNEXPLAINED_RESIDUAL_RATIO * noise).any())
     return f"{'! ' if misfit else ''}{r[0]:.2g}, {r[1]:.2g}"
-
-
-def _explain_failures(comparison: "Comparison") -> list[Text]:
-    """What each condition means that a result fails, one line each."""
-    failed = {e.consistency.violated for e in comparison.results.values()}
-    return [
-        Text(f"no: {FAILURES[name]}: {EXPLANATIONS[name]}")
-        for name in EXPLANATIONS
-        if name in failed
-    ]
 
 
 def _errors_table(errors: "dict[str, Errors]") -> Table:
@@ -206,8 +196,7 @@ SHOWN = {"m": (1e3, "mm"), "kg m²": (1e3, "10⁻³ kg m²")}
 
 
 def agreement_report(agreement: Agreement) -> Iterable[Line]:
-    """Whether they agree, and which of the estimates are in doubt; then every quantity
-    with its 95 % interval, and how far the estimates are apart."""
+    """Whether they agree, and how far they are apart in every quantity."""
     largest = agreement.largest
     names = _short(list(agreement.values))
     between = f"{names[largest.first]} and {names[largest.second]}"
@@ -237,7 +226,6 @@ def agreement_report(agreement: Agreement) -> Iterable[Line]:
 
 
 def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
-    """Quantities as rows; of more than `MOST_COLUMNS` estimates, a row for each."""
     apart = np.max(list(agreement.apart.values()), axis=0)
     tall = len(names) > MOST_COLUMNS
     rows: list[list[str]] = []
@@ -264,8 +252,7 @@ def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
 
 
 def _interval(value: float, ends: Array) -> str:
-    """A value and how far its interval reaches at the farther end, with the digits that
-    this is worth."""
+    """A value and how far its interval reaches at the farther end."""
     half = float(np.abs(ends - value).max())
     if not np.isfinite(half):
         return "open"
