@@ -39,11 +39,11 @@ State = Literal["opening", "open", "silent", "lost", "ended", "failed"]
 
 
 class Pump:
-    """Reads a source in a thread of its own until the source ends or `close`.
+    """Reads a source in a thread of its own, which alone opens and closes it, until it
+    ends or `close`.
 
     Parameters
     ----------
-    source : is opened, read and closed by the thread alone.
     deliver : is given samples that were checked; must not wait for long.
     tell : is given messages on the connection, and what was chosen, as they come.
     patience : how long nothing may come at first before that is an error [s]; infinite
@@ -51,7 +51,6 @@ class Pump:
 
     Attributes
     ----------
-    state : of the connection.
     error : what ended it; None while nothing has, and where the source just ended.
     counts : samples delivered, and connections lost.
     """
@@ -126,15 +125,16 @@ class Pump:
                     self._deliver(good)
             if found:
                 self._heard()
-            elif self.counts["samples"] and self._is_silent():
+            elif (
+                self.counts["samples"]
+                and self.state == "open"
+                and time.monotonic() - self._came > SILENT
+            ):
                 self.state = "silent"
                 what = f"{self.source.name}: no samples for {SILENT:g} s"
                 self._tell(warning("source-silent", what))
             if not self.counts["samples"]:
                 self._check_silence(time.monotonic() - begin)
-
-    def _is_silent(self) -> bool:
-        return self.state == "open" and time.monotonic() - self._came > SILENT
 
     def _heard(self) -> None:
         before, self._came = self._came, time.monotonic()
