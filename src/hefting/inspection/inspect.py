@@ -29,7 +29,6 @@ from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
 from hefting.inspection.facts import (
     Movement,
-    StreamFacts,
     movement,
     stream_facts,
     wrench_facts,
@@ -121,7 +120,6 @@ def _inspection(
     gravity: Array,
     missing: dict[str, str],
 ) -> Inspection:
-    """The findings, without advice."""
     facts = identifiable = hint = None
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
     if found is None:
@@ -272,7 +270,6 @@ def _obstacles(found: Inspection) -> Iterator[str]:
 
 
 def _with_shape(found: Inspection) -> str:
-    """The command that identifies the object with its shape."""
     read = found.ingested
     tool = ["--tool", "TOOL"] if read is not None and read.tool is not None else []
     words = ["hefting", "identify", file_word(found.log), *tool, "--shape", "MESH"]
@@ -352,12 +349,11 @@ def _of_streams(found: Inspection) -> Iterator[str]:
         ):
             yield f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower"
         if facts.missing > SHARE:
-            yield _lost(what, facts)
-
-
-def _lost(what: str, facts: StreamFacts) -> str:
-    longest = f", for {facts.longest_gap:.2g} s at the longest" if facts.gaps else ""
-    return f"{_percent(facts.missing)} of the {what} are missing{longest}: check the network and the recorder's load"
+            longest = f", for {facts.longest_gap:.2g} s at the longest"
+            yield (
+                f"{_percent(facts.missing)} of the {what} are missing"
+                f"{longest if facts.gaps else ''}: check the network and the recorder's load"
+            )
 
 
 def _percent(share: float) -> str:

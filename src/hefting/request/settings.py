@@ -86,27 +86,21 @@ def reading_of(
     a: Any, gravity: "Gravity", recordings: "list[Recording]"
 ) -> dict[str, Any]:
     """How the recordings are to be read, as arguments of `hefting.identify`."""
+    from hefting.ingest.bias import tare
     from hefting.ingest.tool import load_tool
 
+    bias = bias_said(a.bias)
+    if isinstance(bias, list):  # six numbers for each
+        bias = [tare(recording, *bias) for recording in recordings]
     return {
         "gravity": gravity,
         "wrench": a.wrench,
-        "bias": _biases(a.bias, recordings),
+        "bias": bias,
         "motion": a.motion,
         "start": a.start,
         "duration": a.duration,
         "tool": load_tool(a.tool) if a.tool else None,
     }
-
-
-def _biases(text: str, recordings: "list[Recording]"):
-    """A bias of all recordings, or six numbers for each."""
-    from hefting.ingest.bias import tare
-
-    said = bias_said(text)
-    if isinstance(said, list):
-        return [tare(recording, *said) for recording in recordings]
-    return said
 
 
 def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
@@ -206,7 +200,6 @@ def require_shape(a: Any) -> None:
 
 
 def _box(a: Any, pose: "Array | None") -> "Shape":
-    """The box whose sides were given, about the origin of a pose."""
     from hefting.shapes import Shape
 
     for option, given in (("--shape", a.shape), ("--unit", a.unit)):
@@ -228,8 +221,7 @@ def _box(a: Any, pose: "Array | None") -> "Shape":
 
 
 def recording_of(a: Any, path: str, wrench_needed: bool = True) -> "Recording":
-    """The log at `path`, with poses by a URDF's kinematics where one is given, and of
-    the sensor where it is said to be elsewhere. `InputError` as `hefting.read_log`."""
+    """The log at `path`, `placed`. `InputError` as `hefting.read_log`."""
     return placed(a, logged(a, path, wrench_needed), path)
 
 
@@ -255,7 +247,7 @@ def sensor_pose_of(a: Any) -> "Array | None":
     pose, turned = a.sensor_pose_in_log, a.sensor_turned
     if turned is None:
         return pose_of(pose)
-    if pose is not None and turned is not None:
+    if pose is not None:
         raise InputError(
             "is given beside --sensor-pose-in-log",
             "--sensor-turned",
@@ -283,7 +275,6 @@ def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":
 
 
 def _own_options(path: str) -> "Mapping[str, tuple[str, str]]":
-    """Options that the format of a log has."""
     from hefting.logs.registry import find_format
 
     found = find_format(path)
