@@ -92,7 +92,7 @@ class Doubt:
 
     @property
     def messages(self) -> tuple[Message, ...]:
-        """All that is to be said."""
+        """Both."""
         return (self.message,) if self.second is None else (self.message, self.second)
 
     @property
@@ -107,15 +107,14 @@ class Doubt:
 
     def without_consequences(self, said: Iterable[Said]) -> tuple[Said, ...]:
         """Messages without those that a mistake which makes the answer wrong accounts
-        for: what they advise would not help."""
+        for."""
         if not self.makes_wrong:
             return tuple(said)
         return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
 
     @property
     def needs_no_change(self) -> bool:
-        """Whether a mistake explains the whole recording, so that no change of the
-        object is to be looked for in it."""
+        """Whether no change of the object is to be looked for in the recording."""
         return self.names_mistake and self.is_whole
 
 
@@ -144,7 +143,12 @@ def doubt_of(
         return None
     vibration = Vibration.of(case) if case.path.moves else None
     if vibration is not None and vibration.beside(noticed) <= 1.0:
-        return Doubt(_vibrates(vibration), False)
+        what = (
+            f"the wrench vibrates at {vibration.frequency:.2g} Hz, the force by "
+            f"{vibration.force:.2g} N, as on a compliant arm: it counts as noise; move "
+            "slower, or wait between moves, for narrower intervals"
+        )
+        return Doubt(warning("vibration", what), False)
     if judged.given is not None and case.path.moves:
         fitted = judged.given.fitted
         share = unexplained_share(case, fitted, case.level)
@@ -174,17 +178,7 @@ def _multiple(case: Case, judged: Judged, level: Array) -> float:
     return float(fitted.scale[fitted.best, 1] / level[1] / NOTICED_MULTIPLE)
 
 
-def _vibrates(vibration: Vibration) -> Message:
-    what = (
-        f"the wrench vibrates at {vibration.frequency:.2g} Hz, the force by "
-        f"{vibration.force:.2g} N, as on a compliant arm: it counts as noise; move slower, "
-        "or wait between moves, for narrower intervals"
-    )
-    return warning("vibration", what)
-
-
 def _is_negligible(judged: Judged, named: Explanation) -> bool:
-    """Whether a mistake of many unknowns explains next to nothing and changes nothing."""
     assert judged.given is not None
     mass, com = _changes(judged.given.vector, named.vector)
     return (
@@ -198,8 +192,7 @@ def _is_negligible(judged: Judged, named: Explanation) -> bool:
 def _named(
     judged: Judged, named: Explanation, held: str
 ) -> tuple[Message, Message | None]:
-    """The mistake, the one that is made at once if there is one, and how far off the
-    answer, about what is held, is with them."""
+    """The mistakes, and how far off the answer, about what is held, is with them."""
     assert judged.given is not None
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)

@@ -158,8 +158,8 @@ def judge_one(case: Case) -> Judged:
 
 
 def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
-    """What is found, unless it is not found beside a bias that drifts more freely, where
-    that explains part of the recording, too: a turn, a gain or a cable imitates it."""
+    """What is found, unless it is not found beside a bias that drifts more freely,
+    where that explains part of the recording, too."""
     found = _judge(case, candidates)
     named, given = found.named, found.given
     if named is None or given is None or not case.path.moves:
@@ -187,8 +187,8 @@ def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
 
 
 def _judge(case: Case, candidates: Candidates) -> Judged:
-    """Look for a mistake among those that are always looked for and those that are where
-    they may explain enough."""
+    """Look for a mistake among the candidates and those of other lists that may be
+    told."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
     if len(case.time) < fewest or case.poses < FEWEST_POSES:
         return Judged(0.0)
@@ -224,7 +224,10 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
         if (
             not is_too_heavy(other)
             and _is_told(case, given, other)
-            and _is_preferable(case, given, other, best)
+            and (
+                other.unknowns < best.unknowns
+                or evidence(case, given, other) >= evidence(case, given, best)
+            )
         ):
             both.append(other)
         other = None if other.alternative is None else other.alternative()
@@ -259,7 +262,6 @@ def _promising(case: Case, given: Explanation, candidates: Candidates) -> Candid
 
 
 def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> bool:
-    """Whether a mistake may be named by more averages than these."""
     if other is None or evidence(case, given, other) < 0.5 * POSSIBLE_EVIDENCE:
         return False
     if other.of_many_laws or other.alternative is not None:
@@ -274,8 +276,7 @@ def is_too_heavy(other: Explanation) -> bool:
 
 
 def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
-    """Whether the recording as given leaves what noise does not: much of the wrench's
-    changes, residuals that are no white noise, or what a small mistake would leave."""
+    """Whether the recording as given leaves what noise does not."""
     if share > LARGE_UNEXPLAINED:
         return True
     # static poses are few: a search costs little, and their noise is not known
@@ -309,7 +310,6 @@ def cost_of(other: Explanation, samples: float) -> float:
 
 
 def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
-    """Whether a mistake is to be named."""
     told = evidence(case, given, other)
     if not told > POSSIBLE_EVIDENCE:
         return False
@@ -343,16 +343,7 @@ def _is_explained(
     return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - needed) * before
 
 
-def _is_preferable(
-    case: Case, given: Explanation, other: Explanation, best: Explanation
-) -> bool:
-    """Whether one may be named in place of the best: it is simpler, or as likely."""
-    simpler = other.unknowns < best.unknowns
-    return simpler or evidence(case, given, other) >= evidence(case, given, best)
-
-
 def _is_white(fitted: RobustRows) -> bool:
-    """Whether the residuals of the likeliest alternative are white noise."""
     return correlation(fitted) < CLEAR_CORRELATION
 
 
