@@ -285,7 +285,6 @@ def calibrate_arm(
 
 
 def _noticed(recordings: Sequence[Recording]) -> list[Message]:
-    """What was found in logs as they were read and cleaned."""
     said = (each for log in recordings for each in (*log.warnings, *log.notes))
     return [each for each in said if isinstance(each, Message)]
 

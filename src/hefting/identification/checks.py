@@ -145,7 +145,6 @@ def _against_least_squares(checked: Checked) -> Iterable[Message]:
 
 
 def _scale_assumed(checked: Checked) -> Iterable[Message]:
-    """A scale of which nobody said how sure it is."""
     reading = getattr(checked.estimator, "mass", None)
     if not isinstance(reading, MassReading) or not reading.assumed:
         return []

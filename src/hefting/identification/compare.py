@@ -201,15 +201,8 @@ def recommend(
     shape: Shape | None,
     seen: dict[str, Ingested] | None = None,
 ) -> tuple[str, str]:
-    """Choose an estimate: the name of its method, and a sentence that gives the reason.
-
-    Parameters
-    ----------
-    results : estimates by method.
-    found : the recording as read and conditioned.
-    shape : of the object.
-    seen : the part of the recording that a method used, by method; by default all of it.
-    """
+    """Choose an estimate: the name of its method, and a sentence that gives the reason;
+    `seen` is the part of the recording that a method used, by default all of it."""
     bodies = {
         name: e
         for name, e in results.items()

@@ -139,7 +139,6 @@ def _against_the_rest(
     alone: dict[str, Estimate],
     of_sensor: SensorAccuracy,
 ) -> Contradiction:
-    """How a recording agrees with the rest of `parts`."""
     rest = [other for other in parts if other != name]
     others = rest[0] if len(rest) == 1 else OTHERS
     theirs = alone.get(rest[0]) if len(rest) == 1 else None

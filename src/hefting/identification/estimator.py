@@ -44,15 +44,8 @@ def estimator_for(
     hyperparameters: dict[str, Any],
 ) -> Estimator:
     """Create an estimator; hyperparameters that are not given follow from the recording
-    and the shape.
-
-    Parameters
-    ----------
-    kind : class of the method.
-    found : the recording as read and conditioned.
-    shape : of the object in the sensor frame.
-    hyperparameters : values by name. The value "shape" stands for `shape` itself where
-        the method takes one for that hyperparameter.
+    and the shape. The value "shape" stands for `shape` itself where the method takes one
+    for that hyperparameter.
 
     Raises `InputError` if the method needs what is not given, or has no such
     hyperparameter.
@@ -143,6 +136,15 @@ def require_its_bias(estimator: Estimator, found: Ingested) -> None:
         what = f"the wrench has a bias, which the {name} that is given does not find"
         fix = f"make it {name}(..., bias='estimate'), or give `bias`='none'"
         raise InputError(what, found.log, fix)
+
+
+def out_of_order(found: Ingested) -> InputError:
+    """That a recording's samples are gone, which a method needs in order."""
+    return InputError(
+        "an accuracy to stop at (`until`) needs the samples in order",
+        found.log,
+        "leave it out, or identify the recordings themselves",
+    )
 
 
 def state_of(estimator: Estimator, part: Ingested) -> State:

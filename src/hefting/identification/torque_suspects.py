@@ -171,7 +171,6 @@ def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
 
 
 def _without(runs: LoadedRuns, suspect: Suspect) -> LoadedRuns:
-    """The runs without a tilt, or with the zeros put right."""
     if suspect.kind == "tilt":
         given = runs.dynamics.gravity
         turned = given + suspect.theta

@@ -53,15 +53,9 @@ class Discontinuities:
 def find_discontinuities(
     time: Array, values: Array, limits: Limits
 ) -> Discontinuities | None:
-    """Samples of a stream of positions or orientations that cannot be reached from the
-    others; None where there are none.
-
-    Parameters
-    ----------
-    time : (K,) [s], increasing.
-    values : (K, 3) positions [m], or (K, 4) unit quaternions, of either sign.
-    limits : bounds on the motion.
-    """
+    """Samples that cannot be reached from the others, of positions (K, 3) [m] or unit
+    quaternions (K, 4) of either sign at increasing times (K,) [s]; None where there are
+    none."""
     if len(time) < FEWEST_HELD_ROWS:
         return None
     runs = Runs.of(time, values)
@@ -183,7 +177,6 @@ class Chain:
         return bool(self._steps.reaches(begin, end, first, last)[0])
 
     def _follow(self) -> None:
-        """Follow the chain with the largest score from its end."""
         self.reached = np.zeros(int(self._last[-1]) + 1, dtype=bool)
         p, jumps, trimmed = int(np.argmax(self._score)), [], []
         while p >= 0:

@@ -188,8 +188,6 @@ def _fuse_accelerometer(
 
 @dataclass(frozen=True)
 class _Calibration:
-    """Constant errors of an inertial sensor."""
-
     bias: Array = field(default_factory=lambda: np.zeros(3))
     """(3,) Bias in the sensor's unit."""
     clock: float = 0.0
