@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from hefting.shapes import Shape
 
 SUFFIX = ".html"
-"""Of a report."""
 STATUS_NOT_WRITTEN = 2
 """Exit status where an output that was asked for was left out, and nothing worse is to
 be told."""

@@ -268,7 +268,6 @@ def undetermined_by(
 def _less_what_is_known(
     open_: Undetermined, estimate: Estimate, size: float
 ) -> Undetermined:
-    """Without the numbers whose intervals are narrow."""
     if not open_:
         return open_
     mass, moments = estimate.parameters.mass, estimate.parameters.inertia_at_com

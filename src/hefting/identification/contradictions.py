@@ -150,7 +150,6 @@ def _against_the_rest(
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
-    """A quantity with its half interval and unit, as a reader takes it in."""
     unit = QUANTITIES[at][1]
     scale, unit = (MILLIMETRES, "mm") if unit == "m" else (1.0, unit)
     low, high = scale * agreement.intervals[name][:, at]

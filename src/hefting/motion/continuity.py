@@ -158,7 +158,6 @@ class Chain:
         self._score = score
 
     def _reached_from(self, p: int) -> Indices:
-        """The earlier pieces from which piece `p` is reached."""
         stalled = self._held[p - 1] and self._last[p] > self._first[p]
         earlier = np.arange(max(p - PIECES_LOOKED_BACK, 0), p - 1 + stalled)
         begin, end = self._first[earlier], self._last[earlier]

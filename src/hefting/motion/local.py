@@ -204,7 +204,6 @@ def inverse_bands(factor: Array, overlap: int, stretch: int = INVERSE_STRETCH) -
 def _invert_stretches(
     bands: Array, factor: Array, begins: Integers, overlap: int, stretch: int
 ) -> None:
-    """Fill in the `bands` of the stretches that begin at some coefficients."""
     n, count = factor.shape[1], len(begins)
     length = min(stretch + overlap, n)
     stop = np.minimum(begins + stretch + overlap, n)

@@ -111,12 +111,8 @@ def _typed(name: str, value: Any, kind: type) -> Value:
 
 def in_folder(options: Mapping[str, Value], folder: Path) -> dict[str, Value]:
     """The options with names of files that are relative to a folder."""
-    placed = dict(options)
-    for name in FILES:
-        value = placed.get(name)
-        if isinstance(value, str) and _names_file(name, value):
-            placed[name] = str(folder / value)
-    return placed
+    placed = {name: str(folder / path) for name, path in files_of(options).items()}
+    return {**options, **placed}
 
 
 def files_of(options: Mapping[str, Value]) -> dict[str, str]:

@@ -124,7 +124,6 @@ MAX_MESSAGE = 1_000_000
 humanoid ten thousand."""
 
 MAX_JOINTS = 1000
-"""Most joints of a sample."""
 
 MAX_QUEUED = 50_000
 """Most messages that wait for being read: ten seconds of all that a robot sends."""

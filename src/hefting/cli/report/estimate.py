@@ -10,12 +10,18 @@ from typing import TYPE_CHECKING, Any, Literal
 import numpy as np
 
 from hefting.cli.parser import output_width, wrapped
-from hefting.cli.report import Worth, aligned, other_warnings, verdict_lines
+from hefting.cli.report import (
+    Worth,
+    aligned,
+    other_warnings,
+    verdict_lines,
+    wrench_text,
+)
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
-from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_vector
 from hefting.core.summary import samples_told, sign_told
 
 if TYPE_CHECKING:
@@ -39,7 +45,6 @@ MENDED = {
 are told without --verbose."""
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
-"""How a terminal is told of each style."""
 
 
 @dataclass(frozen=True)
@@ -196,7 +201,7 @@ def _ten_of(p: InertialParameters) -> list[float]:
 
 
 def _ten(mass: float | Array, com: Array, inertia: Array) -> list[float]:
-    return [float(mass), *1e3 * com, *inertia[TENSOR_ROWS, TENSOR_COLUMNS]]
+    return [float(mass), *1e3 * com, *tensor_to_vector(inertia)]
 
 
 def assumptions(estimate: Estimate) -> Iterable[str]:
@@ -267,11 +272,8 @@ def _describe_torques(made: Mapping[str, Any]) -> str:
 
 def _describe_bias(bias: Array, on_sensor: bool) -> str:
     """The wrench bias found, with the sign of the recorded wrench."""
-    recorded = -bias if on_sensor else bias
-    force, torque = (
-        ", ".join(f"{x:.3g}" for x in part) for part in (recorded[:3], recorded[3:])
-    )
-    return f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m"
+    recorded = wrench_text(-bias if on_sensor else bias)
+    return f"wrench bias found with it, as recorded: {recorded}"
 
 
 def summary(estimate: Estimate) -> Iterable[str]:

@@ -31,7 +31,6 @@ FEWEST_DRIFT_FUNCTIONS = 4
 are looked for: up to third degree. There is one more for each distance between knots of
 the drift that is found later."""
 MOST_DRIFT_FUNCTIONS = 12
-"""Most of them."""
 LONGEST_CORRELATION = 20.0
 """[cells] Longest autocorrelation time that is believed."""
 
@@ -218,7 +217,6 @@ SENSOR_ERROR = 0.005
 """Error of a good sensor as a share of the wrench's changes, which averaging does not
 lessen."""
 MEDIAN_OF_NORMAL = 0.6745
-"""Median size of a standard normal number."""
 THIRD_DIFFERENCE = np.sqrt(20.0)
 """Standard deviation of the third difference of white noise of one."""
 SUSPICIOUS = 100.0
@@ -231,7 +229,6 @@ UNEXPLAINED_VARIANCE = 12.0
 looked for: a contact may be where one change explains little. In recordings of three
 real sensors it is 1 to 10."""
 FEWEST_CELLS_EACH_SIDE = 5
-"""Fewest cells on each side of a change."""
 
 
 def with_noise_scale(cells: Cells, rounding: Array) -> Cells:

@@ -138,11 +138,11 @@ def _columns_of_freed() -> Array:
     """(9, 6, 12) of the force's components and of their moments, by the entries (i, j)
     of the rotation to sensor axes."""
     columns = np.zeros((9, 6, 12))
-    for i in range(3):
-        for j in range(3):
-            columns[3 * i + j, i, j] = 1.0
-            # of a force along x_i at points along the three axes
-            columns[3 * i + j, 3:, 3 + 3 * j : 6 + 3 * j] = -skew(np.eye(3)[i])
+    columns[:, :3, :3] = np.eye(9).reshape(9, 3, 3)
+    for k in range(9):
+        i, j = divmod(k, 3)
+        # of a force along x_i at points along the three axes
+        columns[k, 3:, 3 + 3 * j : 6 + 3 * j] = -skew(np.eye(3)[i])
     return columns
 
 
