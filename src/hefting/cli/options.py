@@ -128,7 +128,7 @@ def fill_inertia_of(text: str | None, shape: "Shape | None") -> "Fill":
 
 
 def read_estimate(path: str) -> "Estimate":
-    """The estimate in a JSON file; in standard input for ``-``."""
+    """The estimate in a JSON file, or in standard input for ``-``."""
     from hefting.core.estimate import Estimate
 
     with input_file(path) as file:
@@ -290,7 +290,7 @@ def part_of(a: argparse.Namespace, recording: "Recording") -> "Recording":
 def read_recording(
     arguments: argparse.Namespace, wrench_needed: bool = True
 ) -> "Recording":
-    """The recording the arguments describe, from standard input for ``-``."""
+    """The recording the arguments describe."""
     from hefting.request.settings import recording_of
 
     with input_file(arguments.log) as path:

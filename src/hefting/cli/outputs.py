@@ -36,8 +36,7 @@ be told."""
 
 
 def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
-    """The outputs to write, without those that must not be: each is told on standard
-    error."""
+    """The outputs to write; those that must not be are told on standard error."""
     if not a.output:
         return []
     from hefting.export import REGISTRY, SUFFIXES
@@ -106,7 +105,7 @@ def draw_pictures(
     shape: "Shape | None",
     truth: "InertialParameters | None",
 ) -> dict[str, bytes]:
-    """The contents of those of the paths that are pictures; nothing is written."""
+    """The contents of those of the paths that are pictures."""
     wanted = [path for path in paths if is_picture(path)]
     if not wanted:
         return {}
@@ -181,8 +180,7 @@ def page_context(**known: Any) -> "Context":
 
 
 def no_output_format(path: str, known: "Iterable[str]") -> InputError:
-    """That a file to write has none of the `known` endings; a page has an option of its
-    own."""
+    """That a file to write has none of the `known` endings."""
     suffix = Path(path).suffix
     fix = f"use {', '.join(known)}"
     if not suffix:

@@ -285,10 +285,10 @@ def _less_what_is_known(
 def widened_covariance(
     estimate: Estimate, estimator: Estimator, found: Ingested
 ) -> Array | None:
-    """The method's own covariance; one of white noise alone is widened for coloured
-    residuals, and by the errors of gravity's size and of the tool; with gravity found
-    as well it is that of the fit which found it, as gravity's error is the larger part.
-    With a scale's reading it is that of the intervals."""
+    """The method's own covariance, or that of the intervals with a scale's reading. One
+    of white noise alone is widened for coloured residuals, and by the errors of
+    gravity's size and of the tool; with gravity found as well it is that of the fit
+    which found it, as gravity's error is the larger part."""
     white = estimator.covariance_of_white_noise
     weighed = "sensor_gain" in estimate.provenance
     if estimate.covariance is None or not white or weighed:

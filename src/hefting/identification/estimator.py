@@ -119,8 +119,8 @@ def accuracy_of(
 def shape_of(
     estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
 ) -> Shape | None:
-    """The estimator's own shape, if it is one of an object; `InputError` where another
-    shape, or hyperparameters, are given beside it."""
+    """The estimator's own shape, if it is one of an object; `InputError` where
+    something is given beside it."""
     own = getattr(estimator, "shape", None)
     for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
         what = f"`{name}` is given beside an estimator that is complete"

@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from hefting.core.accuracy import Accuracy
     from hefting.core.gravity import Gravity
-    from hefting.core.mass_reading import MassReading
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
     from hefting.core.spatial import Array
@@ -74,14 +73,6 @@ def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
         return SensorAccuracy.of(a.sensor_accuracy)
 
 
-def mass_of(a: Any) -> "MassReading | None":
-    """The scale's reading that was given; `InputError` names the option."""
-    from hefting.core.mass_reading import MassReading
-
-    with _naming("--mass"):
-        return MassReading.of(a.mass)
-
-
 def reading_of(
     a: Any, gravity: "Gravity", recordings: "list[Recording]"
 ) -> dict[str, Any]:
@@ -127,6 +118,7 @@ def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
 
 def hyperparameters_of(a: Any) -> dict[str, Any]:
     """Those that were given, by their names in the estimators."""
+    from hefting.core.mass_reading import MassReading
     from hefting.estimators import options
 
     settings = {
@@ -149,7 +141,8 @@ def hyperparameters_of(a: Any) -> dict[str, Any]:
     if a.sensor_accuracy is not None:
         settings["sensor_accuracy"] = sensor_accuracy_of(a)
     if a.mass is not None:
-        settings["mass"] = mass_of(a)
+        with _naming("--mass"):
+            settings["mass"] = MassReading.of(a.mass)
     if a.until is not None:
         settings["until"] = accuracy_of(a.until)
     return settings

@@ -18,11 +18,8 @@ WIDEST = 1000
 
 
 def print_report(report: Group, render: Callable[[str], str] = str) -> None:
-    """Print on standard output, no wider than its `output_width`.
-
-    `render` turns the library's way of naming its arguments into the reader's. A table
-    that is too wide has less space between its columns.
-    """
+    """Print on standard output, no wider than its `output_width`. `render` turns the
+    library's way of naming its arguments into the reader's."""
     width = output_width()
     for line in report.renderables:
         if isinstance(line, Text):

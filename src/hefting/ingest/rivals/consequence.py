@@ -122,8 +122,8 @@ def doubt_of(
     case: Case | None, *, with_tool: bool = False, pairs: bool = True
 ) -> Doubt | None:
     """The mistake in a recording, or that much of it is unexplained; None where neither
-    is, or none could be told. What is held includes a tool where one is known. Where one
-    mistake does not explain it, two at once are looked for if `pairs`."""
+    can be told. `with_tool`: a tool is held as well; `pairs`: two mistakes at once are
+    looked for where one does not explain it."""
     if case is None:
         return None
     judged = judge(case) if pairs else judge_alone(case)

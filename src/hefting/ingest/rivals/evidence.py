@@ -161,8 +161,7 @@ def missing(case: Case, fitted: RobustRows) -> float:
 
 
 def is_hopeless(case: Case, first: RobustRows, given: RobustRows) -> bool:
-    """Whether a mistake that is not fitted to the end yet explains next to nothing of
-    what the recording as given leaves unexplained: it will not be told then."""
+    """Whether a mistake that is not fitted to the end yet explains next to nothing."""
     most = min(LARGEST_LEFT * missing(case, given), case.most_left)
     return missing(case, first) > max(most, 2.0 * NEGLIGIBLE_UNEXPLAINED)
 

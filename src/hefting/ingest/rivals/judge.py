@@ -135,9 +135,9 @@ class Judged:
 
 
 def judge_one(case: Case) -> Judged:
-    """Look for a mistake where the recording as given is not explained by noise; where
-    none is found, beside a filter that makes the wrench as late as it is. A filter is
-    compared with such a one where that is likelier, as the answer will be corrected."""
+    """Look for a mistake where noise does not explain the recording; where none is
+    found, beside a filter that makes the wrench as late as it is. A filter is compared
+    with such a one where that is likelier, as the answer will be corrected."""
     found = _judge_beside_drift(case, EXPLANATIONS)
     is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
     if found.given is None or case.offset < SHORTEST_LAG:
@@ -271,7 +271,7 @@ def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> b
 
 def is_too_heavy(other: Explanation) -> bool:
     """Whether an explanation makes the object heavier than a wrist holds, or leaves it
-    so: then another mistake is to be found first."""
+    so."""
     return abs(other.vector[0]) > HEAVIEST_HELD
 
 

@@ -116,8 +116,7 @@ def judge_alone(case: Case) -> Judged:
 
 
 def judge(case: Case) -> Judged:
-    """Look for one mistake, and for two at once where one leaves much that is no
-    vibration."""
+    """Look for one mistake, and for two at once where one leaves much."""
     found = judge_alone(case)
     if found.given is None or not _is_worth_a_search(case, found, found.given):
         return found
