@@ -13,6 +13,7 @@ from registries import PACKAGE, Copy
 ROOT = Path(__file__).parents[2]
 NOT_COMMANDS = {
     "__init__",
+    "ending",
     "options",
     "torques",
     "outputs",

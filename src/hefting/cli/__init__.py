@@ -82,7 +82,11 @@ methods and log formats."""
 
 def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
     """The parser of ``hefting``, with the arguments of the one command that is the
-    first of `words`. `InputError` for an unknown command or option."""
+    first of `words`.
+
+    `InputError` for a command that there is not, and for options the command does not
+    have.
+    """
     from hefting import __version__
 
     about = "Tells what a robot is holding: mass, centre of mass and inertia tensor."

@@ -83,7 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run what is not done yet, and print what came of it."""
+    """Run what is not done yet, and print what came of it; returns the exit status."""
     from hefting.batches.batch import batch
     from hefting.cli.report.batch import batch_report
     from hefting.cli.report.estimate import print_lines
@@ -117,6 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_report(a: argparse.Namespace) -> None:
+    """`InputError` for results or a page that cannot be written so."""
     check_report(a.report)
     if Path(a.output).suffix.lower() in {".csv", ".parquet"}:
         fix = "name a folder, in which the table is recordings.parquet"
@@ -164,6 +165,7 @@ def _bar(quiet: bool) -> "Generator[Callable[[Progress], None], None, None]":
 
 
 def _given(a: argparse.Namespace) -> dict[str, Any]:
+    """Options that were given for all, by name."""
     from hefting.request.request import DEFAULTS, option_kinds
 
     values = {name: getattr(a, name, None) for name in option_kinds()}

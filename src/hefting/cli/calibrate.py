@@ -51,7 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identify what the empty gripper is, save it, and say how to use it."""
+    """Identify what the empty gripper is, save it, and say how to use it; returns the
+    exit status."""
     from hefting.cli.report import exit_status
     from hefting.cli.report.estimate import Line, estimate_report, print_lines
     from hefting.identification.identify import calibration

@@ -29,8 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check, repair if asked for, and print; exit status 3 where links are left that no
-    body can have."""
+    """Check, repair if asked for, and print; returns the exit status: 3 where links
+    are left that no body can have."""
     from hefting.cli.report import STATUS_DO_NOT_USE
     from hefting.cli.report.inertias import inertias_report
     from hefting.cli.report.printing import print_report

@@ -26,7 +26,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Compare, and print the table; exit status 3 where they contradict one another."""
+    """Compare, and print the table; returns the exit status, 3 where they contradict
+    one another."""
     from hefting.cli.report import STATUS_DO_NOT_USE
     from hefting.identification.agreement import Agreement
 

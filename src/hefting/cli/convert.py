@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Convert, and say what was read and chosen."""
+    """Convert, and say what was read and chosen; returns the exit status."""
     a = arguments
     if a.estimate is not None:
         return _run_with_estimate(a)
@@ -58,6 +58,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _run_plain(a: argparse.Namespace) -> None:
+    """Write the recording alone."""
     from hefting.logs import check_output as check_format
     from hefting.logs import write_log
     from hefting.logs.registry import find_writer
@@ -77,8 +78,8 @@ def _run_plain(a: argparse.Namespace) -> None:
 
 
 def _run_with_estimate(a: argparse.Namespace) -> int:
-    """The same with what was found from the recording, for a dashboard; the exit status
-    tells of an estimate that is not to be used."""
+    """Write the recording and what was found from it, for a dashboard; returns the exit
+    status, which tells of an estimate that is not to be used."""
     from hefting.cli.report import exit_status
     from hefting.dashboards import dashboard_for, replay_of, write_dashboard
 
@@ -101,6 +102,7 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
 
 
 def _tell_lost(streams: tuple[str, ...]) -> None:
+    """A warning of what the output does not hold."""
     if streams:
         names = ", ".join(name.replace("_", " ") for name in streams)
         _print([f"warning: not written, as the format cannot hold it: {names}"])
@@ -113,6 +115,7 @@ def _print(lines: list[str]) -> None:
 
 
 def _output_help() -> str:
+    """The suffixes that are written: of canonical tables, then of each other format."""
     from hefting.logs.registry import formats, join_words, table_formats
 
     tables = [suffix for each in table_formats() for suffix in each.written]
@@ -125,6 +128,7 @@ def _output_help() -> str:
 
 
 def _told(recording: "Recording") -> list[str]:
+    """What was read: streams with samples and rates, then notes and warnings."""
     rates = recording.rates()
     lasts = "static poses" if recording.static else f"{recording.duration:.6g} s"
     lines = [f"{recording.source}: {lasts}"]

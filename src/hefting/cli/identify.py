@@ -89,6 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
+    """What most people need."""
     from hefting.estimators import default_method
 
     add_shape(parser)
@@ -142,6 +143,8 @@ def add_hyperparameters(group: argparse._ActionsContainer) -> None:
 
 
 def _formats() -> str:
+    """Suffixes of files that can be written, with the format's name where its suffix
+    does not tell it."""
     from hefting.export import SUFFIXES
     from hefting.logs.registry import join_words
     from hefting.plots.style import FORMATS
@@ -154,7 +157,8 @@ def _formats() -> str:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identify, save what was asked for, and print the result."""
+    """Identify, save what was asked for, and print the result; returns the exit
+    status."""
     a = arguments
     require_shape(a)
     _check_outputs(a)
@@ -215,12 +219,14 @@ def _run_torques(a: argparse.Namespace) -> int:
 def _errors(
     known: "Truth | None", estimates: "dict[str, Estimate]", shape: "Shape | None"
 ) -> "dict[str, Errors]":
+    """Errors of the estimates, where the truth and the object's size are known."""
     if known is None or (known.extents is None and shape is None):
         return {}
     return {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
 
 
 def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
+    """Print results, of which `outputs` could be written; the exit status."""
     from hefting.cli.report import exit_status
 
     if a.json:
@@ -233,6 +239,7 @@ def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
 
 
 def _recordings(a: argparse.Namespace) -> "list[Recording]":
+    """The logs, read with the same options."""
     if a.poses and len(a.log) > 1:
         raise InputError("are those of one log", "--poses", "convert each log first")
     given: set[str] = set()
@@ -247,6 +254,7 @@ def _recordings(a: argparse.Namespace) -> "list[Recording]":
 def _note_shape(
     a: argparse.Namespace, estimates: "dict[str, Estimate]"
 ) -> "dict[str, Estimate]":
+    """The estimates, with the file of the shape in their provenance."""
     made = {}
     if a.shape or a.box:
         spec = a.shape or f"--box {a.box}"
@@ -262,6 +270,7 @@ def _identify(
     shape: "Shape | None",
     reading: dict[str, Any],
 ) -> "Comparison | Identification":
+    """By the method that was asked for, or by several."""
     settings = hyperparameters_of(a)
     names = [name.strip() for name in (a.method or "").split(",")]
     if len(names) > 1 or names[0].lower() == "all":
@@ -295,6 +304,7 @@ def _truth(path: str | None) -> "Truth | None":
 
 
 def _check_outputs(a: argparse.Namespace) -> None:
+    """`InputError` for an output that cannot or must not be written."""
     inputs = *a.log, a.shape, a.truth, a.bias, a.object_pose, a.map, a.urdf, a.tool
     check_report(a.report, *inputs)
     if not a.output:

@@ -3,15 +3,13 @@ sends."""
 
 import argparse
 import gc
-import os
-import signal
-import stat
-from collections.abc import Callable, Generator, Iterator
+from collections.abc import Callable, Generator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
+from hefting.cli.ending import interrupted_by_signals
 from hefting.cli.export import print_exported
 from hefting.cli.identify import add_hyperparameters
 from hefting.cli.options import (
@@ -78,10 +76,6 @@ ROLES = ("wrench", "pose", "joint", "imu")
 TOLD_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept", "live-failed")
 """Messages that say what the final answer is of, and what ended the live ones."""
 
-ENDS = ("SIGTERM", "SIGHUP")
-"""Signals that end it as Ctrl-C does, where there are such: as of ``timeout``, and of a
-terminal that is closed."""
-
 STEP = 0.2
 """Longest wait for an estimate before it is looked what the source does [s]."""
 
@@ -134,6 +128,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_results(parser: argparse.ArgumentParser) -> None:
+    """What is made of the final answer."""
     from hefting.export import SUFFIXES, TARGETS
     from hefting.logs.registry import join_words
 
@@ -147,6 +142,7 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_reading(group: argparse._ActionsContainer) -> None:
+    """How the stream is taken."""
     add_wrench(group, "auto, none, estimate or a JSON file")
     add_gravity(group)
     add_sensor_accuracy(group)
@@ -161,7 +157,8 @@ def _add_reading(group: argparse._ActionsContainer) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Show estimates until the source ends or Ctrl-C, then the final answer."""
+    """Show estimates until the source ends or Ctrl-C, then the final answer; returns
+    the exit status."""
     try:
         return _run(arguments)
     except MissingDependencyError as error:
@@ -252,41 +249,17 @@ def _follow(
     display: Any,
     view: "Callable[[LiveEstimate], None]",
 ) -> None:
-    """Show estimates until the source ends, or is to, by Ctrl-C or a signal."""
+    """Show estimates until the source ends, or Ctrl-C, or a request to end, such as
+    that of ``timeout``, or the terminal is closed."""
     from hefting.sources.live import with_skipped
 
-    with suppress(KeyboardInterrupt), _interrupted_by_signals():
+    with suppress(KeyboardInterrupt), interrupted_by_signals():
         while not pump.wait(0.0):
             found = identifier.wait(STEP)
             if found is not None:
                 found = with_skipped(found, pump.source)
                 display.show(found, pump)
                 view(found)
-
-
-@contextmanager
-def _interrupted_by_signals() -> Iterator[None]:
-    """Signals that ask for an end raise `KeyboardInterrupt` inside."""
-    asked = [getattr(signal, name) for name in ENDS if hasattr(signal, name)]
-    asked = [each for each in asked if signal.getsignal(each) != signal.SIG_IGN]
-    before = [signal.signal(each, _end) for each in asked]
-    try:
-        yield
-    finally:
-        for each, handler in zip(asked, before, strict=True):
-            if signal.getsignal(each) is _end:
-                signal.signal(each, handler)
-
-
-def _end(number: int, _: Any) -> None:
-    """End as Ctrl-C does; nothing is written to a terminal that was closed."""
-    if number != signal.SIGTERM:
-        signal.signal(number, signal.SIG_IGN)  # it may come again, from the shell
-        nowhere = os.open(os.devnull, os.O_WRONLY)
-        for output in (1, 2):
-            if stat.S_ISCHR(os.fstat(output).st_mode):
-                os.dup2(nowhere, output)
-    raise KeyboardInterrupt
 
 
 def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
@@ -326,6 +299,7 @@ def _whole(recorder: Any) -> Any:
 
 
 def _tell_record(recorder: Any) -> None:
+    """Say which files were written, and what is not in them."""
     say(f"wrote {', '.join(map(str, recorder.paths))}")
     for name, count in recorder.left_out.items():
         if count:
@@ -352,6 +326,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 
 def _request(a: argparse.Namespace) -> "Request":
+    """What is asked of the source."""
     from hefting.request.settings import recording_of
     from hefting.sources import Request
 
@@ -375,10 +350,12 @@ def _request(a: argparse.Namespace) -> "Request":
 
 
 def _is_live(source: str) -> bool:
+    """Whether a source is no log."""
     return "://" in source or source == "-"
 
 
 def _settings(a: argparse.Namespace) -> dict[str, Any]:
+    """Arguments of the live identifier."""
     settings = hyperparameters_of(a)
     settings |= {"gravity": gravity_of(a), "sign": a.wrench, "rate": a.rate}
     said = bias_said(a.bias)

@@ -142,7 +142,7 @@ def add_recording(
     count: str | None = None,
 ) -> "argparse._ArgumentGroup":
     """The log and what its format needs; returns the group of the latter, for more of
-    its kind. `count` is the `nargs` of `argparse`."""
+    its kind. `count` is how many logs, as `argparse` names it; by default one."""
     from hefting.logs.registry import formats, join_words
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
@@ -290,7 +290,7 @@ def part_of(a: argparse.Namespace, recording: "Recording") -> "Recording":
 def read_recording(
     arguments: argparse.Namespace, wrench_needed: bool = True
 ) -> "Recording":
-    """The recording the arguments describe."""
+    """The recording the arguments describe, from standard input for ``-``."""
     from hefting.request.settings import recording_of
 
     with input_file(arguments.log) as path:
@@ -299,8 +299,9 @@ def read_recording(
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` for an output that cannot be written, or would overwrite an
-    input."""
+    """`InputError` for standard output, an output in no folder, one that is an input,
+    by whatever link, and would be overwritten, and one that is there and no regular
+    file."""
     if path == "-":
         raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():

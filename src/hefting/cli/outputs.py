@@ -36,7 +36,8 @@ be told."""
 
 
 def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
-    """The outputs to write; those that must not be are told on standard error."""
+    """The outputs to write, without those that must not be: each is told on standard
+    error."""
     if not a.output:
         return []
     from hefting.export import REGISTRY, SUFFIXES
@@ -105,7 +106,7 @@ def draw_pictures(
     shape: "Shape | None",
     truth: "InertialParameters | None",
 ) -> dict[str, bytes]:
-    """The contents of those of the paths that are pictures."""
+    """The contents of those of the paths that are pictures; nothing is written."""
     wanted = [path for path in paths if is_picture(path)]
     if not wanted:
         return {}
@@ -135,8 +136,8 @@ def add_report(parser: argparse._ActionsContainer) -> None:
 
 
 def check_report(path: str | None, *inputs: str | None) -> None:
-    """`InputError` for a page that cannot or must not be written;
-    `MissingDependencyError`."""
+    """`InputError` for a page that cannot or must not be written,
+    `MissingDependencyError` without what draws it."""
     if path is None:
         return
     if Path(path).suffix.lower() != SUFFIX:
@@ -172,7 +173,7 @@ def identified(
 
 
 def page_context(**known: Any) -> "Context":
-    """What a page shows beside what was found: the command as one would type it, and
+    """What a page shows beside what was found: the command, as one would type it, and
     what is `known` of the object."""
     from hefting.page import Context
 
@@ -180,7 +181,8 @@ def page_context(**known: Any) -> "Context":
 
 
 def no_output_format(path: str, known: "Iterable[str]") -> InputError:
-    """That a file to write has none of the `known` endings."""
+    """That a file to write has none of the `known` endings; a page has an option of its
+    own."""
     suffix = Path(path).suffix
     fix = f"use {', '.join(known)}"
     if not suffix:

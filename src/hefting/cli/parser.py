@@ -61,8 +61,8 @@ class Parser(argparse.ArgumentParser):
         self._optionals.title = "common options"
 
     def parse_known_args(self, args=None, namespace=None):  # pyright: ignore
-        """As that of `argparse`, but what is too much is reported by the command that
-        has it."""
+        """As that of `argparse`, but for what is too much: it is reported by the
+        command it was given to."""
         found, rest = super().parse_known_args(args, namespace)
         if rest:
             self.error(f"too many arguments: {' '.join(rest)[:80]}")
@@ -85,7 +85,8 @@ class Parser(argparse.ArgumentParser):
 
     def check_options(self, words: Sequence[str], where: str = "") -> None:
         """`InputError` that names all of the `words` that are unknown options, each
-        with the one that was probably meant; and for a value that is empty."""
+        with the one that was probably meant, and `where` they are; and for a value that
+        is empty."""
         known = [name for name in self._option_string_actions if name.startswith("--")]
         unknown = []
         for last, word in zip(("", *words), words, strict=False):

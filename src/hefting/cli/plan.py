@@ -89,6 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_limits(group: argparse._ActionsContainer) -> None:
+    """What the motion keeps to."""
     add_number(
         group,
         "--speed",
@@ -118,6 +119,7 @@ def _add_limits(group: argparse._ActionsContainer) -> None:
 
 
 def _add_sensor(group: argparse._ActionsContainer) -> None:
+    """What the sensor can."""
     group.add_argument(
         "--sensor-noise",
         metavar="FORCE,TORQUE",
@@ -153,7 +155,8 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Plan, save what was asked for, and print what is expected of it."""
+    """Plan, save what was asked for, and print what is expected of it; returns the exit
+    status, that of `hefting predict` for an estimate not to be used."""
     from hefting.cli.report import exit_status
 
     a = arguments
@@ -177,6 +180,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_outputs(a: argparse.Namespace) -> None:
+    """`InputError` for an output that cannot or must not be written."""
     from hefting.planning.files import FORMATS
     from hefting.plots.style import FORMATS as PICTURES
     from hefting.plots.style import picture_suffix
@@ -194,6 +198,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 
 def _require_joints(a: argparse.Namespace) -> None:
+    """`InputError` for a file that holds another number of joints than the plan."""
     from hefting.planning.files import JOINTS, require_joints
     from hefting.robots import Robot
 

@@ -29,9 +29,9 @@ time."""
 
 
 class Display:
-    """One line on standard error, from `PATIENCE` on; erased at the end. `stages` are
-    expected in this order, with their typical share of the time; others are shown by
-    name alone."""
+    """One line on standard error, from `PATIENCE` on; erased at the end. It shows
+    `stage` until something is reported; `stages` are expected in this order, with their
+    typical share of the time, others are shown by their name alone."""
 
     def __init__(self, stage: str, stages: Mapping[str, float] = STAGES):
         total, begins = sum(stages.values()), accumulate(stages.values(), initial=0.0)

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run what is not done yet, and say where the page is."""
+    """Run what is not done yet, write tables, figures and the page, and say where."""
     from hefting.reproduction import EXPERIMENTS, reproduce
 
     a = arguments

@@ -91,6 +91,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _tool_beside(estimate: "Estimate | None") -> "Estimate | None":
+    """The tool that was subtracted for an estimate."""
     from hefting.core.estimate import Estimate
     from hefting.core.estimate_json import subtracted_tool
     from hefting.core.inertia import InertialParameters
@@ -108,6 +109,7 @@ def _of_log(a: argparse.Namespace, tool: "Estimate | None") -> "tuple[Estimate, 
 
 
 def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:
+    """How deep each COM is in the shape's convex hull, a line each."""
     from hefting.scene import com_reach, depth_of, headline_of
 
     lines = []

@@ -191,6 +191,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _simulate_torques(a: argparse.Namespace) -> None:
+    """Two runs with joint torques in place of a wrench."""
     from hefting.cli.simulated_files import beside, check_options, simulate_torques
     from hefting.simulation.scenario import mujoco_version
 

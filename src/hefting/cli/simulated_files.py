@@ -75,6 +75,7 @@ def read_back(
 
 
 def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
+    """The ``hefting identify`` command that reads the log back."""
     from scipy.spatial.transform import Rotation
 
     words = ["hefting", "identify", a.output]

@@ -109,6 +109,7 @@ def run(arguments: argparse.Namespace) -> None:
 def _session(
     a: argparse.Namespace,
 ) -> "tuple[Session, Playback, Recording, Settings]":
+    """The recording as read and understood, and what is to be shown at first."""
     from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest
     from hefting.request.request import reading_of_one
@@ -126,6 +127,7 @@ def _session(
 
 
 def _given(path: str | None) -> "dict[str, Estimate]":
+    """An estimate in a file, by a name that no method has."""
     from hefting.core.estimate import Estimate
 
     return {f"as in {Path(path).name}": Estimate.load(path)} if path else {}
@@ -134,6 +136,7 @@ def _given(path: str | None) -> "dict[str, Estimate]":
 def _settings(
     method: str | None, session: "Session", hyperparameters: dict[str, Any]
 ) -> "Settings":
+    """The method to begin with, and the hyperparameters that have controls."""
     from hefting.estimators import spelled
     from hefting.viewer import Settings
 
@@ -145,6 +148,7 @@ def _settings(
 
 
 def _check_output(a: argparse.Namespace) -> None:
+    """`InputError` for a player that cannot or must not be written."""
     if not a.save:
         return
     if Path(a.save).suffix.lower() not in (".html", ".htm"):

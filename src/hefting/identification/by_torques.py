@@ -285,6 +285,7 @@ def calibrate_arm(
 
 
 def _noticed(recordings: Sequence[Recording]) -> list[Message]:
+    """What was found in logs as they were read and cleaned."""
     said = (each for log in recordings for each in (*log.warnings, *log.notes))
     return [each for each in said if isinstance(each, Message)]
 
@@ -300,8 +301,8 @@ def _check_runs(
     samples: Sequence[TorqueSamples],
     known: Sequence[str] = (),
 ) -> None:
-    """`InputError` for a run that counts twice, or is among those `known` by their
-    digests, and as `require_arms_torques`."""
+    """`InputError` for a run that counts twice, of whatever names or among those
+    `known` by their digests, and as `require_arms_torques`."""
     digests = set(known)
     for log, own in zip(recordings, samples, strict=True):
         require_arms_torques(own, dynamics, log.source)

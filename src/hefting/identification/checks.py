@@ -145,6 +145,7 @@ def _against_least_squares(checked: Checked) -> Iterable[Message]:
 
 
 def _scale_assumed(checked: Checked) -> Iterable[Message]:
+    """A scale of which nobody said how sure it is."""
     reading = getattr(checked.estimator, "mass", None)
     if not isinstance(reading, MassReading) or not reading.assumed:
         return []
@@ -268,6 +269,7 @@ def undetermined_by(
 def _less_what_is_known(
     open_: Undetermined, estimate: Estimate, size: float
 ) -> Undetermined:
+    """Without the numbers whose intervals are narrow."""
     if not open_:
         return open_
     mass, moments = estimate.parameters.mass, estimate.parameters.inertia_at_com
@@ -285,10 +287,10 @@ def _less_what_is_known(
 def widened_covariance(
     estimate: Estimate, estimator: Estimator, found: Ingested
 ) -> Array | None:
-    """The method's own covariance, or that of the intervals with a scale's reading. One
-    of white noise alone is widened for coloured residuals, and by the errors of
-    gravity's size and of the tool; with gravity found as well it is that of the fit
-    which found it, as gravity's error is the larger part."""
+    """The method's own covariance; one of white noise alone is widened for coloured
+    residuals, and by the errors of gravity's size and of the tool; with gravity found
+    as well it is that of the fit which found it, as gravity's error is the larger part.
+    With a scale's reading it is that of the intervals."""
     white = estimator.covariance_of_white_noise
     weighed = "sensor_gain" in estimate.provenance
     if estimate.covariance is None or not white or weighed:

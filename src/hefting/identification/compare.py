@@ -201,8 +201,15 @@ def recommend(
     shape: Shape | None,
     seen: dict[str, Ingested] | None = None,
 ) -> tuple[str, str]:
-    """Choose an estimate: the name of its method, and a sentence that gives the reason;
-    `seen` is the part of the recording that a method used, by default all of it."""
+    """Choose an estimate: the name of its method, and a sentence that gives the reason.
+
+    Parameters
+    ----------
+    results : estimates by method.
+    found : the recording as read and conditioned.
+    shape : of the object.
+    seen : the part of the recording that a method used, by method; by default all of it.
+    """
     bodies = {
         name: e
         for name, e in results.items()
@@ -268,11 +275,15 @@ def explanation(name: str, bodies: dict[str, Estimate]) -> str:
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
+    """The first method of a role whose estimate is among `bodies`; None if there is
+    none."""
     names = (name for name, kind in METHODS.items() if kind.role == role)
     return next((name for name in names if name in bodies), None)
 
 
 def _is_outside(estimate: Estimate, found: Ingested, shape: Shape) -> bool:
+    """Whether a COM estimated without the shape is outside its hull by more than
+    `OUTSIDE` and three standard deviations."""
     variance = found.fit.covariance.diagonal()[1:4]
     if estimate.hull_margin is None or not np.isfinite(variance).all():
         return False

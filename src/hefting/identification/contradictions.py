@@ -139,6 +139,7 @@ def _against_the_rest(
     alone: dict[str, Estimate],
     of_sensor: SensorAccuracy,
 ) -> Contradiction:
+    """How a recording agrees with the rest of `parts`."""
     rest = [other for other in parts if other != name]
     others = rest[0] if len(rest) == 1 else OTHERS
     theirs = alone.get(rest[0]) if len(rest) == 1 else None
@@ -150,6 +151,7 @@ def _against_the_rest(
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
+    """A quantity with its half interval and unit, as a reader takes it in."""
     unit = QUANTITIES[at][1]
     scale, unit = (MILLIMETRES, "mm") if unit == "m" else (1.0, unit)
     low, high = scale * agreement.intervals[name][:, at]

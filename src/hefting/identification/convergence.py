@@ -44,8 +44,14 @@ class Convergence:
 
 
 def convergence(estimator: Estimator, found: Ingested, final: Estimate) -> Convergence:
-    """How the `final` estimate of a recording came about, as far as that was used; several
-    are seen one after the other."""
+    """How an estimate of a recording came about.
+
+    Parameters
+    ----------
+    estimator : that made it.
+    found : the recording as far as it was used; several are seen one after the other.
+    final : its estimate from all of that, which is the last one.
+    """
     seen, estimates = [], []
     last: Estimate | None = None
     for rows, state in _states(estimator, found):

@@ -44,8 +44,15 @@ def estimator_for(
     hyperparameters: dict[str, Any],
 ) -> Estimator:
     """Create an estimator; hyperparameters that are not given follow from the recording
-    and the shape. The value "shape" stands for `shape` itself where the method takes one
-    for that hyperparameter.
+    and the shape.
+
+    Parameters
+    ----------
+    kind : class of the method.
+    found : the recording as read and conditioned.
+    shape : of the object in the sensor frame.
+    hyperparameters : values by name. The value "shape" stands for `shape` itself where
+        the method takes one for that hyperparameter.
 
     Raises `InputError` if the method needs what is not given, or has no such
     hyperparameter.
@@ -119,8 +126,8 @@ def accuracy_of(
 def shape_of(
     estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
 ) -> Shape | None:
-    """The estimator's own shape, if it is one of an object; `InputError` where
-    something is given beside it."""
+    """The estimator's own shape, if it is one of an object; `InputError` where another
+    shape, or hyperparameters, are given beside it."""
     own = getattr(estimator, "shape", None)
     for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
         what = f"`{name}` is given beside an estimator that is complete"

@@ -153,6 +153,7 @@ def _possible(
 
 
 def _require_parts(estimator: Estimator, found: Ingested) -> None:
+    """`InputError` for a method that needs the samples themselves."""
     if estimator.asked is not None:
         raise out_of_order(found)
     if estimator.sampling is None:

@@ -63,6 +63,8 @@ def run(
 def _first_sufficient(
     estimator: Estimator, found: Ingested
 ) -> tuple[Estimate, Ingested]:
+    """The first sufficient estimate, one recording after the other, and the recordings
+    as far as they were used."""
     assert estimator.asked is not None
     before, estimate, parts = estimator.start(), None, []
     samples = [taken(estimator, part) for part in found.recordings]
@@ -127,8 +129,8 @@ def _with_stop_reason(
     whole: Sequence[Measurements],
     static: bool,
 ) -> Estimate:
-    """`estimate` with how much it has `seen` of the `whole` recordings, and a warning
-    where it does not suffice."""
+    """`estimate` with how much it has `seen` of the `whole` recordings in its
+    provenance, and a warning where it does not suffice."""
     assert estimate.accuracy is not None
     if static:
         used, of, unit = sum(map(len, seen)), sum(map(len, whole)), "poses"

@@ -42,10 +42,10 @@ def of_suspect(
     sources: Sequence[str],
     calibrated: bool = False,
 ) -> list[Message]:
-    """What of the runs is another than it is said to be, as severe as the payload's
-    parameters are then others beside the half widths (10,) of their intervals.
-    `sources` name the loaded runs; an arm that was calibrated has the gravity of its
-    calibration."""
+    """What of the runs is another than it is said to be, as a message that is as severe
+    as the payload's parameters are then others: `half` (10,) half widths of their
+    intervals. `sources` are the names of the loaded runs. An arm that was calibrated has
+    the gravity of its calibration."""
     if suspect is None:
         return []
     # what the samples leave open has no interval
@@ -171,6 +171,7 @@ def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
 
 
 def _without(runs: LoadedRuns, suspect: Suspect) -> LoadedRuns:
+    """The runs without a tilt, or with the zeros put right."""
     if suspect.kind == "tilt":
         given = runs.dynamics.gravity
         turned = given + suspect.theta

@@ -61,6 +61,7 @@ class Poses:
         return cls(*check_poses(times, position, orientation))
 
     def __getitem__(self, index: slice) -> "Poses":
+        """The samples of a slice."""
         position = None if self.position is None else self.position[index]
         return Poses(self.time[index], position, self.orientation[index])
 
@@ -199,6 +200,7 @@ def _check_finite(name: str, time: Array, values: Array | None) -> None:
 
 
 def _check_later(last: float, new: float, name: str) -> None:
+    """`InputError` unless a sample comes later than those before."""
     if not new > last:
         what = f"{name} {new:.9g} s is not later than {last:.9g} s before it"
         raise InputError(what, "Live.update", "give each sample once, in order")

@@ -86,6 +86,7 @@ class Inspection:
     """the recording as an identification would take it; None where it cannot be"""
 
     def __repr__(self) -> str:
+        """The verdict, what was found, and what to do next, a line each."""
         said = (*self.verdict.reasons, *self.findings, *self.advice)
         return "\n- ".join((f"{self.log}: {self.verdict}", *said))
 

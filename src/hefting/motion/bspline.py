@@ -231,6 +231,7 @@ class Observation:
         return median(np.diff(self.time))
 
     def __getitem__(self, index: Mask) -> Self:
+        """The samples chosen by a mask (K,)."""
         return replace(self, time=self.time[index], values=self.values[index])
 
 

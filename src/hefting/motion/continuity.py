@@ -53,9 +53,15 @@ class Discontinuities:
 def find_discontinuities(
     time: Array, values: Array, limits: Limits
 ) -> Discontinuities | None:
-    """Samples that cannot be reached from the others, of positions (K, 3) [m] or unit
-    quaternions (K, 4) of either sign at increasing times (K,) [s]; None where there are
-    none."""
+    """Samples of a stream of positions or orientations that cannot be reached from the
+    others; None where there are none.
+
+    Parameters
+    ----------
+    time : (K,) [s], increasing.
+    values : (K, 3) positions [m], or (K, 4) unit quaternions, of either sign.
+    limits : bounds on the motion.
+    """
     if len(time) < FEWEST_HELD_ROWS:
         return None
     runs = Runs.of(time, values)
@@ -158,6 +164,7 @@ class Chain:
         self._score = score
 
     def _reached_from(self, p: int) -> Indices:
+        """The earlier pieces from which piece `p` is reached."""
         stalled = self._held[p - 1] and self._last[p] > self._first[p]
         earlier = np.arange(max(p - PIECES_LOOKED_BACK, 0), p - 1 + stalled)
         begin, end = self._first[earlier], self._last[earlier]
@@ -176,6 +183,7 @@ class Chain:
         return bool(self._steps.reaches(begin, end, first, last)[0])
 
     def _follow(self) -> None:
+        """Follow the chain with the largest score from its end."""
         self.reached = np.zeros(int(self._last[-1]) + 1, dtype=bool)
         p, jumps, trimmed = int(np.argmax(self._score)), [], []
         while p >= 0:

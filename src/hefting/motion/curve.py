@@ -141,9 +141,15 @@ class Curve:
         near: Smoothness | None = None,
     ) -> "Curve":
         """Fit the curve to samples of a signal, none of them a repeat of the one
-        before, then of its derivatives, up to the `end` [s] to which the last value is
-        known. `name` is that of the signal in errors; only the neighbourhood of a
-        smoothness that is `near` is searched.
+        before, and of its derivatives.
+
+        Parameters
+        ----------
+        data : the samples, then measured derivatives.
+        name : what the signal is, for error messages.
+        end : [s] time to which the last value is known.
+        near : an approximate smoothness, as that of a fit without the derivatives; only
+            its neighbourhood is searched.
         """
         smoothness, h, dt, normal = tune(data, ORDERS, name, near)
         if normal is None or end > data[0].time[-1]:

@@ -198,8 +198,15 @@ class Track:
         )
 
     def block(self, values: Array, steady: Steady) -> "Track":
-        """Update with samples (K, d) at the constant spacing of the settled filter, where
-        that `is_steady`: as by K calls of `step`, up to rounding."""
+        """Update with many samples at constant spacing, while the gains are constant.
+
+        Parameters
+        ----------
+        values : (K, d) samples.
+        steady : the settled filter for their spacing; see `is_steady`.
+
+        Returns what K calls of `step` return, up to rounding.
+        """
         states = self._filtered_states(values, steady)
         innovations = (values - states[:, 0]) * steady.surplus
         past = np.concatenate((self.past, states[:, :OUTPUT_STATES]))

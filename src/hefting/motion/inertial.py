@@ -188,6 +188,8 @@ def _fuse_accelerometer(
 
 @dataclass(frozen=True)
 class _Calibration:
+    """Constant errors of an inertial sensor."""
+
     bias: Array = field(default_factory=lambda: np.zeros(3))
     """(3,) Bias in the sensor's unit."""
     clock: float = 0.0
@@ -218,8 +220,11 @@ def _average_fast_readings(stream: Stream) -> Stream:
 def _synchronise(
     poses: SmoothedPoses, stream: Stream, delay: float
 ) -> tuple[Stream, Motion]:
-    """The readings at the times they were measured, by the clock's `delay` [s], and the
-    motion then, where it is known."""
+    """The readings at the times they were measured, and the motion at these times.
+
+    Times are corrected for `delay` [s]. Readings where the motion is not known are left
+    out.
+    """
     time = stream.time - delay
     stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
     motion = poses.at(stream.time, spread=False)
@@ -236,8 +241,8 @@ def _refit(
     round_: int,
 ) -> Curve:
     """A curve fitted again to its samples, and to derivatives z (L, d) of them at times
-    (L,) [s], each of a `variance`; its smoothness is searched near that of `curve`, in
-    round 0 everywhere."""
+    (L,) [s], each of a `variance`; its smoothness is searched everywhere in round 0,
+    later near that of `curve`."""
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
     return Curve.through((samples, rates), name, samples.time[-1], near)

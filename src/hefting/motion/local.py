@@ -103,9 +103,16 @@ def is_white(residual: Array) -> bool:
 def fit_locally(
     normal: Normal, found: Smoothness, dt: float, floor: float
 ) -> LocalSmoothness | None:
-    """Fit with a local penalty, starting from the most likely global smoothness, of any
-    order, at sampling interval `dt` [s]; None where the normal equations, whose pilot is
-    replaced, cannot be solved. `floor` bounds the variance of a sample from below."""
+    """Fit with a local penalty, starting from a global smoothness; None where the
+    normal equations cannot be solved.
+
+    Parameters
+    ----------
+    normal : normal equations; their pilot is replaced.
+    found : the most likely global smoothness, of any order.
+    dt : [s] sampling interval.
+    floor : lower bound of the variance of a sample.
+    """
     m, knots = LOCAL_ORDER, normal.knots
     start = Smoothness(m, found.bandwidth, found.variance, found.log_likelihood)
     variance, d = found.variance, 3
@@ -204,6 +211,7 @@ def inverse_bands(factor: Array, overlap: int, stretch: int = INVERSE_STRETCH) -
 def _invert_stretches(
     bands: Array, factor: Array, begins: Integers, overlap: int, stretch: int
 ) -> None:
+    """Fill in the `bands` of the stretches that begin at some coefficients."""
     n, count = factor.shape[1], len(begins)
     length = min(stretch + overlap, n)
     stop = np.minimum(begins + stretch + overlap, n)

@@ -221,7 +221,8 @@ def nearest_rows(time: Array, at: Array) -> NDArray[np.intp]:
 def _rejection_messages(
     counts: Array, kept: Mask, of: str
 ) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
-    """Warnings and notes of samples outside the time of the poses."""
+    """Warnings and notes of samples outside the time of the poses; a warning where they
+    are many."""
     if kept.all():
         return (), ()
     left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
@@ -234,8 +235,12 @@ def _from_motion(
     recording: Recording, wrench: Stream, motion: Motion, g_world: Array
 ) -> tuple[Measurements, Motion, NDArray[np.integer], str | None]:
     """Measurements of a smoothed or filtered motion at the wrench samples, their motion
-    and rows; and without a position the source of the acceleration, a key of
-    `DESCRIPTIONS`, else None."""
+    and their rows.
+
+    Without a position the acceleration is that of the accelerometer or, without that,
+    zero; the last value is then the source of the motion, a key of `DESCRIPTIONS`, else
+    None.
+    """
     g, source = in_sensor_axes(motion.orientation, g_world), None
     a = motion.linear_acceleration
     if a is None and recording.has("accelerometer"):
@@ -255,6 +260,7 @@ def _from_motion(
 def _static_measurements(
     wrench: Stream, orientation: Array, g_world: Array
 ) -> Measurements:
+    """Static poses: gravity turned into sensor axes, no motion."""
     g = in_sensor_axes(orientation, g_world)
     zero = np.zeros_like(g)
     return Measurements(
@@ -301,6 +307,7 @@ def _read_at(at: Array, stream: Stream) -> Array:
 
 
 def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measurements:
+    """Motion from the log's own twist and acceleration columns, given in world axes."""
     for name in TWIST:  # names what is missing
         stream = recording[name]
         if stream.time[0] > wrench.time[0] or stream.time[-1] < wrench.time[-1]:
@@ -328,6 +335,8 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
 
 
 def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
+    """Motion as a live filter gives it (tuned on the same recording), and the wrench at
+    its instants."""
     orientation = recording["orientation"]
     time, values, position = orientation.time, orientation.values, None
     if recording.has("position"):

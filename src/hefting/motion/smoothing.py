@@ -51,6 +51,8 @@ def smooth_poses(
 
 
 def _fit_recorded_poses(recording: Recording) -> SmoothedPoses:
+    """Smooth curves through the orientation and, where there is one, the position;
+    `InputError` for too few poses to differentiate."""
     orientation, position = recording["orientation"], None
     poses = len(orientation)
     if recording.has("position"):

@@ -70,6 +70,7 @@ class Motion:
         freeze(self, *self._arrays)
 
     def __getitem__(self, index: slice | NDArray) -> Self:
+        """The samples chosen by a slice, a mask (K,) or an index array."""
         return replace(self, **{k: own[index] for k, own in self._arrays.items()})
 
     @property
@@ -226,6 +227,7 @@ def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
 
 
 def _with_jumps(std: Array, jump_std: Array | None) -> Array:
+    """(K,) standard deviation of both together."""
     return std if jump_std is None else np.hypot(std, jump_std)
 
 

@@ -134,6 +134,7 @@ class Likelihood:
 def _next(
     tried: dict[float, Smoothness], low: float, high: float, step: float
 ) -> float:
+    """Where the maximum should be, going by the best and its neighbours."""
     at = sorted(tried)
     scores = [tried[x].log_likelihood for x in at]
     k = int(np.argmax(scores))

@@ -13,8 +13,8 @@ RATE = 100.0
 
 
 def noise_of(a: Any) -> "tuple[Noise | None, float]":
-    """The noise of a sample, as given or of a recording, and the samples a second [Hz];
-    None where neither was given."""
+    """The noise of a sample that was given, or that of a recording, and how many
+    samples there will be a second [Hz]; None where neither was given."""
     from hefting.core.measurements import Noise
 
     rate = RATE if a.rate is None else a.rate

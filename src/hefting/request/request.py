@@ -61,8 +61,8 @@ def option_kinds() -> dict[str, type]:
 
 
 def canonical_name(name: str) -> str:
-    """The option that is meant by a name in any spelling; the name itself where there
-    is no such option."""
+    """The option that is meant by a name, with dashes or underscores, or by another
+    name of it; the name itself where there is no such option."""
     plain = name.strip().lstrip("-").replace("-", "_").lower()
     return ALSO.get(plain, plain)
 
@@ -88,6 +88,7 @@ def said(options: Mapping[str, Any]) -> dict[str, Value]:
 
 
 def _typed(name: str, value: Any, kind: type) -> Value:
+    """A value as the type of its option."""
     if not isinstance(value, str | int | float | list | tuple):
         what = f"is a {type(value).__name__}, not a text or a number"
         raise InputError(what, name, "give it as it is typed: the name of a file, say")
@@ -126,6 +127,7 @@ def files_of(options: Mapping[str, Value]) -> dict[str, str]:
 
 
 def _names_file(name: str, value: str) -> bool:
+    """Whether a value of an option in `FILES` names a file."""
     if name == "shape":
         return not value.lower().startswith("box:")
     if name == "bias":
@@ -167,8 +169,11 @@ def reading_of_one(request: Any, recording: Any) -> dict[str, Any]:
 
 
 def check_request(request: SimpleNamespace) -> None:
-    """`InputError` for what is wrong whatever the recording. What is only wrong without
-    something else, as a hull without a shape, is not."""
+    """`InputError` for what is wrong whatever the recording: words that mean nothing,
+    numbers that cannot be, and files that are not there or are not what they should.
+
+    What is only wrong without something else, as a hull without a shape, is not.
+    """
     from hefting.estimators import method_named
     from hefting.ingest.ingest import check_convention
     from hefting.motion.measure import check_source
@@ -190,6 +195,8 @@ def check_request(request: SimpleNamespace) -> None:
 
 
 def _check_files(a: Any) -> None:
+    """Those that say how a recording is read, and what is subtracted; and the pose of
+    the sensor, a file or numbers."""
     from hefting.ingest.tool import load_tool
     from hefting.logs.column_map import load_map
     from hefting.logs.sensor_pose import sensor_turned

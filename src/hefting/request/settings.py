@@ -193,6 +193,7 @@ def require_shape(a: Any) -> None:
 
 
 def _box(a: Any, pose: "Array | None") -> "Shape":
+    """The box whose sides were given, about the origin of a pose."""
     from hefting.shapes import Shape
 
     for option, given in (("--shape", a.shape), ("--unit", a.unit)):
@@ -214,7 +215,8 @@ def _box(a: Any, pose: "Array | None") -> "Shape":
 
 
 def recording_of(a: Any, path: str, wrench_needed: bool = True) -> "Recording":
-    """The log at `path`, `placed`. `InputError` as `hefting.read_log`."""
+    """The log at `path`, with poses by a URDF's kinematics where one is given, and of
+    the sensor where it is said to be elsewhere. `InputError` as `hefting.read_log`."""
     return placed(a, logged(a, path, wrench_needed), path)
 
 
@@ -268,6 +270,7 @@ def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":
 
 
 def _own_options(path: str) -> "Mapping[str, tuple[str, str]]":
+    """Options that the format of a log has."""
     from hefting.logs.registry import find_format
 
     found = find_format(path)

@@ -39,11 +39,11 @@ State = Literal["opening", "open", "silent", "lost", "ended", "failed"]
 
 
 class Pump:
-    """Reads a source in a thread of its own, which alone opens and closes it, until it
-    ends or `close`.
+    """Reads a source in a thread of its own until the source ends or `close`.
 
     Parameters
     ----------
+    source : is opened, read and closed by the thread alone.
     deliver : is given samples that were checked; must not wait for long.
     tell : is given messages on the connection, and what was chosen, as they come.
     patience : how long nothing may come at first before that is an error [s]; infinite
@@ -51,6 +51,7 @@ class Pump:
 
     Attributes
     ----------
+    state : of the connection.
     error : what ended it; None while nothing has, and where the source just ended.
     counts : samples delivered, and connections lost.
     """

@@ -67,6 +67,7 @@ class PlayedLog(NamedSource):
         """Stop; nothing is held."""
 
     def _due(self) -> float:
+        """The time up to which samples are due [s]."""
         assert self._recording is not None
         if np.isinf(self._request.speed):
             return float(self._done + STEP)

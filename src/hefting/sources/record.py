@@ -133,6 +133,7 @@ class Recorder:
         self._file.write(groups)
 
     def _hold_halves(self, streams: dict[str, Stream]) -> None:
+        """Let halves of poses wait whose other half may still come."""
         both = min(self._latest.get(name, -np.inf) for name in POSES)
         for name in set(POSES) & set(streams):
             own = streams.pop(name)
@@ -215,6 +216,7 @@ class _File:
         self._check()
 
     def _check(self) -> None:
+        """`InputError` where something could not be written."""
         if self._output.error is not None:
             raise self._error(self._output.error)
 

@@ -63,8 +63,9 @@ def estimate_report(
     errors: "Errors | None" = None,
     verbose: bool = False,
 ) -> list[Line]:
-    """The answer on one screen; with `verbose` also what was found, assumed and
-    checked."""
+    """The answer on one screen: the verdict, what gives doubt, then mass, COM and
+    inertia at the COM beside intervals or standard deviations, and the truth, where
+    known; with `verbose` also what was found, assumed and checked."""
     verdict = estimate.verdict
     lines = [
         Line(text, "bold" if verdict.level == "good" else "yellow")
@@ -91,8 +92,8 @@ def estimate_report(
 def plain_errors(
     found: InertialParameters, truth: InertialParameters
 ) -> tuple[float, float]:
-    """Error of the mass [%] and distance of the COM [m], where the size is not
-    known."""
+    """Error of the mass [%] and distance of the COM [m], where the object's size, in
+    which others are told, is not known."""
     apart = np.linalg.norm(found.center_of_mass - truth.center_of_mass)
     return 100.0 * abs(found.mass / truth.mass - 1.0), float(apart)
 
@@ -150,7 +151,8 @@ def _describe_errors(errors: "Errors", verbose: bool) -> str:
 
 
 def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> None:
-    """Print on standard output, wrapped to its `output_width`.
+    """Print on standard output, wrapped to the terminal; to `WIDTH` columns where there
+    is none.
 
     `render` turns the library's way of naming its arguments into the reader's.
     Characters that control a terminal, as of a name in a file, are question marks.
@@ -229,6 +231,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_recordings(estimate: Estimate) -> Iterable[str]:
+    """Each of several recordings, with the bias that it has."""
     each = estimate.provenance.get("recordings", ())
     if not each:
         return
@@ -302,6 +305,7 @@ def summary(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
+    """What a scale's reading did, if one was given."""
     if "sensor_gain" not in made:
         return
     gain = round(100.0 * made["sensor_gain"], 2)
@@ -312,6 +316,7 @@ def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
 
 
 def _describe_until(estimate: Estimate) -> str:
+    """How much of the recording it took to be as sure as was asked for."""
     made = estimate.provenance
     of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
     known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"

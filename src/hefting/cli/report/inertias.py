@@ -52,6 +52,7 @@ def _table(failing: list[LinkCheck]) -> Table:
 
 
 def _legend(failing: list[LinkCheck]) -> list[Text]:
+    """What the last two columns are, and what the least tensor is."""
     lines = []
     if any(
         checked.change is not None and not checked.inertial.is_point
@@ -104,6 +105,7 @@ def _doubts(checks: list[LinkCheck]) -> list[str]:
 
 
 def _what_next(repaired: Repaired, written: str | None) -> list[Text]:
+    """What was written and what is left, or how to repair."""
     by_hand = listed((printable(c.link) for c in repaired.remaining), 10)
     lines = []
     if repaired.remaining:

@@ -27,7 +27,8 @@ EVERYDAY = "about 5 in everyday handling"
 
 
 def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
-    """All findings; with `verbose` also the figures behind them."""
+    """The verdict and what gives doubt, streams, motion, wrench, object, and what to do
+    next; with `verbose` also the figures behind them."""
     lasts = (
         f"{next(iter(found.streams.values())).samples} static poses"
         if found.static
@@ -100,6 +101,7 @@ def _motion(found: "Inspection", verbose: bool) -> Iterable[str]:
 
 
 def _speed(kind: str, speed: tuple[float, float], unit: str, verbose: bool) -> str:
+    """Largest speed, with `verbose` also the mean."""
     mean = f"{speed[0]:.3g} {unit} on average, " if verbose else ""
     return f"{kind} speed {mean}{speed[1]:.3g} {unit} at most"
 
@@ -245,6 +247,7 @@ def _object(found: "Inspection", verbose: bool) -> Iterable[str]:
 
 
 def _quick_mass(found: "Inspection") -> Iterable[str]:
+    """The mass that the forces alone say."""
     if found.quick_mass is None:
         return
     text = f"|f| / |g| alone says {found.quick_mass:.4g} kg"

@@ -119,7 +119,8 @@ def display_of(json: bool, render: Render) -> Display:
 
 
 def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
-    """An estimate in a line, with the last message."""
+    """An estimate in a line: when, state and verdict, mass, COM, how many samples, what
+    to do."""
     number = f" object {found.object}" if found.object > 1 else ""
     parts = [f"{found.time:.1f} s{number}: {found.state}"]
     if found.estimate is not None:

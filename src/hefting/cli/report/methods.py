@@ -32,8 +32,8 @@ MOMENTS = "Jxx, Jyy, Jzz\n10⁻³ kg m²"
 
 
 def methods_report(verbose: bool = False) -> Group:
-    """Every method; with `verbose` also its source and what its answer does not depend
-    on."""
+    """Every method: what it does, needs and is best for; with `verbose` also its source
+    and what its answer does not depend on."""
     known = describe_methods()
     table = Table(box=SIMPLE_HEAD, show_lines=True, pad_edge=False)
     for name in ("method", "what it does", "needs", "best for"):
@@ -67,8 +67,9 @@ def comparison_report(
     verbose: bool = False,
     truth: "InertialParameters | None" = None,
 ) -> Group:
-    """Methods as rows, and which one to trust; with `verbose` also variants of methods,
-    and what was assumed."""
+    """Methods as rows: mass, COM and inertia, each with how far it may be off; and
+    which one to trust. With `verbose` also residual, consistency, time, variants of
+    methods and what was assumed."""
     best = comparison.results[comparison.recommended]
     names = list(comparison.results if verbose else comparison.shown)
     lines: list[RenderableType] = [
@@ -107,6 +108,7 @@ def comparison_report(
 
 
 def _answers(comparison: "Comparison", names: list[str]) -> Table:
+    """What each method found, and how sure it is."""
     table = plain_table("method", "mass\nkg", "COM x, y, z\nmm", MOMENTS)
     for name, following in zip(names, [*names[1:], None], strict=True):
         e = comparison.results[name]
@@ -126,7 +128,7 @@ def _answers(comparison: "Comparison", names: list[str]) -> Table:
 
 def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
     """How far mass [kg], COM [mm] and moments of inertia [10⁻³ kg m²] may be off, at
-    most, with 95 % probability."""
+    most, with 95 % probability; None where the method does not say."""
     if e.intervals is None:
         return None
     far = {
@@ -138,12 +140,15 @@ def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
 
 
 def _moments(e: "Estimate", reach: float | None) -> str:
+    """Moments of inertia at the COM, or that nothing determines them."""
     if e.undetermined.inertia_at_com.diagonal().any():
         return "open"
     return with_reach(1e3 * e.parameters.inertia_at_com.diagonal(), reach)
 
 
 def _checks(comparison: "Comparison", names: list[str]) -> Table:
+    """How well each method explains the wrench, whether a body can be as it says, and
+    how long it took."""
     table = plain_table("method", "residual\nN, N m", "consistent", "time\nms")
     noise = comparison.ingested.noise
     for name in names:
@@ -196,7 +201,8 @@ SHOWN = {"m": (1e3, "mm"), "kg m²": (1e3, "10⁻³ kg m²")}
 
 
 def agreement_report(agreement: Agreement) -> Iterable[Line]:
-    """Whether they agree, and how far they are apart in every quantity."""
+    """Whether they agree, and which of the estimates are in doubt; then every quantity
+    with its 95 % interval, and how far the estimates are apart."""
     largest = agreement.largest
     names = _short(list(agreement.values))
     between = f"{names[largest.first]} and {names[largest.second]}"
@@ -226,6 +232,7 @@ def agreement_report(agreement: Agreement) -> Iterable[Line]:
 
 
 def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
+    """Quantities as rows; of more than `MOST_COLUMNS` estimates, a row for each."""
     apart = np.max(list(agreement.apart.values()), axis=0)
     tall = len(names) > MOST_COLUMNS
     rows: list[list[str]] = []
@@ -252,7 +259,8 @@ def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
 
 
 def _interval(value: float, ends: Array) -> str:
-    """A value and how far its interval reaches at the farther end."""
+    """A value and how far its interval reaches at the farther end, with the digits that
+    this is worth."""
     half = float(np.abs(ends - value).max())
     if not np.isfinite(half):
         return "open"

@@ -22,7 +22,8 @@ MOST_OPEN = 10.0
 
 
 def plan_report(plan: Plan, verbose: bool = False) -> list[Line]:
-    """What was planned; with `verbose` also how much of each limit is used."""
+    """What was planned, half-widths now and after it beside what was asked, what binds,
+    and what was assumed; with `verbose` also how much of each limit is used."""
     lines = [Line(_headline(plan), "bold")]
     lines += [Line(f"{own.severity}: {own}", "yellow") for own in plan.warnings]
     lines += [Line(text, whole=True) for text in _table(plan)]
@@ -45,6 +46,7 @@ def _headline(plan: Plan) -> str:
 
 
 def _speed(plan: Plan) -> str:
+    """The largest speed of a corner, what it keeps, and if that is reduced speed."""
     limit = plan.limits.corner_speed
     of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
     used = plan.usage.get("corner_speed")
@@ -58,6 +60,7 @@ def _speed(plan: Plan) -> str:
 
 
 def _table(plan: Plan) -> list[str]:
+    """Half-widths of 95 % intervals now and after the motion, and what was asked."""
     first, last = plan.forecast.accuracy[0], plan.forecast.accuracy[-1]
     head = ["", "± now", "± after", *(["asked"] if plan.asked is not None else []), ""]
     rows = [head]

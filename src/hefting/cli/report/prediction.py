@@ -22,7 +22,9 @@ line."""
 
 
 def prediction_report(found: Prediction, verbose: bool = False) -> Group:
-    """What was predicted; with `verbose` also what was assumed."""
+    """The verdict and what gives doubt, largest force and torque, lowest and highest of
+    each component with the band, agreement with what was measured; with `verbose` also
+    what was assumed."""
     count = f"{len(found)} instant{'' if len(found) == 1 else 's'}"
     lasts = (
         f"{len(found)} static poses"
@@ -44,6 +46,7 @@ def prediction_report(found: Prediction, verbose: bool = False) -> Group:
 
 
 def _table(found: Prediction) -> Table:
+    """Peaks, then components: lowest and highest, each with its band and when."""
     table = bare_table()
     table.add_column("", no_wrap=True)
     band, when = found.std is not None, "in row" if found.static else "at s"

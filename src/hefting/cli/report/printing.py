@@ -18,8 +18,12 @@ WIDEST = 1000
 
 
 def print_report(report: Group, render: Callable[[str], str] = str) -> None:
-    """Print on standard output, no wider than its `output_width`. `render` turns the
-    library's way of naming its arguments into the reader's."""
+    """Print on standard output, no wider than the terminal; `WIDTH` columns where there
+    is none.
+
+    `render` turns the library's way of naming its arguments into the reader's. A table
+    that is too wide has less space between its columns.
+    """
     width = output_width()
     for line in report.renderables:
         if isinstance(line, Text):
@@ -51,6 +55,7 @@ def plain_table(first: str, *others: str) -> Table:
 
 
 def _width_of(table: Table, console: Console) -> int:
+    """Columns that a table takes where it has them."""
     wide = console.options.update_width(WIDEST)
     return Measurement.get(console, wide, table).maximum
 

@@ -72,7 +72,7 @@ def print_results(
     results: Results, render: Callable[[str], str], verbose: bool = False
 ) -> None:
     """Print the results as a table, then the files written; `render` as in
-    `print_json`."""
+    `print_json`, `verbose` as in `estimate_report`."""
     comparison, best = results.comparison, results.best
     if comparison:
         from hefting.cli.report.methods import comparison_report

@@ -84,6 +84,8 @@ class Assignment:
         return grown
 
     def _continues(self, before: tuple[int, int, int], begin: int, label: int) -> bool:
+        """Whether a stretch with a label that begins at a cell is the same one as that
+        before."""
         most = max(1, round(LONGEST_TRANSITION / self.cells.interval))
         return before[2] == label and begin - before[1] <= most
 

@@ -185,7 +185,10 @@ class JointModel:
 
 def log_ratio(one: JointFit, other: JointFit) -> float:
     """Twice the logarithm of the likelihood ratio of the `other` fit, with more bodies,
-    to `one`, for white residuals; those below the noise count as of its size."""
+    to `one`, for white residuals.
+
+    Residuals below the noise count as of its size.
+    """
     apart = np.log(np.maximum(one.variance, 1.0) / np.maximum(other.variance, 1.0))
     return float(other.equations.sum() * apart.sum())
 

@@ -110,8 +110,17 @@ class Cells:
 def cells_of(
     samples: Samples, problem: Problem, fit: Fit, outliers: Outliers, offset: float
 ) -> Cells | None:
-    """Cells of a recording, at a clock offset [s] by which the wrench is late, without
-    what `_blocks` leaves out; None where the motion is not known."""
+    """Cells of a recording, at a clock offset [s]; None where the motion is not known.
+
+    Parameters
+    ----------
+    samples : the wrench as recorded.
+    problem : the blocks that were fitted.
+    fit : their fit; its motion is used where it has the same offset.
+    outliers : samples that the fit rejected. Spikes and saturated samples are left out,
+        and short contacts.
+    offset : by which the wrench is late [s].
+    """
     wrench, kept = _blocks(samples, problem, outliers)
     model = fit.model
     if offset != fit.offset:
@@ -185,7 +194,7 @@ def has_long_contact(samples: Samples, outliers: Outliers) -> bool:
 
 
 class Intervals:
-    """Fits of one body beside a bias to intervals of cells."""
+    """Fits of one body beside a bias to intervals of M cells."""
 
     def __init__(self, cells: Cells) -> None:
         unit = np.repeat(cells.scale, 3)

@@ -67,7 +67,14 @@ MARGIN = 0.05
 
 def find_changes(samples: Samples, found: RobustFit, start: float) -> Changes | None:
     """Stretches of a recording in which the object changes or is touched; None where it
-    does not. It is `found` as if there were one body, and begins at `start` [s]."""
+    does not.
+
+    Parameters
+    ----------
+    samples : the wrench as recorded.
+    found : its robust fit, as if there were one body.
+    start : [s] time of the recording's first sample.
+    """
     if samples.static:
         return None
     try:
@@ -134,8 +141,8 @@ def _unexplained(assignment: Assignment) -> tuple[bool, float]:
 
 
 def _changes(found: Assignment, start: float) -> Changes | None:
-    """The stretches; None where there is one without a contact, or no contact can be
-    told from other errors."""
+    """The stretches with their bodies; None where there is one without a contact, or no
+    contact can be told from other errors."""
     parts = _without_excursions(found)
     touches = _touches(found, parts, start)
     contacts = bool(touches)
@@ -209,6 +216,7 @@ def _described(
     touches: list[Touch],
     start: float,
 ) -> list[Stretch]:
+    """The stretches with the bodies in them and the events that end them."""
     cells, labels = found.cells, [label for _, _, label in parts]
     intervals = [(begin, end) for begin, end, _ in parts]
     fit = JointModel(cells, intervals, drift=1).fit(labels)
@@ -252,6 +260,7 @@ def _events(
     touches: list[Touch],
     tau: float,
 ) -> list[EventKind | None]:
+    """What ends each stretch."""
     names, events = sorted(set(labels)), []
     for i in range(len(labels) - 1):
         if labels[i] == labels[i + 1]:

@@ -135,8 +135,13 @@ class Changes:
 
 
 def event_between(before: Array, after: Array, std_of_difference: float) -> EventKind:
-    """Kind of a change from one body (10,) to another, with a positive mass for what is
-    heavy, by the standard deviation of the difference of their masses [kg]."""
+    """Kind of a change from one body to another.
+
+    Parameters
+    ----------
+    before, after : (10,) parameters, with a positive mass for what is heavy.
+    std_of_difference : of the masses [kg].
+    """
     heavier = max(float(before[0]), float(after[0]))
     if before[0] <= BARE_SHARE * heavier:
         return "picked-up"
@@ -151,9 +156,15 @@ def event_between(before: Array, after: Array, std_of_difference: float) -> Even
 def with_returns(
     events: Sequence[EventKind | None], labels: Sequence[int], masses: Sequence[float]
 ) -> list[EventKind | None]:
-    """Events that end stretches of labelled bodies, where a body is replaced by another
-    and returns: the lighter of the two is then the gripper, and the heavier holds an
-    object."""
+    """Events that end stretches, where a body is replaced by another and returns: the
+    lighter of the two is then the gripper, and the heavier holds an object.
+
+    Parameters
+    ----------
+    events : that end each stretch.
+    labels : which body is in each.
+    masses : [kg] of the bodies.
+    """
     kinds = list(events)
     for i in range(1, len(labels) - 1):
         if labels[i - 1] == labels[i + 1] != labels[i]:
@@ -194,6 +205,7 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
 
 
 def _events(changes: Changes) -> list[str]:
+    """What happened, and when."""
     return [
         f"{one.event} at {0.5 * (one.end + other.start):.1f} s"
         for one, other in pairwise(changes.stretches)
@@ -202,6 +214,7 @@ def _events(changes: Changes) -> list[str]:
 
 
 def _touch(changes: Changes) -> Message:
+    """That something touches the object, and when."""
     when = ", ".join(f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches)
     long = changes.touched > LONG_TOUCH_SHARE * changes.duration
     much = ", more than half of the recording" if long else ""

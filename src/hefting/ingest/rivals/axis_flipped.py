@@ -75,6 +75,7 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _fix(matrix: Array) -> str:
+    """What to do about a mistake that a matrix (6, 6) undoes."""
     fix = "correct it where the log is written, or give the wrench's columns as "
     return f"{fix}{as_columns(matrix)} in a column map"
 

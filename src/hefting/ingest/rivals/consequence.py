@@ -92,7 +92,7 @@ class Doubt:
 
     @property
     def messages(self) -> tuple[Message, ...]:
-        """Both."""
+        """All that is to be said."""
         return (self.message,) if self.second is None else (self.message, self.second)
 
     @property
@@ -107,14 +107,15 @@ class Doubt:
 
     def without_consequences(self, said: Iterable[Said]) -> tuple[Said, ...]:
         """Messages without those that a mistake which makes the answer wrong accounts
-        for."""
+        for: what they advise would not help."""
         if not self.makes_wrong:
             return tuple(said)
         return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
 
     @property
     def needs_no_change(self) -> bool:
-        """Whether no change of the object is to be looked for in the recording."""
+        """Whether a mistake explains the whole recording, so that no change of the
+        object is to be looked for in it."""
         return self.names_mistake and self.is_whole
 
 
@@ -122,8 +123,8 @@ def doubt_of(
     case: Case | None, *, with_tool: bool = False, pairs: bool = True
 ) -> Doubt | None:
     """The mistake in a recording, or that much of it is unexplained; None where neither
-    can be told. `with_tool`: a tool is held as well; `pairs`: two mistakes at once are
-    looked for where one does not explain it."""
+    is, or none could be told. What is held includes a tool where one is known. Where one
+    mistake does not explain it, two at once are looked for if `pairs`."""
     if case is None:
         return None
     judged = judge(case) if pairs else judge_alone(case)
@@ -179,6 +180,7 @@ def _multiple(case: Case, judged: Judged, level: Array) -> float:
 
 
 def _is_negligible(judged: Judged, named: Explanation) -> bool:
+    """Whether a mistake of many unknowns explains next to nothing and changes nothing."""
     assert judged.given is not None
     mass, com = _changes(judged.given.vector, named.vector)
     return (
@@ -192,7 +194,8 @@ def _is_negligible(judged: Judged, named: Explanation) -> bool:
 def _named(
     judged: Judged, named: Explanation, held: str
 ) -> tuple[Message, Message | None]:
-    """The mistakes, and how far off the answer, about what is held, is with them."""
+    """The mistake, the one that is made at once if there is one, and how far off the
+    answer, about what is held, is with them."""
     assert judged.given is not None
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)

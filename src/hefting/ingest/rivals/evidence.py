@@ -161,7 +161,8 @@ def missing(case: Case, fitted: RobustRows) -> float:
 
 
 def is_hopeless(case: Case, first: RobustRows, given: RobustRows) -> bool:
-    """Whether a mistake that is not fitted to the end yet explains next to nothing."""
+    """Whether a mistake that is not fitted to the end yet explains next to nothing of
+    what the recording as given leaves unexplained: it will not be told then."""
     most = min(LARGEST_LEFT * missing(case, given), case.most_left)
     return missing(case, first) > max(most, 2.0 * NEGLIGIBLE_UNEXPLAINED)
 
@@ -203,8 +204,8 @@ def linear_step(fitted: Fitted, columns: Array) -> Step:
 
 @immutable
 class LinearPart:
-    """The linear unknowns of a fit, to be eliminated beside others; samples count as if
-    they were independent."""
+    """The linear unknowns of one alternative, to be eliminated beside others; samples
+    count as if they were independent."""
 
     weights: Array
     """(K, 6) square roots of the weights of the residuals"""

@@ -129,8 +129,8 @@ def newton_euler(case: Case, motion: Motion, wrench: Array | None = None) -> Row
 
 
 def fit_as_given(case: Case) -> tuple[Fitted, float]:
-    """The fit of the recording without a mistake at its likeliest clock offset, and
-    that offset [s]; made once a case."""
+    """The fit of the recording without a mistake at its likeliest clock offset, and that
+    offset [s]: many mistakes start from it, so it is made once a case."""
     if case not in _FITS_AS_GIVEN:
         build = partial(newton_euler, case)
         _FITS_AS_GIVEN[case] = over_offsets(case, build, ITERATIONS)
@@ -259,6 +259,7 @@ def with_poses(case: Case, what: str, recording: Recording) -> Case | None:
 
 
 def _path_of_poses(case: Case, recording: Recording) -> Path | None:
+    """The motion by the poses alone."""
     if not case.path.moves:
         return static_path(recording)
     streams = recording.streams.items()

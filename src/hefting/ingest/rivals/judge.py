@@ -135,9 +135,9 @@ class Judged:
 
 
 def judge_one(case: Case) -> Judged:
-    """Look for a mistake where noise does not explain the recording; where none is
-    found, beside a filter that makes the wrench as late as it is. A filter is compared
-    with such a one where that is likelier, as the answer will be corrected."""
+    """Look for a mistake where the recording as given is not explained by noise; where
+    none is found, beside a filter that makes the wrench as late as it is. A filter is
+    compared with such a one where that is likelier, as the answer will be corrected."""
     found = _judge_beside_drift(case, EXPLANATIONS)
     is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
     if found.given is None or case.offset < SHORTEST_LAG:
@@ -158,8 +158,8 @@ def judge_one(case: Case) -> Judged:
 
 
 def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
-    """What is found, unless it is not found beside a bias that drifts more freely,
-    where that explains part of the recording, too."""
+    """What is found, unless it is not found beside a bias that drifts more freely, where
+    that explains part of the recording, too: a turn, a gain or a cable imitates it."""
     found = _judge(case, candidates)
     named, given = found.named, found.given
     if named is None or given is None or not case.path.moves:
@@ -187,8 +187,8 @@ def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
 
 
 def _judge(case: Case, candidates: Candidates) -> Judged:
-    """Look for a mistake among the candidates and those of other lists that may be
-    told."""
+    """Look for a mistake among those that are always looked for and those that are where
+    they may explain enough."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
     if len(case.time) < fewest or case.poses < FEWEST_POSES:
         return Judged(0.0)
@@ -262,6 +262,7 @@ def _promising(case: Case, given: Explanation, candidates: Candidates) -> Candid
 
 
 def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> bool:
+    """Whether a mistake may be named by more averages than these."""
     if other is None or evidence(case, given, other) < 0.5 * POSSIBLE_EVIDENCE:
         return False
     if other.of_many_laws or other.alternative is not None:
@@ -271,12 +272,13 @@ def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> b
 
 def is_too_heavy(other: Explanation) -> bool:
     """Whether an explanation makes the object heavier than a wrist holds, or leaves it
-    so."""
+    so: then another mistake is to be found first."""
     return abs(other.vector[0]) > HEAVIEST_HELD
 
 
 def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
-    """Whether the recording as given leaves what noise does not."""
+    """Whether the recording as given leaves what noise does not: much of the wrench's
+    changes, residuals that are no white noise, or what a small mistake would leave."""
     if share > LARGE_UNEXPLAINED:
         return True
     # static poses are few: a search costs little, and their noise is not known
@@ -310,6 +312,7 @@ def cost_of(other: Explanation, samples: float) -> float:
 
 
 def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
+    """Whether a mistake is to be named."""
     told = evidence(case, given, other)
     if not told > POSSIBLE_EVIDENCE:
         return False
@@ -344,6 +347,7 @@ def _is_explained(
 
 
 def _is_white(fitted: RobustRows) -> bool:
+    """Whether the residuals of the likeliest alternative are white noise."""
     return correlation(fitted) < CLEAR_CORRELATION
 
 

@@ -88,6 +88,7 @@ def _measured(free: RobustRows, rows: Rows) -> tuple[int, int, float]:
 
 
 def _told(c: int, of: int, gain: float) -> str:
+    """What a channel seems to do."""
     if gain == 0.0:
         return "measure nothing but noise"
     if of != c:

@@ -50,6 +50,7 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _forms(case: Case) -> Iterator[Undone]:
+    """Forms of the angles as they were logged."""
     angles = case.recording.angles
     if angles is None or case.recording.sensor_pose is not None:
         return
@@ -85,6 +86,7 @@ def _forms(case: Case) -> Iterator[Undone]:
 
 
 def _orders(case: Case) -> Iterator[Undone]:
+    """The quaternion's parts in the other order."""
     orientation = case.recording["orientation"]
     q = np.roll(orientation.values, -1, axis=1)
     what = "the quaternions seem to be logged as w, x, y, z"
@@ -99,6 +101,7 @@ def _orders(case: Case) -> Iterator[Undone]:
 
 
 def _composed(case: Case) -> Iterator[Undone]:
+    """The quaternions composed of their angles about the other axes."""
     from scipy.spatial.transform import Rotation
 
     if case.recording.angles is not None or case.recording.sensor_pose is not None:
@@ -125,5 +128,6 @@ def _composed(case: Case) -> Iterator[Undone]:
 
 
 def _with_orientation(case: Case, what: str, orientation: Stream) -> Case | None:
+    """As of `with_poses`, of other orientations."""
     streams = {**case.recording.streams, "orientation": orientation}
     return with_poses(case, what, replace(case.recording, streams=streams))

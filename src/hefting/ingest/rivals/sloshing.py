@@ -119,6 +119,7 @@ def _score(rigid: LinearPart, swinging: Array) -> float:
 
 
 def _rows(case: Case, swinging: Array) -> Rows:
+    """Rows of a body, a bias and a loose mass."""
     motion = case.motion_as_found
     features = case.features(motion)
     known = np.concatenate((features, swinging[None]), axis=2)

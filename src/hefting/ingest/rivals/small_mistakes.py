@@ -28,8 +28,9 @@ def score(case: Case, fitted: Fitted) -> float:
 
 
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
-    """(K, 6, q) derivatives of the wrench by small mistakes, and the columns of
-    each."""
+    """(K, 6, q) derivatives of the wrench by small mistakes: a turn of the sensor, a
+    tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate, a soft
+    grip, a cable, a steady change of the object; and the columns of each."""
     rows = fitted.rows
     known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
     by_feature = REGRESSOR_BY_FEATURE @ phi

@@ -101,6 +101,7 @@ class Pair:
 
 
 def _is_held(second: Explanation) -> bool:
+    """Whether the object is one that a wrist holds."""
     mass, moment = abs(second.vector[0]), np.linalg.norm(second.vector[1:4])
     return not is_too_heavy(second) and bool(moment < FARTHEST_COM * mass)
 
@@ -116,7 +117,8 @@ def judge_alone(case: Case) -> Judged:
 
 
 def judge(case: Case) -> Judged:
-    """Look for one mistake, and for two at once where one leaves much."""
+    """Look for one mistake, and for two at once where one leaves much that is no
+    vibration."""
     found = judge_alone(case)
     if found.given is None or not _is_worth_a_search(case, found, found.given):
         return found
@@ -135,8 +137,8 @@ def judge(case: Case) -> Judged:
 
 
 def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
-    """Whether two mistakes may be told: much is unexplained, and not as of a
-    vibration."""
+    """Whether two mistakes may be told: much is unexplained, by the best one and by a
+    bias that drifts in a short recording too, and not as of a vibration."""
     if found.whole or not found.unexplained > LARGE_UNEXPLAINED:
         return False
     if case.poses < MANY_POSES:
@@ -153,6 +155,7 @@ def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
 
 
 def _is_told(case: Case, found: Judged, pair: Pair) -> bool:
+    """Whether two mistakes are to be named in place of none or of one."""
     assert found.given is not None
     if not pair.left < _most_left(case, found.given):
         return False
@@ -169,10 +172,12 @@ def _is_told(case: Case, found: Judged, pair: Pair) -> bool:
 
 
 def _most_left(case: Case, given: Explanation) -> float:
+    """What two mistakes may leave unexplained."""
     return max(NEGLIGIBLE_UNEXPLAINED, LARGEST_LEFT * missing(case, given.fitted))
 
 
 def _likeliest(case: Case, given: Explanation) -> Pair | None:
+    """The likeliest pair, found by fewer averages; None where there is none."""
     nth = max(len(case.time) // FEWEST_SAMPLES, 1)
     most = _most_left(case, given)
     offset_as_given = _clock_offset(case, most)
@@ -201,6 +206,7 @@ def _likeliest(case: Case, given: Explanation) -> Pair | None:
 
 
 def _all(case: Case) -> Iterator[tuple[Undone, list[Explain]]]:
+    """Mistakes that are undone, and those that are looked for beside each."""
     others: list[Explain] = [*BESIDE_ANOTHER]
     for undone, explain in each_of("looking for two mistakes at once", UNDONE):
         for each in undone(case):
