@@ -154,7 +154,8 @@ def test_costs_without_a_body_are_those_of_joint_fits(reference):
     for held in choices:
         labels = [i if kept else NO_BODY for i, kept in enumerate(held)]
         fit = model.fit(labels)
-        variances = np.maximum(fit.variances / reference, 1.0)
+        variances = fit.squares / np.maximum(fit.equations, 1.0)[:, None]
+        variances = np.maximum(variances / reference, 1.0)
         each = fit.equations * np.log(variances).sum(axis=1)
         contact = 6.0 * model.lengths * np.log(16.0)
         expected.append(np.where(held, each, contact).sum())

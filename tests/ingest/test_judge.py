@@ -67,7 +67,7 @@ def with_residuals(fitted: Fitted, memory: float) -> Fitted:
 def test_noise_of_first_order_is_not_white(case, memory, white):
     """Samples that count as one are (1 + r) / (1 - r): 1 and 5.7, told from 1.5 on."""
     fitted = with_residuals(as_given(case).fitted, memory)
-    assert correlation(fitted, fitted.best) == pytest.approx(
+    assert correlation(fitted) == pytest.approx(
         (1.0 + memory) / (1.0 - memory), rel=0.3
     )
     assert _is_white(fitted) is white
@@ -302,19 +302,19 @@ def test_a_step_beside_linear_unknowns_is_that_of_all_together(case):
     rows = rows.reshape(6 * K, -1)
     left = (fitted.residual[0] * unit).ravel()
     whole = np.linalg.lstsq(rows, left, rcond=1e-12)[0]
-    S, g = LinearPart.of(fitted, 0).beside(columns)
+    S, g = LinearPart.of(fitted).beside(columns)
     np.testing.assert_allclose(np.linalg.solve(S, g), whole[-2:], rtol=1e-4, atol=1e-9)
     inverse = np.linalg.pinv(rows.T @ rows, rcond=1e-13)[-2:, -2:]
     np.testing.assert_allclose(np.linalg.inv(S), inverse, rtol=1e-4)
-    step = linear_step(fitted, 0, columns)
+    step = linear_step(fitted, columns)
     np.testing.assert_allclose(step.change, whole[-2:], rtol=1e-4, atol=1e-9)
     np.testing.assert_allclose(
-        step.covariance, inverse * correlation(fitted, 0), rtol=1e-4
+        step.covariance, inverse * correlation(fitted), rtol=1e-4
     )
-    part = LinearPart.of(fitted, 0)
+    part = LinearPart.of(fitted)
     assert part.square == pytest.approx(left @ left)
     maps = np.concatenate((fitted.rows.maps, fitted.rows.maps), axis=2)
-    twice = LinearPart.of(replace(fitted, rows=replace(fitted.rows, maps=maps)), 0)
+    twice = LinearPart.of(replace(fitted, rows=replace(fitted.rows, maps=maps)))
     assert np.linalg.eigvalsh(twice.normal)[0] > 1e-12
     np.testing.assert_allclose(twice.beside(columns)[0], S, rtol=1e-5, atol=1e-5)
 

@@ -143,7 +143,11 @@ def of_changes(kind: str) -> Any:
         "drift": model.drift,
         "three": {**vars(apart), "combinations": None},
         "one": one.squares,
-        "some": (some.bodies, some.variance, some.variances),
+        "some": (
+            some.bodies,
+            some.variance,
+            some.squares / np.maximum(some.equations, 1.0)[:, None],
+        ),
         "increase": [apart.increase(*pair) for pair in ((0, 1), (0, 2), (1, 2))],
         "ratio": log_ratio(one, apart),
         "tau": autocorrelation(model.residuals(apart)),

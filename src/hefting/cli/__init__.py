@@ -192,28 +192,18 @@ def render(text: str) -> str:
 
 
 def _option(match: re.Match[str]) -> str:
-    name, quoted, plain = match.groups()
-    option = OPTIONS.get(name) or _option_of_a_method(name) or _option_of_a_format(name)
-    if option is None:
-        return match[0]
-    value = quoted or plain
-    return f"{option} {value}" if value else option
-
-
-def _option_of_a_method(name: str) -> str | None:
-    """Option of a number that methods declare; None where it is none, or no command has
-    looked at methods yet."""
-    estimators = sys.modules.get("hefting.estimators")
-    if estimators is None or name not in estimators.options():
-        return None
-    return option_of(name)
-
-
-def _option_of_a_format(name: str) -> str | None:
-    """Option of an argument that a log format takes; None where none takes it."""
     from hefting.logs.registry import all_options
 
-    return option_of(name) if name in all_options() else None
+    name, quoted, plain = match.groups()
+    option, value = OPTIONS.get(name), quoted or plain
+    if option is None:
+        # of methods only where a command has looked at them
+        estimators = sys.modules.get("hefting.estimators")
+        of_methods = () if estimators is None else estimators.options()
+        if name not in of_methods and name not in all_options():
+            return match[0]
+        option = option_of(name)
+    return f"{option} {value}" if value else option
 
 
 def _joined(words: list[str]) -> list[str]:

@@ -4,16 +4,13 @@
 import argparse
 import shlex
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import (
     add_gravity,
-    add_json,
     add_part,
     add_recording,
     add_sensor_accuracy,
-    add_verbose,
     check_output,
     part_of,
     read_recording,
@@ -29,9 +26,6 @@ from hefting.cli.progress import progress
 from hefting.cli.torques import add_torques, calibrate, require_torques
 from hefting.core.errors import InputError
 from hefting.request.settings import gravity_of, sensor_accuracy_of
-
-if TYPE_CHECKING:
-    from hefting.identification.identify import Identification
 
 EXAMPLES = (
     "hefting calibrate empty.csv --output gripper.json",
@@ -49,8 +43,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="where the tool's estimate goes",
     )
     add_report(parser)
-    add_json(parser)
-    add_verbose(parser)
     log = add_recording(parser)
     add_torques(parser.add_argument_group("the arm's own torques"))
     add_gravity(log)
@@ -89,8 +81,17 @@ def run(arguments: argparse.Namespace) -> int:
             gravity=gravity_of(a),
             sensor_accuracy=sensor_accuracy_of(a),
         )
-        page = None if a.report is None else _page(found)
-    tool = found.estimate
+        tool, page = found.estimate, None
+        if a.report is not None:
+            from hefting.page import identification_page
+
+            page = identification_page(
+                tool,
+                found.ingested,
+                found.estimator,
+                page_context(),
+                title="The tool that the sensor holds",
+            )
     tool.save(a.output)
     pages = write_report(a.report, page)
     if a.json:
@@ -106,15 +107,3 @@ def run(arguments: argparse.Namespace) -> int:
     written = [f"wrote {path}" for path in pages]
     print_lines([*report, *map(Line, (*next_steps, *written))], render)
     return exit_status(tool.verdict)
-
-
-def _page(found: "Identification") -> str:
-    from hefting.page import identification_page
-
-    return identification_page(
-        found.estimate,
-        found.ingested,
-        found.estimator,
-        page_context(),
-        title="The tool that the sensor holds",
-    )

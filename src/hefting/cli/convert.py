@@ -42,7 +42,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="write what was found as well, for Foxglove (.mcap)",
     )
     add_shape(parser.add_argument_group("the object's shape, drawn with --with"))
-    parser.set_defaults(points=None, points_per_cm3=None)
 
 
 def run(arguments: argparse.Namespace) -> int:

@@ -2,14 +2,13 @@
 
 import argparse
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hefting.cli import render
 from hefting.cli.options import (
     ESTIMATE,
     POSE,
-    add_accept,
-    add_fill_inertia,
-    add_sensor_pose,
+    add_export,
     check_output,
     fill_inertia_of,
     read_estimate,
@@ -18,6 +17,9 @@ from hefting.cli.parser import say, wrote
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
 from hefting.request.settings import pose_of
+
+if TYPE_CHECKING:
+    from hefting.export import Exported
 
 EXAMPLES = (
     "hefting export mug.json --to urdf --output mug.urdf",
@@ -40,9 +42,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--into", metavar="FILE", help=f"put it into a link of this {formats} file"
     )
     parser.add_argument("--link", metavar="NAME", help="that link, or body")
-    add_sensor_pose(parser)
-    add_accept(parser)
-    add_fill_inertia(parser)
+    add_export(parser)
     parser.add_argument(
         "--shape",
         metavar="FILE|box:X0,X1,Y0,Y1,Z0,Z1",
@@ -83,11 +83,16 @@ def run(arguments: argparse.Namespace) -> None:
         fill_inertia=fill,
         say=render,
     )
+    print_exported(exported, a.output)
+
+
+def print_exported(exported: "Exported", path: str | None = None) -> None:
+    """Print an exported text, or write it to a path; what is to be known of it first."""
     for line in exported.warnings:
         say(f"warning: {render(line)}")
-    if a.output:
-        write_atomically(a.output, exported.text)
-        wrote(f"{a.output} ({exported.frame} axes)")
+    if path:
+        write_atomically(path, exported.text)
+        wrote(f"{path} ({exported.frame} axes)")
     else:
         print(exported.text, end="" if exported.text.endswith("\n") else "\n")
 

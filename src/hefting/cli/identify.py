@@ -9,21 +9,17 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import option_of, render
 from hefting.cli.options import (
-    add_accept,
-    add_fill_inertia,
+    add_export,
     add_gravity,
-    add_json,
     add_mass,
     add_motion,
     add_output,
     add_part,
     add_recording,
     add_sensor_accuracy,
-    add_sensor_pose,
     add_shape,
     add_shape_details,
     add_tool,
-    add_verbose,
     add_wrench,
     check_output,
     fill_inertia_of,
@@ -89,10 +85,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     torques = parser.add_argument_group("joint torques in place of a wrench")
     add_torques(torques)
     add_empty(torques)
-    results = parser.add_argument_group("results")
-    add_sensor_pose(results)
-    add_accept(results)
-    add_fill_inertia(results)
+    add_export(parser.add_argument_group("results"))
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
@@ -115,8 +108,6 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
     )
     add_output(parser, _formats)
     add_report(parser)
-    add_json(parser)
-    add_verbose(parser)
 
 
 def add_reading(log: argparse._ActionsContainer) -> None:

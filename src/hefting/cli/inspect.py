@@ -6,11 +6,9 @@ import argparse
 from hefting.cli import render
 from hefting.cli.options import (
     add_gravity,
-    add_json,
     add_part,
     add_recording,
     add_tool,
-    add_verbose,
     read_recording,
 )
 from hefting.cli.outputs import (
@@ -39,8 +37,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_tool(group)
     add_part(group, do="inspect")
     add_report(parser)
-    add_json(parser)
-    add_verbose(parser)
 
 
 def run(arguments: argparse.Namespace) -> None:

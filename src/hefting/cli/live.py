@@ -10,17 +10,16 @@ from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
 from hefting.cli.ending import interrupted_by_signals
+from hefting.cli.export import print_exported
 from hefting.cli.identify import add_hyperparameters
 from hefting.cli.options import (
-    add_accept,
-    add_fill_inertia,
+    add_export,
     add_gravity,
     add_log_options,
     add_mass,
     add_number,
     add_output,
     add_sensor_accuracy,
-    add_sensor_pose,
     add_shape,
     add_shape_details,
     add_tool,
@@ -139,10 +138,7 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
         help=f"print the final answer for {join_words(TARGETS, 'or')}",
     )
     add_output(parser, f"the final answer to {join_words(SUFFIXES, 'or')}")
-    group = parser.add_argument_group("results")
-    add_sensor_pose(group)
-    add_accept(group)
-    add_fill_inertia(group)
+    add_export(parser.add_argument_group("results"))
 
 
 def _add_reading(group: argparse._ActionsContainer) -> None:
@@ -291,9 +287,7 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
             fill_inertia=fill,
             say=render,
         )
-        for line in exported.warnings:
-            say(f"warning: {render(line)}")
-        print(exported.text, end="" if exported.text.endswith("\n") else "\n")
+        print_exported(exported)
     return exit_status(estimate.verdict)
 
 
@@ -324,11 +318,8 @@ def _check_outputs(a: argparse.Namespace) -> None:
             raise InputError(what, path, f"use {', '.join(SUFFIXES)}")
         check_output(path, *inputs)
     if a.export_to and a.export_to not in TARGETS:
-        raise InputError(
-            f"unknown target '{a.export_to}'",
-            "--export-to",
-            f"use {', '.join(TARGETS)}",
-        )
+        what = f"unknown target '{a.export_to}'"
+        raise InputError(what, "--export-to", f"use {', '.join(TARGETS)}")
     if a.export_to and a.json:
         what = "prints text, and --json prints JSON only"
         raise InputError(what, "--export-to", "use --output, or leave out one of them")
@@ -366,14 +357,12 @@ def _is_live(source: str) -> bool:
 def _settings(a: argparse.Namespace) -> dict[str, Any]:
     """Arguments of the live identifier."""
     settings = hyperparameters_of(a)
-    settings["gravity"] = gravity_of(a)
-    settings["sign"] = a.wrench
+    settings |= {"gravity": gravity_of(a), "sign": a.wrench, "rate": a.rate}
     said = bias_said(a.bias)
     if isinstance(said, list):
         what = f"'{a.bias}' is for recordings"
         raise InputError(what, "--bias", "use auto, none, estimate or a JSON file")
     settings["bias"] = said
-    settings["rate"] = a.rate
     if a.method is not None:
         settings["method"] = a.method
     if a.tool:

@@ -92,27 +92,19 @@ def add_workers(parser: argparse._ActionsContainer) -> None:
     )
 
 
-def add_sensor_pose(parser: argparse._ActionsContainer) -> None:
-    """Where the sensor is on the robot's flange."""
+def add_export(parser: argparse._ActionsContainer) -> None:
+    """How files for simulators and robots are written."""
     parser.add_argument(
         "--sensor-pose-in-flange",
         metavar="POSE",
         help=f"controllers want flange axes: {POSE}",
     )
-
-
-def add_accept(parser: argparse._ActionsContainer) -> None:
-    """Whether to write what is not to be used."""
     parser.add_argument(
         "--accept",
         action="store_true",
         help="write files for simulators and robots even where the verdict is not to "
         "use the estimate",
     )
-
-
-def add_fill_inertia(parser: argparse._ActionsContainer) -> None:
-    """What to write in place of an inertia that is not known."""
     parser.add_argument(
         "--fill-inertia",
         metavar="shape|point",
@@ -136,7 +128,7 @@ def fill_inertia_of(text: str | None, shape: "Shape | None") -> "Fill":
 
 
 def read_estimate(path: str) -> "Estimate":
-    """The estimate in a JSON file; in standard input for ``-``."""
+    """The estimate in a JSON file, or in standard input for ``-``."""
     from hefting.core.estimate import Estimate
 
     with input_file(path) as file:
@@ -326,7 +318,8 @@ def is_same(path: str, other: str) -> bool:
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:
-    """The shape, and where it is."""
+    """The shape, and where it is; for details see `add_shape_details`."""
+    parser.set_defaults(points=None, points_per_cm3=None)
     parser.add_argument(
         "--shape",
         metavar="FILE",

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
-from hefting.cli.options import check_output
+from hefting.cli.options import add_json, add_verbose, check_output
 from hefting.cli.parser import say
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
@@ -30,7 +30,6 @@ if TYPE_CHECKING:
     from hefting.shapes import Shape
 
 SUFFIX = ".html"
-"""Of a report."""
 STATUS_NOT_WRITTEN = 2
 """Exit status where an output that was asked for was left out, and nothing worse is to
 be told."""
@@ -126,12 +125,14 @@ def print_object(found: Any) -> None:
 
 
 def add_report(parser: argparse._ActionsContainer) -> None:
-    """Where the page goes."""
+    """What is told, and where the page goes."""
     parser.add_argument(
         "--report",
         metavar=f"FILE{SUFFIX}",
         help="write one page with everything to look at: numbers, wrench, object in 3D",
     )
+    add_json(parser)
+    add_verbose(parser)
 
 
 def check_report(path: str | None, *inputs: str | None) -> None:

@@ -125,6 +125,11 @@ def wrote(*paths: object) -> None:
     print(f"wrote {names[0]}" if len(names) == 1 else "\n  ".join(("wrote:", *names)))
 
 
+def output_width() -> int:
+    """Columns of standard output; `WIDTH` where that is no terminal."""
+    return get_terminal_size().columns if sys.stdout.isatty() else WIDTH
+
+
 def wrapped(text: str, width: int) -> str:
     """A line in as many as it takes, all but the first one with two spaces more. Names
     in quotes, as of a command that is to be copied, stay in one."""

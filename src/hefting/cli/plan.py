@@ -67,7 +67,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_json(parser)
     add_verbose(parser)
     add_shape(parser.add_argument_group("the object's shape"))
-    parser.set_defaults(points=None, points_per_cm3=None)
     _add_limits(parser.add_argument_group("limits"))
     _add_sensor(parser.add_argument_group("sensor"))
     search = parser.add_argument_group("search")

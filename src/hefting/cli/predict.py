@@ -8,7 +8,6 @@ from hefting.cli import render
 from hefting.cli.options import (
     ESTIMATE,
     GRAVITY,
-    add_json,
     add_motion,
     add_output,
     add_part,
@@ -16,7 +15,6 @@ from hefting.cli.options import (
     add_recording,
     add_sensor_accuracy,
     add_tool,
-    add_verbose,
     check_output,
     read_estimate,
     read_recording,
@@ -64,8 +62,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         parser, f"the wrench and its band (.csv), or a picture ({', '.join(FORMATS)})"
     )
     add_report(parser)
-    add_json(parser)
-    add_verbose(parser)
 
 
 def run(arguments: argparse.Namespace) -> int:

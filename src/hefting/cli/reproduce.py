@@ -44,14 +44,13 @@ def run(arguments: argparse.Namespace) -> None:
     """Run what is not done yet, write tables, figures and the page, and say where."""
     from hefting.reproduction import EXPERIMENTS, reproduce
 
-    if not arguments.list and find_spec("matplotlib") is None:
-        raise MissingDependencyError("matplotlib", "plot")  # before what takes long
-
     a = arguments
     if a.list:
         for experiment in EXPERIMENTS.values():
             text = f"{experiment.name:<14}{experiment.title} ({experiment.source})"
             print(fill(text, WIDTH - 1, subsequent_indent=14 * " "))
         return
+    if find_spec("matplotlib") is None:
+        raise MissingDependencyError("matplotlib", "plot")  # before what takes long
     path = reproduce(a.names, Path(a.output), a.quick, a.jobs, a.scheduler, show=True)
     wrote(path)

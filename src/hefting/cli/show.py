@@ -38,7 +38,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     shape = parser.add_argument_group("the object's shape")
     add_shape(shape)
-    parser.set_defaults(points=None, points_per_cm3=None)
     log = add_recording(
         parser,
         what="draw gravity, and the COM by least squares, of this recording as well",

@@ -15,7 +15,7 @@ from hefting.core.quantity import numbers
 from hefting.request.settings import pose_of
 
 if TYPE_CHECKING:
-    from hefting.simulation import Faults, Rates
+    from hefting.simulation import Faults
     from hefting.simulation.objects import HeldObject
     from hefting.simulation.scenario import Scenario, Simulated
 
@@ -215,7 +215,7 @@ def _held(a: argparse.Namespace) -> "HeldObject":
 def _scenario(a: argparse.Namespace) -> "Scenario":
     import numpy as np
 
-    from hefting.simulation import tilted_gravity
+    from hefting.simulation import Rates, tilted_gravity
     from hefting.simulation.scenario import Scenario, named_arm
 
     if a.seed < 0:
@@ -232,18 +232,15 @@ def _scenario(a: argparse.Namespace) -> "Scenario":
         angular_speed=a.speed,
         speed_limit=a.speed_limit,
         duration=a.duration,
-        rates=_rates(a),
+        rates=Rates(
+            a.rate,
+            a.rate if a.pose_rate is None else a.pose_rate,
+            a.joint_rate,
+            a.imu_rate,
+        ),
         gravity=tilted_gravity(np.radians(a.tilt), heading),
         faults=_faults(a),
         seed=a.seed,
-    )
-
-
-def _rates(a: argparse.Namespace) -> "Rates":
-    from hefting.simulation import Rates
-
-    return Rates(
-        a.rate, a.rate if a.pose_rate is None else a.pose_rate, a.joint_rate, a.imu_rate
     )
 
 

@@ -17,13 +17,12 @@ from hefting.core.files import check_replaceable, write_atomically
 if TYPE_CHECKING:
     from hefting.simulation.objects import HeldObject
     from hefting.simulation.scenario import Scenario, Simulated
+    from hefting.simulation.torque_scenario import TorquesSimulated
 
 
 def truth_of(a: argparse.Namespace) -> Path:
     """Where the truth goes."""
-    output = Path(a.output)
-    stem = output.with_suffix("").name
-    return Path(a.truth) if a.truth else output.with_name(f"{stem}.truth.json")
+    return Path(a.truth or Path(a.output).with_suffix(".truth.json"))
 
 
 def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
@@ -94,10 +93,6 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
     return shlex.join([*words, "--truth", str(truth)])
 
 
-if TYPE_CHECKING:
-    from hefting.simulation.objects import HeldObject
-    from hefting.simulation.torque_scenario import TorquesSimulated
-
 LASTS = 30.0
 """[s] Either run, where nothing else is said."""
 TAKEN = {
@@ -111,9 +106,8 @@ RENAMED = {"ur5": "ur5e"}
 
 def beside(output: Path) -> tuple[Path, Path]:
     """The empty run and the URDF that go with a log."""
-    stem = output.with_suffix("").name
-    empty = output.with_name(f"{stem}.empty{output.suffix}")
-    return empty, output.with_name(f"{stem}.urdf")
+    empty = output.with_suffix(f".empty{output.suffix}")
+    return empty, output.with_suffix(".urdf")
 
 
 def check_options(a: argparse.Namespace, actions: Iterable[argparse.Action]) -> None:

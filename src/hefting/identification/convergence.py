@@ -10,7 +10,7 @@ from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
-from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.core.spatial import Array, tensor_to_vector
 from hefting.estimators import Estimator
 from hefting.estimators.joint_state import State
 from hefting.estimators.sample_state import SampleState
@@ -73,8 +73,8 @@ def convergence(estimator: Estimator, found: Ingested, final: Estimate) -> Conve
 
 def ten_of(body: InertialParameters) -> Array:
     """(10,) mass [kg], COM [m] and inertia at the COM [kg m²] of a body."""
-    tensor = body.inertia_at_com[TENSOR_ROWS, TENSOR_COLUMNS]
-    return np.concatenate(([body.mass], body.center_of_mass, tensor))
+    inertia = tensor_to_vector(body.inertia_at_com)
+    return np.concatenate(([body.mass], body.center_of_mass, inertia))
 
 
 def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
@@ -84,7 +84,7 @@ def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
             (
                 [intervals["mass"][end]],
                 intervals["center_of_mass"][end],
-                intervals["inertia_at_com"][end][TENSOR_ROWS, TENSOR_COLUMNS],
+                tensor_to_vector(intervals["inertia_at_com"][end]),
             )
         )
         for end in (0, 1)

@@ -145,6 +145,15 @@ def require_its_bias(estimator: Estimator, found: Ingested) -> None:
         raise InputError(what, found.log, fix)
 
 
+def out_of_order(found: Ingested) -> InputError:
+    """That a recording's samples are gone, which a method needs in order."""
+    return InputError(
+        "an accuracy to stop at (`until`) needs the samples in order",
+        found.log,
+        "leave it out, or identify the recordings themselves",
+    )
+
+
 def state_of(estimator: Estimator, part: Ingested) -> State:
     """What a method sees of one recording.
 

@@ -23,7 +23,12 @@ from hefting.core.errors import InputError
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.sample_state import SampleState
 from hefting.identification.contradictions import with_contradictions
-from hefting.identification.estimator import accuracy_of, estimator_of, shape_of
+from hefting.identification.estimator import (
+    accuracy_of,
+    estimator_of,
+    out_of_order,
+    shape_of,
+)
 from hefting.identification.identify import Identification, identify_understood
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
@@ -150,11 +155,7 @@ def _possible(
 def _require_parts(estimator: Estimator, found: Ingested) -> None:
     """`InputError` for a method that needs the samples themselves."""
     if estimator.asked is not None:
-        raise InputError(
-            "an accuracy to stop at (`until`) needs the samples in order",
-            found.log,
-            "leave it out, or identify the recordings themselves",
-        )
+        raise out_of_order(found)
     if estimator.sampling is None:
         raise InputError(
             f"{estimator.name} has an `update` of its own, and no `sampling`",

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.accuracy import Accuracy
-from hefting.core.errors import InputError, NotIdentifiableError
+from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
 from hefting.core.messages import warning
@@ -16,7 +16,7 @@ from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.estimators.base import Estimator
 from hefting.estimators.joint_state import State
 from hefting.identification.contradictions import with_contradictions
-from hefting.identification.estimator import state_of, taken
+from hefting.identification.estimator import out_of_order, state_of, taken
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import JointIngested, together, with_samples
 from hefting.ingest.several import Log, ingest_all
@@ -56,11 +56,7 @@ def run(
             estimate = _with_stop_reason(estimate, asked, whole, whole, found.static)
         return estimate, found
     if not found.has_samples:
-        raise InputError(
-            "an accuracy to stop at (`until`) needs the samples in order",
-            found.log,
-            "leave it out, or identify the recordings themselves",
-        )
+        raise out_of_order(found)
     return _first_sufficient(estimator, found)
 
 

@@ -29,7 +29,6 @@ from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
 from hefting.inspection.facts import (
     Movement,
-    StreamFacts,
     movement,
     stream_facts,
     wrench_facts,
@@ -352,12 +351,11 @@ def _of_streams(found: Inspection) -> Iterator[str]:
         ):
             yield f"{what} come at {facts.rate:.3g} Hz: record 100 Hz or more, or move slower"
         if facts.missing > SHARE:
-            yield _lost(what, facts)
-
-
-def _lost(what: str, facts: StreamFacts) -> str:
-    longest = f", for {facts.longest_gap:.2g} s at the longest" if facts.gaps else ""
-    return f"{_percent(facts.missing)} of the {what} are missing{longest}: check the network and the recorder's load"
+            longest = f", for {facts.longest_gap:.2g} s at the longest"
+            yield (
+                f"{_percent(facts.missing)} of the {what} are missing"
+                f"{longest if facts.gaps else ''}: check the network and the recorder's load"
+            )
 
 
 def _percent(share: float) -> str:

@@ -112,12 +112,8 @@ def _typed(name: str, value: Any, kind: type) -> Value:
 
 def in_folder(options: Mapping[str, Value], folder: Path) -> dict[str, Value]:
     """The options with names of files that are relative to a folder."""
-    placed = dict(options)
-    for name in FILES:
-        value = placed.get(name)
-        if isinstance(value, str) and _names_file(name, value):
-            placed[name] = str(folder / value)
-    return placed
+    placed = {name: str(folder / path) for name, path in files_of(options).items()}
+    return {**options, **placed}
 
 
 def files_of(options: Mapping[str, Value]) -> dict[str, str]:
@@ -178,29 +174,24 @@ def check_request(request: SimpleNamespace) -> None:
 
     What is only wrong without something else, as a hull without a shape, is not.
     """
+    from hefting.estimators import method_named
+    from hefting.ingest.ingest import check_convention
+    from hefting.motion.measure import check_source
+
     a = request
     gravity_of(a)
     hyperparameters_of(a)
     bias_said(a.bias)
-    _check_words(a)
+    if a.method is not None:
+        method_named(a.method)
+    check_convention(a.wrench)
+    check_source(a.motion)
     if not a.start >= 0.0:
         raise InputError(f"{a.start:g} s is before a recording", "--start")
     if a.duration is not None and not a.duration > 0.0:
         raise InputError(f"{a.duration:g} s is no time", "--duration")
     _check_files(a)
     shape_of(SimpleNamespace(**{**vars(a), "hull": a.hull and a.shape is not None}))
-
-
-def _check_words(a: Any) -> None:
-    """Those of the method, the wrench and the motion."""
-    from hefting.estimators import method_named
-    from hefting.ingest.ingest import check_convention
-    from hefting.motion.measure import check_source
-
-    if a.method is not None:
-        method_named(a.method)
-    check_convention(a.wrench)
-    check_source(a.motion)
 
 
 def _check_files(a: Any) -> None:

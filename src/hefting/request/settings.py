@@ -15,7 +15,6 @@ if TYPE_CHECKING:
 
     from hefting.core.accuracy import Accuracy
     from hefting.core.gravity import Gravity
-    from hefting.core.mass_reading import MassReading
     from hefting.core.recording import Recording
     from hefting.core.sensor_accuracy import SensorAccuracy
     from hefting.core.spatial import Array
@@ -74,39 +73,25 @@ def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
         return SensorAccuracy.of(a.sensor_accuracy)
 
 
-def mass_of(a: Any) -> "MassReading | None":
-    """The scale's reading that was given; `InputError` names the option."""
-    from hefting.core.mass_reading import MassReading
-
-    with _naming("--mass"):
-        return MassReading.of(a.mass)
-
-
 def reading_of(
     a: Any, gravity: "Gravity", recordings: "list[Recording]"
 ) -> dict[str, Any]:
     """How the recordings are to be read, as arguments of `hefting.identify`."""
+    from hefting.ingest.bias import tare
     from hefting.ingest.tool import load_tool
 
+    bias = bias_said(a.bias)
+    if isinstance(bias, list):  # six numbers for each
+        bias = [tare(recording, *bias) for recording in recordings]
     return {
         "gravity": gravity,
         "wrench": a.wrench,
-        "bias": _biases(a.bias, recordings),
+        "bias": bias,
         "motion": a.motion,
         "start": a.start,
         "duration": a.duration,
         "tool": load_tool(a.tool) if a.tool else None,
     }
-
-
-def _biases(text: str, recordings: "list[Recording]"):
-    """A bias of all recordings, or six numbers for each."""
-    from hefting.ingest.bias import tare
-
-    said = bias_said(text)
-    if isinstance(said, list):
-        return [tare(recording, *said) for recording in recordings]
-    return said
 
 
 def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
@@ -133,6 +118,7 @@ def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
 
 def hyperparameters_of(a: Any) -> dict[str, Any]:
     """Those that were given, by their names in the estimators."""
+    from hefting.core.mass_reading import MassReading
     from hefting.estimators import options
 
     settings = {
@@ -155,7 +141,8 @@ def hyperparameters_of(a: Any) -> dict[str, Any]:
     if a.sensor_accuracy is not None:
         settings["sensor_accuracy"] = sensor_accuracy_of(a)
     if a.mass is not None:
-        settings["mass"] = mass_of(a)
+        with _naming("--mass"):
+            settings["mass"] = MassReading.of(a.mass)
     if a.until is not None:
         settings["until"] = accuracy_of(a.until)
     return settings
@@ -255,7 +242,7 @@ def sensor_pose_of(a: Any) -> "Array | None":
     pose, turned = a.sensor_pose_in_log, a.sensor_turned
     if turned is None:
         return pose_of(pose)
-    if pose is not None and turned is not None:
+    if pose is not None:
         raise InputError(
             "is given beside --sensor-pose-in-log",
             "--sensor-turned",

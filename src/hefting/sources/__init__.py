@@ -18,9 +18,19 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.magnitudes import LARGEST, LARGEST_TIME
+from hefting.core.messages import Message
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording
 from hefting.core.spatial import Array
 from hefting.online.samples import UNIT_NORM, Samples, Source
+
+
+class NamedSource:
+    """What sources begin with; see `hefting.online.samples.Source`."""
+
+    def __init__(self, name: str):
+        self.name = name
+        self.chosen: tuple[Message, ...] = ()
+        self.skipped: Counter[str] = Counter()
 
 
 class Address(NamedTuple):
@@ -114,19 +124,14 @@ MAX_MESSAGE = 1_000_000
 humanoid ten thousand."""
 
 MAX_JOINTS = 1000
-"""Most joints of a sample."""
 
 MAX_QUEUED = 50_000
 """Most messages that wait for being read: ten seconds of all that a robot sends."""
 
 TOO_LARGE = "larger than 1 MB"
-"""Why a message was skipped: it is longer than `MAX_MESSAGE`."""
-
 UNREADABLE = "does not fit its definition"
-"""Why a message was skipped: its bytes are not what its type says."""
-
 QUEUE_FULL = "not read in time"
-"""Why a message was skipped: more than `MAX_QUEUED` waited."""
+"""Why messages are skipped."""
 
 
 def check(samples: Samples, skipped: Counter[str]) -> Samples | None:

@@ -96,7 +96,6 @@ LOOKING = 0.2
 """How often new topics are looked for [s]."""
 
 MAX_TOPICS = 10_000
-"""Most topics that are remembered."""
 
 
 class DdsTransport(Transport):

@@ -32,7 +32,6 @@ MAX_FRAME = 16_000_000
 """Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
 
 MAX_CHANNELS = 10_000
-"""Most channels of a server."""
 
 PATIENCE = 3.0
 

@@ -126,15 +126,16 @@ class Pump:
                     self._deliver(good)
             if found:
                 self._heard()
-            elif self.counts["samples"] and self._is_silent():
+            elif (
+                self.counts["samples"]
+                and self.state == "open"
+                and time.monotonic() - self._came > SILENT
+            ):
                 self.state = "silent"
                 what = f"{self.source.name}: no samples for {SILENT:g} s"
                 self._tell(warning("source-silent", what))
             if not self.counts["samples"]:
                 self._check_silence(time.monotonic() - begin)
-
-    def _is_silent(self) -> bool:
-        return self.state == "open" and time.monotonic() - self._came > SILENT
 
     def _heard(self) -> None:
         before, self._came = self._came, time.monotonic()

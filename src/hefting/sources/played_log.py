@@ -1,7 +1,6 @@
 """A log that is played at its own speed, or another."""
 
 import time
-from collections import Counter
 
 import numpy as np
 
@@ -9,22 +8,20 @@ from hefting.core.errors import InputError
 from hefting.core.messages import Message, note
 from hefting.core.recording import Recording
 from hefting.online.samples import EndOfSource, Samples
-from hefting.sources import Request
+from hefting.sources import NamedSource, Request
 
 STEP = 0.01
 """What is given at once lasts so long [s] of the log's time, at most."""
 
 
-class PlayedLog:
+class PlayedLog(NamedSource):
     """The samples of a recording, each stream when its time has come."""
 
     def __init__(self, name: str, request: Request, recording: Recording | None = None):
         if not request.speed > 0:
             what = f"a log cannot be played {request.speed:g} times as fast"
             raise InputError(what, name, "give a speed above 0")
-        self.name = name
-        self.chosen: tuple[Message, ...] = ()
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         self._request, self._recording = request, recording
         self._done, self._begin = -np.inf, 0.0
 

@@ -30,13 +30,11 @@ RosMessage = tuple[Topic, int, bytes]
 POSE_STREAMS = ("position", "orientation")
 
 UNFITTING = "frames or times that do not fit the others"
-"""Why a message was skipped: taken with what was chosen, it makes no sense."""
+NOT_FINITE = "values that are not finite"
+"""Why messages are skipped."""
 
 ROLES = ("wrench", "pose", "joint", "imu", "twist")
 """Roles of topics that can be chosen by name."""
-
-NOT_FINITE = "values that are not finite"
-"""Why samples were skipped."""
 
 
 class RosDecoder:

@@ -6,10 +6,9 @@ from abc import ABC, abstractmethod
 from collections import Counter
 from collections.abc import Callable
 
-from hefting.core.messages import Message
 from hefting.logs.ros.source import Topic
 from hefting.online.samples import Samples
-from hefting.sources import Pace, Request
+from hefting.sources import NamedSource, Pace, Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
@@ -54,13 +53,11 @@ def source_by(transport: Callable[[str], Transport]) -> Callable[..., "RosSource
     return lambda name, request: RosSource(name, request, transport(name))
 
 
-class RosSource:
+class RosSource(NamedSource):
     """Decodes what a transport brings; see `hefting.online.samples.Source`."""
 
     def __init__(self, name: str, request: Request, transport: Transport):
-        self.name = name
-        self.chosen: tuple[Message, ...] = ()
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         self._request, self._transport = request, transport
         transport.skipped = self.skipped
         self._decoder: RosDecoder | None = None

@@ -29,8 +29,14 @@ VERSION = 2
 REQUEST_VERSION, SETUP_OUTPUTS, START, DATA = map(ord, "VOSU")
 """Kinds of packages that are sent or read."""
 
-CODES = {"DOUBLE": "d", "VECTOR6D": "6d", "VECTOR3D": "3d", "INT32": "i", "UINT32": "I"}
-"""How the values of a type are packed."""
+CODES = {
+    "DOUBLE": "(1,)>f8",
+    "VECTOR6D": "(6,)>f8",
+    "VECTOR3D": "(3,)>f8",
+    "INT32": "(1,)>i4",
+    "UINT32": "(1,)>u4",
+}
+"""How the values of a type are packed, as NumPy writes it."""
 
 
 class RtdeError(Exception):
@@ -63,15 +69,13 @@ class Recipe:
     """How the fields of a data package are packed."""
 
     def __init__(self, number: int, fields: Sequence[str], types: Sequence[str]):
-        self.number = number
-        self._format = struct.Struct(">B" + "".join(CODES[kind] for kind in types))
-        widths = [struct.Struct(">" + CODES[kind]) for kind in types]
-        self._ends = np.cumsum([len(each.unpack(bytes(each.size))) for each in widths])
-        self.fields = tuple(fields)
+        self.number, self.fields = number, tuple(fields)
+        kinds = ["u1", *(CODES[kind] for kind in types)]
+        self._row = np.dtype(list(zip(("number", *fields), kinds, strict=True)))
 
     def blank(self) -> dict[str, Array]:
         """The fields of one package that is all zero."""
-        data = bytes((self.number,)).ljust(self._format.size, b"\0")
+        data = bytes((self.number,)).ljust(self._row.itemsize, b"\0")
         return self.read([data])[0]
 
     def read(self, contents: Sequence[bytes]) -> tuple[dict[str, Array], int]:
@@ -80,12 +84,11 @@ class Recipe:
         good = [
             content
             for content in contents
-            if len(content) == self._format.size and content[0] == self.number
+            if len(content) == self._row.itemsize and content[0] == self.number
         ]
-        rows = [self._format.unpack(content)[1:] for content in good]
-        table = np.array(rows, dtype=float).reshape(len(rows), int(self._ends[-1]))
-        parts = np.split(table, self._ends[:-1], axis=1)
-        return dict(zip(self.fields, parts, strict=True)), len(contents) - len(good)
+        rows = np.frombuffer(b"".join(good), self._row)
+        values = {name: rows[name].astype(float) for name in self.fields}
+        return values, len(contents) - len(good)
 
 
 class Dialogue:
@@ -149,7 +152,6 @@ class Dialogue:
 
 
 PORT = 30004
-"""Where controllers listen."""
 
 RATE = 500.0
 """Packages a second that are asked for; CB3 sends 125."""

@@ -4,11 +4,10 @@ import os
 import queue
 import sys
 import threading
-from collections import Counter
 
-from hefting.core.messages import Message, note
+from hefting.core.messages import note
 from hefting.online.samples import EndOfSource, Samples
-from hefting.sources import Request
+from hefting.sources import NamedSource, Request
 from hefting.sources.tcp import JsonLines
 
 PIECE = 1 << 16
@@ -18,16 +17,14 @@ PIECES = 64
 """Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""
 
 
-class StandardInput:
+class StandardInput(NamedSource):
     """Lines of JSON from a pipe; it ends where the pipe does.
 
     A thread reads, as not every system can wait for a pipe for a limited time.
     """
 
     def __init__(self, name: str, request: Request):
-        self.name = "standard input"
-        self.chosen: tuple[Message, ...] = ()
-        self.skipped: Counter[str] = Counter()
+        super().__init__("standard input")
         self._lines = JsonLines(self.skipped)
         self._pieces: queue.Queue[bytes] = queue.Queue(PIECES)
 

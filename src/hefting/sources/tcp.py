@@ -15,25 +15,22 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import InputError, printable
-from hefting.core.messages import Message, note
+from hefting.core.messages import note
 from hefting.core.recording import COLUMNS
 from hefting.online.samples import Samples, SourceLostError
 from hefting.sources import (
     MAX_JOINTS,
     MAX_MESSAGE,
     TOO_LARGE,
+    NamedSource,
     Request,
     address_of,
 )
 
 NO_JSON = "not a JSON object"
-"""Why a line was skipped: it cannot be read."""
-
 NO_TIME = "no time in seconds"
-"""Why a line was skipped: no number tells when it was."""
-
 NO_STREAM = "no stream of numbers"
-"""Why a line was skipped: none of its keys is a stream, or its values are no numbers."""
+"""Why lines are skipped."""
 
 
 class JsonLines:
@@ -128,13 +125,11 @@ PIECE = 1 << 16
 """Most that is read at once [bytes]."""
 
 
-class SocketSource:
+class SocketSource(NamedSource):
     """What sources over a socket have in common."""
 
     def __init__(self, name: str, port: int | None, example: str):
-        self.name = name
-        self.chosen: tuple[Message, ...] = ()
-        self.skipped: Counter[str] = Counter()
+        super().__init__(name)
         self._address = address_of(name, port, example)
         self._socket: socket.socket | None = None
 

@@ -63,7 +63,6 @@ PORT = 7447
 """Where a Zenoh router listens by default."""
 
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
-"""What a name looks like."""
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
 """Liveliness tokens of what zenoh-bridge-ros2dds brings in."""
@@ -72,7 +71,6 @@ CHECK = 1.0
 """How often it is asked whether the router is still there [s]."""
 
 MAX_TOPICS = 10_000
-"""Most topics that are remembered."""
 
 
 class ZenohTransport(Transport):

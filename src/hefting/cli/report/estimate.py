@@ -5,18 +5,23 @@ import os
 import sys
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
-from shutil import get_terminal_size
 from typing import TYPE_CHECKING, Any, Literal
 
 import numpy as np
 
-from hefting.cli.parser import WIDTH, wrapped
-from hefting.cli.report import Worth, aligned, other_warnings, verdict_lines
+from hefting.cli.parser import output_width, wrapped
+from hefting.cli.report import (
+    Worth,
+    aligned,
+    other_warnings,
+    verdict_lines,
+    wrench_text,
+)
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
-from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
+from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_vector
 from hefting.core.summary import samples_told, sign_told
 
 if TYPE_CHECKING:
@@ -40,7 +45,6 @@ MENDED = {
 are told without --verbose."""
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
-"""How a terminal is told of each style."""
 
 
 @dataclass(frozen=True)
@@ -155,17 +159,12 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
     """
     takes_styles = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
     styled = sys.stdout.isatty() and takes_styles
-    width = _width()
+    width = output_width()
     for line in lines:
         text = "\n".join(map(printable, render(line.text).split("\n")))
         text = text if line.whole else wrapped(text, width)
         style = STYLES[line.style] if styled else ""
         print(f"{style}{text}\x1b[0m" if style else text)
-
-
-def _width() -> int:
-    """Columns of standard output."""
-    return get_terminal_size().columns if sys.stdout.isatty() else WIDTH
 
 
 def _table(
@@ -175,7 +174,7 @@ def _table(
     line after the rows `ends`. Without blanks beside its cells where it is too wide
     with them."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
-    blank = " " if sum(widths) + 3 * len(widths) < _width() else ""
+    blank = " " if sum(widths) + 3 * len(widths) < output_width() else ""
 
     def ruled(left: str, line: str, between: str, right: str) -> Line:
         columns = (line * (width + 2 * len(blank)) for width in widths)
@@ -204,7 +203,7 @@ def _ten_of(p: InertialParameters) -> list[float]:
 
 
 def _ten(mass: float | Array, com: Array, inertia: Array) -> list[float]:
-    return [float(mass), *1e3 * com, *inertia[TENSOR_ROWS, TENSOR_COLUMNS]]
+    return [float(mass), *1e3 * com, *tensor_to_vector(inertia)]
 
 
 def assumptions(estimate: Estimate) -> Iterable[str]:
@@ -276,11 +275,8 @@ def _describe_torques(made: Mapping[str, Any]) -> str:
 
 def _describe_bias(bias: Array, on_sensor: bool) -> str:
     """The wrench bias found, with the sign of the recorded wrench."""
-    recorded = -bias if on_sensor else bias
-    force, torque = (
-        ", ".join(f"{x:.3g}" for x in part) for part in (recorded[:3], recorded[3:])
-    )
-    return f"wrench bias found with it, as recorded: ({force}) N, ({torque}) N m"
+    recorded = wrench_text(-bias if on_sensor else bias)
+    return f"wrench bias found with it, as recorded: {recorded}"
 
 
 def summary(estimate: Estimate) -> Iterable[str]:

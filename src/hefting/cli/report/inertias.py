@@ -1,12 +1,11 @@
 """Inertials of a URDF as a person reads it: a line for each link that fails, and a
 count of the others."""
 
-from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.report.printing import warning_lines
+from hefting.cli.report.printing import bare_table, warning_lines
 from hefting.core.errors import printable
 from hefting.robots import LinkCheck, Repaired
 from hefting.robots.inertia_check import THINNEST_LENGTH
@@ -42,7 +41,7 @@ def inertias_report(repaired: Repaired, written: str | None = None) -> Group:
 
 
 def _table(failing: list[LinkCheck]) -> Table:
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = bare_table()
     table.add_column("link", overflow="fold")
     table.add_column("what fails", overflow="fold")
     table.add_column("by", justify="right", no_wrap=True)

@@ -9,7 +9,7 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.report import with_reach
+from hefting.cli.report import with_reach, wrench_text
 from hefting.cli.report.estimate import MORE
 from hefting.cli.report.printing import doubt_lines, plain_table
 from hefting.core.spatial import SPEED_LIMIT, Array
@@ -185,11 +185,8 @@ def _bias(f: "WrenchFacts", verbose: bool) -> str:
         return "bias: cannot be told from the object here"
     if np.abs(f.bias_t).max() < SIGNIFICANT:
         return "bias: none beyond three standard deviations"
-    force, torque = (
-        ", ".join(f"{x:.3g}" for x in part) for part in (f.bias[:3], f.bias[3:])
-    )
     size = f"; largest t {np.abs(f.bias_t).max():.3g}" if verbose else ""
-    return f"bias as recorded ({force}) N, ({torque}) N m{size}"
+    return f"bias as recorded {wrench_text(f.bias)}{size}"
 
 
 def _drift(bias: "Drift", verbose: bool) -> str:

@@ -93,7 +93,12 @@ def comparison_report(
     if not verbose:
         return Group(*lines, Text(MORE))
     lines.append(_checks(comparison, names))
-    lines += _explain_failures(comparison)
+    failed = {e.consistency.violated for e in comparison.results.values()}
+    lines += [
+        Text(f"no: {FAILURES[name]}: {text}")
+        for name, text in EXPLANATIONS.items()
+        if name in failed
+    ]
     if any(name in VARIANTS for name in names):
         lines.append(
             Text("names with a hyphen: variants, see hefting methods --verbose")
@@ -163,16 +168,6 @@ def _residual(e: "Estimate", noise: Array) -> str:
         return ""
     misfit = bool((r > UNEXPLAINED_RESIDUAL_RATIO * noise).any())
     return f"{'! ' if misfit else ''}{r[0]:.2g}, {r[1]:.2g}"
-
-
-def _explain_failures(comparison: "Comparison") -> list[Text]:
-    """What each condition means that a result fails, one line each."""
-    failed = {e.consistency.violated for e in comparison.results.values()}
-    return [
-        Text(f"no: {FAILURES[name]}: {EXPLANATIONS[name]}")
-        for name in EXPLANATIONS
-        if name in failed
-    ]
 
 
 def _errors_table(errors: "dict[str, Errors]") -> Table:

@@ -4,13 +4,12 @@ it fits what was measured."""
 from collections.abc import Iterable
 
 import numpy as np
-from rich.box import SIMPLE_HEAD
 from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
 from hefting.cli.report.estimate import MORE
-from hefting.cli.report.printing import doubt_lines
+from hefting.cli.report.printing import bare_table, doubt_lines
 from hefting.motion.measure import DESCRIPTIONS
 from hefting.prediction import Agreement, Peak, Prediction
 
@@ -48,7 +47,7 @@ def prediction_report(found: Prediction, verbose: bool = False) -> Group:
 
 def _table(found: Prediction) -> Table:
     """Peaks, then components: lowest and highest, each with its band and when."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = bare_table()
     table.add_column("", no_wrap=True)
     band, when = found.std is not None, "in row" if found.static else "at s"
     for name in (

@@ -1,8 +1,6 @@
 """What every report shares."""
 
-import sys
 from collections.abc import Callable, Iterable
-from shutil import get_terminal_size
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console, Group
@@ -10,7 +8,7 @@ from rich.measure import Measurement
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.parser import WIDTH, wrapped
+from hefting.cli.parser import output_width, wrapped
 from hefting.cli.report import other_warnings, verdict_lines
 from hefting.core.errors import printable
 from hefting.core.messages import Verdict
@@ -26,7 +24,7 @@ def print_report(report: Group, render: Callable[[str], str] = str) -> None:
     `render` turns the library's way of naming its arguments into the reader's. A table
     that is too wide has less space between its columns.
     """
-    width = get_terminal_size().columns if sys.stdout.isatty() else WIDTH
+    width = output_width()
     for line in report.renderables:
         if isinstance(line, Text):
             line.plain = wrapped(printable(render(line.plain)), width)
@@ -41,10 +39,15 @@ def print_report(report: Group, render: Callable[[str], str] = str) -> None:
     console.print(report)
 
 
+def bare_table() -> Table:
+    """A table without columns."""
+    return Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+
+
 def plain_table(first: str, *others: str) -> Table:
     """A table with these columns and no rows yet: the first to the left, the others to
     the right but for those without a name."""
-    table = Table(box=SIMPLE_HEAD, pad_edge=False, padding=(0, 1, 0, 0))
+    table = bare_table()
     table.add_column(first, no_wrap=True)
     for name in others:
         table.add_column(name, justify="right" if name else "left", overflow="fold")

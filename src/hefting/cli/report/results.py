@@ -29,9 +29,7 @@ class Results:
     errors: "dict[str, Errors]"
     """By method; empty where the truth is not known"""
     written: "list[tuple[str, Exported]]"
-    """Files that were written, and what is in them"""
     pictures: tuple[str, ...] = ()
-    """Pictures that were written"""
 
 
 def print_json(results: Results, render: Callable[[str], str]) -> None:

@@ -31,7 +31,6 @@ FEWEST_DRIFT_FUNCTIONS = 4
 are looked for: up to third degree. There is one more for each distance between knots of
 the drift that is found later."""
 MOST_DRIFT_FUNCTIONS = 12
-"""Most of them."""
 LONGEST_CORRELATION = 20.0
 """[cells] Longest autocorrelation time that is believed."""
 
@@ -87,11 +86,6 @@ class JointFit:
     def variance(self) -> Array:
         """(2,) of the residuals of force and torque."""
         return self.squares.sum(axis=0) / max(float(self.equations.sum()), 1.0)
-
-    @property
-    def variances(self) -> Array:
-        """(L, 2) of the residuals in each interval."""
-        return self.squares / np.maximum(self.equations, 1.0)[:, None]
 
     def difference(self, i: int, j: int) -> tuple[Array, Array]:
         """Parameters (10,) of body j less those of body i, and their covariance (10,
@@ -226,7 +220,6 @@ SENSOR_ERROR = 0.005
 """Error of a good sensor as a share of the wrench's changes, which averaging does not
 lessen."""
 MEDIAN_OF_NORMAL = 0.6745
-"""Median size of a standard normal number."""
 THIRD_DIFFERENCE = np.sqrt(20.0)
 """Standard deviation of the third difference of white noise of one."""
 SUSPICIOUS = 100.0
@@ -239,7 +232,6 @@ UNEXPLAINED_VARIANCE = 12.0
 looked for: a contact may be where one change explains little. In recordings of three
 real sensors it is 1 to 10."""
 FEWEST_CELLS_EACH_SIDE = 5
-"""Fewest cells on each side of a change."""
 
 
 def with_noise_scale(cells: Cells, rounding: Array) -> Cells:
@@ -251,7 +243,7 @@ def with_noise_scale(cells: Cells, rounding: Array) -> Cells:
     floor = np.maximum(SENSOR_ERROR * changes, np.maximum(rounding, smallest))
     cells = replace(cells, scale=np.maximum(0.1 * changes, smallest))
     for _ in range(2):
-        apart = np.diff(_one_body(cells).residual, n=3, axis=0) * cells.unit
+        apart = np.diff(_one_body(cells)[2], n=3, axis=0) * cells.unit
         sizes = np.median(np.abs(apart).reshape(-1, 2, 3), axis=(0, 2))
         noise = sizes / (MEDIAN_OF_NORMAL * THIRD_DIFFERENCE)
         cells = replace(cells, scale=np.hypot(noise, floor))
@@ -270,19 +262,9 @@ def is_suspicious(cells: Cells) -> bool:
     return log_ratio(one, two) / tau > SUSPICIOUS
 
 
-@immutable
-class _OneBody:
-    """The fit of one body beside a smoothly drifting bias."""
-
-    columns: Array
-    """(M, 6, q)"""
-    normal: Array
-    """(q, q)"""
-    residual: Array
-    """(M, 6)"""
-
-
-def _one_body(cells: Cells) -> _OneBody:
+def _one_body(cells: Cells) -> tuple[Array, Array, Array]:
+    """The fit of one body beside a smoothly drifting bias: columns (M, 6, q), normal
+    matrix (q, q), residuals (M, 6)."""
     drift = drift_degrees(cells)
     columns = np.concatenate((cells.regressor, bias_columns(cells, drift)), axis=2)
     flat = columns.reshape(-1, columns.shape[2])
@@ -290,25 +272,23 @@ def _one_body(cells: Cells) -> _OneBody:
     normal = flat.T @ flat + np.diag(ridge)
     solution = np.linalg.solve(normal, flat.T @ cells.whitened.ravel())
     residual = cells.whitened.ravel() - flat @ solution
-    return _OneBody(columns, normal, residual.reshape(-1, 6))
+    return columns, normal, residual.reshape(-1, 6)
 
 
 def _best_change(cells: Cells) -> int:
     """The cell from which on a second body explains most."""
-    fit = _one_body(cells)
+    columns, normal, residual = _one_body(cells)
     A = np.swapaxes(cells.regressor, 1, 2)
 
     def from_here_on(values: Array) -> Array:
         return np.cumsum(values[::-1], axis=0)[::-1]
 
-    shared = from_here_on(A @ fit.columns)
-    score = from_here_on(A @ fit.residual[:, :, None])
+    shared = from_here_on(A @ columns)
+    score = from_here_on(A @ residual[:, :, None])
     rows = slice(FEWEST_CELLS_EACH_SIDE, len(cells) - FEWEST_CELLS_EACH_SIDE)
     shared, score = shared[rows], score[rows]
     q = shared.shape[2]
-    explained = (shared.reshape(-1, q) @ np.linalg.inv(fit.normal)).reshape(
-        shared.shape
-    )
+    explained = (shared.reshape(-1, q) @ np.linalg.inv(normal)).reshape(shared.shape)
     information = shared[:, :, :PARAMETERS] - explained @ np.swapaxes(shared, 1, 2)
     information = information + np.diag(LARGEST_PARAMETERS**-2.0)
     gain = np.sum(score * np.linalg.solve(information, score), axis=(1, 2))

@@ -48,7 +48,6 @@ moved to the best cell."""
 SHORTEST_INTERVAL = 0.8
 """[s] Shortest interval: five equations for each unknown."""
 FEWEST_CELLS = 8
-"""Fewest cells of an interval."""
 SMALLEST_VARIANCE = 0.5
 """Variance of a residual in units of the noise below which less is no better."""
 COST_OF_INTERVAL = 60.0

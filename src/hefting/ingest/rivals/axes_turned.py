@@ -11,7 +11,6 @@ same along all axes, and B vec(R) the right-hand side. Q is positive semidefinit
 <- (the rotation nearest to Q vec(R)) never decreases vec(R)' Q vec(R).
 """
 
-import itertools
 from weakref import WeakKeyDictionary
 
 import numpy as np
@@ -28,6 +27,7 @@ from hefting.ingest.rivals.placement import (
     turn_text,
     turned_and_moved,
 )
+from hefting.ingest.rivals.position_axes import SIGNED_PERMUTATIONS
 from hefting.ingest.robust_rows import normal_equations, scaled_to_ones
 
 CODE = "axes-turned"
@@ -45,14 +45,7 @@ CHANCE = 3.0
 CROSS_TALK = 0.005
 """Standard deviation of a sensor's cross-talk, as on data sheets. Its antisymmetric
 part is a rotation, of so many radians over the root of two about each axis."""
-QUARTER_TURNS = np.array(
-    [
-        axes
-        for order in itertools.permutations(np.eye(3))
-        for signs in itertools.product((1.0, -1.0), repeat=3)
-        if np.linalg.det(axes := np.array(signs)[:, None] * np.array(order)) > 0.0
-    ]
-)
+QUARTER_TURNS = SIGNED_PERMUTATIONS[np.linalg.det(SIGNED_PERMUTATIONS) > 0.0]
 """The 24 rotations of a cube, from which the best one is looked for."""
 _ROTATIONS: WeakKeyDictionary[Case, Placement] = WeakKeyDictionary()
 

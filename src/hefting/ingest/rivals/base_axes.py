@@ -83,8 +83,6 @@ def _both_biases() -> Array:
     """(10, 6, 12) columns of a bias that is constant in base axes, by the entries (i, j)
     of the rotation to sensor axes, and of one that is constant in these."""
     columns = np.zeros((10, 6, 12))
-    for i in range(3):
-        for j in range(3):
-            columns[3 * i + j, i, j] = columns[3 * i + j, 3 + i, 3 + j] = 1.0
+    columns[:9, :3, :3] = columns[:9, 3:, 3:6] = np.eye(9).reshape(9, 3, 3)
     columns[-1, :, 6:] = np.eye(6)
     return columns

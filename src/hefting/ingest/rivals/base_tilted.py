@@ -74,15 +74,7 @@ def explain(case: Case) -> Explanation | None:
     angle = angle_between(case.gravity, gravity)
     std = float(np.hypot(std, SENSOR_ERROR))
     if angle > REVERSED:
-        return Explanation(
-            "gravity-reversed",
-            f"gravity seems to point the other way{_or_heavier(case)}",
-            _fix_of_reversed(case),
-            fitted,
-            0,
-            argument="gravity",
-            is_grave=True,  # weight and inertia have opposite signs
-        )
+        return next(undone(case)).explanation(fitted)
     x, y, z = gravity
     force = abs(fitted.solution[0, 0]) * np.linalg.norm(gravity - case.gravity)
     what = (
@@ -99,13 +91,16 @@ def explain(case: Case) -> Explanation | None:
 def undone(case: Case) -> Iterator[Undone]:
     """Gravity the other way."""
     if _may_be_told(case):
+        x, y, z = 0.0 - case.gravity
+        # where it was given as everyone's
+        heavier = OR_HEAVIER if case.gravity[2] < 0.0 else ""
         yield Undone(
             "gravity-reversed",
-            f"gravity seems to point the other way{_or_heavier(case)}",
-            _fix_of_reversed(case),
+            f"gravity seems to point the other way{heavier}",
+            f"give `gravity`='{x:g},{y:g},{z:g}'",
             case.with_gravity(-case.gravity),
             argument="gravity",
-            is_grave=True,
+            is_grave=True,  # weight and inertia have opposite signs
             is_linear=True,
         )
 
@@ -113,16 +108,6 @@ def undone(case: Case) -> Iterator[Undone]:
 def _may_be_told(case: Case) -> bool:
     """Whether gravity is modelled."""
     return not case.path.gravity_measured and bool(case.gravity.any())
-
-
-def _or_heavier(case: Case) -> str:
-    """What else gravity the other way may be, where it was given as everyone's."""
-    return OR_HEAVIER if case.gravity[2] < 0.0 else ""
-
-
-def _fix_of_reversed(case: Case) -> str:
-    x, y, z = 0.0 - case.gravity
-    return f"give `gravity`='{x:g},{y:g},{z:g}'"
 
 
 def gravity_to_give(gravity: Array, angle: float) -> str:
@@ -153,11 +138,11 @@ def _columns_of_freed() -> Array:
     """(9, 6, 12) of the force's components and of their moments, by the entries (i, j)
     of the rotation to sensor axes."""
     columns = np.zeros((9, 6, 12))
-    for i in range(3):
-        for j in range(3):
-            columns[3 * i + j, i, j] = 1.0
-            # of a force along x_i at points along the three axes
-            columns[3 * i + j, 3:, 3 + 3 * j : 6 + 3 * j] = -skew(np.eye(3)[i])
+    columns[:, :3, :3] = np.eye(9).reshape(9, 3, 3)
+    for k in range(9):
+        i, j = divmod(k, 3)
+        # of a force along x_i at points along the three axes
+        columns[k, 3:, 3 + 3 * j : 6 + 3 * j] = -skew(np.eye(3)[i])
     return columns
 
 
@@ -184,7 +169,7 @@ def _from(
         columns = np.einsum("kxt,xc->kct", along, effect)
         if free_offset:
             columns = np.concatenate((columns, here.offset_columns), axis=2)
-        step = linear_step(fitted, 0, columns)
+        step = linear_step(fitted, columns)
         change = np.clip(step.change[:2], -LARGEST_STEP, LARGEST_STEP)
         gravity = tilt_gravity(gravity, change)
         if free_offset:

@@ -21,7 +21,7 @@ def explain(case: Case) -> Explanation | None:
     fitted, _ = fit_as_given(free)
     given, _ = fit_as_given(case)
     columns = np.broadcast_to(np.eye(6), (len(case.time), 6, 6))
-    step = linear_step(given, given.best, columns)
+    step = linear_step(given, columns)
     # the residuals of a wrong bias are all coloured: of white ones is enough to tell
     # whether the motion determines it
     std = np.sqrt(np.maximum(step.white.diagonal(), 1e-300))

@@ -87,8 +87,8 @@ def _step(
     beside a prediction of the wrench (K, 6) and a fit with the errors `before` taken
     away."""
     columns = np.einsum("kj,ci->kcij", wrench, np.eye(6)).reshape(len(wrench), 6, 36)
-    S, g = LinearPart.of(fitted, 0).beside(columns[:, :, free])
-    independent = 1.0 / correlation(fitted, 0)
+    S, g = LinearPart.of(fitted).beside(columns[:, :, free])
+    independent = 1.0 / correlation(fitted)
     S, g = independent * S, independent * g
     g = g + S @ before
     scale = _scale(std)[free]

@@ -45,7 +45,7 @@ def explain(case: Case) -> Explanation | None:
     for taken in range(STEPS):
         if taken and is_hopeless(case, fitted, given):
             return None
-        step = linear_step(fitted, 0, _columns(case, around, fitted))
+        step = linear_step(fitted, _columns(case, around, fitted))
         rate += float(np.clip(step.change[0], -0.01, 0.01))
         offset += float(np.clip(step.change[1], -0.04, 0.04))
         fitted, around = _fit(case, rate, offset, fitted)

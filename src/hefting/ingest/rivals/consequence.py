@@ -144,7 +144,12 @@ def doubt_of(
         return None
     vibration = Vibration.of(case) if case.path.moves else None
     if vibration is not None and vibration.beside(noticed) <= 1.0:
-        return Doubt(_vibrates(vibration), False)
+        what = (
+            f"the wrench vibrates at {vibration.frequency:.2g} Hz, the force by "
+            f"{vibration.force:.2g} N, as on a compliant arm: it counts as noise; move "
+            "slower, or wait between moves, for narrower intervals"
+        )
+        return Doubt(warning("vibration", what), False)
     if judged.given is not None and case.path.moves:
         fitted = judged.given.fitted
         share = unexplained_share(case, fitted, case.level)
@@ -172,15 +177,6 @@ def _multiple(case: Case, judged: Judged, level: Array) -> float:
         return 0.0
     fitted = judged.given.fitted
     return float(fitted.scale[fitted.best, 1] / level[1] / NOTICED_MULTIPLE)
-
-
-def _vibrates(vibration: Vibration) -> Message:
-    what = (
-        f"the wrench vibrates at {vibration.frequency:.2g} Hz, the force by "
-        f"{vibration.force:.2g} N, as on a compliant arm: it counts as noise; move slower, "
-        "or wait between moves, for narrower intervals"
-    )
-    return warning("vibration", what)
 
 
 def _is_negligible(judged: Judged, named: Explanation) -> bool:

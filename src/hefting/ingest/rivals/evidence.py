@@ -143,12 +143,13 @@ def fit_freely(
     )
 
 
-def correlation(fitted: RobustRows, index: int) -> float:
-    """Samples that count as one, by the autocorrelation of the weighted residuals of an
-    alternative; 1 for white ones."""
-    weights = np.sqrt(fitted.weights[index])[:, None]
-    scale = np.repeat(fitted.scale[index], 3)
-    return autocorrelation_time(weights * fitted.residual[index] / scale)
+def correlation(fitted: RobustRows) -> float:
+    """Samples that count as one, by the autocorrelation of the weighted residuals of the
+    most likely alternative; 1 for white ones."""
+    best = fitted.best
+    weights = np.sqrt(fitted.weights[best])[:, None]
+    scale = np.repeat(fitted.scale[best], 3)
+    return autocorrelation_time(weights * fitted.residual[best] / scale)
 
 
 def missing(case: Case, fitted: RobustRows) -> float:
@@ -175,41 +176,30 @@ class Step:
     white: Array
     """(q, q) covariance, if the residuals were white"""
     fitted: RobustRows
-    index: int
 
     @property
     def covariance(self) -> Array:
         """(q, q), for coloured residuals."""
-        return self.white * correlation(self.fitted, self.index)
+        return self.white * correlation(self.fitted)
 
 
-def linear_step(fitted: Fitted, index: int, columns: Array) -> Step:
-    """The step beside all linear unknowns of one alternative.
-
-    Parameters
-    ----------
-    fitted : robust fits.
-    index : which of the alternatives.
-    columns : (K, 6, q) derivative of the wrench by each unknown.
-    """
+def linear_step(fitted: Fitted, columns: Array) -> Step:
+    """The step beside all linear unknowns of the most likely alternative, with the
+    derivative (K, 6, q) of the wrench by each unknown."""
+    fitted = fitted.of_best()
     rows = fitted.rows
     K, _, q = columns.shape
     z, _, p = rows.maps.shape
-    parts = (rows.known[index], columns.reshape(K, 6 * q), fitted.residual[index])
+    parts = (rows.known[0], columns.reshape(K, 6 * q), fitted.residual[0])
     maps = np.zeros((z + 6 * q, 6, p + q))
     maps[:z, :, :p] = rows.maps
     maps[z:, :, p:] = np.eye(6 * q).reshape(6 * q, 6, q)
-    part = slice(index, index + 1)
-    normal, right = normal_equations(
-        np.concatenate(parts, axis=1)[None],
-        maps,
-        fitted.weights[part],
-        fitted.scale[part],
-    )
+    both = np.concatenate(parts, axis=1)[None]
+    normal, right = normal_equations(both, maps, fitted.weights, fitted.scale)
     scaled, length = scaled_to_ones(normal)
     inverse = np.linalg.inv(scaled[0]) / length[0] / length[0, :, None]
     change = (inverse @ right[0])[p:]
-    return Step(change, inverse[p:, p:], fitted, index)
+    return Step(change, inverse[p:, p:], fitted)
 
 
 @immutable
@@ -232,18 +222,18 @@ class LinearPart:
         return float(self.residual @ self.residual)
 
     @classmethod
-    def of(cls, fitted: Fitted, index: int) -> Self:
-        """Of one of the alternatives."""
+    def of(cls, fitted: Fitted) -> Self:
+        """Of the most likely alternative."""
+        fitted = fitted.of_best()
         rows = fitted.rows
-        scale = np.repeat(fitted.scale[index], 3)
-        weights = np.sqrt(fitted.weights[index])[:, None] / scale
-        A = rows.known[index] @ rows.maps.reshape(rows.known.shape[2], -1)
+        weights = np.sqrt(fitted.weights[0])[:, None] / np.repeat(fitted.scale[0], 3)
+        A = rows.known[0] @ rows.maps.reshape(rows.known.shape[2], -1)
         A = (A.reshape(len(weights), 6, -1) * weights[:, :, None]).reshape(
             weights.size, -1
         )
         A = A / np.maximum(np.linalg.norm(A, axis=0), 1e-300)
         normal = A.T @ A + DAMPING * np.eye(A.shape[1])
-        residual = (fitted.residual[index] * weights).ravel()
+        residual = (fitted.residual[0] * weights).ravel()
         return cls(weights, A, normal, residual)
 
     def beside(self, columns: Array) -> tuple[Array, Array]:

@@ -2,7 +2,7 @@
 without one mistake, in which others are looked for."""
 
 from collections.abc import Callable, Iterable, Iterator
-from dataclasses import replace
+from dataclasses import field, fields, replace
 from functools import partial
 from typing import Self
 from weakref import WeakKeyDictionary
@@ -47,8 +47,8 @@ searches undo the same mistakes."""
 
 
 @immutable
-class Explanation:
-    """One way to understand a recording: as it was given, or with a mistake in it."""
+class Mistake:
+    """What may be wrong of a recording."""
 
     code: str
     """code of the message that names it; ``"as-given"`` for no mistake"""
@@ -56,16 +56,24 @@ class Explanation:
     """what would be wrong, as a clause: "the sensor's axes are turned by 30°" """
     fix: str
     """what to do about it, as an imperative"""
+    argument: str | None = field(default=None, kw_only=True)
+    """argument of the library with which the user can act on it"""
+    rarity: float = field(default=0.0, kw_only=True)
+    """negative log of how common the mistake is, over that of the most common ones"""
+    is_grave: bool = field(default=False, kw_only=True)
+    """whether it makes the answer wrong whatever it does to mass and COM"""
+
+
+@immutable
+class Explanation(Mistake):
+    """One way to understand a recording: as it was given, or with a mistake in it."""
+
     fitted: Fitted
     unknowns: int
     """unknowns besides those of a recording as given"""
     cost: float | None = None
     """log-likelihood that the unknowns cost, where their usual size is known; None for
     Schwarz's criterion"""
-    rarity: float = 0.0
-    """negative log of how common the mistake is, over that of the most common ones"""
-    argument: str | None = None
-    """argument of the library with which the user can act on it"""
     parameters: Array | None = None
     """(10,) of the object in the recorded wrench's sign, if it is so; None where they
     are those of `fitted`"""
@@ -74,8 +82,6 @@ class Explanation:
     alternative: Callable[[], "Explanation | None"] | None = None
     """a larger or smaller mistake of the same kind, tried where this one is the
     likeliest"""
-    is_grave: bool = False
-    """whether it makes the answer wrong whatever it does to mass and COM"""
     is_change: bool = False
     """whether it is a change of the object with time, as one at an instant may be"""
     of_many_laws: bool = False
@@ -118,13 +124,8 @@ def over_offsets(
 
 def newton_euler(case: Case, motion: Motion, wrench: Array | None = None) -> Rows:
     """Rows of the model of a body as given: ten parameters and a bias."""
-    return with_bias(
-        case,
-        case.features(motion),
-        REGRESSOR_BY_FEATURE,
-        motion.known,
-        wrench,
-    )
+    features = case.features(motion)
+    return with_bias(case, features, REGRESSOR_BY_FEATURE, motion.known, wrench)
 
 
 def fit_as_given(case: Case) -> tuple[Fitted, float]:
@@ -132,8 +133,7 @@ def fit_as_given(case: Case) -> tuple[Fitted, float]:
     offset [s]: many mistakes start from it, so it is made once a case."""
     if case not in _FITS_AS_GIVEN:
         build = partial(newton_euler, case)
-        found = over_offsets(case, build, ITERATIONS)
-        _FITS_AS_GIVEN[case] = found
+        _FITS_AS_GIVEN[case] = over_offsets(case, build, ITERATIONS)
     return _FITS_AS_GIVEN[case]
 
 
@@ -221,23 +221,11 @@ def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:
 
 
 @immutable
-class Undone:
+class Undone(Mistake):
     """A mistake without unknowns, and the recording without it."""
 
-    code: str
-    """code of the message that names it"""
-    what: str
-    """what would be wrong, as a clause"""
-    fix: str
-    """what to do about it, as an imperative"""
     case: Case
     """the recording, with the mistake undone"""
-    argument: str | None = None
-    """argument of the library with which the user can act on it"""
-    rarity: float = 0.0
-    """as that of an `Explanation`"""
-    is_grave: bool = False
-    """as that of an `Explanation`"""
     log_scale: float = 0.0
     """log of the factor by which undoing it multiplies volumes of the wrench's space"""
     is_linear: bool = False
@@ -247,18 +235,9 @@ class Undone:
         """The mistake alone, by a fit to the recording without it; by default that at the
         likeliest clock offset."""
         if fitted is None:
-            case = self.case
-            fitted, _ = over_offsets(case, lambda motion: newton_euler(case, motion))
-        return Explanation(
-            self.code,
-            self.what,
-            self.fix,
-            fitted,
-            0,
-            rarity=self.rarity,
-            argument=self.argument,
-            is_grave=self.is_grave,
-        )
+            fitted, _ = over_offsets(self.case, partial(newton_euler, self.case))
+        own = {each.name: getattr(self, each.name) for each in fields(Mistake)}
+        return Explanation(**own, fitted=fitted, unknowns=0)
 
 
 def likeliest(each: Iterable[Undone]) -> Explanation | None:

@@ -99,7 +99,7 @@ def explain(case: Case) -> Explanation | None:
     what = max(usual, key=lambda name: round(usual[name], 6))
     fitted = over_offsets(case, _builder(case, found[what]))[0]
     force, torque = UNITS[what]
-    least = usual[what] - ALIKE * correlation(fitted, fitted.best) / len(case.time)
+    least = usual[what] - ALIKE * correlation(fitted) / len(case.time)
     alike = [name for name in usual if usual[name] > least and name != what]
     fix = FIX
     if not alike:

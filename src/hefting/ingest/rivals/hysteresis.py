@@ -5,7 +5,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, Rows, fit_rows, is_hopeless
+from hefting.ingest.rivals.evidence import fit_rows, is_hopeless
 from hefting.ingest.rivals.explanation import (
     Explanation,
     fit_as_given,
@@ -30,27 +30,19 @@ def explain(case: Case) -> Explanation | None:
     rows = newton_euler(case, case.motion_late(offsets))
     fitted = fit_rows(case, rows)
     load = case.wrench - fitted.residual[fitted.best]
-    share = 0.0
     for _ in range(PASSES):
-        fitted, share, load = _fit(case, rows, _lags(load, SHARES))
+        wrenches = case.wrench - _lags(load, SHARES)
+        fitted = of_each_wrench(case, rows, wrenches)
         if is_hopeless(case, fitted, given):
             return None
+        index = fitted.best // len(offsets)
+        load = wrenches[index] - fitted.residual[fitted.best]
     what = (
-        f"the sensor seems to follow the load with some {100.0 * share:.2g} % of "
+        f"the sensor seems to follow the load with some {100.0 * SHARES[index]:.2g} % of "
         "play or hysteresis"
     )
     fix = "check how it is mounted, and its cable"
     return Explanation(CODE, what, fix, fitted, 1, rarity=2.0, of_many_laws=True)
-
-
-def _fit(case: Case, rows: Rows, lags: Array) -> tuple[Fitted, float, Array]:
-    """The fits less each of the lags (S, K, 6) at each of the O offsets, the likeliest
-    share, and the load (K, 6) that follows."""
-    O, wrenches = len(rows.known), case.wrench - lags
-    fitted = of_each_wrench(case, rows, wrenches)
-    index = fitted.best // O
-    load = wrenches[index] - fitted.residual[fitted.best]
-    return fitted, float(SHARES[index]), load
 
 
 def _lags(load: Array, shares: Array) -> Array:

@@ -224,7 +224,10 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
         if (
             not is_too_heavy(other)
             and _is_told(case, given, other)
-            and _is_preferable(case, given, other, best)
+            and (
+                other.unknowns < best.unknowns
+                or evidence(case, given, other) >= evidence(case, given, best)
+            )
         ):
             both.append(other)
         other = None if other.alternative is None else other.alternative()
@@ -245,7 +248,7 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
 def _promising(case: Case, given: Explanation, candidates: Candidates) -> Candidates:
     """Those that may be told, by fewer averages where neighbouring ones tell the same."""
     stage = "looking for mistakes in the recording"
-    alike = correlation(given.fitted, given.fitted.best) / LEAST_CORRELATION
+    alike = correlation(given.fitted) / LEAST_CORRELATION
     nth = min(int(alike), len(case.time) // FEWEST_SAMPLES)
     if nth < 2:
         return tuple(each_of(stage, candidates))
@@ -296,7 +299,7 @@ def independent_samples(case: Case, other: Explanation) -> float:
     """How many samples count as independent, by what an explanation leaves."""
     fitted = other.fitted
     worth = max(float(case.worth.sum()), LEAST_WORTH * len(case.time))
-    return max(worth / correlation(fitted, fitted.best), 2.0)
+    return max(worth / correlation(fitted), 2.0)
 
 
 def cost_of(other: Explanation, samples: float) -> float:
@@ -343,17 +346,9 @@ def _is_explained(
     return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - needed) * before
 
 
-def _is_preferable(
-    case: Case, given: Explanation, other: Explanation, best: Explanation
-) -> bool:
-    """Whether one may be named in place of the best: it is simpler, or as likely."""
-    simpler = other.unknowns < best.unknowns
-    return simpler or evidence(case, given, other) >= evidence(case, given, best)
-
-
 def _is_white(fitted: RobustRows) -> bool:
     """Whether the residuals of the likeliest alternative are white noise."""
-    return correlation(fitted, fitted.best) < CLEAR_CORRELATION
+    return correlation(fitted) < CLEAR_CORRELATION
 
 
 def _simplest(

@@ -121,7 +121,7 @@ def find_placement(
             columns.append(-np.einsum("kxt,xc->kct", along, effect))
         if case.path.moves:
             columns.append(here.offset_columns)
-        step = linear_step(fitted, 0, np.concatenate(columns, axis=2))
+        step = linear_step(fitted, np.concatenate(columns, axis=2))
         if (np.abs(step.change) < CONVERGED * np.sqrt(step.white.diagonal())).all():
             break
         change = np.clip(step.change, -LARGEST_STEP, LARGEST_STEP)

@@ -24,8 +24,9 @@ SIGNED_PERMUTATIONS = np.array(
         for order in itertools.permutations(np.eye(3))
         for signs in itertools.product((1.0, -1.0), repeat=3)
     ]
-)[1:]
-"""(47, 3, 3) ways to name and to direct three axes, without the identity."""
+)
+"""(48, 3, 3) ways to name and to direct three axes, the identity first."""
+OTHER_AXES = SIGNED_PERMUTATIONS[1:]
 
 
 def explain(case: Case) -> Explanation | None:
@@ -34,15 +35,15 @@ def explain(case: Case) -> Explanation | None:
         return None
     thin = case.every(THIRD)
     motion = thin.motion_as_found
-    rows = newton_euler(thin, _in_axes(motion, SIGNED_PERMUTATIONS))
+    rows = newton_euler(thin, _in_axes(motion, OTHER_AXES))
     quick = fit_rows(thin, rows, FIRST_ITERATIONS)
     given = fit_rows(thin, newton_euler(thin, motion), FIRST_ITERATIONS)
     if quick.likelihood.max() <= given.likelihood[0] or is_hopeless(thin, quick, given):
         return None
     # where positions hardly vary along an axis its sign is open: the fewest changes
     best = quick.likelihood > quick.likelihood.max() - SMALL_ADVANTAGE / len(case.time)
-    kept = np.trace(SIGNED_PERMUTATIONS, axis1=1, axis2=2)
-    axes = SIGNED_PERMUTATIONS[int(np.argmax(np.where(best, kept, -np.inf)))]
+    kept = np.trace(OTHER_AXES, axis1=1, axis2=2)
+    axes = OTHER_AXES[int(np.argmax(np.where(best, kept, -np.inf)))]
     fitted, _ = over_offsets(
         case, lambda motion: newton_euler(case, _in_axes(motion, axes[None]))
     )
@@ -57,7 +58,7 @@ def explain(case: Case) -> Explanation | None:
         "give both in the same axes of the world, with positions as they are measured",
         fitted,
         0,
-        rarity=float(np.log(len(SIGNED_PERMUTATIONS))),
+        rarity=float(np.log(len(OTHER_AXES))),
         is_grave=True,
     )
 

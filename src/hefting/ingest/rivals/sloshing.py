@@ -48,7 +48,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     driven = _Driven.of(case)
     fitted = at_offset(case, lambda motion: newton_euler(case, motion), case.offset)
-    rigid = LinearPart.of(fitted, 0)
+    rigid = LinearPart.of(fitted)
     pairs = [(frequency, USUAL_DAMPING) for frequency in FREQUENCIES]
     scores = [_score(rigid, driven.swinging(*pair)) for pair in pairs]
     unexplained = missing(case, fitted) > 2.0 * NEGLIGIBLE_UNEXPLAINED

@@ -17,14 +17,14 @@ def score(case: Case, fitted: Fitted) -> float:
     """Largest improvement of the weighted square, over the samples that count as one,
     by a first step of any of the small mistakes."""
     columns, groups = _small_mistakes(case, fitted)
-    S, g = LinearPart.of(fitted, 0).beside(columns)
+    S, g = LinearPart.of(fitted).beside(columns)
     # as for columns of length one, so that none is divided by zero
     precision = fitted.weights[0][:, None] / np.repeat(np.square(fitted.scale[0]), 3)
     length = np.sqrt(np.einsum("kcq,kcq,kc->q", columns, columns, precision))
     length = np.maximum(length, 1e-300)
     S, g = S / length / length[:, None] + 1e-6 * np.eye(len(g)), g / length
     scores = [g[part] @ np.linalg.solve(S[part, part], g[part]) for part in groups]
-    return max(scores) / correlation(fitted, 0)
+    return max(scores) / correlation(fitted)
 
 
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:

@@ -59,7 +59,6 @@ CLEAR_EFFECT = 3.0
 """Standard deviations from which on a second mistake is there."""
 
 _ALONE: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
-"""What `judge_alone` found."""
 
 Explain = Callable[[Case], Explanation | None]
 

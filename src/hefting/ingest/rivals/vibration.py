@@ -24,7 +24,6 @@ motion's: of 5 to 15 Hz it is 3, of white noise above 10."""
 MOST_BLOCKS = 6_000
 """Blocks of the wrench, the first ones, that are looked at: a minute."""
 FEWEST_BLOCKS = 64
-"""Fewest of them."""
 
 
 @dataclass(frozen=True)

@@ -131,5 +131,5 @@ def _effect(fitted: Fitted) -> float:
     tied = replace(
         found, rows=replace(rows, maps=np.delete(maps, range(10, 14), axis=2))
     )
-    variance = linear_step(tied, 0, columns).covariance[0, 0]
+    variance = linear_step(tied, columns).covariance[0, 0]
     return float(abs(missing) / np.sqrt(max(variance, 1e-300)))
