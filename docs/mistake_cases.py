@@ -281,30 +281,32 @@ HEAD = """# When it fails
 
 <!-- written by docs/mistake_pictures.py -->
 
-Every answer begins with a verdict. If noise does not explain a recording, Hefting tries the mistakes of this page, and names the one
-that explains it, with what to do. It never applies a correction by itself. So:
+Every answer begins with a verdict. If noise does not explain a recording, Hefting tries the mistakes of this page,
+and names the one that explains it, with what to do. It never applies a correction by itself. So:
 
-1. Read the first reason below the verdict. If it names an option, run the command again with it; the verdict should then be *good*.
+1. Read the first reason below the verdict. If it names an option, run the command again with it; the verdict should
+   then be better.
 2. If two mistakes are named, correct both. After a correction another mistake may show: repeat.
 3. If the reason asks for a change of the recording (payload, cable, mount), change it and record again.
-4. If no mistake is named (`unexplained`), look at the residuals (`--report found.html`): where in time, and in which channel?
-   Compare with the pictures below, and check the [rules for logs](howto/log.md).
+4. If no mistake is named (`unexplained`), look at the residuals (`--report found.html`): where in time, and in which
+   channel? Compare with the pictures below, and check the [rules for logs](howto/log.md).
 
 [Mistakes, and the verdict](mistakes.md) says how the search works, and how often each mistake is found.
 
-The pictures are from simulated recordings of ten seconds. Left: the force on the object as recorded (wide and pale) and as predicted
-for the body that was found (thin); x is blue, y orange, z green. Middle and right: the residuals of force and torque. Parts in grey
-were left out.
+The pictures are from simulated recordings of ten seconds. Left: the force on the object as recorded (wide and pale)
+and as predicted for the body that was found (thin); x is blue, y orange, z green. Middle and right: the residuals of
+force and torque. Parts in grey were left out.
 """
 TAIL = """
 ## What no wrench can show
 
-Some mistakes look exactly like another body: a gain error that all channels of the sensor share, a gripper that was not given as
-`--tool`, or, in slow motion, a torque about another point. [What cannot be seen](mistakes.md#what-cannot-be-seen) lists them; a kitchen
-scale ([`--mass`](howto/tare.md#a-scale)) finds most.
+Some mistakes look exactly like another body: a gain error that all channels of the sensor share, a gripper that was
+not given as `--tool`, or, in slow motion, a torque about another point. [What cannot be
+seen](mistakes.md#what-cannot-be-seen) lists them; a kitchen scale ([`--mass`](howto/tare.md#a-scale)) finds most.
 
 ## Errors
 
-A log that cannot be read, or determines nothing, is one line: what is wrong, where, and what to do. The exit status is then 2, and 3 for
-an answer that is not to be used. [Messages](messages.md) lists everything that can be said of an answer.
+A log that cannot be read, or determines nothing, is one line: what is wrong, where, and what to do. The exit status
+is then 2, and 3 for an answer that is not to be used. [Messages](messages.md) lists everything that can be said of an
+answer.
 """
