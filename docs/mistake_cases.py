@@ -282,7 +282,7 @@ HEAD = """# When it fails
 <!-- written by docs/mistake_pictures.py -->
 
 Every answer begins with a verdict. If noise does not explain a recording, Hefting tries the mistakes of this page,
-and names the one that explains it, with what to do. It never applies a correction by itself. So:
+and names the one that explains it, with what to do. It does not correct them by itself. So:
 
 1. Read the first reason below the verdict. If it names an option, run the command again with it; the verdict should
    then be better.
