@@ -284,8 +284,9 @@ HEAD = """# When it fails
 Every answer begins with a verdict. If noise does not explain a recording, Hefting tries the mistakes of this page,
 and names the one that explains it, with what to do. It does not correct them by itself. So:
 
-1. Read the first reason below the verdict. If it names an option, run the command again with it; the verdict should
-   then be better.
+1. Read the first reason below the verdict. If it names an option, run the command again with it. If it names a column
+   map, write one with `hefting map log.csv > map.toml`, change the line in question (as in
+   `orientation = { columns = [...], form = "wxyz" }`), and run the command again with `--map map.toml`.
 2. If two mistakes are named, correct both. After a correction another mistake may show: repeat.
 3. If the reason asks for a change of the recording (payload, cable, mount), change it and record again.
 4. If no mistake is named (`unexplained`), look at the residuals (`--report found.html`): where in time, and in which
