@@ -9,6 +9,9 @@ gc.set_threshold(1_000_000)  # nearly all nodes stay: a fifth of the time was co
 HERE = Path(__file__).parent
 sys.path.insert(0, str(HERE))
 
+from pygments.lexers.special import TextLexer  # noqa: E402
+from sphinx.highlighting import lexers  # noqa: E402
+
 import hefting  # noqa: E402
 from site_parts import gallery  # noqa: E402
 
@@ -35,6 +38,7 @@ myst_heading_anchors = 4
 smartquotes = False  # -- begins options
 default_role = "known"
 highlight_language = "none"  # formulas in docstrings; code says its language
+lexers["sh"] = TextLexer()  # the shell's would take `hefting export` for its own word
 autodoc_member_order = "bysource"
 autodoc_typehints = "none"  # the docstrings say types, shapes and units
 numpydoc_show_class_members = False

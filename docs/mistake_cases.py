@@ -65,22 +65,22 @@ CASES = {
             "Angles of another form",
             "orientation-form",
             ("form of angles", "roll, pitch, yaw"),
-            "Columns RX, RY, RZ are a rotation vector of UR, and angles about axes of "
+            "Columns RX, RY, RZ are a rotation vector from UR, and angles about axes from "
             "most others; Doosan's a, b, c turn about z, y, z, KUKA's about z, y, x.",
         ),
         Case(
             "The inverse pose",
             "pose-inverse",
             ("inverse pose", "orientation"),
-            "The world in the sensor frame was logged in place of the sensor in the "
-            "world.",
+            "The pose of the world in the sensor frame was logged, not that of the sensor "
+            "in the world.",
         ),
         Case(
             "Positions in another unit",
             "position-unit",
             ("unit of position", "in"),
-            "Millimetres, centimetres or inches read as metres: accelerations are then "
-            "as many times too large.",
+            "Millimetres, centimetres or inches are read as metres: accelerations are then "
+            "too large by the same factor.",
         ),
         Case(
             "Positions in other axes",
@@ -93,35 +93,35 @@ CASES = {
             "Time in another unit",
             "time-unit",
             ("time", "half as fast"),
-            "Milliseconds read as seconds, or samples stamped at another rate than theirs: "
-            "accelerations go with the square, and the inertia is wrong even where mass and "
-            "COM are right.",
+            "Milliseconds are read as seconds, or the rate is not that of the samples: "
+            "accelerations are wrong by the square, and the inertia is wrong even if mass "
+            "and COM are right.",
         ),
         Case(
             "Poses that stand still while the robot moves",
             "poses-frozen",
             ("frozen poses", "1 s"),
-            "A driver repeats its last pose. They are left out and counted.",
+            "The driver repeats its last pose. These poses are left out and counted.",
         ),
         Case(
             "Poses that jump",
             "pose-glitches",
             ("position glitches", "0.1 m"),
-            "Single poses that no acceleration of a robot explains. They are left out.",
+            "No acceleration of a robot explains these single poses. They are left out.",
         ),
         Case(
-            "Poses before the driver has begun",
+            "Poses before the driver has started",
             "poses-held-at-ends",
             ("starts with the identity", "100"),
-            "The log starts with the identity, or ends with the last pose. They are "
-            "left out.",
+            "The log starts with the identity, or repeats the last pose at its end. These "
+            "poses are left out.",
         ),
         Case(
             "A clock that runs fast",
             "clock-rate",
             ("pose clock fast", "1.0%"),
             "Poses and wrench were stamped by different clocks. A constant offset is "
-            "found and put right; a rate is not.",
+            "found and corrected; a different rate is not.",
         ),
     ),
     "The wrench": (
@@ -135,19 +135,19 @@ CASES = {
             "An axis with the wrong sign",
             "axis-flipped",
             ("axis flipped", "fx"),
-            "One channel is mirrored, axes are left-handed, or columns were swapped.",
+            "One channel has the wrong sign, axes are left-handed, or columns are swapped.",
         ),
         Case(
             "Force and torque in different units",
             "force-unit",
             ("unit of force", "lbf"),
-            "Pounds or kilograms of force beside N m, or N beside N mm.",
+            "Pounds or kilograms of force together with N m, or N together with N mm.",
         ),
         Case(
             "The controller subtracts a payload",
             "wrench-compensated",
             ("compensated wrench", "60% of the payload"),
-            "A configured payload is taken out of the wrench before it is logged.",
+            "A configured payload is subtracted from the wrench before it is logged.",
         ),
         Case(
             "A low-pass filter",
@@ -159,13 +159,13 @@ CASES = {
             "Steps larger than the noise",
             "wrench-quantised",
             ("quantised", "2 N"),
-            "Digits were cut off, by an analogue input or by a printout.",
+            "Digits are missing, from an analogue input or a printout.",
         ),
         Case(
             "The end of the sensor's range",
             "saturated",
             ("saturated", "60%"),
-            "A channel shows its largest value in place of the load.",
+            "A channel shows its largest value instead of the load.",
         ),
     ),
     "The sensor": (
@@ -173,21 +173,21 @@ CASES = {
             "Channels with different gains",
             "gain-uneven",
             ("gain of one axis", "10%"),
-            "The calibration matrix is that of another sensor, or worn. A gain that all "
-            "channels share shows in no residual: a scale does (`--mass`).",
+            "The calibration matrix is that of another sensor, or the sensor has aged. A "
+            "gain error that all channels share leaves no residual: a scale shows it (`--mass`).",
         ),
         Case(
             "Channels that respond to one another",
             "cross-talk",
             ("cross-talk", "3%"),
-            "The calibration matrix again, or bolts that strain the sensor.",
+            "A wrong calibration matrix, or bolts that strain the sensor.",
         ),
         Case(
             "One channel that is wrong by itself",
             "channel-wrong",
             ("channel times", "fx, 0.5"),
-            "It is in another unit, of a gauge that has come loose, dead, or at the wire "
-            "of another one.",
+            "It is in another unit, its gauge is loose or dead, or it is wired to another "
+            "channel.",
         ),
         Case(
             "Play or hysteresis",
@@ -207,15 +207,15 @@ CASES = {
             "A mount that gives way",
             "mount-elastic",
             ("soft mount", "4° per N m"),
-            "The sensor, or all of the hand, is turned by its load: an adapter of plastic, "
-            "a quick changer that is not locked.",
+            "The load turns the sensor, or the whole hand: a plastic adapter, a quick "
+            "changer that is not locked.",
         ),
         Case(
             "A sensor that warms up, in a short recording",
             "drift-in-short",
             ("warming up", "6 s"),
-            "The bias drifts. In recordings of 8 s and longer a drift is found and taken "
-            "out; in shorter ones it could be the object.",
+            "The bias drifts. In recordings of 8 s and longer a drift is found and removed; "
+            "in shorter ones it cannot be separated from the object.",
         ),
     ),
     "The object": (
@@ -223,14 +223,14 @@ CASES = {
             "A cable pulls",
             "cable-force",
             ("cable", "5 N/m"),
-            "A cable or a hose pulls by where the sensor is, as weight does by how it is "
-            "turned.",
+            "The pull of a cable or a hose depends on where the sensor is; weight depends "
+            "only on how it is turned.",
         ),
         Case(
             "The arm vibrates",
             "vibration",
             ("vibration", "12 Hz"),
-            "A compliant arm, gripper or sensor shakes faster than the motion is. That is no "
+            "A compliant arm, gripper or sensor vibrates faster than the motion. That is no "
             "mistake: it counts as noise.",
         ),
         Case(
@@ -250,8 +250,8 @@ CASES = {
             "An object that changes gradually",
             "object-changing",
             ("leaks", "40%"),
-            "It leaks, is filled, or creeps in the gripper. No one body was held: the answer "
-            "is between those of the start and the end.",
+            "It leaks, is filled, or creeps in the gripper. There is no single body: the "
+            "answer is between those of the start and the end.",
         ),
         Case(
             "A soft grip",
@@ -263,16 +263,15 @@ CASES = {
             "It touched something",
             "change-touched",
             ("in contact", "55%"),
-            "A short contact is left out; a long one leaves too little.",
+            "A short contact is left out; after a long one too little remains.",
             seed=4,
         ),
         Case(
             "None of these",
             "unexplained",
             ("a hand on the object", "1 N"),
-            "More is left of the wrench than noise, and no mistake that is looked for "
-            "explains it: here a hand stays on the object. The answer is doubted, or not "
-            "to be used.",
+            "The residual is larger than noise, and no known mistake explains it: here a "
+            "hand stays on the object. The answer is doubtful, or not to be used.",
         ),
     ),
 }
@@ -282,24 +281,33 @@ HEAD = """# When it fails
 
 <!-- written by docs/mistake_pictures.py -->
 
-Every answer begins with a verdict. Where noise does not explain a recording, the mistakes of this page are fitted to it
-side by side, and the one that explains it is named with what to type. Nothing is applied by itself.
-[Mistakes, and the verdict](mistakes.md) says how, and how often each is found.
+Every answer begins with a verdict. If noise does not explain a recording, Hefting tries the mistakes of this page,
+and names the one that explains it, with what to do. It does not correct them by itself. So:
 
-Each was made here in a simulated recording of ten seconds. Left, force on the object: wide and pale as recorded, thin
-as the body that was found needs it (x blue, y orange, z green). Beside it, what remains of force and torque between the
-two. Grey is what was left out.
+1. Read the first reason below the verdict. If it names an option, run the command again with it. If it names a column
+   map, write one with `hefting map log.csv > map.toml`, change the line in question (as in
+   `orientation = { columns = [...], form = "wxyz" }`), and run the command again with `--map map.toml`.
+2. If two mistakes are named, correct both. After a correction another mistake may show: repeat.
+3. If the reason asks for a change of the recording (payload, cable, mount), change it and record again.
+4. If no mistake is named (`unexplained`), look at the residuals (`--report found.html`): where in time, and in which
+   channel? Compare with the pictures below, and check the [rules for logs](howto/log.md).
+
+[Mistakes, and the verdict](mistakes.md) says how the search works, and how often each mistake is found.
+
+The pictures are from simulated recordings of ten seconds. Left: the force on the object as recorded (wide and pale)
+and as predicted for the body that was found (thin); x is blue, y orange, z green. Middle and right: the residuals of
+force and torque. Parts in grey were left out.
 """
 TAIL = """
-## What no wrench can tell
+## What no wrench can show
 
-A gain that all channels of the sensor share, a payload that is a part of the object, and a torque about another point
-where the motion is slow: the answer is that of another body, and fits.
-[What cannot be seen](mistakes.md#what-cannot-be-seen) lists them; a kitchen scale
-([`--mass`](howto/tare.md#a-scale)) finds most.
+Some mistakes look exactly like another body: a gain error that all channels of the sensor share, a gripper that was
+not given as `--tool`, or, in slow motion, a torque about another point. [What cannot be
+seen](mistakes.md#what-cannot-be-seen) lists them; a kitchen scale ([`--mass`](howto/tare.md#a-scale)) finds most.
 
-## What stops with an error
+## Errors
 
-A log that cannot be read, or determines nothing, is one line: what is wrong, where, and what to do. The exit status is
-2 then, and 3 where an answer is not to be used. [Messages](messages.md) lists all that can be said of an answer.
+A log that cannot be read, or determines nothing, is one line: what is wrong, where, and what to do. The exit status
+is then 2, and 3 for an answer that is not to be used. [Messages](messages.md) lists everything that can be said of an
+answer.
 """

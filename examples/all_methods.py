@@ -2,7 +2,7 @@
 Methods side by side
 ====================
 
-Every method sees the same samples, after the same findings; which to trust is said with its reason.
+All methods get the same corrected samples; one is recommended, with the reason.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/all_methods.py``.
 """
@@ -10,8 +10,8 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/all_methods.py
 # %%
 # One log, six methods
 # --------------------
-# Slow motion, in which inertia hardly shows in the wrench: what a method knows of the shape then counts. ``"all"`` in
-# place of the names runs all that can be used, variants included.
+# In slow motion the inertia hardly shows in the wrench, so it matters what a method knows about the shape. ``"all"``
+# instead of the names runs all that can be used, including variants.
 
 import numpy as np
 
@@ -33,8 +33,7 @@ print("recommended:", compared.recommended, "-", compared.reason)
 # %%
 # How far off each is
 # -------------------
-# Whether a body with these numbers can exist is not a matter of course: unconstrained least squares may find negative
-# moments of inertia.
+# Not every answer is a body that can exist: unconstrained least squares may find negative moments of inertia.
 
 
 def inertia_error(estimate: hefting.Estimate) -> float:
@@ -53,7 +52,7 @@ for name, each in compared.results.items():
     )
 
 # %%
-# The figure has the same errors of the inertia.
+# The figure shows the same errors of the inertia.
 
 errors = {name: 100.0 * inertia_error(each) for name, each in compared.results.items()}
 with drawing(1.9, width=5.0) as figure:

@@ -2,8 +2,8 @@
 Into a simulator: dropped, and thrown
 =====================================
 
-What an inertia is worth shows when nothing holds the object. A hammer is identified, exported to MuJoCo and let go,
-beside the true one and one of even density with the same shape and mass.
+The inertia matters when nothing holds the object. A hammer is identified, exported to MuJoCo and let go, beside the
+true one and one of uniform density with the same shape and mass.
 
 Run it with ``pip install 'hefting[sim,plot]'`` and ``python examples/drop_in_mujoco.py``.
 """
@@ -11,7 +11,7 @@ Run it with ``pip install 'hefting[sim,plot]'`` and ``python examples/drop_in_mu
 # %%
 # Identify and export
 # -------------------
-# Export writes numbers with as many digits as their intervals are worth.
+# Export writes as many digits as the intervals justify.
 
 import mujoco
 import numpy as np
@@ -34,7 +34,7 @@ print(text)
 # %%
 # The others
 # ----------
-# The true body, and what a scale and a drawing alone would say.
+# The true body, and the one that a scale and a drawing alone would give.
 
 even = hefting.InertialParameters(true.mass * shape.homogeneous.vector)
 models = {
@@ -46,8 +46,7 @@ models = {
 # %%
 # Let go
 # ------
-# All are let go by the same gripper, so that the grasped point of all moves alike at first. What is followed is a point
-# of the head.
+# All are let go by the same gripper, so that the grasped points move alike at first. A point of the head is followed.
 
 HEAD = np.array([0.0, 0.20, 0.06])  # [m] in the frame of the sensor, and of the body
 
@@ -80,8 +79,8 @@ for how, each in paths.items():
         print(f"{how}, {name}: {1e3 * off.max():.1f} mm off at most")
 
 # %%
-# Dropped at rest, bodies of all kinds fall alike: a drop tells nothing. Thrown with a spin they do not. The figure has
-# the path of the head, and how far it is from that of the true hammer.
+# Dropped at rest, all bodies fall alike. Thrown with a spin they do not. The figure shows the path of the head, and its
+# distance from that of the true hammer.
 
 colours = {"true": INK, "identified": BLUE, "even density": VERMILION}
 with drawing(2.9, width=6.5) as figure:

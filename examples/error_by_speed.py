@@ -12,8 +12,8 @@ Run it with ``pip install 'hefting[sim,plot]'`` and ``python examples/error_by_s
 # %%
 # The experiments
 # ---------------
-# A UR5 wields the paper's modular object in MuJoCo; noise is added to the exact wrench and accelerations. Every method
-# sees the same samples, and none more than ten seconds of them.
+# A UR5 turns the paper's modular object in MuJoCo; noise is added to the exact wrench and accelerations. All methods
+# get the same samples, at most ten seconds of them.
 
 from hefting.plots import save_figure
 from hefting.reproduction.experiment import METHODS, SPEEDS
@@ -38,7 +38,7 @@ for row in table.rows:
 # The figure
 # ----------
 # From left to right more noise; in each, faster to the right. The dashed line is the signal-to-noise ratio, the dotted
-# one the reduced speed of ISO 10218-1. Least squares (OLS) and total least squares (RTLS) know nothing of the shape.
+# one the reduced speed of ISO 10218-1. Least squares (OLS) and total least squares (RTLS) do not use the shape.
 # ``hefting reproduce`` runs all eight objects and every other experiment of the paper.
 
 figure = made.figures["error-by-speed"]

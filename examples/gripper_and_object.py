@@ -2,8 +2,8 @@
 A gripper, and what it holds
 ============================
 
-A sensor between arm and gripper feels both. The empty gripper is identified once and subtracted from then on; how sure
-it is known goes into the intervals of whatever it holds.
+A sensor between arm and gripper measures gripper and object together. The empty gripper is identified once and then
+subtracted; its uncertainty is part of the object's intervals.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/gripper_and_object.py``.
 """
@@ -47,7 +47,7 @@ print(f"gripper: {low:.4f} to {high:.4f} kg (true: {gripper.mass:.4f} kg)")
 # %%
 # Weigh the hammer
 # ----------------
-# Without the calibration everything at the sensor is weighed; with it, the object alone.
+# Without the calibration the answer is that of everything at the sensor; with it, of the object alone.
 
 both = hefting.identify(full)
 alone = hefting.identify(full, tool=tool)
@@ -56,7 +56,7 @@ print(alone)
 # %%
 # A kitchen scale
 # ---------------
-# Sensors have a gain of their own, which no recording shows. A scale's reading of the object undoes it; here it also
+# Each sensor has a gain error, which no recording shows. A scale's reading of the object corrects it; here it also
 # makes the interval of the mass narrower.
 
 weighed = hefting.identify(full, tool=tool, mass="0.670kg±1g")
@@ -67,7 +67,7 @@ for name, found in (("alone", alone), ("with scale", weighed)):
     )
 
 # %%
-# The figure has each mass less the true one, with its interval.
+# The figure shows the error of each mass, with its interval.
 
 bars = {
     "gripper": (tool, gripper.mass, GREEN),

@@ -2,8 +2,8 @@
 What a notebook shows
 =====================
 
-At the end of a cell, results show themselves: the verdict with its reasons, each number with its interval and unit, and
-a picture. Here is what each kind of result looks like.
+At the end of a cell, results are shown as HTML: the verdict with its reasons, each number with its interval and unit,
+and a picture. Here is what each kind of result looks like.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/in_a_notebook.py``, which writes the same as one page,
 ``in_a_notebook.html``; or take the notebook below.

@@ -2,8 +2,8 @@
 Without a force-torque sensor
 =============================
 
-The torques of the joints tell what the flange holds, where the arm is known well enough. An empty run of the same arm
-tells more of it than what its maker publishes.
+The torques of the joints show what the flange holds, if the arm is known well enough. An empty run of the same arm says
+more about it than what its maker publishes.
 
 Run it with ``pip install 'hefting[sim,robot,plot]'`` and ``python examples/joint_torques.py``.
 """
@@ -11,8 +11,8 @@ Run it with ``pip install 'hefting[sim,robot,plot]'`` and ``python examples/join
 # %%
 # An empty and a loaded run
 # -------------------------
-# A simulated UR5e whose links differ from its URDF as those of real arms do, with friction in every joint. The empty
-# run is another motion.
+# A simulated UR5e whose links differ from its URDF as those of real arms do, with friction in every joint. The
+# empty run has another motion.
 
 from pathlib import Path
 
@@ -45,7 +45,7 @@ for name, empty in (("published arm", []), ("with an empty run", [runs.empty])):
 print(f"true: {held.parameters.mass:.3f} kg")
 
 # %%
-# The figure has mass and centre of mass less the true ones, with 95 % intervals.
+# The figure shows the errors of mass and centre of mass, with 95 % intervals.
 
 true = held.parameters
 with drawing(2.1, width=6.0) as figure:

@@ -2,17 +2,16 @@
 Live, until it is sure enough
 =============================
 
-Samples go in as the robot gives them, and the motion ends when the intervals are narrow enough, not after a number of
-seconds that was chosen beforehand.
+Samples go in as the robot gives them, and the motion ends when the intervals are narrow enough, not after a fixed time.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/live_until_sure.py``.
 """
 
 # %%
-# What is asked for
-# -----------------
-# Limits of half the widths of 95 % intervals. Live, the sign has to be known; here the log holds the wrench on the
-# object. ``hefting.LiveIdentifier`` finds the sign as well, and clock offset, drift and contacts.
+# The accuracy wanted
+# -------------------
+# ``until`` limits half the widths of the 95 % intervals. ``hefting.Live`` needs the sign; here the log has the wrench
+# on the object. ``hefting.LiveIdentifier`` finds the sign too, and clock offset, drift and contacts.
 
 import numpy as np
 
@@ -34,8 +33,8 @@ print(live)
 # %%
 # Until it is sure
 # ----------------
-# The state is a value that goes in and comes out. Samples may come one by one; here they come by 25, with an estimate
-# four times a second. Before there is enough for any, the estimate is None.
+# The state is a value that is passed in and returned. Samples may come one by one; here 25 come at once, with an
+# estimate four times a second. The estimate is None until there are enough samples.
 
 state, estimate, history = live.start(), None, []
 for k in range(0, len(time), 25):
@@ -53,8 +52,8 @@ print(f"mass {last.mass:.4f} kg, true {held.parameters.mass:.4f} kg")
 print(f"half-widths now: {last.accuracy}")
 
 # %%
-# The figure has these half-widths while the robot moves; dashed, what was asked for. The wrench's bias and noise, and
-# how long noise lasts, are found on the way: until they are, the intervals are wide.
+# The figure shows these half-widths while the robot moves; dashed, the accuracy wanted. The wrench's bias and noise are
+# found on the way: until then, the intervals are wide.
 
 asked = live.estimator.until
 rows = (

@@ -2,7 +2,7 @@
 A log with the usual faults, step by step
 =========================================
 
-Logs of real robots have a clock that is off, a sensor that was not zeroed, spikes, and a sign that nobody wrote down.
+Logs of real robots have a clock offset, a sensor that was not zeroed, spikes, and a sign that is not documented.
 This example writes such a log, then reads, inspects and identifies it and predicts another motion, and shows what each
 step finds.
 
@@ -12,8 +12,8 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/log_step_by_st
 # %%
 # A log
 # -----
-# The wrench is stamped 25 ms late, is that on the sensor instead of that on the object, has a bias and some spikes. All
-# of it is written to a CSV file, as a robot would.
+# The wrench is 25 ms late, is that on the sensor instead of that on the object, and has a bias and some spikes. It is
+# written to a CSV file, as from a robot.
 
 import hefting
 from hefting.plots import plot_prediction, save_figure
@@ -44,7 +44,7 @@ hefting.write_log(record(first, faults, seed=1), "log.csv")
 # %%
 # Read
 # ----
-# What is in the file, before anything is concluded from it.
+# The streams in the file, as they were logged.
 
 log = hefting.read_log("log.csv")
 for name, rate in log.rates().items():
@@ -53,7 +53,7 @@ for name, rate in log.rates().items():
 # %%
 # Inspect
 # -------
-# What the log seems to be: its sign, its clock, its bias, and whether the motion tells an object apart.
+# Sign, clock offset and bias of the log, and whether its motion is enough to identify an object.
 
 seen = hefting.inspect(log)
 print(f"verdict: {seen.verdict}; the wrench is {seen.sign.name}")
@@ -64,7 +64,7 @@ print("bias as recorded:", seen.facts.bias.round(2), "N, N m")
 # %%
 # Identify
 # --------
-# The same findings are put right before any method sees a sample.
+# The same faults are corrected before any method sees a sample.
 
 found = hefting.identify(log)
 print(found)
@@ -73,8 +73,8 @@ print(f"clock offset {1e3 * found.ingested.conditioned.offset:.1f} ms (true: 25 
 # %%
 # Predict
 # -------
-# An estimate is worth what it predicts: here the wrench along another motion, which the estimate has not seen. The band
-# is where the wrench of the object lies with 95 % probability; what was measured has the sensor's bias besides.
+# The test of an estimate is what it predicts: here the wrench along another motion, which the estimate has not seen.
+# The wrench of the object lies in the band with 95 % probability; the measured one includes the sensor's bias.
 
 second = wield_analytically(UR5, random_smooth(6.0, 100.0, seed=5), held.parameters)
 another = record(second, faults, seed=4)
@@ -83,7 +83,7 @@ force, torque = prediction.agreement.varying
 print(f"unexplained, less its mean: {force:.3f} N, {torque:.4f} N m rms")
 
 # %%
-# The figure has the prediction with its band over what was measured, and what is left between the two.
+# The figure shows the prediction with its band over the measured wrench, and the difference.
 
 figure = plot_prediction(prediction)
 save_figure(figure, "log_step_by_step")

@@ -11,8 +11,8 @@ Run it with ``pip install 'hefting[plot]' duckdb`` and ``python examples/many_re
 # %%
 # A shelf of hammers
 # ------------------
-# With heads of four lengths, each recorded twice; one recording is broken. The manifest is what a database or a
-# spreadsheet would say of them: a row for each recording, with the object that it shows.
+# With heads of four lengths, each recorded twice; one recording is broken. The manifest, as from a database or a
+# spreadsheet, has a row for each recording, with the object that it shows.
 
 from pathlib import Path
 
@@ -71,9 +71,9 @@ AGREEMENT = """
 # All of them
 # -----------
 # Local processes share the work. They import the script once more, hence the guard. A recording that cannot be
-# identified has a row as well, which says why, and stops no other.
+# identified has a row too, which says why; the others continue.
 #
-# The figure has the mass of each recording less the true one, with its 95 % interval.
+# The figure shows the error of the mass of each recording, with its 95 % interval.
 
 if __name__ == "__main__":
     done = hefting.batch(write_shelf(), "results", jobs=2)

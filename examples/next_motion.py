@@ -2,8 +2,8 @@
 What to move next
 =================
 
-A few seconds of motion leave the inertia wide open. The next motion is planned for what is still uncertain, within the
-limits of the robot, and played in simulation: is it as good as was forecast?
+After a few seconds of motion the inertia is very uncertain. The next motion is planned to reduce that, within the
+limits of the robot, and played in simulation: is it as good as forecast?
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/next_motion.py``.
 """
@@ -11,7 +11,7 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/next_motion.py
 # %%
 # After a first motion
 # --------------------
-# A slow one of four seconds, as one would make it by hand.
+# A slow one of four seconds, like one made by hand.
 
 from pathlib import Path
 
@@ -54,7 +54,7 @@ print("now:     ", widths(*first.estimate.half_widths.values()))
 # The plan
 # --------
 # Four seconds more, from rest to rest, with every corner of the object below 0.25 m/s. Limits that a URDF does not have
-# are assumed, and said.
+# are assumed, and listed.
 
 plan = hefting.plan(
     "arm.urdf",
@@ -70,9 +70,9 @@ for each in (*plan.binding, *plan.notes):
     print("-", each)
 
 # %%
-# Is it so?
-# ---------
-# Both recordings together, the planned motion played in simulation, beside a second motion by hand.
+# Is the forecast right?
+# ----------------------
+# The first recording with the planned motion, played in simulation, and with a second motion by hand.
 
 planned = hefting.identify([by_hand, played(plan.motion)], held.points())
 again = played(random_smooth(4.0, 100.0, 0.3, seed=3, arm=robot.arm, speed_limit=0.25))
@@ -84,8 +84,8 @@ for name, found in (("by hand twice", twice), ("by hand, planned", planned)):
     print(f"    inertia off by {100 * error:.1f} %")
 
 # %%
-# The figure has the planned joints with their limits, the speed of the fastest corner, and how sure one is
-# expected to be before and after it.
+# The figure shows the planned joints with their limits, the speed of the fastest corner, and the half-widths that are
+# expected before and after it.
 
 figure = plot_plan(plan)
 save_figure(figure, "next_motion")

@@ -2,8 +2,8 @@
 Your own NumPy arrays
 =====================
 
-Three arrays are enough: when, where the sensor was, and what it felt. This example makes them with a
-simulated UR5 that wields a hammer for ten seconds; with a robot they come from your driver or your log.
+Three arrays and their times are enough: positions and orientations of the sensor, and the wrench. This example makes
+them with a simulated UR5 that turns a hammer for ten seconds; with a robot they come from your driver or your log.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/own_arrays.py``.
 """
@@ -32,8 +32,8 @@ print(time.shape, position.shape, orientation.shape, wrench.shape)
 # %%
 # Identify
 # --------
-# Nothing else is said: whom the wrench acts on, its bias and its noise are found from the arrays. Behind each number
-# stands half the width of its 95 % interval.
+# Nothing else is needed: the sign of the wrench, its bias and its noise are found from the arrays. ± is half the width
+# of the 95 % interval.
 
 found = hefting.identify(
     time=time, position=position, orientation=orientation, wrench=wrench
@@ -43,16 +43,16 @@ print(found)
 # %%
 # Compare with the truth
 # ----------------------
-# A simulation knows what is to be found. An interval of 95 % holds the true number in 19 of 20 cases.
+# In a simulation the truth is known. A 95 % interval holds the true number in 19 of 20 cases.
 
 low, high = found.interval("mass")
 print(f"true mass {held.parameters.mass:.4f} kg, interval {low:.4f} to {high:.4f} kg")
 print(f"the verdict: {found.verdict}, by {found.estimate.method}")
 
 # %%
-# The figure shows, on the left, the centre of mass with its 95 % region and the ellipsoid of even density that has the
-# inertia found, beside the true ones. On the right is the wrench as measured and as the object explains it; what
-# remains should look like noise.
+# The figure shows, on the left, the centre of mass with its 95 % region and the ellipsoid of uniform density with the
+# inertia found, beside the true ones. On the right are the measured and the predicted wrench; the residual should look
+# like noise.
 
 figure = plot_identification(found.measurements, found.estimate, truth=held.parameters)
 save_figure(figure, "own_arrays")

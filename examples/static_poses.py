@@ -2,8 +2,8 @@
 Static poses: mass and centre of mass alone
 ===========================================
 
-An arm that stops in a few poses, without time or velocities, is enough for a controller's payload. What static poses
-cannot tell stays open, and is not invented.
+An arm that stops in a few poses, without time or velocities, is enough for a controller's payload. The inertia, which
+static poses cannot show, stays open, and is not invented.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/static_poses.py``.
 """
@@ -37,9 +37,9 @@ print(found)
 # %%
 # What is open
 # ------------
-# The inertia is marked as open: what stands for it comes from elsewhere, here from what is thought of objects near the
-# sensor. A controller takes mass and centre of mass alone, and gets them; an export that needs an inertia refuses,
-# unless it is said what to put there.
+# The inertia is marked as open: its values come from the prior for objects near the sensor, not from the recording. An
+# export for a controller gets mass and centre of mass; an export that needs an inertia is refused, unless you say what
+# to put there.
 
 undetermined = found.estimate.undetermined
 print("inertia open:", undetermined.inertia_at_com.all())
@@ -51,7 +51,7 @@ except hefting.InputError as error:
     print(error)
 
 # %%
-# The figure has the wrench pose by pose: measured as dashes, explained as dots.
+# The figure shows the wrench pose by pose: measured as dashes, predicted as dots.
 
 figure = plot_wrench(found.measurements, found.estimate)
 save_figure(figure, "static_poses")

@@ -2,8 +2,8 @@
 A sensor that is mounted at an angle
 ====================================
 
-Poses are logged of the flange, and the sensor sits on it turned by 30°: a common mistake, which shows in no error
-message of a driver. This example finds it and mends it.
+The logged poses are those of the flange, and the sensor is mounted on it turned by 30°: a common mistake, which no
+driver reports. This example finds and corrects it.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/turned_sensor.py``.
 """
@@ -39,9 +39,8 @@ log = {
 # %%
 # What is found
 # -------------
-# The verdict is that the answer is not to be used; the reasons name the mistake, and what to give. Mistakes that
-# people make are fitted to the same samples side by side, and one is named where it explains them better than the log
-# as given.
+# The verdict is *do not use*; the reasons name the mistake, and the option that corrects it. Common mistakes are fitted
+# to the same samples, and one is named if it explains them better than the log as given.
 
 wrong = hefting.identify(log)
 print("verdict:", wrong.verdict)
@@ -49,17 +48,17 @@ for reason in wrong.verdict.reasons:
     print(f"- [{reason.code}] {reason}")
 
 # %%
-# What mends it
-# -------------
-# ``sensor_turned`` says how the sensor is mounted in the frame that is logged.
+# The correction
+# --------------
+# ``sensor_turned`` says how the sensor is turned in the frame that is logged.
 
 mended = hefting.identify(log, sensor_turned="z:30")
 print(mended)
 
 # %%
-# The figure has the centre of mass, and the part of the torque that the object does not explain. Where no truth is
-# known, the latter tells the two apart: after the mending it is noise. Gaps are samples that were taken for contacts
-# and left out: no object explains them in the axes of the flange.
+# The figure shows the centre of mass, and the part of the torque that the object does not explain. With an unknown
+# truth the latter shows which answer is right: after the correction it is noise. Gaps are samples that were taken for
+# contacts and left out: no object explains them in the axes of the flange.
 
 names, colours = ("as logged", "mended"), (VERMILION, BLUE)
 with drawing(2.5, width=7.0) as figure:

@@ -2,8 +2,8 @@
 Two recordings of one object, and one that contradicts
 ======================================================
 
-Recordings of several days are identified together: each has a wrench bias, a clock and a sign of its own, and all share
-the object. One that shows another object is named.
+Recordings of several days are identified together: each has its own wrench bias, clock and sign, and all share the
+object. One that shows another object is named.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/two_recordings.py``.
 """
@@ -50,7 +50,7 @@ print("bias of each [N]:", together.estimate.bias[:, :3].round(1).tolist())
 # %%
 # A day that contradicts
 # ----------------------
-# All three days together have no object that explains them. The verdict says which recording to look at.
+# No object explains all three days. The verdict names the recording to look at.
 
 contradicting = hefting.identify([monday, tuesday, wednesday])
 print("verdict:", contradicting.verdict)
@@ -58,7 +58,7 @@ for reason in contradicting.verdict.reasons:
     print(f"- [{reason.code}] {reason}")
 
 # %%
-# The figure has the mass of each day and of days together, with 95 % intervals.
+# The figure shows the mass of each day and of days together, with 95 % intervals.
 
 rows = {
     **alone,

@@ -2,8 +2,8 @@
 Without a mesh
 ==============
 
-A mesh is not needed. What is known of the shape, if only the sides of a box, makes the inertia surer; the mass hardly
-needs it.
+A mesh is not needed. Any knowledge of the shape, even a box around it, narrows the interval of the inertia; that of the
+mass hardly changes.
 
 Run it with ``pip install 'hefting[plot]'`` and ``python examples/without_a_mesh.py``.
 """
@@ -11,8 +11,8 @@ Run it with ``pip install 'hefting[plot]'`` and ``python examples/without_a_mesh
 # %%
 # One recording, three states of knowledge
 # ----------------------------------------
-# The box is said as a corner and the opposite one, in the axes of the sensor. A box or a mesh says where mass may be,
-# and nothing of how it is spread.
+# The box is given by two opposite corners, in the axes of the sensor. A box or a mesh says where mass may be, and not
+# how it is distributed.
 
 import numpy as np
 
@@ -38,8 +38,8 @@ found = {
 }
 
 # %%
-# What each knows
-# ---------------
+# How wide the intervals are
+# --------------------------
 # Half the width of the 95 % intervals, the largest of the three axes of the centre of mass and of the moments of
 # inertia.
 
@@ -53,7 +53,7 @@ for name, each in found.items():
     )
 
 # %%
-# The figure has the three moments of inertia with their intervals, and the true ones as lines.
+# The figure shows the three moments of inertia with their intervals, and the true ones as lines.
 
 colours = (SKY, ORANGE, BLUE)
 true = 1e3 * np.diag(body.inertia_at_com)

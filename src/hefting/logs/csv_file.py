@@ -390,7 +390,7 @@ def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 FORMAT = Format(
     name="CSV",
-    description="CSV with the columns below, or others that names or a map tell",
+    description="CSV with the columns below, or others by name or column map",
     suffixes=(".csv", ".txt", ".tsv", ".dat", ".log", ".lvm"),
     help_names=(".csv",),
     open_table=open_csv,

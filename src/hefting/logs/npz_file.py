@@ -104,7 +104,7 @@ def _kind(dtype: Any) -> str:
 
 FORMAT = Format(
     name="NumPy",
-    description="NumPy's named arrays, such as time, pose, wrench, or others that names or a map tell",
+    description="NumPy's named arrays, such as time, pose, wrench, or others by name or column map",
     suffixes=(".npz",),
     help_names=(".npz",),
     open_table=open_npz,

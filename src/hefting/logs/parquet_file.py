@@ -196,7 +196,7 @@ def write_parquet(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 FORMAT = Format(
     name="Parquet",
-    description="Parquet with the columns below, or others that names or a map tell",
+    description="Parquet with the columns below, or others by name or column map",
     suffixes=(".parquet",),
     help_names=(".parquet",),
     open_table=open_parquet,
