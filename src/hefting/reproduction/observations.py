@@ -1,7 +1,7 @@
 """After 150 observations: four methods at three speeds, their motion by a Kalman
 filter."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import numpy as np
 
@@ -9,34 +9,40 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
 from hefting.core.spatial import tensor_to_vector
-from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
+from hefting.estimators import GEO, Estimator
 from hefting.ingest.free_fit import fit_freely
 from hefting.reproduction.experiment import (
-    C1,
     DURATION,
     OBJECTS,
     Experiment,
     Job,
+    Method,
     Report,
     Result,
     Results,
     Thing,
+    pmd,
     thing,
     wielded,
 )
+from hefting.reproduction.experiment import METHODS as PAPERS
 from hefting.reproduction.filtered import (
     OBSERVATIONS,
     Observed,
     begun_with,
     causal_filter,
-    cold,
+    motions,
     score,
-    smoothed,
-    warm,
     weak_geo,
     windows,
 )
-from hefting.reproduction.observations_report import KINDS, figure, pooled, tables
+from hefting.reproduction.observations_report import (
+    FIRST,
+    SHARP,
+    figure,
+    pooled,
+    tables,
+)
 from hefting.simulation import WRENCH_NOISE, Wielding
 from hefting.simulation.wield import POSE_NOISE
 
@@ -54,8 +60,6 @@ NOTE = (
     "500, and what is above a panel at its upper edge."
 )
 """What tables and figure do not say; what they may mean is in ``docs/reproduction.md``."""
-
-Method = Callable[[Thing, Measurements], Estimator]
 
 
 def found(subject: Thing, z: Measurements) -> Estimator:
@@ -81,15 +85,15 @@ def doubled(subject: Thing, z: Measurements) -> Estimator:
 
 
 METHODS: dict[str, Method] = {
-    "OLS": lambda thing, z: OLS(intervals=False),
-    "RTLS": lambda thing, z: RTLS(intervals=False),
-    "GEO, weak": lambda thing, z: weak_geo(thing.shape, z),
-    "GEO, literature": lambda thing, z: GEO(thing.shape, intervals=False),
+    "OLS": PAPERS["OLS"],
+    "RTLS": PAPERS["RTLS"],
+    "GEO, weak": weak_geo,
+    "GEO, literature": PAPERS["GEO"],
     "GEO, noise found": found,
-    "PMD": lambda thing, z: PMD(thing.shape, c1=C1, intervals=False),
-    "PMD, c1 = 3": lambda thing, z: PMD(thing.shape, c1=3.0, intervals=False),
-    "PMD, c1 = 30": lambda thing, z: PMD(thing.shape, c1=30.0, intervals=False),
-    "PMD, c1 = 5e3": lambda thing, z: PMD(thing.shape, c1=5e3, intervals=False),
+    "PMD": PAPERS["PMD"],
+    "PMD, c1 = 3": pmd(3.0),
+    "PMD, c1 = 30": pmd(30.0),
+    "PMD, c1 = 5e3": pmd(5e3),
     "GEO, wrench noise known": lambda thing, z: GEO(
         thing.shape, noise=NOISE_LEVELS["moderate"], intervals=False
     ),
@@ -124,7 +128,7 @@ def run(job: Job) -> Result:
     kinds = {}
     for kind, each in _motions(job, exact):
         scores: dict[str, list] = {name: [] for name in METHODS}
-        motions = []
+        accelerations = []
         for window, z in each:
             for name, method in METHODS.items():
                 scores[name].append(score(subject, method(subject, z), z))
@@ -133,12 +137,12 @@ def run(job: Job) -> Result:
                 z.linear_acceleration - true.linear_acceleration,
                 z.angular_acceleration - true.angular_acceleration,
             )
-            motions.append(
+            accelerations.append(
                 (true.linear_acceleration, true.angular_acceleration, *wrong)
             )
         rms = [
             float(np.sqrt(np.mean(np.square(part))))
-            for part in zip(*motions, strict=True)
+            for part in zip(*accelerations, strict=True)
         ]
         kinds[kind] = {"scores": scores, "accelerations": rms}
     even = InertialParameters(
@@ -153,14 +157,10 @@ def _motions(
 ) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
     seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
     observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
-    live, places = causal_filter(observed), windows(job["duration"])
-    for kind, each in zip(
-        KINDS,
-        (warm(observed, live), cold(observed, live), smoothed(observed)),
-        strict=False,
-    ):
+    places = windows(job["duration"])
+    for kind, each in motions(observed).items():
         yield kind, zip(places, each, strict=True)
-    for kind, share in zip(KINDS[3:], (1.0, SHARPER), strict=True):
+    for kind, share in ((FIRST, 1.0), (SHARP, SHARPER)):
         yield kind, _first(exact, seed, job["starts"], share)
 
 

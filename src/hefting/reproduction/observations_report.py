@@ -2,11 +2,12 @@
 
 from collections.abc import Iterable
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hefting.core.spatial import SPEED_LIMIT, Array
-from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION, drawing
+from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from hefting.reproduction.experiment import (
     MOSTLY_WRONG,
     QUANTITIES,
@@ -14,12 +15,14 @@ from hefting.reproduction.experiment import (
     Cell,
     Results,
     Table,
-    group,
-    legend_above,
+    errors_figure,
     over_limit,
     printed,
 )
 from hefting.reproduction.filtered import OBSERVATIONS, SCORES
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "OLS": ((1.36, 2.88, 3.22), (34.4, 44.0, 36.1), (MOSTLY_WRONG,) * 3),
@@ -221,36 +224,27 @@ def figure(scores: Scores, speeds: list[float]):
     """A panel an error, a group a method, in it a line a kind of motion."""
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
     places = [list(SPEEDS).index(s) for s in speeds]
-    with drawing(2.9, 7.2) as figure:
-        panels = figure.subplots(1, 3)
-        for quantity, axes in enumerate(panels):
-            for (i, method), (j, (kind, (colour, marker))) in product(
-                enumerate(methods), enumerate(DRAWN.items())
-            ):
-                if kind == "published":
-                    row = PUBLISHED[method.split(",")[0]][quantity]
-                    values = [row[place] for place in places]
-                else:
-                    values = [error(scores, kind, method, s, quantity) for s in speeds]
-                at = i + 0.14 * (j - 2.5) + 0.04 * (np.arange(len(speeds)) - 1)
-                look = {
-                    "linewidth": 0.7,
-                    "markersize": 2.8,
-                    "label": kind if i == 0 else None,
-                    "clip_on": False,
-                }
-                axes.plot(
-                    at,
-                    np.minimum(values, TOPS[quantity]),
-                    marker=marker,
-                    color=colour,
-                    **look,
-                )
-            group(axes, methods, TOPS[quantity])
-            axes.set_ylabel(f"{LABELS[quantity]} error [%]")
-        listed = ", ".join(f"{s:g}" + " (> ISO)" * over_limit(s) for s in speeds)
-        panels[1].set_xlabel(
-            f"within a group, left to right: {listed} rad/s; > ISO: above {SPEED_LIMIT} m/s (ISO 10218-1)"
-        )
-        legend_above(figure, panels[0], len(DRAWN))
-    return figure
+
+    def draw(axes: "Axes", quantity: int) -> None:
+        for (i, method), (j, (kind, (colour, marker))) in product(
+            enumerate(methods), enumerate(DRAWN.items())
+        ):
+            if kind == "published":
+                row = PUBLISHED[method.split(",")[0]][quantity]
+                values = [row[place] for place in places]
+            else:
+                values = [error(scores, kind, method, s, quantity) for s in speeds]
+            axes.plot(
+                i + 0.14 * (j - 2.5) + 0.04 * (np.arange(len(speeds)) - 1),
+                np.minimum(values, TOPS[quantity]),
+                marker=marker,
+                color=colour,
+                linewidth=0.7,
+                markersize=2.8,
+                label=kind if i == 0 else None,
+                clip_on=False,
+            )
+
+    listed = ", ".join(f"{s:g}" + " (> ISO)" * over_limit(s) for s in speeds)
+    below = f"within a group, left to right: {listed} rad/s; > ISO: above {SPEED_LIMIT} m/s (ISO 10218-1)"
+    return errors_figure(2.9, methods, TOPS, draw, below)
