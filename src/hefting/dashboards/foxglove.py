@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting import __version__
-from hefting.core.errors import MissingDependencyError
+from hefting.core.errors import needing
 from hefting.core.files import replacing
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.dashboards import Dashboard, Replay
 from hefting.logs.ros.serialising import McapOutput, channel_of, serialise
 from hefting.scene import headline_of
@@ -46,10 +46,8 @@ Line = tuple[int, Callable[..., None], Any]
 def check() -> None:
     """`MissingDependencyError` unless all that writes such a file is there."""
     for module, name in (("foxglove", "foxglove-sdk"), ("rosbags", "rosbags")):
-        try:
+        with needing(name, "live"):
             import_module(module)
-        except ImportError as error:
-            raise MissingDependencyError(name, "live") from error
 
 
 def write(replay: Replay, path: str | Path, say: Say) -> tuple[str, ...]:
@@ -137,8 +135,7 @@ def _frames(recording: Recording, context: "Context") -> Iterator[Line]:
     at = np.zeros((len(turned), 3))
     if recording.has("position"):
         place = recording["position"]
-        for i in range(3):
-            at[:, i] = np.interp(turned.time, place.time, place.values[:, i])
+        at = interpolated(turned.time, place.time, place.values)
     for k, stamp in enumerate(_stamps(recording, turned.time).tolist()):
         frame = FrameTransform(
             timestamp=timestamp(stamp),

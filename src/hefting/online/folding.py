@@ -11,7 +11,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Stream
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.identification.waiting import LONGEST_WRENCH_GAP
 from hefting.ingest.drift import Drift
 from hefting.ingest.tool import without_tool
@@ -61,10 +61,7 @@ class Follower:
             return self
         place = None
         if position is not None:
-            columns = position.values.T
-            place = np.column_stack(
-                [np.interp(time[new], position.time, c) for c in columns]
-            )
+            place = interpolated(time[new], position.time, position.values)
         state, motion = self.pose_filter.update(
             self.state, time[new], place, orientation.values[new]
         )

@@ -12,7 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, codes, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.joint_state import State
 from hefting.identification.checks import with_diagnostics
@@ -265,9 +265,7 @@ def _filter(recording: Recording) -> PoseFilter | None:
     position = None
     if recording.has("position"):
         stream = recording["position"]
-        position = np.column_stack(
-            [np.interp(orientation.time, stream.time, c) for c in stream.values.T]
-        )
+        position = interpolated(orientation.time, stream.time, stream.values)
     poses = Poses(orientation.time, position, orientation.values)
     latest = np.searchsorted(poses.time, poses.time[-1] - SHORTEST)
     fewest = min(int(latest), len(poses.time) - FEWEST_ROWS)

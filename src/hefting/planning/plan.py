@@ -125,7 +125,7 @@ class Planner:
         best = best._replace(trajectory=best.trajectory.repeated(copies))
         return best, self._forecast(best, best.trajectory, INSTANTS[effort])
 
-    def problem(self, duration: float, copies: int = 1) -> Problem:
+    def problem(self, duration: float, copies: int) -> Problem:
         """The problem of one of so many motions that last `duration` [s] in all, with
         all joints at zero at the start."""
         vector, tool = self.held.body.vector, self.held.tool
@@ -305,11 +305,9 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
     """What no URDF has."""
-    given = {"acceleration": acceleration, "jerk": jerk}
-    usual = {"acceleration": f"{ACCELERATION:g} rad/s²", "jerk": f"{JERK:g} rad/s³"}
-    open_ = [name for name, value in given.items() if value is None]
+    open_ = {"acceleration": f"{ACCELERATION:g} rad/s²"} if acceleration is None else {}
+    open_ |= {"jerk": f"{JERK:g} rad/s³"} if jerk is None else {}
     if not open_:
         return ()
-    kept = " and ".join(usual[name] for name in open_)
-    what = f"no URDF limits it: every joint keeps {kept}"
-    return (note("plan-acceleration-assumed", what, open_[0]),)
+    what = f"no URDF limits it: every joint keeps {' and '.join(open_.values())}"
+    return (note("plan-acceleration-assumed", what, next(iter(open_))),)
