@@ -20,7 +20,6 @@ from hefting.reproduction import (
     EXPERIMENTS,
     objects,
     observations,
-    observations_report,
     prediction,
     robot,
 )
@@ -37,7 +36,7 @@ from hefting.reproduction.filtered import (
     weak_geo,
     windows,
 )
-from hefting.reproduction.observations_report import FIRST, PUBLISHED, SHARP, pooled
+from hefting.reproduction.observations import FIRST, PUBLISHED, SHARP, pooled
 from hefting.simulation import WRENCH_NOISE, held_modular
 
 DURATION = 6.0
@@ -249,7 +248,7 @@ def test_sharper_poses_make_other_motion_of_the_same_wrench(done):
 )
 def test_what_counts_as_the_published_figure(ratio, theirs, alike):
     """Within a factor of two; "> 500" is any figure above, and those down to half."""
-    assert observations_report._is_alike(ratio, theirs) == alike
+    assert observations._is_alike(ratio, theirs) == alike
 
 
 def test_faults_do_what_they_say(exact):

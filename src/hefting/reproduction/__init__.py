@@ -97,10 +97,7 @@ def reproduce(
     start = time.perf_counter()
     with Bars(show) as bars:
         results = run_experiments(experiments, folder, quick, workers, scheduler, bars)
-        reports = [
-            (experiment, experiment.report(results[experiment.name]))
-            for experiment in experiments
-        ]
+        reports = [(each, each.report(results[each.name])) for each in experiments]
     return write_page(reports, folder, time.perf_counter() - start, quick)
 
 

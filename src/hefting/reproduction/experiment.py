@@ -22,8 +22,6 @@ from hefting.plots.style import BLUE, GREEN, ORANGE, SHADOW, VERMILION, drawing
 from hefting.shapes import Shape
 from hefting.simulation import (
     MODULAR,
-    UR5,
-    XARM7,
     HeldObject,
     Wielding,
     held_modular,
@@ -31,6 +29,7 @@ from hefting.simulation import (
     sinusoids,
     wield_in_mujoco,
 )
+from hefting.simulation.scenario import ARMS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -163,10 +162,9 @@ def wielded(
 ) -> Wielding:
     """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s],
     exact, from MuJoCo."""
-    robot = {"ur5": UR5, "xarm7": XARM7}[arm]
-    return wield_in_mujoco(
-        robot, sinusoids(duration, RATE, speed, robot), thing(name).held.parameters
-    )
+    robot = ARMS[arm]
+    joints = sinusoids(duration, RATE, speed, robot)
+    return wield_in_mujoco(robot, joints, thing(name).held.parameters)
 
 
 Method = Callable[[Thing, Measurements], Estimator]

@@ -13,8 +13,14 @@ from typing import Self
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.measurements import Measurements
-from hefting.core.spatial import STANDARD_GRAVITY, Array, in_sensor_axes
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements, Noise
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    in_sensor_axes,
+    tensor_to_vector,
+)
 from hefting.estimators import GEO, Estimator
 from hefting.estimators.geo import weight_by_rule
 from hefting.estimators.quadratic import Quadratic
@@ -165,6 +171,28 @@ def weak_geo(subject: Thing, z: Measurements) -> Estimator:
     """GEO at a weight that leaves the answer to the data, as long as it is a body."""
     gamma = WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A)
     return GEO(subject.shape, gamma=gamma, intervals=False)
+
+
+def noise_found(subject: Thing, z: Measurements) -> Estimator:
+    """GEO with the noise that least squares leaves, in which errors that last count
+    once."""
+    fit = fit_freely(z, False)
+    longer = float(np.sqrt(fit.autocorrelation))
+    return GEO(
+        subject.shape,
+        noise=Noise(longer * fit.noise.force, longer * fit.noise.torque),
+        intervals=False,
+    )
+
+
+def doubled(subject: Thing, z: Measurements) -> Estimator:
+    """GEO whose prior was moved from the COM to the sensor twice, as in public code of
+    the paper's authors."""
+    body = subject.shape.homogeneous
+    inertia = 2.0 * body.inertia_at_origin - body.inertia_at_com
+    unit = np.concatenate(((1.0,), body.center_of_mass, tensor_to_vector(inertia)))
+    mass = float(fit_freely(z, False).vector[0])
+    return GEO(prior=InertialParameters(mass * unit), intervals=False)
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")
