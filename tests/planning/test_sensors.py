@@ -11,7 +11,7 @@ from hefting.planning import sensors
 from hefting.planning.held import Held
 from hefting.planning.kinematics import Chain
 from hefting.planning.sensors import NOISES, WristSensor
-from hefting.simulation.arm_links import UR5E
+from hefting.simulation.arm import UR5E
 from plans import random_plan
 
 
