@@ -149,7 +149,7 @@ class Understander:
             recent = ingest(recording, **(reading | again))
         known = Understanding(
             end=float(recent.measurements.time[-1]),
-            changed=_changed(recent, recording),
+            changed=_changed(recent),
         )
         try:
             return self._identified(known, recent, recording)
@@ -193,9 +193,7 @@ class Understander:
         return replace(
             known,
             estimate=estimate,
-            found=found.without_samples()
-            if found is recent
-            else recent.without_samples(),
+            found=recent.without_samples(),
             estimator=estimator,
             others=tuple(states[:-1]),
             recent=states[-1],
@@ -230,7 +228,7 @@ def long_enough(recording: Recording) -> bool:
     )
 
 
-def _changed(found: Ingested, recording: Recording) -> float | None:
+def _changed(found: Ingested) -> float | None:
     """[s] Start of the last stretch, where another object than before is held in it."""
     changes = found.changes
     if changes is None or len(changes.stretches) < 2:
