@@ -22,7 +22,7 @@ from hefting.reproduction.experiment import (
     wielded,
 )
 from hefting.reproduction.filtered import Observed
-from hefting.reproduction.observations_report import PUBLISHED
+from hefting.reproduction.observations import PUBLISHED
 from hefting.simulation import WRENCH_NOISE
 
 SPEEDS = (1.0, 1.5, 2.0)

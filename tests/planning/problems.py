@@ -9,7 +9,7 @@ from hefting.planning.information import Information, noise_covariance
 from hefting.planning.kinematics import Chain
 from hefting.planning.limits import Constraints, Limits
 from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
-from hefting.simulation.arm_links import PANDA
+from hefting.simulation.arm import PANDA
 
 BODY = InertialParameters.from_com(
     0.8, (0.01, -0.02, 0.08), np.diag((0.004, 0.003, 0.002))

@@ -7,7 +7,7 @@ from problems import problem
 from hefting.core.spatial import rotation_matrices
 from hefting.planning.tours import Tour, best_tour, minimum_jerk, timed
 from hefting.robots.joint_motion import sensor_motion
-from hefting.simulation.arm_links import PANDA
+from hefting.simulation.arm import PANDA
 
 ASKED = "mass=1%,com=2mm"
 GRAVITY = np.array((0.0, 0.0, -9.81))

@@ -11,7 +11,7 @@ from hefting.planning.information import noise_covariance
 from hefting.planning.optimise import lagrangian
 from hefting.planning.space import HalfSpace
 from hefting.robots.joint_motion import JointMotion
-from hefting.simulation.arm_links import PANDA, UR5E
+from hefting.simulation.arm import PANDA, UR5E
 from hefting.simulation.wield import wield
 
 WALLS = tuple(HalfSpace.parse(text) for text in ("z>=0.6", "-0.6,0,0.8>=-0.2"))

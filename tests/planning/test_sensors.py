@@ -9,9 +9,8 @@ from problems import NOISE
 
 from hefting.planning import sensors
 from hefting.planning.held import Held
-from hefting.planning.kinematics import Chain
 from hefting.planning.sensors import NOISES, WristSensor
-from hefting.simulation.arm_links import UR5E
+from hefting.simulation.arm import UR5E
 from plans import random_plan
 
 
@@ -26,9 +25,9 @@ def test_the_end_is_the_mean_over_draws_of_the_noise(monkeypatch):
 
     monkeypatch.setattr(sensors, "identify", identify)
     trajectory, robot = random_plan(6).trajectory, UR5E.robot
-    chain, held = Chain.of(robot, np.array((0.0, 0.0, -9.81))), Held.of(None, None)
-    given = trajectory, 2, robot, chain, held, 5
-    own = WristSensor.of(NOISE, None, 100.0).forecast(*given)
+    gravity = np.array((0.0, 0.0, -9.81))
+    sensor = WristSensor.of(robot, gravity, NOISE, None, 100.0)
+    own = sensor.forecast(trajectory, 2, Held.of(None, None), 5)
     assert [duration for duration, _ in seen] == [1.0] + NOISES * [2.0]
     wrenches = [wrench for _, wrench in seen[1:]]
     for one, other in pairwise(wrenches):

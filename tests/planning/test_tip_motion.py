@@ -6,8 +6,7 @@ import pytest
 
 from hefting.planning.kinematics import Chain, TipGradient
 from hefting.robots.joint_motion import JointMotion
-from hefting.simulation.arm import XARM7
-from hefting.simulation.arm_links import PANDA, UR5E
+from hefting.simulation.arm import PANDA, UR5E, XARM7
 
 GRAVITY = np.array((0.3, -0.2, -9.7))
 ARMS = {"ur5e": UR5E, "panda": PANDA, "xarm7": XARM7}

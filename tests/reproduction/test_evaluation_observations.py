@@ -20,7 +20,6 @@ from hefting.reproduction import (
     EXPERIMENTS,
     objects,
     observations,
-    observations_report,
     prediction,
     robot,
 )
@@ -37,7 +36,7 @@ from hefting.reproduction.filtered import (
     weak_geo,
     windows,
 )
-from hefting.reproduction.observations_report import FIRST, PUBLISHED, SHARP, pooled
+from hefting.reproduction.observations import FIRST, PUBLISHED, SHARP, pooled
 from hefting.simulation import WRENCH_NOISE, held_modular
 
 DURATION = 6.0
@@ -192,7 +191,7 @@ def test_weak_geo_has_a_thousandth_of_the_rule(exact):
         0.5,
         1,
     )
-    assert weak_geo(thing("tee").shape, exact.measurements).gamma == pytest.approx(
+    assert weak_geo(thing("tee"), exact.measurements).gamma == pytest.approx(
         WEAK * 1e-5 * trace, rel=1e-9
     )
 
@@ -249,7 +248,7 @@ def test_sharper_poses_make_other_motion_of_the_same_wrench(done):
 )
 def test_what_counts_as_the_published_figure(ratio, theirs, alike):
     """Within a factor of two; "> 500" is any figure above, and those down to half."""
-    assert observations_report._is_alike(ratio, theirs) == alike
+    assert observations._is_alike(ratio, theirs) == alike
 
 
 def test_faults_do_what_they_say(exact):
@@ -257,7 +256,7 @@ def test_faults_do_what_they_say(exact):
     troubled = robot._troubled(subject, z, np.random.default_rng(0))
     assert set(troubled) == set(robot.CAUSES)
     for cause in ("bias", "late", "gain"):
-        assert troubled[cause][0] is subject.shape
+        assert troubled[cause][0] is subject
     assert troubled["none"][1] is troubled["pose"][1] is z
     bias = troubled["bias"][1].wrench - z.wrench
     np.testing.assert_allclose(np.linalg.norm(bias[:, :3], axis=1), 0.3)

@@ -14,11 +14,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from hefting import __version__
-from hefting.core.errors import MissingDependencyError
+from hefting.core.errors import needing
 from hefting.core.files import replacing
 from hefting.core.messages import Message
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.dashboards import Dashboard, Replay
 from hefting.logs.ros.serialising import McapOutput, channel_of, serialise
 from hefting.scene import headline_of
@@ -46,10 +46,8 @@ Line = tuple[int, Callable[..., None], Any]
 def check() -> None:
     """`MissingDependencyError` unless all that writes such a file is there."""
     for module, name in (("foxglove", "foxglove-sdk"), ("rosbags", "rosbags")):
-        try:
+        with needing(name, "live"):
             import_module(module)
-        except ImportError as error:
-            raise MissingDependencyError(name, "live") from error
 
 
 def write(replay: Replay, path: str | Path, say: Say) -> tuple[str, ...]:
@@ -67,7 +65,7 @@ def write(replay: Replay, path: str | Path, say: Say) -> tuple[str, ...]:
             *_logged(logged, context),
             _frames(replay.recording, context),
             _scene(replay, context),
-            _arrows(replay, context),
+            *_arrows(replay, context),
             _said(replay, context, say),
             *_curves(replay, context),
         ]
@@ -137,8 +135,7 @@ def _frames(recording: Recording, context: "Context") -> Iterator[Line]:
     at = np.zeros((len(turned), 3))
     if recording.has("position"):
         place = recording["position"]
-        for i in range(3):
-            at[:, i] = np.interp(turned.time, place.time, place.values[:, i])
+        at = interpolated(turned.time, place.time, place.values)
     for k, stamp in enumerate(_stamps(recording, turned.time).tolist()):
         frame = FrameTransform(
             timestamp=timestamp(stamp),
@@ -166,7 +163,8 @@ def _scene(replay: Replay, context: "Context") -> Iterator[Line]:
             yield start, kind(topic, context=context).log, message
 
 
-def _arrows(replay: Replay, context: "Context") -> Iterator[Line]:
+def _arrows(replay: Replay, context: "Context") -> list[Iterator[Line]]:
+    """The forces, at most `ARROW_RATE` a second."""
     from foxglove.channels import SceneUpdateChannel
 
     from hefting.dashboards.foxglove_scene import COLOURS
@@ -177,28 +175,19 @@ def _arrows(replay: Replay, context: "Context") -> Iterator[Line]:
         float(np.linalg.norm(curve.values[:, :3], axis=1).max())
         for curve in curves.values()
     )
-    sources = []
-    for name, curve in curves.items():
-        send = SceneUpdateChannel(f"/object/{name}_force", context=context).log
-        sources.append(_arrow_lines(replay, entities, name, curve, largest, send))
-    return merge(*sources, key=itemgetter(0))
 
+    def lines(name: str, curve: Stream, channel: Any) -> Iterator[Line]:
+        tick = np.floor((curve.time - curve.time[0]) * ARROW_RATE)
+        _, shown = np.unique(tick, return_index=True)
+        stamps = _stamps(replay.recording, curve.time[shown]).tolist()
+        for k, stamp in zip(shown.tolist(), stamps, strict=True):
+            force = curve.values[k, :3]
+            yield stamp, channel.log, entities.force(stamp, name, force, largest)
 
-def _arrow_lines(
-    replay: Replay,
-    entities: "Entities",
-    name: str,
-    curve: Stream,
-    largest: float,
-    send: Callable[..., None],
-) -> Iterator[Line]:
-    """Arrows of one wrench, at most `ARROW_RATE` a second."""
-    tick = np.floor((curve.time - curve.time[0]) * ARROW_RATE)
-    _, shown = np.unique(tick, return_index=True)
-    stamps = _stamps(replay.recording, curve.time[shown]).tolist()
-    for k, stamp in zip(shown.tolist(), stamps, strict=True):
-        force = curve.values[k, :3]
-        yield stamp, send, entities.force(stamp, name, force, largest)
+    return [
+        lines(name, own, SceneUpdateChannel(f"/object/{name}_force", context=context))
+        for name, own in curves.items()
+    ]
 
 
 def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:

@@ -81,14 +81,10 @@ def rows_of(estimate: Estimate, products: bool = True) -> list[Row]:
     return rows
 
 
-def answer_html(answer: Answer) -> str:
-    """What holds an estimate, as a block."""
-    return block(card(answer.estimate, type(answer).__name__))
-
-
-def estimate_html(estimate: Estimate) -> str:
-    """An estimate as a block."""
-    return block(card(estimate, "Estimate"))
+def answer_html(answer: Answer | Estimate) -> str:
+    """An estimate, or what holds one, as a block."""
+    estimate = answer if isinstance(answer, Estimate) else answer.estimate
+    return block(card(estimate, type(answer).__name__))
 
 
 def card(estimate: Estimate, title: str) -> str:
@@ -195,7 +191,7 @@ def shape_html(shape: Shape) -> str:
 KINDS: dict[type, Callable[[Any], str]] = {
     Comparison: comparison_html,
     Answer: answer_html,
-    Estimate: estimate_html,
+    Estimate: answer_html,
     Agreement: agreement_html,
     Shape: shape_html,
 }

@@ -11,7 +11,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Stream
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.identification.waiting import LONGEST_WRENCH_GAP
 from hefting.ingest.drift import Drift
 from hefting.ingest.tool import without_tool
@@ -45,8 +45,11 @@ class Follower:
     def is_too_slow(self, tuned: PoseFilter) -> bool:
         """Whether a filter that was tuned later follows notably faster motion: this one
         was tuned while the sensor rested, or had just begun to move."""
-        before, after = _bandwidths(self.pose_filter), _bandwidths(tuned)
-        return bool((after > FASTER * before).any())
+        before = self.pose_filter
+        return (
+            tuned.rotation_bandwidth > FASTER * before.rotation_bandwidth
+            or tuned.position_bandwidth > FASTER * before.position_bandwidth
+        )
 
     def with_poses(self, position: Stream | None, orientation: Stream) -> Self:
         """With the poses that come later than all before."""
@@ -61,10 +64,7 @@ class Follower:
             return self
         place = None
         if position is not None:
-            columns = position.values.T
-            place = np.column_stack(
-                [np.interp(time[new], position.time, c) for c in columns]
-            )
+            place = interpolated(time[new], position.time, position.values)
         state, motion = self.pose_filter.update(
             self.state, time[new], place, orientation.values[new]
         )
@@ -144,10 +144,6 @@ def without_spikes(known: Understanding, z: Measurements) -> Measurements:
     off = np.abs(residual - np.median(residual, axis=0)) / expected.noise
     near = np.asarray((off < OUTLYING).all(axis=1))
     return z if near.all() else z[near]
-
-
-def _bandwidths(tuned: PoseFilter) -> Array:
-    return np.array((tuned.rotation_bandwidth, tuned.position_bandwidth))
 
 
 def _since(motion: Motion, begin: float) -> Motion:

@@ -39,8 +39,8 @@ MOST_NUMBERS = 1_000_000
 class History:
     """The recent samples of all streams."""
 
-    def __init__(self, source: str = "live", sensor_pose: Array | None = None):
-        self.source, self.sensor_pose = source, sensor_pose
+    def __init__(self, sensor_pose: Array | None = None):
+        self.sensor_pose = sensor_pose
         self.series: dict[str, Series] = {}
         self.skipped: Counter[str] = Counter()
         """Samples that were left out, by reason."""
@@ -124,7 +124,7 @@ class History:
 
     def placed(self, streams: dict[str, Stream]) -> Recording:
         """Streams as a recording, with the poses of the sensor."""
-        whole = Recording(streams, source=self.source)
+        whole = Recording(streams, source="live")
         if self.sensor_pose is None or "orientation" not in streams:
             return whole
         return with_given_sensor_pose(whole, self.sensor_pose)

@@ -103,12 +103,11 @@ class LiveEstimate:
                 "mass": before.mass,
                 "center_of_mass": before.center_of_mass.tolist(),
             },
-            "counts": {k: _plain(v) for k, v in self.counts.items()},
+            "counts": {
+                k: dict(v) if isinstance(v, Mapping) else v
+                for k, v in self.counts.items()
+            },
         }
-
-
-def _plain(value: Any) -> Any:
-    return dict(value) if isinstance(value, Mapping) else value
 
 
 def final_estimate(

@@ -3,7 +3,6 @@ clock."""
 
 from collections import deque
 from dataclasses import replace
-from typing import Protocol
 
 import numpy as np
 
@@ -17,6 +16,7 @@ from hefting.online.expected import Watch
 from hefting.online.folding import Folded, Follower, folded
 from hefting.online.history import History
 from hefting.online.live_estimate import LiveEstimate, LiveStateName, state_of
+from hefting.online.process import Inline, Remote
 from hefting.online.samples import Samples
 from hefting.online.series import Stall
 from hefting.online.understanding import MOST_PARTS, Task, Understanding, long_enough
@@ -44,23 +44,6 @@ MOST_MESSAGES = 20
 """Most messages on the stream that are kept."""
 
 
-class Asker(Protocol):
-    """Who understands the history: at once, or in another process meanwhile."""
-
-    @property
-    def busy(self) -> bool:
-        """Whether an answer is still to come."""
-        ...
-
-    def ask(self, task: Task) -> None:
-        """Give a task."""
-        ...
-
-    def answer(self) -> Understanding | None:
-        """What was found, once; None where there is nothing new."""
-        ...
-
-
 class Pipeline:
     """Samples of a stream in, live estimates out. Used by one thread.
 
@@ -68,7 +51,13 @@ class Pipeline:
     with them is told, not before.
     """
 
-    def __init__(self, asker: Asker, *, prompt: bool, sensor_pose: Array | None = None):
+    def __init__(
+        self,
+        asker: Remote | Inline,
+        *,
+        prompt: bool,
+        sensor_pose: Array | None = None,
+    ):
         self._asker, self._prompt = asker, prompt
         self.history = History(sensor_pose=sensor_pose)
         self.object = 1

@@ -12,7 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, codes, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.estimators import Estimator, default_method
 from hefting.estimators.joint_state import State
 from hefting.identification.checks import with_diagnostics
@@ -149,7 +149,7 @@ class Understander:
             recent = ingest(recording, **(reading | again))
         known = Understanding(
             end=float(recent.measurements.time[-1]),
-            changed=_changed(recent, recording),
+            changed=_changed(recent),
         )
         try:
             return self._identified(known, recent, recording)
@@ -193,9 +193,7 @@ class Understander:
         return replace(
             known,
             estimate=estimate,
-            found=found.without_samples()
-            if found is recent
-            else recent.without_samples(),
+            found=recent.without_samples(),
             estimator=estimator,
             others=tuple(states[:-1]),
             recent=states[-1],
@@ -230,7 +228,7 @@ def long_enough(recording: Recording) -> bool:
     )
 
 
-def _changed(found: Ingested, recording: Recording) -> float | None:
+def _changed(found: Ingested) -> float | None:
     """[s] Start of the last stretch, where another object than before is held in it."""
     changes = found.changes
     if changes is None or len(changes.stretches) < 2:
@@ -265,9 +263,7 @@ def _filter(recording: Recording) -> PoseFilter | None:
     position = None
     if recording.has("position"):
         stream = recording["position"]
-        position = np.column_stack(
-            [np.interp(orientation.time, stream.time, c) for c in stream.values.T]
-        )
+        position = interpolated(orientation.time, stream.time, stream.values)
     poses = Poses(orientation.time, position, orientation.values)
     latest = np.searchsorted(poses.time, poses.time[-1] - SHORTEST)
     fewest = min(int(latest), len(poses.time) - FEWEST_ROWS)

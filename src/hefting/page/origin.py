@@ -12,7 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import Array
 from hefting.core.summary import sign_told
-from hefting.estimators import OLS, Estimator
+from hefting.estimators import OLS, Estimator, options
 from hefting.identification.checks import with_diagnostics
 from hefting.identification.convergence import Convergence, convergence
 from hefting.identification.estimator import estimator_for
@@ -255,8 +255,6 @@ def _tool(made: Mapping[str, Any]) -> str:
 
 
 def _settings(made: Mapping[str, Any]) -> str:
-    from hefting.estimators import options
-
     said = [
         f"{name} = {made[name]:g}"
         for name in ("points", *options())

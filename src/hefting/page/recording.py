@@ -9,7 +9,7 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.regressor import dynamism
 from hefting.core.sensor_accuracy import Z95
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.estimators import Estimator
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import CAUSES, Span
@@ -215,9 +215,7 @@ def _drift_lines(found: Ingested) -> Iterable[Trace]:
         time = np.concatenate((ends[:1], inner, ends[1:]))
         values = drift(time)
         with np.errstate(invalid="ignore"):  # infinite deviations give no band
-            reach = Z95 * np.column_stack(
-                [np.interp(time, drift.knots, std) for std in drift.std.T]
-            )
+            reach = Z95 * interpolated(time, drift.knots, drift.std)
         shown = time - part.log_start + shift
         for i in range(6):
             axis, row = AXES[i % 3], "y" if i < 3 else "y2"

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.files import parse_xml, read_xml
 from hefting.core.spatial import Array, Indices
 from hefting.planning.solids import Solid
@@ -21,10 +21,8 @@ class Contacts:
     """
 
     def __init__(self, solids: Sequence[Solid], pairs: Indices):
-        try:
+        with needing("coal", "robot"):
             coal: Any = import_module("coal")
-        except ImportError as error:
-            raise MissingDependencyError("coal", "robot") from error
         self._coal = coal
         self.solids, self.pairs = tuple(solids), np.asarray(pairs).reshape(-1, 2)
         self._shapes = [_convex(coal, solid) for solid in solids]

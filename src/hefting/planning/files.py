@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from hefting.core.errors import InputError, MissingDependencyError, printable
+from hefting.core.errors import InputError, needing, printable
 from hefting.core.files import check_replaceable, write_atomically
 from hefting.core.spatial import Array
 from hefting.planning.result import Plan, reduced_speed_told, speed_told
@@ -105,11 +105,9 @@ WHEN = 1_000_000_000
 
 def _ros_bag(plan: Plan) -> bytes:
     """A ROS 2 bag, a bare MCAP file, with the message of the JSON file."""
-    try:
+    with needing("rosbags", "ros"):
         from rosbags import rosbag2
         from rosbags.typesys import Stores, get_typestore
-    except ImportError as error:
-        raise MissingDependencyError("rosbags", "ros") from error
     store = get_typestore(Stores.ROS2_HUMBLE)
     data = store.serialize_cdr(_typed(_message(plan), store.types), KIND)
     with tempfile.TemporaryDirectory() as folder:

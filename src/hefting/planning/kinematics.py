@@ -211,9 +211,7 @@ class TipGradient(NamedTuple):
     angular_acceleration: Array
     acceleration: Array
     force: Array
-    """by a shift of the frame along its axes"""
     torque: Array
-    """by a turn of the frame about its axes, at its origin"""
 
 
 @immutable

@@ -17,7 +17,7 @@ from hefting.core.measurements import Noise
 from hefting.core.messages import Message, note
 from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY, Array, check_gravity
 from hefting.planning.held import Held
-from hefting.planning.kinematics import Chain, Trajectory
+from hefting.planning.kinematics import Chain
 from hefting.planning.limits import ACCELERATION, JERK, Constraints, Limits
 from hefting.planning.problem import GRID, Basis, Objective, Problem, pieces_of
 from hefting.planning.result import (
@@ -98,14 +98,8 @@ class Planner:
         copies, most = 1, int(LONGEST / found.trajectory.duration)
         while copies < most:
             copies = min(2 * copies, most)
-            yield self._forecast(found, found.trajectory.repeated(copies), 1)
-
-    def _forecast(
-        self, found: Found, trajectory: Trajectory, instants: int
-    ) -> Forecast:
-        return self.sensor.forecast(
-            trajectory, instants, self.robot, found.problem.chain, self.held, self.seed
-        )
+            longer = found.trajectory.repeated(copies)
+            yield self.sensor.forecast(longer, 1, self.held, self.seed)
 
     def planned(
         self, duration: float, effort: str, searched: float = SEARCHED
@@ -122,10 +116,11 @@ class Planner:
             if self.stop_and_go
             else searcher.best(problem, starts)
         )
-        best = best._replace(trajectory=best.trajectory.repeated(copies))
-        return best, self._forecast(best, best.trajectory, INSTANTS[effort])
+        motion, instants = best.trajectory.repeated(copies), INSTANTS[effort]
+        forecast = self.sensor.forecast(motion, instants, self.held, self.seed)
+        return best._replace(trajectory=motion), forecast
 
-    def problem(self, duration: float, copies: int = 1) -> Problem:
+    def problem(self, duration: float, copies: int) -> Problem:
         """The problem of one of so many motions that last `duration` [s] in all, with
         all joints at zero at the start."""
         vector, tool = self.held.body.vector, self.held.tool
@@ -249,7 +244,7 @@ def plan(
         estimate = Estimate.load(estimate)
     g = check_gravity(gravity)
     sensor: Sensor = (
-        WristSensor.of(noise, estimate, rate)
+        WristSensor.of(robot, g, noise, estimate, rate)
         if torques is False
         else JointTorques.of(torques, estimate, rate, urdf, tip, g)
     )
@@ -305,11 +300,9 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
     """What no URDF has."""
-    given = {"acceleration": acceleration, "jerk": jerk}
-    usual = {"acceleration": f"{ACCELERATION:g} rad/s²", "jerk": f"{JERK:g} rad/s³"}
-    open_ = [name for name, value in given.items() if value is None]
+    open_ = {"acceleration": f"{ACCELERATION:g} rad/s²"} if acceleration is None else {}
+    open_ |= {"jerk": f"{JERK:g} rad/s³"} if jerk is None else {}
     if not open_:
         return ()
-    kept = " and ".join(usual[name] for name in open_)
-    what = f"no URDF limits it: every joint keeps {kept}"
-    return (note("plan-acceleration-assumed", what, open_[0]),)
+    what = f"no URDF limits it: every joint keeps {' and '.join(open_.values())}"
+    return (note("plan-acceleration-assumed", what, next(iter(open_))),)

@@ -278,7 +278,8 @@ class Look:
         )
         by_features = slopes.features
         if "wrench+" in by:
-            by_features = by_features + self._by_wrench(by["wrench+"] - by["wrench-"])
+            unit = own.wrench_shares(np.eye(12))
+            by_features = by_features + unit.T @ (by["wrench+"] - by["wrench-"])
         acceleration, turning, spin = feature_gradient(tip, by_features)
         velocities = own.corner_velocities(tip)
         speeds = np.sqrt((velocities**2).sum(axis=1))
@@ -300,10 +301,3 @@ class Look:
         return np.asarray(
             sum(B.T @ own for B, own in zip(values, by_states, strict=True))
         )
-
-    def _by_wrench(self, by: Array) -> Array:
-        """Derivatives (12, K) by the features of what has those `by` (6, K) by the
-        shares of the sensor's range."""
-        own = self.problem.constraints
-        unit = own.wrench_shares(np.eye(12))
-        return unit.T @ by

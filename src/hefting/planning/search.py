@@ -85,7 +85,7 @@ class Searcher:
     """What a motion is searched with."""
 
     joints: tuple[str, ...]
-    space: Space | None
+    space: Space
     effort: Effort
     rng: np.random.Generator
 
@@ -93,8 +93,7 @@ class Searcher:
     def solid(self) -> Space | None:
         """The space, where there is anything in it."""
         space = self.space
-        empty = space is None or not (space.half_spaces or space.contacts)
-        return None if empty else space
+        return space if space.half_spaces or space.contacts else None
 
     def best(self, problem: Problem, starts: Array) -> Found:
         """The best motion from one of the places `starts` (s, n).
@@ -235,10 +234,9 @@ class Searcher:
         return InputError(what, fix="relax it, or start elsewhere (`start`)")
 
 
-def _nowhere_clear(space: Space | None, draws: Array) -> InputError:
+def _nowhere_clear(space: Space, draws: Array) -> InputError:
     """The error of random places (d, n) that are all near something: what it is most
     often, and what can be done about that."""
-    assert space is not None  # as else all are clear
     near = Counter(space.nearest(q)[1] for q in draws[:LOOKED_AT])
     [(names, count)] = near.most_common(1)
     what = (

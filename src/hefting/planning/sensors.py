@@ -63,6 +63,8 @@ second."""
 class WristSensor:
     """A force-torque sensor at the tip."""
 
+    robot: Robot
+    chain: Chain
     noise: Noise
     rate: float
     """of the samples [Hz]"""
@@ -71,13 +73,21 @@ class WristSensor:
     gain = GAIN
 
     @classmethod
-    def of(cls, noise: Noise | None, estimate: Estimate | None, rate: float) -> Self:
+    def of(
+        cls,
+        robot: Robot,
+        gravity: Array,
+        noise: Noise | None,
+        estimate: Estimate | None,
+        rate: float,
+    ) -> Self:
         """With a noise that is given, that of the estimate's recording, or a moderate
         one. `InputError` for a noise that is not positive."""
+        chain = Chain.of(robot, gravity)
         if noise is not None:
             if not (noise.force > 0.0 and noise.torque > 0.0):
                 raise InputError("the noise of force and torque must be positive")
-            return cls(noise, rate)
+            return cls(robot, chain, noise, rate)
         levels = NOISE_LEVELS["moderate"]
         what = f"noise taken to be {levels.force:g} N and {levels.torque:g} N m"
         found = None if estimate is None else estimate.provenance.get("noise")
@@ -86,7 +96,8 @@ class WristSensor:
             if _is_level(force) and _is_level(torque):
                 levels = Noise(force, torque)
                 what = f"noise as of the estimate: {force:.3g} N, {torque:.3g} N m"
-        return cls(levels, rate, (note("plan-noise-assumed", what, "noise"),))
+        notes = (note("plan-noise-assumed", what, "noise"),)
+        return cls(robot, chain, levels, rate, notes)
 
     @property
     def levels(self) -> dict[str, Any]:
@@ -106,23 +117,17 @@ class WristSensor:
         return np.outer(both, both) + np.outer(tool, tool)
 
     def forecast(
-        self,
-        trajectory: Trajectory,
-        instants: int,
-        robot: Robot,
-        chain: Chain,
-        held: Held,
-        seed: int,
+        self, trajectory: Trajectory, instants: int, held: Held, seed: int
     ) -> Forecast:
         """By `identify`, of the wrench that is expected, in which a bias is found anew
         unless the estimate's recording had none or a known one."""
         recordings = [
-            self._recording(trajectory, robot, chain, held, [seed, 20 + 2 * k])
-            for k in range(NOISES)
+            self._recording(trajectory, held, [seed, 20 + 2 * k]) for k in range(NOISES)
         ]
         shape = None if held.estimate is not None else held.shape
-        standard = np.array_equal(chain.gravity, STANDARD_GRAVITY)
-        gravity = ON_EARTH if standard else chain.gravity
+        gravity = self.chain.gravity
+        if np.array_equal(gravity, STANDARD_GRAVITY):
+            gravity = ON_EARTH
         found_before = held.estimate and held.estimate.provenance.get("bias")
         bias = "auto" if found_before in ("none", "given") else "estimate"
 
@@ -156,23 +161,17 @@ class WristSensor:
         return forecast_by(after, held, trajectory.duration, instants)
 
     def _recording(
-        self,
-        trajectory: Trajectory,
-        robot: Robot,
-        chain: Chain,
-        held: Held,
-        seed: Sequence[int],
+        self, trajectory: Trajectory, held: Held, seed: Sequence[int]
     ) -> Recording:
         """What a robot's log is expected to hold."""
         from scipy.spatial.transform import Rotation
 
         motion = trajectory.sampled(self.rate)
-        tip = chain.forward(
-            motion.position, motion.velocity, motion.acceleration
-        ).motion
+        states = motion.position, motion.velocity, motion.acceleration
+        tip = self.chain.forward(*states).motion
         wrench = expected_wrench(features(tip), held.body.vector).T
         rng = np.random.default_rng(seed)
-        position, orientation = robot.poses(motion.position)
+        position, orientation = self.robot.poses(motion.position)
         off, turn, noise = rng.normal(size=(3, len(position), 6))
         levels = np.repeat((self.noise.force, self.noise.torque), 3)
         turned = Rotation.from_quat(orientation) * Rotation.from_rotvec(
@@ -271,13 +270,7 @@ class JointTorques:
         return np.zeros((10, 10))
 
     def forecast(
-        self,
-        trajectory: Trajectory,
-        instants: int,
-        robot: Robot,
-        chain: Chain,
-        held: Held,
-        seed: int,
+        self, trajectory: Trajectory, instants: int, held: Held, seed: int
     ) -> Forecast:
         """By `hefting.identification.by_torques`, of a run without the object and one
         with it, by the arm's published inertias."""

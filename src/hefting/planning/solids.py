@@ -69,13 +69,10 @@ class MovingLink:
         the limit next to it."""
         own = np.empty((len(q), len(self.columns)))
         for i, column in enumerate(self.columns):
-            own[:, i] = self._resting(i) if column < 0 else q[:, column]
+            low, high = self.robot.limits[i] or (0.0, 0.0)
+            own[:, i] = np.clip(0.0, low, high) if column < 0 else q[:, column]
         position, orientation = self.robot.poses(own)
         return position, rotation_matrices(orientation)
-
-    def _resting(self, i: int) -> float:
-        low, high = self.robot.limits[i] or (0.0, 0.0)
-        return float(np.clip(0.0, low, high))
 
 
 def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:

@@ -208,12 +208,8 @@ def _draw_gravity(axes: "Axes", directions: Array, length: float) -> None:
     )
 
 
-def _look(body: Body) -> dict[str, Any]:
-    return LOOKS.get(body.name, OTHER)
-
-
 def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
-    look = _look(body)
+    look = LOOKS.get(body.name, OTHER)
     _draw_center(axes, body, i, j, look)
     if body.region is not None:
         within = 2e3 * body.region.reach.max() < 1.5 * mark
@@ -227,7 +223,7 @@ def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
             label=f"95 % region of the COM{size}",
         )
     if body.ellipsoid is not None:
-        _draw_ellipsoid(axes, body, body.ellipsoid, i, j)
+        _draw_ellipsoid(axes, body, body.ellipsoid, i, j, look)
 
 
 def _draw_center(
@@ -262,9 +258,8 @@ def _draw_center(
 
 
 def _draw_ellipsoid(
-    axes: "Axes", body: Body, ellipsoid: Ellipsoid, i: int, j: int
+    axes: "Axes", body: Body, ellipsoid: Ellipsoid, i: int, j: int, look: dict[str, Any]
 ) -> None:
-    look = _look(body)
     share = body.inertia_doubt
     doubt = "" if share is None else f" (± {100 * share:.0f} %)"
     of = "" if body.name == "estimate" else f", {body.name}"

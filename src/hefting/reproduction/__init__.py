@@ -13,11 +13,11 @@ import json
 import platform
 import sys
 import time
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
+from contextlib import contextmanager
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import TYPE_CHECKING, Self
 
 import hefting
 from hefting.core.errors import HeftingError, InputError, nearest
@@ -33,9 +33,6 @@ from hefting.reproduction.experiment import (
     Table,
     shown,
 )
-
-if TYPE_CHECKING:
-    from rich.progress import TaskID
 
 __all__ = ["EXPERIMENTS", "Experiment", "Report", "Table", "reproduce"]
 
@@ -95,56 +92,40 @@ def reproduce(
             )
     experiments = [e for name, e in EXPERIMENTS.items() if not names or name in names]
     start = time.perf_counter()
-    with Bars(show) as bars:
+    with progress_bars(show) as bars:
         results = run_experiments(experiments, folder, quick, workers, scheduler, bars)
-        reports = [
-            (experiment, experiment.report(results[experiment.name]))
-            for experiment in experiments
-        ]
+        reports = [(each, each.report(results[each.name])) for each in experiments]
     return write_page(reports, folder, time.perf_counter() - start, quick)
-
-
-class Bars:
-    """Bars by name, updated by calling; nothing unless `shown` and standard error is a
-    terminal."""
-
-    def __init__(self, shown: bool):
-        from rich.console import Console
-        from rich.progress import (
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TextColumn,
-            TimeRemainingColumn,
-        )
-
-        self.bars = Progress(
-            TextColumn("{task.description}"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TimeRemainingColumn(),
-            console=Console(stderr=True),
-            disable=not (shown and sys.stderr.isatty()),
-        )
-        self.tasks: dict[str, TaskID] = {}
-
-    def __enter__(self) -> Self:
-        self.bars.start()
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        self.bars.stop()
-
-    def __call__(self, name: str, done: int, total: int) -> None:
-        """Of the experiment called `name`, so many jobs of so many are done."""
-        if name not in self.tasks:
-            self.tasks[name] = self.bars.add_task(name, total=total)
-        self.bars.update(self.tasks[name], completed=done)
 
 
 Progress = Callable[[str, int, int], None]
 """Called with an experiment's name, how many of its jobs are done, and how many there
 are."""
+
+
+@contextmanager
+def progress_bars(shown: bool) -> Iterator[Progress]:
+    """Shows a bar for each experiment; nothing unless `shown` and standard error is a
+    terminal."""
+    from rich import progress
+    from rich.console import Console
+
+    with progress.Progress(
+        progress.TextColumn("{task.description}"),
+        progress.BarColumn(),
+        progress.MofNCompleteColumn(),
+        progress.TimeRemainingColumn(),
+        console=Console(stderr=True),
+        disable=not (shown and sys.stderr.isatty()),
+    ) as bars:
+        tasks: dict[str, progress.TaskID] = {}
+
+        def update(name: str, done: int, total: int) -> None:
+            if name not in tasks:
+                tasks[name] = bars.add_task(name, total=total)
+            bars.update(tasks[name], completed=done)
+
+        yield update
 
 
 def run_experiments(

@@ -7,7 +7,7 @@ import io
 import json
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
-from functools import cache, cached_property
+from functools import cache
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -18,12 +18,10 @@ from hefting.core.measurements import Measurements, Noise
 from hefting.core.metrics import Errors, errors_between
 from hefting.core.spatial import SPEED_LIMIT
 from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.plots.style import BLUE, GREEN, ORANGE, SHADOW, VERMILION
+from hefting.plots.style import BLUE, GREEN, ORANGE, SHADOW, VERMILION, drawing
 from hefting.shapes import Shape
 from hefting.simulation import (
     MODULAR,
-    UR5,
-    XARM7,
     HeldObject,
     Wielding,
     held_modular,
@@ -31,6 +29,7 @@ from hefting.simulation import (
     sinusoids,
     wield_in_mujoco,
 )
+from hefting.simulation.scenario import ARMS
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -139,11 +138,8 @@ class Thing:
     """A modular object with the 56 points the paper describes it by."""
 
     held: HeldObject
-
-    @cached_property
-    def shape(self) -> Shape:
-        """The paper's 56 points, in the sensor frame."""
-        return paper_points(self.held)
+    shape: Shape
+    """The paper's 56 points, in the sensor frame."""
 
     def errors(self, estimate: Estimate) -> Errors:
         """Of an estimate in the sensor frame."""
@@ -156,29 +152,34 @@ class Thing:
 @cache
 def thing(name: str) -> Thing:
     """One of `OBJECTS`."""
-    return Thing(held_modular(name))
+    held = held_modular(name)
+    return Thing(held, paper_points(held))
 
 
 @cache
 def wielded(
-    name: str,
-    speed: float,
-    arm: str = "ur5",
-    duration: float = DURATION,
+    name: str, speed: float, arm: str = "ur5", duration: float = DURATION
 ) -> Wielding:
     """One of `OBJECTS` on the paper's sinusoids at an average angular speed [rad/s],
     exact, from MuJoCo."""
-    robot = {"ur5": UR5, "xarm7": XARM7}[arm]
-    return wield_in_mujoco(
-        robot, sinusoids(duration, RATE, speed, robot), thing(name).held.parameters
-    )
+    robot = ARMS[arm]
+    joints = sinusoids(duration, RATE, speed, robot)
+    return wield_in_mujoco(robot, joints, thing(name).held.parameters)
 
 
-METHODS: dict[str, Callable[[Thing, Measurements], Estimator]] = {
+Method = Callable[[Thing, Measurements], Estimator]
+
+
+def pmd(c1: float) -> Method:
+    """PMD with the shape of the thing."""
+    return lambda thing, z: PMD(thing.shape, c1=c1, intervals=False)
+
+
+METHODS: dict[str, Method] = {
     "OLS": lambda thing, z: OLS(intervals=False),
     "RTLS": lambda thing, z: RTLS(intervals=False),
     "GEO": lambda thing, z: GEO(thing.shape, intervals=False),
-    "PMD": lambda thing, z: PMD(thing.shape, c1=C1, intervals=False),
+    "PMD": pmd(C1),
 }
 """The paper's four, at its hyperparameters; GEO with its authors' weight and the
 homogeneous body."""
@@ -236,20 +237,36 @@ def marked(colour: str, marker: str) -> dict[str, Any]:
     return {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0}
 
 
-def group(axes: "Axes", methods: Sequence[str], top: float) -> None:
-    """A place a method along x, every other one shaded, and a logarithmic scale up to
-    `top`."""
-    for i in range(0, len(methods), 2):
-        axes.axvspan(i - 0.5, i + 0.5, color=SHADOW, alpha=0.5, linewidth=0.0, zorder=0)
-    axes.set(yscale="log", xlim=(-0.5, len(methods) - 0.5))
-    axes.set_ylim(top=top)
+def errors_figure(
+    height: float,
+    methods: Sequence[str],
+    tops: Sequence[float],
+    draw: Callable[["Axes", int], None],
+    below: str,
+) -> "Figure":
+    """A panel an error, in which `draw` draws that of its number, on a logarithmic
+    scale up to one of `tops`; in it a place a method along x, every other one
+    shaded."""
     labels = [
         name.replace(", ", "\n")
         .replace("literature", "liter.")
         .replace("PMD-", "PMD\n")
         for name in methods
     ]
-    axes.set_xticks(range(len(methods)), labels)
+    with drawing(height, 7.2) as figure:
+        panels = figure.subplots(1, 3)
+        for quantity, name in enumerate(QUANTITIES.values()):
+            axes = panels[quantity]
+            draw(axes, quantity)
+            for i in range(0, len(methods), 2):
+                look = {"color": SHADOW, "alpha": 0.5, "linewidth": 0.0, "zorder": 0}
+                axes.axvspan(i - 0.5, i + 0.5, **look)
+            axes.set(yscale="log", xlim=(-0.5, len(methods) - 0.5))
+            axes.set(ylim=(None, tops[quantity]), ylabel=f"{name} error [%]")
+            axes.set_xticks(range(len(methods)), labels)
+        panels[1].set_xlabel(below)
+        legend_above(figure, panels[0], len(panels[0].get_legend_handles_labels()[0]))
+    return figure
 
 
 def legend_above(figure: "Figure", axes: "Axes", columns: int) -> None:

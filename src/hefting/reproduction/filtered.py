@@ -13,8 +13,14 @@ from typing import Self
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.measurements import Measurements
-from hefting.core.spatial import STANDARD_GRAVITY, Array, in_sensor_axes
+from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import Measurements, Noise
+from hefting.core.spatial import (
+    STANDARD_GRAVITY,
+    Array,
+    in_sensor_axes,
+    tensor_to_vector,
+)
 from hefting.estimators import GEO, Estimator
 from hefting.estimators.geo import weight_by_rule
 from hefting.estimators.quadratic import Quadratic
@@ -25,7 +31,6 @@ from hefting.motion.kalman import PoseFilter
 from hefting.motion.spline import fit_poses
 from hefting.motion.state import Motion
 from hefting.reproduction.experiment import RATE, Thing
-from hefting.shapes import Shape
 from hefting.simulation import Wielding
 from hefting.simulation.faults import Six
 from hefting.simulation.wield import POSE_NOISE
@@ -107,12 +112,19 @@ def causal_filter(observed: Observed) -> PoseFilter:
     )
 
 
+def motions(observed: Observed) -> dict[str, Iterator[Measurements]]:
+    """Each window, by the kind of motion."""
+    live = causal_filter(observed)
+    return {
+        "warm": warm(observed, live),
+        "cold": cold(observed, live),
+        "smoother": smoothed(observed),
+    }
+
+
 def warm(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
     """Each window of a motion which the filter has followed from the start."""
-    _, motion = live.update(
-        live.start(), observed.time, observed.position, observed.orientation
-    )
-    z = observed.with_motion(motion)
+    z = _followed(observed, live)
     missing = len(observed.time) - len(z)  # before it had settled
     for window in _windows_of(observed):
         yield z[window.start - missing : window.stop - missing]
@@ -126,11 +138,13 @@ def cold(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
 
 def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
     """All of what is observed, by a filter that begins with it."""
-    begun = replace(live, cold_start=True)
-    _, motion = begun.update(
-        begun.start(), observed.time, observed.position, observed.orientation
-    )
-    return observed.with_motion(motion)
+    return _followed(observed, replace(live, cold_start=True))
+
+
+def _followed(observed: Observed, live: PoseFilter) -> Measurements:
+    o = observed
+    _, motion = live.update(live.start(), o.time, o.position, o.orientation)
+    return o.with_motion(motion)
 
 
 def smoothed(observed: Observed) -> Iterator[Measurements]:
@@ -153,10 +167,32 @@ WEAK = 1e-3
 """Of the literature's weight of GEO's prior."""
 
 
-def weak_geo(shape: Shape, z: Measurements) -> Estimator:
+def weak_geo(subject: Thing, z: Measurements) -> Estimator:
     """GEO at a weight that leaves the answer to the data, as long as it is a body."""
     gamma = WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A)
-    return GEO(shape, gamma=gamma, intervals=False)
+    return GEO(subject.shape, gamma=gamma, intervals=False)
+
+
+def noise_found(subject: Thing, z: Measurements) -> Estimator:
+    """GEO with the noise that least squares leaves, in which errors that last count
+    once."""
+    fit = fit_freely(z, False)
+    longer = float(np.sqrt(fit.autocorrelation))
+    return GEO(
+        subject.shape,
+        noise=Noise(longer * fit.noise.force, longer * fit.noise.torque),
+        intervals=False,
+    )
+
+
+def doubled(subject: Thing, z: Measurements) -> Estimator:
+    """GEO whose prior was moved from the COM to the sensor twice, as in public code of
+    the paper's authors."""
+    body = subject.shape.homogeneous
+    inertia = 2.0 * body.inertia_at_origin - body.inertia_at_com
+    unit = np.concatenate(((1.0,), body.center_of_mass, tensor_to_vector(inertia)))
+    mass = float(fit_freely(z, False).vector[0])
+    return GEO(prior=InertialParameters(mass * unit), intervals=False)
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")

@@ -79,14 +79,10 @@ def report(results: Results) -> Report:
         "all objects alike; inertia errors are about it unless said otherwise.",
     )
     table = Table("objects", title, columns, rows)
-    return Report(
-        (table,),
-        {"objects": _figure([(job["object"], result) for job, result in results])},
-        notes,
-    )
+    return Report((table,), {"objects": _figure(results)}, notes)
 
 
-def _figure(objects: list[tuple[str, Result]]):
+def _figure(results: Results):
     from matplotlib.lines import Line2D
 
     with drawing(5.3, 7.2) as figure:
@@ -98,9 +94,10 @@ def _figure(objects: list[tuple[str, Result]]):
             "linestyle": "none",
         }
         tcp = SLOTS[GRASPED]
-        for number, (axes, (name, result)) in enumerate(
-            zip(panels, objects, strict=True)
+        for letter, axes, (job, result) in zip(
+            "abcdefgh", panels, results, strict=True
         ):
+            name = job["object"]
             for part in sorted(modular(name).parts, key=_depth):
                 _draw(axes, part)
             axes.plot(*tcp, "o", color=BLUE, zorder=4, **dot)
@@ -111,11 +108,9 @@ def _figure(objects: list[tuple[str, Result]]):
                 zorder=5,
                 **dot,
             )
-            letter = "abcdefgh"[number]
+            title = TITLES.get(name, name.capitalize())
             axes.set(
-                title=f"({letter}) {TITLES.get(name, name.capitalize())}, {1e3 * result['mass']:.0f} g"
-            )
-            axes.set(
+                title=f"({letter}) {title}, {1e3 * result['mass']:.0f} g",
                 aspect="equal",
                 xlim=(-112, 112),
                 ylim=(-172, 172),

@@ -1,47 +1,85 @@
 """After 150 observations: four methods at three speeds, their motion by a Kalman
 filter."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
+from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from hefting.core.estimate import Estimate
-from hefting.core.inertia import InertialParameters
-from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
-from hefting.core.spatial import tensor_to_vector
-from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.ingest.free_fit import fit_freely
+from hefting.core.measurements import NOISE_LEVELS, Measurements
+from hefting.core.spatial import SPEED_LIMIT, Array
+from hefting.estimators import GEO
+from hefting.plots.style import BLACK, BLUE, GREEN, ORANGE, PURPLE, VERMILION
 from hefting.reproduction.experiment import (
-    C1,
     DURATION,
+    MOSTLY_WRONG,
     OBJECTS,
+    QUANTITIES,
+    Cell,
     Experiment,
     Job,
+    Method,
     Report,
     Result,
     Results,
-    Thing,
+    Table,
+    errors_figure,
+    over_limit,
+    pmd,
+    printed,
     thing,
     wielded,
 )
+from hefting.reproduction.experiment import METHODS as PAPERS
 from hefting.reproduction.filtered import (
     OBSERVATIONS,
+    SCORES,
     Observed,
     begun_with,
     causal_filter,
-    cold,
+    doubled,
+    motions,
+    noise_found,
     score,
-    smoothed,
-    warm,
     weak_geo,
     windows,
 )
-from hefting.reproduction.observations_report import KINDS, figure, pooled, tables
 from hefting.simulation import WRENCH_NOISE, Wielding
 from hefting.simulation.wield import POSE_NOISE
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+
 ANGULAR = (1.0, 1.5, 2.0)
 """Average angular speeds [rad/s]."""
+PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
+    "OLS": ((1.36, 2.88, 3.22), (34.4, 44.0, 36.1), (MOSTLY_WRONG,) * 3),
+    "RTLS": ((1.84, 1.77, 2.41), (97.5, 37.7, 38.2), (MOSTLY_WRONG,) * 3),
+    "GEO": ((1.45, 2.65, 4.09), (33.0, 33.1, 32.6), (MOSTLY_WRONG, 252.0, 109.0)),
+    "PMD": ((1.34, 2.15, 1.91), (9.83, 15.5, 16.4), (44.1, 43.5, 43.6)),
+}
+"""Errors [%] of mass, COM and inertia at these speeds; 500 where the paper says
+"> 500"."""
+LABELS = tuple(QUANTITIES.values())
+FIRST, SHARP = "cold, first 1.5 s", "cold, first 1.5 s, sharper poses"
+KINDS = ("warm", "cold", "smoother", FIRST, SHARP)
+"""Of motion: windows anywhere in it by the paper's filter and this project's smoother,
+and its first 1.5 s."""
+COMPARED = ("warm", "cold", FIRST, SHARP)
+"""With the published figures: those by the paper's filter."""
+ALIKE = 2.0
+"""Factor up to which our figure counts as the published one."""
+GEOS = ("GEO, weak", "GEO, literature", "GEO, noise found")
+MAIN = ("OLS", "RTLS", *GEOS, "PMD")
+TOPS = (20.0, 500.0, 5e3)
+"""Of the figure's panels [%]: what is above is drawn there."""
+DRAWN = {"published": (BLACK, "x"), "warm": (BLUE, "o"), "cold": (ORANGE, "^")}
+DRAWN |= {FIRST: (VERMILION, "s"), SHARP: (PURPLE, "v"), "smoother": (GREEN, "d")}
+
+Scores = dict[tuple[str, str, float], Array]
+"""By kind of motion, method and speed: (windows of all objects, `SCORES`)."""
+
 STARTS = 10
 """How often the motion is started, each time with other noise."""
 SHARPER = 0.1
@@ -55,41 +93,17 @@ NOTE = (
 )
 """What tables and figure do not say; what they may mean is in ``docs/reproduction.md``."""
 
-Method = Callable[[Thing, Measurements], Estimator]
-
-
-def found(subject: Thing, z: Measurements) -> Estimator:
-    """GEO with the noise that least squares leaves, in which errors that last count
-    once."""
-    fit = fit_freely(z, False)
-    longer = float(np.sqrt(fit.autocorrelation))
-    return GEO(
-        subject.shape,
-        noise=Noise(longer * fit.noise.force, longer * fit.noise.torque),
-        intervals=False,
-    )
-
-
-def doubled(subject: Thing, z: Measurements) -> Estimator:
-    """GEO whose prior was moved from the COM to the sensor twice, as in public code of
-    the paper's authors."""
-    body = subject.shape.homogeneous
-    inertia = 2.0 * body.inertia_at_origin - body.inertia_at_com
-    unit = np.concatenate(((1.0,), body.center_of_mass, tensor_to_vector(inertia)))
-    mass = float(fit_freely(z, False).vector[0])
-    return GEO(prior=InertialParameters(mass * unit), intervals=False)
-
 
 METHODS: dict[str, Method] = {
-    "OLS": lambda thing, z: OLS(intervals=False),
-    "RTLS": lambda thing, z: RTLS(intervals=False),
-    "GEO, weak": lambda thing, z: weak_geo(thing.shape, z),
-    "GEO, literature": lambda thing, z: GEO(thing.shape, intervals=False),
-    "GEO, noise found": found,
-    "PMD": lambda thing, z: PMD(thing.shape, c1=C1, intervals=False),
-    "PMD, c1 = 3": lambda thing, z: PMD(thing.shape, c1=3.0, intervals=False),
-    "PMD, c1 = 30": lambda thing, z: PMD(thing.shape, c1=30.0, intervals=False),
-    "PMD, c1 = 5e3": lambda thing, z: PMD(thing.shape, c1=5e3, intervals=False),
+    "OLS": PAPERS["OLS"],
+    "RTLS": PAPERS["RTLS"],
+    "GEO, weak": weak_geo,
+    "GEO, literature": PAPERS["GEO"],
+    "GEO, noise found": noise_found,
+    "PMD": PAPERS["PMD"],
+    "PMD, c1 = 3": pmd(3.0),
+    "PMD, c1 = 30": pmd(30.0),
+    "PMD, c1 = 5e3": pmd(5e3),
     "GEO, wrench noise known": lambda thing, z: GEO(
         thing.shape, noise=NOISE_LEVELS["moderate"], intervals=False
     ),
@@ -124,28 +138,20 @@ def run(job: Job) -> Result:
     kinds = {}
     for kind, each in _motions(job, exact):
         scores: dict[str, list] = {name: [] for name in METHODS}
-        motions = []
+        accelerations = []
         for window, z in each:
             for name, method in METHODS.items():
                 scores[name].append(score(subject, method(subject, z), z))
             true = exact.measurements[window]
-            wrong = (
-                z.linear_acceleration - true.linear_acceleration,
-                z.angular_acceleration - true.angular_acceleration,
-            )
-            motions.append(
-                (true.linear_acceleration, true.angular_acceleration, *wrong)
-            )
+            a, alpha = true.linear_acceleration, true.angular_acceleration
+            wrong = z.linear_acceleration - a, z.angular_acceleration - alpha
+            accelerations.append((a, alpha, *wrong))
         rms = [
             float(np.sqrt(np.mean(np.square(part))))
-            for part in zip(*motions, strict=True)
+            for part in zip(*accelerations, strict=True)
         ]
         kinds[kind] = {"scores": scores, "accelerations": rms}
-    even = InertialParameters(
-        subject.held.parameters.mass * subject.shape.homogeneous.vector
-    )
-    homogeneous = subject.errors(Estimate("homogeneous", even, 0)).inertia_at_origin
-    return {"kinds": kinds, "homogeneous": homogeneous}
+    return {"kinds": kinds}
 
 
 def _motions(
@@ -153,14 +159,10 @@ def _motions(
 ) -> Iterator[tuple[str, Iterator[tuple[slice, Measurements]]]]:
     seed = (job["seed"], OBJECTS.index(job["object"]), round(10 * job["speed"]))
     observed = Observed.of(exact, WRENCH_NOISE["moderate"], seed)
-    live, places = causal_filter(observed), windows(job["duration"])
-    for kind, each in zip(
-        KINDS,
-        (warm(observed, live), cold(observed, live), smoothed(observed)),
-        strict=False,
-    ):
+    places = windows(job["duration"])
+    for kind, each in motions(observed).items():
         yield kind, zip(places, each, strict=True)
-    for kind, share in zip(KINDS[3:], (1.0, SHARPER), strict=True):
+    for kind, share in ((FIRST, 1.0), (SHARP, SHARPER)):
         yield kind, _first(exact, seed, job["starts"], share)
 
 
@@ -183,6 +185,175 @@ def report(results: Results) -> Report:
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     figures = {"observations": figure(scores, speeds)}
     return Report(tables(results, scores, speeds), figures, (NOTE,))
+
+
+def tables(results: Results, scores: Scores, speeds: list[float]) -> tuple[Table, ...]:
+    """The paper's table with ours, other settings, where both differ, the motion's
+    errors, and everything."""
+    others = [name for name in METHODS if name not in MAIN]
+    columns = (
+        "motion",
+        "method",
+        *(f"{q} %, {s:g} rad/s" for q in LABELS for s in speeds),
+        "consistent %",
+    )
+    windows, starts = (len(scores[kind, "PMD", speeds[0]]) for kind in ("warm", FIRST))
+    objects = len({job["object"] for job, _ in results})
+    return (
+        Table(
+            "observations",
+            f"Mean errors after {OBSERVATIONS} observations: {objects} objects, each {windows // objects} windows or "
+            f"{starts // objects} starts",
+            columns,
+            (*_published_rows(speeds), *_rows(scores, MAIN, speeds)),
+        ),
+        Table(
+            "settings",
+            "The same with other hyperparameters",
+            columns,
+            _rows(scores, ("PMD", *others), speeds),
+        ),
+        differences(scores, speeds),
+        _motion(results, speeds),
+        _everything(scores),
+    )
+
+
+def pooled(results: Results) -> Scores:
+    """All windows of all objects together."""
+    found: dict[tuple[str, str, float], list] = {}
+    for job, result in results:
+        for kind, part in result["kinds"].items():
+            for method, values in part["scores"].items():
+                found.setdefault((kind, method, job["speed"]), []).extend(values)
+    return {key: np.array(values) for key, values in found.items()}
+
+
+def _published_rows(speeds: list[float]) -> list[tuple[Cell, ...]]:
+    share = {"OLS": "few", "RTLS": "few", "GEO": 100.0, "PMD": 100.0}
+    return [
+        (
+            "published",
+            name,
+            *(printed(own[ANGULAR.index(s)]) for own in errors for s in speeds),
+            share[name],
+        )
+        for name, errors in PUBLISHED.items()
+    ]
+
+
+def _rows(
+    scores: Scores, methods: Iterable[str], speeds: list[float]
+) -> list[tuple[Cell, ...]]:
+    rows = []
+    for kind, method in product(KINDS, methods):
+        means = [
+            printed(error(scores, kind, method, s, i))
+            for i in range(len(LABELS))
+            for s in speeds
+        ]
+        # windows with an answer that is a body
+        shares = [scores[kind, method, s][:, -1].mean() for s in speeds]
+        rows.append((kind, method, *means, 100.0 * float(np.mean(shares))))
+    return rows
+
+
+def error(scores: Scores, kind: str, method: str, speed: float, quantity: int) -> float:
+    """Mean error [%] over windows; `quantity` counts in `LABELS`."""
+    return float(scores[kind, method, speed][:, quantity].mean())
+
+
+def differences(scores: Scores, speeds: list[float]) -> Table:
+    """Every published figure, ours over it, and which of ours is like it."""
+    rows = []
+    for name, errors in PUBLISHED.items():
+        for method in GEOS[:2] if name == "GEO" else (name,):
+            for quantity, label in enumerate(LABELS):
+                for s in speeds:
+                    theirs = errors[quantity][ANGULAR.index(s)]
+                    ratios = [
+                        error(scores, kind, method, s, quantity) / theirs
+                        for kind in COMPARED
+                    ]
+                    pairs = zip(COMPARED, ratios, strict=True)
+                    like = "; ".join(k for k, r in pairs if _is_alike(r, theirs))
+                    rows.append(
+                        (method, label, s, printed(theirs), *ratios, like or "none")
+                    )
+    columns = (
+        "method",
+        "error",
+        "rad/s",
+        "published %",
+        *(f"{kind} / published" for kind in COMPARED),
+        "within a factor of 2",
+    )
+    title = "Published figures, and how far ours are from them"
+    return Table("differences", title, columns, rows)
+
+
+def _is_alike(ratio: float, theirs: float) -> bool:
+    return ratio >= 1.0 / ALIKE and (ratio <= ALIKE or theirs >= MOSTLY_WRONG)
+
+
+def _motion(results: Results, speeds: list[float]) -> Table:
+    rows = []
+    for kind, s in product(KINDS, speeds):
+        parts = [result["kinds"][kind] for job, result in results if job["speed"] == s]
+        means = np.mean([part["accelerations"] for part in parts], axis=0)
+        rows.append((kind, s, *map(float, means[[0, 2, 1, 3]])))
+    title = "Accelerations and their errors: root mean square, per axis"
+    linear, angular = ("a m/s²", "its error m/s²"), ("alpha rad/s²", "its error rad/s²")
+    return Table("motion", title, ("motion", "rad/s", *linear, *angular), rows)
+
+
+def _everything(scores: Scores) -> Table:
+    rows = []
+    for (kind, method, speed), values in scores.items():
+        middle = np.median(values[:, :4], axis=0)
+        means, share = values[:, :4].mean(axis=0), 100.0 * values[:, -1].mean()
+        numbers = map(float, (*means, *middle, share))
+        rows.append((kind, method, speed, len(values), *numbers))
+    names = [name.replace("_", " ") for name in SCORES[:4]]
+    columns = (
+        "motion",
+        "method",
+        "rad/s",
+        "windows",
+        *(f"mean {n} %" for n in names),
+        *(f"median {n} %" for n in names),
+        "consistent %",
+    )
+    return Table("all", "All methods: means and medians", columns, rows)
+
+
+def figure(scores: Scores, speeds: list[float]):
+    """A panel an error, a group a method, in it a line a kind of motion."""
+    methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
+
+    def draw(axes: "Axes", quantity: int) -> None:
+        for (i, method), (j, (kind, (colour, marker))) in product(
+            enumerate(methods), enumerate(DRAWN.items())
+        ):
+            if kind == "published":
+                row = PUBLISHED[method.split(",")[0]][quantity]
+                values = [row[ANGULAR.index(s)] for s in speeds]
+            else:
+                values = [error(scores, kind, method, s, quantity) for s in speeds]
+            axes.plot(
+                i + 0.14 * (j - 2.5) + 0.04 * (np.arange(len(speeds)) - 1),
+                np.minimum(values, TOPS[quantity]),
+                marker=marker,
+                color=colour,
+                linewidth=0.7,
+                markersize=2.8,
+                label=kind if i == 0 else None,
+                clip_on=False,
+            )
+
+    listed = ", ".join(f"{s:g}" + " (> ISO)" * over_limit(s) for s in speeds)
+    below = f"within a group, left to right: {listed} rad/s; > ISO: above {SPEED_LIMIT} m/s (ISO 10218-1)"
+    return errors_figure(2.9, methods, TOPS, draw, below)
 
 
 EXPERIMENT = Experiment(

@@ -17,7 +17,7 @@ from hefting.reproduction.experiment import (
     thing,
     wielded,
 )
-from hefting.reproduction.filtered import Observed, causal_filter, cold, warm
+from hefting.reproduction.filtered import Observed, motions
 from hefting.reproduction.robot import SPEED
 from hefting.simulation import WRENCH_NOISE, XARM7, random_smooth, wield_in_mujoco
 
@@ -46,7 +46,6 @@ def run(job: Job) -> Result:
     observed = Observed.of(
         wielded(job["object"], SPEED, "xarm7", ENOUGH), WRENCH_NOISE["ft300"], seed
     )
-    live = causal_filter(observed)
     joints = random_smooth(DURATION, RATE, SPEED, job["seed"], XARM7)
     other = wield_in_mujoco(XARM7, joints, subject.held.parameters).measurements
     falling = np.cross(subject.held.parameters.vector[1:4], -other.gravity)
@@ -54,27 +53,26 @@ def run(job: Job) -> Result:
         "inertial": _rms(other.torque - falling),
         "time": other.time[::DRAWN].tolist(),
         "true": other.torque[::DRAWN].tolist(),
-        "size": [
-            _rms(other.force),
-            _rms(other.torque),
-            *(_rms(column) for column in other.torque.T),
-        ],
+        "size": _sizes(other.wrench),
     }
-    for kind, each in (("warm", warm(observed, live)), ("cold", cold(observed, live))):
-        z = next(each)
+    each = motions(observed)
+    for kind in KINDS:
+        z = next(each[kind])
         predicted = predict_wrench(
             other, PMD(subject.shape, c1=C1, intervals=False).fit(z).parameters.vector
         )
         wrong = predicted - other.wrench
         result[kind] = {
             "torque": predicted[::DRAWN, 3:].tolist(),
-            "error": [
-                _rms(wrong[:, :3]),
-                _rms(wrong[:, 3:]),
-                *(_rms(column) for column in wrong[:, 3:].T),
-            ],
+            "error": _sizes(wrong),
         }
     return result
+
+
+def _sizes(wrench: np.ndarray) -> list[float]:
+    """Of force and torque, and of the torque's components."""
+    force, torque = wrench[:, :3], wrench[:, 3:]
+    return [_rms(force), _rms(torque), *map(_rms, torque.T)]
 
 
 def _rms(values: np.ndarray) -> float:

@@ -1,45 +1,40 @@
 """The paper's robot experiments, in simulation: xArm 7, FT-300, 1.1 rad/s, 1.5 s; and
 what a real arm adds."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from itertools import product
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from hefting.core.measurements import Measurements
 from hefting.core.spatial import Array
-from hefting.estimators import GEO, OLS, PMD, RTLS, Estimator
-from hefting.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION, drawing
+from hefting.plots.style import BLACK, BLUE, ORANGE, PURPLE, VERMILION
+from hefting.reproduction.experiment import METHODS as PAPERS
 from hefting.reproduction.experiment import (
     MOSTLY_WRONG,
     OBJECTS,
-    QUANTITIES,
     Cell,
     Experiment,
     Job,
+    Method,
     Report,
     Result,
     Results,
     Table,
     Thing,
-    group,
-    legend_above,
+    errors_figure,
+    pmd,
     printed,
     thing,
     wielded,
 )
-from hefting.reproduction.filtered import (
-    Observed,
-    causal_filter,
-    cold,
-    score,
-    smoothed,
-    warm,
-    weak_geo,
-)
+from hefting.reproduction.filtered import Observed, motions, score, weak_geo
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
 
 SPEED = 1.1
 """Average angular speed [rad/s]."""
@@ -53,13 +48,13 @@ PUBLISHED = {
     "PMD-25K": (4.45, 4.50, 29.11),
 }
 """Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
-METHODS: dict[str, Callable[[Shape, Measurements], Estimator]] = {
-    "OLS": lambda shape, z: OLS(intervals=False),
-    "RTLS": lambda shape, z: RTLS(intervals=False),
+METHODS: dict[str, Method] = {
+    "OLS": PAPERS["OLS"],
+    "RTLS": PAPERS["RTLS"],
     "GEO, weak": weak_geo,
-    "GEO, literature": lambda shape, z: GEO(shape, intervals=False),
-    "PMD-5K": lambda shape, z: PMD(shape, c1=5e3, intervals=False),
-    "PMD-25K": lambda shape, z: PMD(shape, c1=25e3, intervals=False),
+    "GEO, literature": PAPERS["GEO"],
+    "PMD-5K": pmd(5e3),
+    "PMD-25K": pmd(25e3),
 }
 """GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
 it."""
@@ -106,14 +101,8 @@ def run(job: Job) -> Result:
     exact = wielded(job["object"], SPEED, "xarm7", job["duration"])
     seed = (job["seed"], OBJECTS.index(job["object"]))
     observed = Observed.of(exact, WRENCH_NOISE["ft300"], seed)
-    live = causal_filter(observed)
-    motions = {
-        "warm": warm(observed, live),
-        "cold": cold(observed, live),
-        "smoother": smoothed(observed),
-    }
     scores: dict[str, dict[str, dict[str, list]]] = {}
-    for kind, each in motions.items():
+    for kind, each in motions(observed).items():
         causes = tuple(CAUSES) if kind != "smoother" else ("none",)
         found = scores[kind] = {
             cause: {name: [] for name in METHODS} for cause in causes
@@ -123,21 +112,21 @@ def run(job: Job) -> Result:
         for z in each:
             troubled = _troubled(subject, z, rng)
             for cause, (name, method) in product(causes, METHODS.items()):
-                shape, y = troubled[cause]
-                found[cause][name].append(score(subject, method(shape, y), y))
+                taken_for, y = troubled[cause]
+                found[cause][name].append(score(subject, method(taken_for, y), y))
     return {"scores": scores}
 
 
 def _troubled(
     subject: Thing, z: Measurements, rng: np.random.Generator
-) -> dict[str, tuple[Shape, Measurements]]:
-    """The shape and the measurements that each cause leaves one with."""
+) -> dict[str, tuple[Thing, Measurements]]:
+    """The thing, by its shape, and the measurements that each cause leaves one with."""
     from scipy.spatial.transform import Rotation
 
     pose = np.eye(4)
     pose[:3, :3] = Rotation.from_rotvec(TURNED * _direction(rng)).as_matrix()
     pose[:3, 3] = SHIFTED * _direction(rng)
-    moved = _moved(subject.shape, pose)
+    moved = replace(subject, shape=_moved(subject.shape, pose))
     force, torque = BIAS[0] * _direction(rng), BIAS[1] * _direction(rng)
 
     def with_bias(z: Measurements) -> Measurements:
@@ -150,11 +139,11 @@ def _troubled(
         return replace(z, force=GAIN * z.force, torque=GAIN * z.torque)
 
     return {
-        "none": (subject.shape, z),
+        "none": (subject, z),
         "pose": (moved, z),
-        "bias": (subject.shape, with_bias(z)),
-        "late": (subject.shape, with_delay(z)),
-        "gain": (subject.shape, with_gain(z)),
+        "bias": (subject, with_bias(z)),
+        "late": (subject, with_delay(z)),
+        "gain": (subject, with_gain(z)),
         "all": (moved, with_bias(with_delay(with_gain(z)))),
     }
 
@@ -189,16 +178,16 @@ def report(results: Results) -> Report:
         for method in methods
     }
 
-    def means(kind: str, cause: str, method: str) -> list[Cell]:
-        values = [float(v) for v in found[kind, cause, method][:, :3].mean(axis=0)]
-        return [printed(v) for v in values]
+    mean = {key: values[:, :3].mean(axis=0) for key, values in found.items()}
 
-    def share(kind: str, cause: str, method: str) -> float:
-        return 100.0 * float(found[kind, cause, method][:, -1].mean())
+    def numbers(kind: str, cause: str, method: str) -> list[Cell]:
+        key = kind, cause, method
+        share = 100.0 * float(found[key][:, -1].mean())
+        return [*(printed(float(v)) for v in mean[key]), share]
 
-    theirs = {name: [printed(v) for v in errors] for name, errors in PUBLISHED.items()}
     rows: list[tuple[Cell, ...]] = [
-        ("published, real arm", name, *errors, None) for name, errors in theirs.items()
+        ("published, real arm", name, *map(printed, errors), None)
+        for name, errors in PUBLISHED.items()
     ]
     for kind, cause in (
         ("warm", "none"),
@@ -208,14 +197,10 @@ def report(results: Results) -> Report:
         ("cold", "all"),
     ):
         label = kind if cause == "none" else f"{kind}, {CAUSES['all']} faults"
-        rows += [
-            (label, m, *means(kind, cause, m), share(kind, cause, m)) for m in METHODS
-        ]
+        rows += [(label, m, *numbers(kind, cause, m)) for m in METHODS]
     columns = ("mass %", "COM %", "inertia %", "consistent %")
     causes = [
-        (k, CAUSES[c], m, *means(k, c, m), share(k, c, m))
-        for k, c, m in found
-        if k != "smoother"
+        (k, CAUSES[c], m, *numbers(k, c, m)) for k, c, m in found if k != "smoother"
     ]
     count = len(found["warm", "none", "OLS"])
     tables = (
@@ -232,7 +217,6 @@ def report(results: Results) -> Report:
             causes,
         ),
     )
-    mean = {key: values[:, :3].mean(axis=0) for key, values in found.items()}
     return Report(tables, {"robot": _figure(mean)}, _notes(mean))
 
 
@@ -268,30 +252,23 @@ def _notes(mean: dict[tuple[str, str, str], Array]) -> tuple[str, ...]:
 
 
 def _figure(mean: dict[tuple[str, str, str], Array]):
-    with drawing(2.5, 7.2) as figure:
-        panels = figure.subplots(1, 3)
-        for quantity, (axes, name) in enumerate(
-            zip(panels, QUANTITIES.values(), strict=True)
-        ):
-            for j, (label, (key, colour, marker)) in enumerate(DRAWN.items()):
-                if key is None:
-                    means = [PUBLISHED[method.split(",")[0]] for method in METHODS]
-                else:
-                    means = [mean[(*key, method)] for method in METHODS]
-                values = [each[quantity] for each in means]
-                at = np.arange(len(METHODS)) + 0.15 * (j - 2)
-                look = {
-                    "color": colour,
-                    "markersize": 3.5,
-                    "clip_on": False,
-                    "label": label,
-                }
-                axes.plot(at, np.minimum(values, TOPS[quantity]), marker, **look)
-            group(axes, tuple(METHODS), TOPS[quantity])
-            axes.set_ylabel(f"{name} error [%]")
-        panels[1].set_xlabel("method")
-        legend_above(figure, panels[0], len(DRAWN))
-    return figure
+    def draw(axes: "Axes", quantity: int) -> None:
+        for j, (label, (key, colour, marker)) in enumerate(DRAWN.items()):
+            if key is None:
+                means = [PUBLISHED[method.split(",")[0]] for method in METHODS]
+            else:
+                means = [mean[(*key, method)] for method in METHODS]
+            axes.plot(
+                np.arange(len(METHODS)) + 0.15 * (j - 2),
+                np.minimum([each[quantity] for each in means], TOPS[quantity]),
+                marker,
+                color=colour,
+                markersize=3.5,
+                clip_on=False,
+                label=label,
+            )
+
+    return errors_figure(2.5, tuple(METHODS), TOPS, draw, "method")
 
 
 EXPERIMENT = Experiment(

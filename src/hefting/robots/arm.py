@@ -203,8 +203,7 @@ class Arm:
         places: dict[str, int] = {}
         for name, parent in links_in_order(tree)[:MOST_LINKS]:
             robot = robot_of(tree, name)
-            unknown = robot is None or set(robot.joints) - set(columns)
-            if robot is None or unknown:
+            if robot is None or set(robot.joints) - set(columns):
                 continue
             places[name] = len(links)
             own = tuple(look for look in looks if look.link == name)

@@ -68,8 +68,7 @@ def with_poses(
         )
     stream = recording["joint_positions"]
     names = tuple(joint_names) or recording.joint_names
-    count = stream.values.shape[1]
-    columns = _joints_of_columns(names, count, robot, recording.source)
+    columns = _joints_of_columns(names, recording, robot)
     q = stream.values[:, [columns.index(name) for name in robot.joints]]
     position, orientation = robot.poses(q)
     poses = {
@@ -104,16 +103,16 @@ def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:
     """
     if not recording.has("joint_positions"):
         raise InputError("has no joint positions", recording.source)
-    count = recording["joint_positions"].values.shape[1]
-    names = _joints_of_columns(recording.joint_names, count, robot, recording.source)
+    names = _joints_of_columns(recording.joint_names, recording, robot)
     return {name: column for column, name in enumerate(names)}
 
 
 def _joints_of_columns(
-    names: tuple[str, ...], count: int, robot: Robot, source: str
+    names: tuple[str, ...], recording: Recording, robot: Robot
 ) -> tuple[str, ...]:
-    """The joint whose position each of `count` columns holds, as `with_poses` says;
-    `InputError` where they do not fit the robot, or do not tell each of its joints."""
+    """The joint whose position each column holds, as `with_poses` says; `InputError`
+    where they do not fit the robot, or do not tell each of its joints."""
+    count, source = recording["joint_positions"].values.shape[1], recording.source
     if not names:
         return _joints_by_number(count, robot, source)
     if len(names) != count:

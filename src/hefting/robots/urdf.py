@@ -196,24 +196,20 @@ def _joint(
             raise InputError("the axis is zero", where=where)
         axis = axis / largest
     mimic, limits, speed = None, None, None
+
+    def number(tag: str, key: str, what: str, default: str = "0") -> float:
+        return read_numbers(parts[tag].get(key, default), 1, what, where)[0]
+
     if "mimic" in parts and kind in SCALAR:
         other = read_name(parts["mimic"], "joint", "the mimic", where)
-        (multiplier,) = read_numbers(
-            parts["mimic"].get("multiplier", "1"), 1, "the mimic's multiplier", where
-        )
-        (offset,) = read_numbers(
-            parts["mimic"].get("offset", "0"), 1, "the mimic's offset", where
-        )
-        mimic = (other, multiplier, offset)
+        multiplier = number("mimic", "multiplier", "the mimic's multiplier", "1")
+        mimic = other, multiplier, number("mimic", "offset", "the mimic's offset")
     if "limit" in parts and kind == "revolute":
-        low, high = (
-            read_numbers(parts["limit"].get(key, "0"), 1, key, where)[0]
-            for key in ("lower", "upper")
-        )
+        low, high = (number("limit", key, key) for key in ("lower", "upper"))
         limits = (low, high) if low < high else None
-    if "velocity" in parts.get("limit", {}) and kind in SCALAR:
-        (speed,) = read_numbers(parts["limit"]["velocity"], 1, "velocity", where)
-        speed = speed if speed > 0.0 else None
+    if "limit" in parts and kind in SCALAR:
+        velocity = number("limit", "velocity", "velocity")
+        speed = velocity if velocity > 0.0 else None
     return Joint(
         name,
         kind,

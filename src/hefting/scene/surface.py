@@ -67,13 +67,13 @@ class Ellipsoid:
         ball = np.vstack((ball, (0.0, 0.0, 1.0), (0.0, 0.0, -1.0)))
         return self.center + ball @ self.half_axes.T, _ball_faces(rings)
 
-    def shadow(self, i: int, j: int, count: int = 120) -> Array:
-        """Outline (count, 2) [m] of the ellipsoid seen along the third axis, projected
-        on axes `i` and `j`."""
+    def shadow(self, i: int, j: int) -> Array:
+        """Outline (120, 2) [m] of the ellipsoid seen along the third axis, projected on
+        axes `i` and `j`."""
         # the shadow of {A u} is {B u}, B the two rows of A: an ellipse of matrix B B'
         rows = self.half_axes[[i, j]]
         values, vectors = np.linalg.eigh(rows @ rows.T)
-        angle = np.linspace(0.0, 2.0 * np.pi, count)
+        angle = np.linspace(0.0, 2.0 * np.pi, 120)
         circle = np.vstack((np.cos(angle), np.sin(angle)))
         outline = (vectors * np.sqrt(np.maximum(values, 0.0))) @ circle
         return self.center[[i, j]] + outline.T

@@ -180,3 +180,35 @@ XARM7 = Arm.from_dh(
 )
 """uFactory xArm 7 with the sensor frame at its flange; offsets, limits and speeds as in
 the maker's URDF (xArm-Developer/xarm_ros, xarm_description)."""
+
+UR5E = Arm.from_dh(
+    "UR5e",
+    a=(0.0, -0.425, -0.3922, 0.0, 0.0, 0.0),
+    alpha=(np.pi / 2, 0.0, 0.0, np.pi / 2, -np.pi / 2, 0.0),
+    d=(0.1625, 0.0, 0.0, 0.1333, 0.0997, 0.0996),
+    start=UR5.start,
+    limits=[(-2.0 * np.pi, 2.0 * np.pi)] * 6,
+    joint_speeds=[np.pi] * 6,
+)
+"""Universal Robots UR5e; the maker's nominal values ("DH parameters for calculations of
+kinematics and dynamics", Universal Robots support)."""
+
+PANDA = Arm.from_dh(
+    "Panda",
+    a=(0.0, 0.0, 0.0825, -0.0825, 0.0, 0.088, 0.0),
+    alpha=np.radians((-90.0, 90.0, 90.0, -90.0, 90.0, 90.0, 0.0)),
+    d=(0.333, 0.0, 0.316, 0.0, 0.384, 0.0, 0.107),
+    start=np.radians((0.0, -30.0, 0.0, -120.0, 0.0, 110.0, 45.0)),
+    limits=(
+        (-2.8973, 2.8973),
+        (-1.7628, 1.7628),
+        (-2.8973, 2.8973),
+        (-3.0718, -0.0698),
+        (-2.8973, 2.8973),
+        (-0.0175, 3.7525),
+        (-2.8973, 2.8973),
+    ),
+    joint_speeds=(2.175, 2.175, 2.175, 2.175, 2.61, 2.61, 2.61),
+)
+"""Franka Emika Panda; Denavit-Hartenberg parameters and limits as in the maker's
+control interface documentation, in standard form."""

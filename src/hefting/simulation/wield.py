@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.immutable import immutable
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Measurements, Noise
@@ -346,10 +346,8 @@ def inverse_dynamics(
 
 
 def _mujoco() -> Any:
-    try:
+    with needing("mujoco", "sim"):
         return import_module("mujoco")
-    except ImportError as error:
-        raise MissingDependencyError("mujoco", "sim") from error
 
 
 def numbers(values: Iterable[float]) -> str:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.plots.style import BLUE, GREEN, ORANGE, PURPLE, SKY, VERMILION
 from hefting.scene import Body, Ellipsoid, PointSet, Scene, Surface
 
@@ -56,8 +56,9 @@ def colours_of(masses: Array) -> np.ndarray:
     scale = np.array([rgb(colour) for colour in MASSES], dtype=float)
     share = masses / (float(masses.max(initial=0.0)) or 1.0)
     at = np.clip(share, 0.0, 1.0) * (len(scale) - 1)
-    columns = [np.interp(at, np.arange(len(scale)), column) for column in scale.T]
-    return np.column_stack(columns).round().astype(np.uint8)
+    return (
+        interpolated(at, np.arange(float(len(scale))), scale).round().astype(np.uint8)
+    )
 
 
 def size_of(scene: Scene) -> float:

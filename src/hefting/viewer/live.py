@@ -45,8 +45,11 @@ LARGEST_START = 1e5
 """[s] Stamps above it, as of the wall clock, are drawn since the first of them: their
 digits would not fit beside one another."""
 MOST_MESSAGES = 4
-INTERVALS = (("mass", "kg"), ("COM, ±", "mm"))
-"""What is drawn over time."""
+INTERVALS = {
+    "mass [kg]": {"mass": "#0072B2", "low": "#0072B280", "high": "#0072B280"},
+    "COM, ± [mm]": {"x": "#D55E00", "y": "#009E73", "z": "#0072B2"},
+}
+"""What is drawn over time: the curves of each plot, and their colours."""
 
 
 class LiveView:
@@ -129,20 +132,16 @@ class Intervals:
         self._rows: list[tuple[float, ...]] = []
         self._object = 1
         self.handles: list[Any] = []
-        time_: Any = {"label": "time"}
-        labels = (("mass", "low", "high"), ("x", "y", "z"))
-        colours = (("#0072B2", "#0072B280", "#0072B280"), AXIS_COLOURS)
-        for (name, unit), own, strokes in zip(INTERVALS, labels, colours, strict=True):
-            drawn: list[Any] = [
-                {"label": label, "stroke": stroke, "width": 1.5}
-                | {"points": {"show": False}}
-                for label, stroke in zip(own, strokes, strict=True)
-            ]
+        for title, colours in INTERVALS.items():
+            drawn: list[Any] = [{"label": "time"}]
+            for label, stroke in colours.items():
+                look = {"label": label, "stroke": stroke, "width": 1.5}
+                drawn.append(look | {"points": {"show": False}})
             self.handles.append(
                 gui.add_uplot(
                     (np.zeros(1), *np.full((3, 1), np.nan)),
-                    (time_, *drawn),
-                    title=f"{name} [{unit}]",
+                    tuple(drawn),
+                    title=title,
                     scales={"x": {"time": False}},
                     axes=({"label": "time [s]", "size": 30, "labelSize": 20}, {}),
                     legend={"show": False},
@@ -209,10 +208,6 @@ class RecentWrench:
             data = (rows[:, 0] - start, *measured, *predicted)
             handle.scales = scales_of(data)
             handle.data = data
-
-
-AXIS_COLOURS = ("#D55E00", "#009E73", "#0072B2")
-"""Of x, y and z."""
 
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:

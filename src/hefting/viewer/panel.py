@@ -34,14 +34,11 @@ TYPICAL_POSE_STD = (5.0, 5.0)
 """[mm] and [°] shown before any is set: what Bayes reckons with where the pose is not
 exact."""
 NUMBERS = {
-    "c1": ("c1", "dynamism at which the full model takes over"),
-    "regularization": ("lambda", "pull to equal masses [N/kg]"),
+    "c1": ("c1", "dynamism at which the full model takes over", 0.01, 0.01),
+    "regularization": ("lambda", "pull to equal masses [N/kg]", 0.0, 0.001),
 }
-"""Label and hint of the number of each hyperparameter."""
-LEAST = {"c1": 0.01, "regularization": 0.0}
-"""Smallest value of each."""
-STEPS = {"c1": 0.01, "regularization": 0.001}
-"""How finely each is shown and set."""
+"""Label and hint of the number of each hyperparameter, its smallest value, and how
+finely it is shown and set."""
 
 
 def answer_html(
@@ -182,10 +179,8 @@ class Controls:
             "angle [°]", float(degrees), min=0.0, max=180.0, step=0.1
         )
         self.numbers: dict[str, Any] = {
-            name: gui.add_number(
-                label, 1.0, min=LEAST[name], step=STEPS[name], hint=hint
-            )
-            for name, (label, hint) in NUMBERS.items()
+            name: gui.add_number(label, 1.0, min=least, step=step, hint=hint)
+            for name, (label, hint, least, step) in NUMBERS.items()
         }
         self._show_settings()
         self._set_defaults(own)
