@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hefting.core.errors import InputError, nearest
 from hefting.core.files import check_readable, load_toml
 
@@ -154,6 +156,8 @@ def _read_toml(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
 
 def text_of(value: Any) -> str | None:
     """A value of TOML or of a dictionary as it is written in a table."""
+    if isinstance(value, np.ndarray):
+        value = value.ravel().tolist()
     if isinstance(value, list | tuple):
         return ",".join(map(str, value))
     return None if value is None else str(value)
