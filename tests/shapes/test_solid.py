@@ -123,6 +123,16 @@ def test_parts_that_are_inside_out_are_turned():
         np.testing.assert_allclose(found.centroid, right.centroid, atol=1e-9)
 
 
+def test_a_cavity_stays_one_where_the_surface_around_it_has_a_hole():
+    outer = trimesh.creation.icosphere(3, 0.05)
+    inner = trimesh.creation.icosphere(3, 0.03)
+    inner.invert()
+    whole = solid_from_mesh(*_joined([outer, inner]))
+    outer.update_faces(np.arange(len(outer.faces)) > 0)
+    holed = solid_from_mesh(*_joined([outer, inner]))
+    assert abs(holed.volume / whole.volume - 1.0) < 1e-3
+
+
 def test_a_cavity_may_touch_the_surface_of_what_it_is_in():
     cup = trimesh.creation.cylinder(radius=0.04, height=0.1)
     room = trimesh.creation.cylinder(radius=0.035, height=0.09)

@@ -225,7 +225,7 @@ def _components(n: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 def _inward(v: Array, f: np.ndarray, part: np.ndarray) -> np.ndarray:
     """Which parts of a surface are closed and have their normals inward, as CAD writes
     mirrored instances; `part` (F,) is that of each face. A part in the bounding box of
-    a larger one is a cavity, or solid, of that, and turns with it."""
+    another is a cavity, or solid, of that: it turns with it, or stays."""
     corners = v[f]
     moment = np.einsum("fi,fi->f", corners[:, 0] - v[f[0, 0]], normals_of(corners))
     volume = np.bincount(part, moment)
@@ -240,7 +240,7 @@ def _inward(v: Array, f: np.ndarray, part: np.ndarray) -> np.ndarray:
     np.minimum.at(high, part, -corners.max(axis=1))
     around = np.arange(len(volume))
     nothing = MERGE_TOLERANCE * np.ptp(v, axis=0).max()
-    for k in np.argsort(np.abs(volume))[-MOST_AROUND:]:
+    for k in np.argsort(-(low + high).sum(axis=1))[-MOST_AROUND:]:
         inside = (low > low[k] - nothing) & (high > high[k] - nothing)
         around[inside.all(axis=1)] = k
     return volume[around] < 0.0
