@@ -102,6 +102,23 @@ def test_a_wrong_value_is_the_problem_of_its_row_alone(tmp_path):
     assert second.options == {"start": 1.0}
 
 
+def test_spaces_beside_commas_are_not_of_a_cell(tmp_path):
+    text = (
+        "recording, shape, start, mass, name\na.csv , a cup.stl, 1 ,  , \nb.csv,,,, \n"
+    )
+    found, other = recordings_of(written(tmp_path, "m.csv", text))
+    assert found.recording == str(tmp_path / "a.csv")
+    assert found.name is other.name is None
+    assert found.options == {"shape": str(tmp_path / "a cup.stl"), "start": 1.0}
+
+
+def test_rows_without_recordings_are_told_apart(tmp_path):
+    text = "recording,start\n,1\na.csv,1\n,2\n"
+    found = recordings_of(written(tmp_path, "m.csv", text))
+    assert len(set(found.identities())) == 3
+    assert found[2].problem == "row 3 names no recording"
+
+
 def test_columns_that_are_no_options_are_named(tmp_path):
     text = "recording,operator,object,strat\na.csv,Ann,mug,1\n"
     found = recordings_of(written(tmp_path, "m.csv", text))

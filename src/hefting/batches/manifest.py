@@ -115,6 +115,7 @@ def _separator(path: Path) -> str:
 
 def _read_table(path: Path) -> "pa.Table":
     import pyarrow as pa
+    import pyarrow.compute as pc
     from pyarrow import csv, parquet
 
     try:
@@ -123,7 +124,7 @@ def _read_table(path: Path) -> "pa.Table":
             table.validate(full=True)
             return table.rename_columns(_names(path))
         separator, names = _separator(path), _names(path)
-        return csv.read_csv(
+        table = csv.read_csv(
             path,
             csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False),
             csv.ParseOptions(delimiter=separator),
@@ -131,6 +132,8 @@ def _read_table(path: Path) -> "pa.Table":
                 column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=True
             ),
         )
+        trimmed = [pc.utf8_trim_whitespace(column) for column in table.columns]  # pyright: ignore[reportAttributeAccessIssue]
+        return pa.table(trimmed, names)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = str(error).splitlines()[0][:200]
         raise InputError(f"cannot be read as a table ({reason})", path) from error

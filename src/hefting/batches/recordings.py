@@ -146,9 +146,10 @@ class Recordings:
         except InputError as error:
             problem = str(error)
         if not recording:
+            cells["name"] = cells.get("name") or f"row {row + 1}"
             problem = f"row {row + 1} names no recording"
         kept = cells.get("name"), self._object(cells, recording)
-        name, thing = (None if each is None else str(each) for each in kept)
+        name, thing = (None if each in (None, "") else str(each) for each in kept)
         return Entry(recording, name, thing, options, problem)
 
     def __iter__(self) -> Iterator[Entry]:
