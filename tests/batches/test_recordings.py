@@ -2,6 +2,7 @@
 
 import os
 
+import numpy as np
 import pyarrow as pa
 import pytest
 from pyarrow import parquet
@@ -101,6 +102,23 @@ def test_a_wrong_value_is_the_problem_of_its_row_alone(tmp_path):
     assert second.options == {"start": 1.0}
 
 
+def test_spaces_beside_commas_are_not_of_a_cell(tmp_path):
+    text = (
+        "recording, shape, start, mass, name\na.csv , a cup.stl, 1 ,  , \nb.csv,,,, \n"
+    )
+    found, other = recordings_of(written(tmp_path, "m.csv", text))
+    assert found.recording == str(tmp_path / "a.csv")
+    assert found.name is other.name is None
+    assert found.options == {"shape": str(tmp_path / "a cup.stl"), "start": 1.0}
+
+
+def test_rows_without_recordings_are_told_apart(tmp_path):
+    text = "recording,start\n,1\na.csv,1\n,2\n"
+    found = recordings_of(written(tmp_path, "m.csv", text))
+    assert len(set(found.identities())) == 3
+    assert found[2].problem == "row 3 names no recording"
+
+
 def test_columns_that_are_no_options_are_named(tmp_path):
     text = "recording,operator,object,strat\na.csv,Ann,mug,1\n"
     found = recordings_of(written(tmp_path, "m.csv", text))
@@ -115,6 +133,8 @@ def test_columns_that_are_no_options_are_named(tmp_path):
         ("m.toml", "recordings = [{shape = 'a'}]", "[[recordings]] 1 has no path"),
         ("m.toml", "strat = 1\n[[recordings]]\nrecording='a'", "did you mean 'start'?"),
         ("m.csv", "recording\na.csv\na.csv\n", "stands twice in the manifest"),
+        ("m.csv", "recording\na.csv\n./a.csv\n", "stands twice in the manifest"),
+        ("m.csv", "recording,name\na.csv,b\nb.csv,b\n", "b: stands twice"),
         ("m.csv", "recording,object\n", "m.csv: there are no recordings"),
         ("m.csv", "recordings,object\na.csv,mug\n", "needs a column 'recording'"),
         ("m.csv", "Path\na.csv\n", "needs a column 'recording'"),
@@ -124,6 +144,13 @@ def test_manifests_that_cannot_be_used(tmp_path, name, text, what):
     with pytest.raises(InputError) as refused:
         recordings_of(written(tmp_path, name, text))
     assert what in str(refused.value)
+
+
+def test_a_pose_in_a_dictionary_may_be_an_array():
+    pose = np.array((0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 1.0))
+    (found,) = recordings_of([{"recording": "a.csv", "object_pose": pose}])
+    assert found.options["object_pose"] == "0.0,0.1,0.0,0.0,0.0,0.0,1.0"
+    assert found.problem is None
 
 
 def test_an_empty_list_names_no_recordings():

@@ -231,6 +231,36 @@ def test_a_shape_far_too_small_or_too_large_is_doubted(scale, doubted):
 
 
 @pytest.mark.parametrize(
+    ("content", "said"),
+    [(0.0, set()), (0.5, {"shape-hollow"}), (3.0, {"shape-hollow"})],
+)
+@pytest.mark.parametrize("closed", [False, True])
+def test_walls_of_a_vessel_that_are_too_heavy_are_doubted(closed, content, said):
+    """A mug of ceramics, open or closed, empty or with 0.5 or 3 times its own mass in
+    it; a bracket of the same walls, a tube, and the filled mug, may be of steel."""
+    mug = trimesh.creation.cylinder(radius=0.04, height=0.1)
+    inside = trimesh.creation.cylinder(radius=0.036, height=0.092 + 0.01 * (not closed))
+    inside.apply_translation((0.0, 0.0, 0.005 * (not closed)))
+    walls = trimesh.boolean.difference([mug, inside], engine="manifold")
+    bracket = trimesh.util.concatenate(
+        [
+            trimesh.creation.box((0.1, 0.05, 0.004)),
+            trimesh.creation.box((0.004, 0.05, 0.2)),
+        ]
+    )
+    tube = trimesh.creation.annulus(r_min=0.036, r_max=0.04, height=0.1)
+
+    def doubted(mesh, density):
+        shape = Shape.from_mesh(mesh, pose=POSE)
+        vector = np.array([density * shape.volume, *[0.0] * 9])
+        fit = FreeFit(vector, None, 1e-6 * np.eye(10), Noise(), np.ones(16))
+        return codes(density_warnings(fit, shape))
+
+    assert doubted(walls, 2400.0 * (1.0 + content)) == said
+    assert not any(doubted(each, 7800.0) for each in (mug, bracket, tube))
+
+
+@pytest.mark.parametrize(
     ("mass", "factor", "said"),
     [
         (

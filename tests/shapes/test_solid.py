@@ -101,6 +101,51 @@ def test_broken_mesh_is_nearly_the_same_solid(name, damage):
     assert (before & after).sum() >= (1 - 2 * tolerance - 2e-3) * (before | after).sum()
 
 
+def test_parts_that_are_inside_out_are_turned():
+    head = trimesh.creation.box((0.1, 0.03, 0.03))
+    grip = trimesh.creation.cylinder(radius=0.012, height=0.2)
+    grip.apply_translation((0.0, 0.0, -0.105))
+    ball = trimesh.creation.icosphere(2, 0.02).apply_translation((0.08, 0.0, -0.1))
+    hole = trimesh.creation.icosphere(2, 0.01).apply_translation((0.08, 0.0, -0.1))
+    hole.invert()
+    parts = [head, grip, ball, hole]
+    right = solid_from_mesh(*_joined(parts))
+    expected = sum(part.volume for part in parts)
+    assert abs(right.volume / expected - 1.0) < 1e-9
+    # an instance that CAD mirrors has its normals inward, and its cavity's outward
+    for mirrored in ([grip], [ball, hole], [head, grip], parts):
+        for part in mirrored:
+            part.invert()
+        found = solid_from_mesh(*_joined(parts))
+        for part in mirrored:
+            part.invert()
+        np.testing.assert_allclose(found.volume, right.volume, rtol=1e-9)
+        np.testing.assert_allclose(found.centroid, right.centroid, atol=1e-9)
+
+
+def test_a_cavity_stays_one_where_the_surface_around_it_has_a_hole():
+    outer = trimesh.creation.icosphere(3, 0.05)
+    inner = trimesh.creation.icosphere(3, 0.03)
+    inner.invert()
+    whole = solid_from_mesh(*_joined([outer, inner]))
+    outer.update_faces(np.arange(len(outer.faces)) > 0)
+    holed = solid_from_mesh(*_joined([outer, inner]))
+    assert abs(holed.volume / whole.volume - 1.0) < 1e-3
+
+
+def test_a_cavity_may_touch_the_surface_of_what_it_is_in():
+    cup = trimesh.creation.cylinder(radius=0.04, height=0.1)
+    room = trimesh.creation.cylinder(radius=0.035, height=0.09)
+    room.apply_translation((0.0, 0.0, 0.005)).invert()
+    walls = solid_from_mesh(*_joined([cup, room]))
+    assert abs(walls.volume / (cup.volume + room.volume) - 1.0) < 1e-9
+
+
+def _joined(parts):
+    mesh = trimesh.util.concatenate(parts)
+    return mesh.vertices, mesh.faces
+
+
 def test_holes_give_nearly_the_same_points_and_a_warning():
     mesh = SOLIDS["torus"]
     keep = np.random.default_rng(7).random(len(mesh.faces)) > 0.1

@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from hefting.core.errors import InputError, nearest
 from hefting.core.files import check_readable, load_toml
 
@@ -113,6 +115,7 @@ def _separator(path: Path) -> str:
 
 def _read_table(path: Path) -> "pa.Table":
     import pyarrow as pa
+    import pyarrow.compute as pc
     from pyarrow import csv, parquet
 
     try:
@@ -121,7 +124,7 @@ def _read_table(path: Path) -> "pa.Table":
             table.validate(full=True)
             return table.rename_columns(_names(path))
         separator, names = _separator(path), _names(path)
-        return csv.read_csv(
+        table = csv.read_csv(
             path,
             csv.ReadOptions(column_names=names, skip_rows=1, use_threads=False),
             csv.ParseOptions(delimiter=separator),
@@ -129,6 +132,8 @@ def _read_table(path: Path) -> "pa.Table":
                 column_types=dict.fromkeys(names, pa.string()), strings_can_be_null=True
             ),
         )
+        trimmed = [pc.utf8_trim_whitespace(column) for column in table.columns]  # pyright: ignore[reportAttributeAccessIssue]
+        return pa.table(trimmed, names)
     except (pa.ArrowException, OSError, UnicodeDecodeError) as error:
         reason = str(error).splitlines()[0][:200]
         raise InputError(f"cannot be read as a table ({reason})", path) from error
@@ -154,6 +159,8 @@ def _read_toml(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
 
 def text_of(value: Any) -> str | None:
     """A value of TOML or of a dictionary as it is written in a table."""
+    if isinstance(value, np.ndarray):
+        value = value.ravel().tolist()
     if isinstance(value, list | tuple):
         return ",".join(map(str, value))
     return None if value is None else str(value)

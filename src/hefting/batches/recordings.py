@@ -3,6 +3,7 @@ is said of it."""
 
 import glob
 import os
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from itertools import chain
@@ -145,9 +146,10 @@ class Recordings:
         except InputError as error:
             problem = str(error)
         if not recording:
+            cells["name"] = cells.get("name") or f"row {row + 1}"
             problem = f"row {row + 1} names no recording"
         kept = cells.get("name"), self._object(cells, recording)
-        name, thing = (None if each is None else str(each) for each in kept)
+        name, thing = (None if each in (None, "") else str(each) for each in kept)
         return Entry(recording, name, thing, options, problem)
 
     def __iter__(self) -> Iterator[Entry]:
@@ -190,20 +192,17 @@ class Recordings:
 
     def _check_names(self) -> None:
         """`InputError` for two recordings that nothing tells apart."""
-        import pyarrow as pa
-        import pyarrow.compute as pc
-
-        column = self._table[RECORDING].cast(pa.string())
+        found, folder = self._table[RECORDING].to_pylist(), self._folder
+        if folder is not None:  # "a.csv" and "./a.csv" are one
+            found = [each and str(folder / each) for each in found]
         if "name" in self._table.column_names:
-            column = pc.coalesce(self._table["name"].cast(pa.string()), column)  # pyright: ignore[reportAttributeAccessIssue]
-        counted = pc.value_counts(column.drop_null())  # pyright: ignore[reportAttributeAccessIssue]
-        twice = counted.filter(pc.greater(counted.field("counts"), 1))  # pyright: ignore[reportAttributeAccessIssue]
-        if len(twice):
-            raise InputError(
-                "stands twice in the manifest",
-                twice[0]["values"].as_py(),
-                "give each a `name` of its own, in a column of that name",
-            )
+            names = self._table["name"].to_pylist()
+            found = [name or path for name, path in zip(names, found, strict=True)]
+        for name, count in Counter(filter(None, found)).items():
+            if count > 1:
+                what = "stands twice in the manifest"
+                fix = "give each a `name` of its own, in a column of that name"
+                raise InputError(what, name, fix)
 
 
 def recordings_of(

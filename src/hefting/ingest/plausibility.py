@@ -11,6 +11,7 @@ from hefting.ingest.free_fit import FreeFit, lever
 from hefting.ingest.ingest import Ingested
 from hefting.ingest.tool import left_open
 from hefting.shapes import Shape
+from hefting.shapes.winding import sides_with_walls
 
 LONGEST_OBJECT = 10.0
 """[m] Longer shapes, and longer distances of shape or COM from the sensor, indicate a
@@ -35,6 +36,11 @@ tennis racket 50, an empty bottle 30, foam 15, an empty carton 7 to 10. A length
 times too large makes it a thousandth: of a body of up to 5,000 kg/m³ it is seen."""
 DENSEST_OBJECT = 12_000.0
 """[kg/m³] Most mass over the volume of an object's shape: lead has 11,340."""
+DENSEST_WALL = 3_000.0
+"""[kg/m³] Mass over the volume of walls around a space above which something may be in
+it: those of glass, ceramics and aluminium have less; of steel they have more."""
+WALLS_SHARE = 0.3
+"""Volume over that of the bounding box up to which a shape may be walls."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
 """Ratio of an estimate's residual to that of unconstrained least squares above which a
 warning is given."""
@@ -255,7 +261,8 @@ def mass_warnings(found: Ingested) -> list[Message]:
 
 
 def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
-    """A warning if the shape is far too large or too small for what is held."""
+    """A warning if the shape is far too large or too small for what is held, or is that
+    of a vessel alone."""
     if shape is None or shape.known == "reach" or not fit.mass_t > 10.0:
         return []
     mass, space = float(fit.vector[0]), float(np.prod(shape.extents))
@@ -267,6 +274,12 @@ def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
             "gripper is held, too (`tool`)"
         )
         return [warning("shape-too-small", what, "unit")]
+    if mass > DENSEST_WALL * shape.volume and _is_walls(shape):
+        what = (
+            f"the shape is walls around a space, of {mass / shape.volume:.2g} kg/m³ if "
+            "nothing is in it: if something is, take the convex hull (`hull`)"
+        )
+        return [warning("shape-hollow", what, "hull")]
     if shape.known != "object" or mass >= LIGHTEST_OBJECT * space:
         return []
     what = (
@@ -274,6 +287,14 @@ def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
         "robots hold: check its unit (`unit`), and for stray points or parts"
     )
     return [warning("shape-too-large", what, "unit")]
+
+
+def _is_walls(shape: Shape) -> bool:
+    """Whether a shape is walls around its own middle, with one opening at most."""
+    if shape.faces is None or shape.volume > WALLS_SHARE * np.prod(shape.extents):
+        return False
+    away = shape.hull - shape.homogeneous.center_of_mass
+    return sides_with_walls((away @ shape.pose[:3, :3])[shape.faces]) >= 5
 
 
 def misfit_warnings(

@@ -17,6 +17,8 @@ BOX_FACES = (
 """Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
 MERGE_TOLERANCE = 1e-6
 """Vertices closer than about this fraction of the diagonal are one vertex."""
+MOST_AROUND = 64
+"""Parts of a surface, the largest, in which others are looked for."""
 MAX_BOUNDARY = 500_000
 """Most boundary edges that are closed by caps."""
 
@@ -63,9 +65,9 @@ def solid_from_mesh(
     and faces (F, 3) of them, in either orientation.
 
     Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its
-    shape; faces of mixed orientation are turned alike first. Raises `InputError`, with
-    the shape's name `where`, for an empty mesh, coordinates that are not finite, and a
-    surface that encloses no volume.
+    shape; faces of mixed orientation are turned alike first, closed parts outward.
+    Raises `InputError`, with the shape's name `where`, for an empty mesh, coordinates
+    that are not finite, and a surface that encloses no volume.
     """
     v, f = np.asarray(vertices, dtype=float), np.asarray(faces)
     if v.ndim != 2 or v.shape[1] != 3 or f.ndim != 2 or f.shape[1] != 3 or len(f) == 0:
@@ -184,7 +186,8 @@ def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _orient(f: np.ndarray, v: Array) -> np.ndarray:
-    """Faces turned so that neighbours agree; most of the area keeps its orientation.
+    """Faces turned so that neighbours agree, and outward on closed parts; most of the
+    area of others keeps its orientation.
 
     Two copies of every face, one in each orientation, fall into two separate components
     wherever the surface is orientable; each component of the surface takes the copy
@@ -196,22 +199,51 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
     first = np.flatnonzero(np.r_[True, keys[1:] != keys[:-1]])
     pair = first[np.diff(np.r_[first, len(keys)]) == 2]
     flip = direction[pair] == direction[pair + 1]
-    if not flip.any():
-        return f
-    from scipy.sparse import coo_array
-    from scipy.sparse.csgraph import connected_components
-
     n, a, b = len(f), face[pair], face[pair + 1]
-    rows, columns = np.r_[a, a + n], np.r_[b + n * flip, b + n * ~flip]
-    graph = coo_array(
-        (np.ones(len(rows), dtype=np.int8), (rows, columns)), shape=(2 * n, 2 * n)
-    )
-    _, label = connected_components(graph, directed=False)
+    label = _components(2 * n, np.r_[a, a + n], np.r_[b + n * flip, b + n * ~flip])
     area = np.linalg.norm(normals_of(v[f]), axis=1)
-    kept = np.bincount(label[:n], weights=area, minlength=label.max() + 1)
+    kept = np.bincount(label[:n], weights=area, minlength=2 * n)
     here, there = label[:n], label[n:]
     turn = (kept[here] < kept[there]) | ((kept[here] == kept[there]) & (here > there))
-    return np.where(turn[:, None], f[:, ::-1], f)
+    f = np.where(turn[:, None], f[:, ::-1], f)
+    part = _unique(np.minimum(here, there))[2]
+    inward = _inward(v, f, part)
+    return np.where(inward[part][:, None], f[:, ::-1], f)
+
+
+def _components(n: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
+    """(n,) the least node of each one's component, of a graph with edges from `one` (e,)
+    to the `other`: the roots of trees are joined, and the trees flattened."""
+    label = np.arange(n)
+    while ((a := label[one]) != (b := label[other])).any():
+        np.minimum.at(label, np.maximum(a, b), np.minimum(a, b))
+        while ((root := label[label]) != label).any():
+            label = root
+    return label
+
+
+def _inward(v: Array, f: np.ndarray, part: np.ndarray) -> np.ndarray:
+    """Which parts of a surface are closed and have their normals inward, as CAD writes
+    mirrored instances; `part` (F,) is that of each face. A part in the bounding box of
+    another is a cavity, or solid, of that: it turns with it, or stays."""
+    corners = v[f]
+    moment = np.einsum("fi,fi->f", corners[:, 0] - v[f[0, 0]], normals_of(corners))
+    volume = np.bincount(part, moment)
+    if not (volume < 0.0).any():
+        return volume < 0.0
+    keys, direction = _edges(f, len(v))
+    edge = _unique(_unique(keys)[2] * len(volume) + np.repeat(part, 3))[2]
+    is_open = np.bincount(edge, weights=direction)[edge] != 0
+    volume[np.repeat(part, 3)[is_open]] = 0.0
+    low, high = np.full((2, len(volume), 3), np.inf)
+    np.minimum.at(low, part, corners.min(axis=1))
+    np.minimum.at(high, part, -corners.max(axis=1))
+    around = np.arange(len(volume))
+    nothing = MERGE_TOLERANCE * np.ptp(v, axis=0).max()
+    for k in np.argsort(-(low + high).sum(axis=1))[-MOST_AROUND:]:
+        inside = (low > low[k] - nothing) & (high > high[k] - nothing)
+        around[inside.all(axis=1)] = k
+    return volume[around] < 0.0
 
 
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:

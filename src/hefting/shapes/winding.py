@@ -10,6 +10,8 @@ from hefting.shapes.solid import Solid
 
 PAIRS_AT_ONCE = 500_000
 """Ray-triangle pairs tested at once; bounds the memory."""
+STEPS_TO_WALLS = 1000
+"""Points to each side at which walls are looked for."""
 
 
 def winding_numbers(
@@ -68,6 +70,22 @@ def points_inside(triangles: Array, points: Array) -> np.ndarray:
     triangles (F, 3, 3)."""
     one, (rays, start) = np.ones(len(points)), (points[:, :2], points[:, 2])
     return winding_numbers(triangles, rays, start, one, one.astype(np.int64)) != 0
+
+
+def sides_with_walls(triangles: Array) -> int:
+    """On how many of six sides, along the axes, a closed surface of triangles (F, 3, 3)
+    has something of its inside, seen from the origin; 0 where that is inside."""
+    found, n = 0, STEPS_TO_WALLS
+    count = np.array([2 * n])
+    for axis in range(3):
+        turned = np.roll(triangles, axis, axis=2)
+        reach = np.abs(turned[..., 2]).max(keepdims=True).ravel()
+        step, ray = reach / n, np.zeros((1, 2))
+        inside = winding_numbers(turned, ray, 0.5 * step - reach, step, count) != 0
+        if inside[n - 1 : n + 1].any():
+            return 0
+        found += int(inside[:n].any()) + int(inside[n:].any())
+    return found
 
 
 def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:

@@ -67,6 +67,7 @@ SUPERSEDED = frozenset(
         "open-without-shape",
         "response-uneven",
         "shape-contradicts-wrench",
+        "shape-hollow",
         "shape-too-small",
         "sign-uncertain",
         "stretches-disagree",
