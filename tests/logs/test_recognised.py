@@ -156,6 +156,10 @@ NAMES = {
         f"time {numbered('actual_tcp_position_')} {numbered('external_tcp_force_')}",
         (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
     ),
+    "Doosan's flange": (
+        f"time {numbered('actual_flange_position_')} {numbered('raw_force_torque_')}",
+        (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
+    ),
     "xArm": (
         f"time {numbered('position_')} {numbered('ft_raw_')}",
         (TIME, 1e3 * POSITION, DEGREES, WRENCH),
@@ -180,6 +184,26 @@ NAMES = {
             TURNS.as_euler("ZYX"),
             WRENCH * ((10,) * 3 + (1e3,) * 3),
         ),
+    ),
+    "nanoseconds of Java": (
+        "timestampNanos x y z qx qy qz qw fx fy fz tx ty tz",
+        (1e9 * TIME, *PLAIN[1:]),
+    ),
+    "EGM's messages": (
+        f"time x y z {numbered('u', 4)} fx fy fz tx ty tz",
+        (TIME, POSITION, QUATERNION[:, [3, 0, 1, 2]], WRENCH),
+    ),
+    "a matrix by the letter of the torque": (
+        f"time {numbered('T', 16)} Fx Fy Fz Tx Ty Tz",
+        (TIME, BY_COLUMNS, WRENCH),
+    ),
+    "letters beyond ASCII": (
+        "时间 速度X 速度Y 速度Z X Y Z qx qy qz qw fx fy fz tx ty tz",
+        (TIME, 2 * POSITION, *PLAIN[1:]),
+    ),
+    "microseconds": (
+        "time_µs Δx Δy Δz x y z qx qy qz qw fx fy fz tx ty tz",
+        (1e6 * TIME, 2 * POSITION, *PLAIN[1:]),
     ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"

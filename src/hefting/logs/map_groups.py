@@ -20,7 +20,7 @@ WORDS = {
         *("tcppose", "xpos", "tvec"),
     ),
     "orientation": (
-        *("q", "o", "r", "quat", "quaternion", "xquat"),
+        *("q", "o", "r", "u", "quat", "quaternion", "xquat"),
         *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
     ),
     "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation"),
@@ -240,7 +240,13 @@ def split_name(name: str) -> list[str]:
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters, without a unit at the end."""
     name = re.sub(CAMEL, "_", re.sub(FRAMES, r"\1", name))
-    words = re.findall(r"[a-z0-9]+", name.lower())
+    words = small_words(name)
     while len(words) > 1 and words[-1] in UNIT_WORDS:
         words.pop()
     return words
+
+
+def small_words(text: str) -> list[str]:
+    """All words of a text in small letters, ``µ`` as ``u``; those of any alphabet are
+    words: ``速度X`` is no ``x``."""
+    return re.findall(r"[^\W_]+", re.sub("[µμ]", "u", text.lower()))

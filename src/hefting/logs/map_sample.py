@@ -16,7 +16,7 @@ from hefting.logs.csv_cells import NUMBER, one_line, with_lists
 from hefting.logs.csv_file import CsvTable, open_csv, texts
 from hefting.logs.csv_header import Rows, is_numbers, read_header
 from hefting.logs.csv_times import seconds_of
-from hefting.logs.map_groups import ASIDE, OTHER
+from hefting.logs.map_groups import ASIDE, OTHER, small_words
 from hefting.logs.registry import find_format
 from hefting.logs.table import Table
 from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
@@ -64,7 +64,7 @@ class Sample:
             return find_unit(self.units[columns[0]], kind, self.source).name
         except InputError:
             pass
-        words = re.findall(r"[a-z0-9]+", self.names[columns[0]].lower())[1:]
+        words = small_words(self.names[columns[0]])[1:]
         known = {squeezed(name): name for name in UNITS[kind] if name != "m"}
         known |= {alias: n for alias, n in ALIASES.items() if n in UNITS[kind]}
         return next((known[word] for word in reversed(words) if word in known), None)

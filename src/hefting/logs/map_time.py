@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hefting.logs.map_groups import CAMEL
+from hefting.logs.map_groups import CAMEL, small_words
 from hefting.logs.map_sample import MOST_ROWS, UNKNOWN, Sample
 from hefting.logs.map_text import Guess, unit_entry
 from hefting.logs.table import SINCE_1970
@@ -16,6 +16,7 @@ TIMES = (
     *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
     *("times", "timestamps", "stamps"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
+    *("temps", "tiempo", "tempo", "时间"),
     *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
 )
 """Names of the time, without its unit; also LabVIEW's ``X_Value``."""
@@ -50,8 +51,7 @@ def names_time(text: str) -> bool:
 
 def _small_words(text: str) -> list[str]:
     """All words of a name, units too."""
-    text = re.sub(CAMEL, "_", text)
-    return re.findall(r"[a-z0-9]+", text.lower())
+    return small_words(re.sub(CAMEL, "_", text))
 
 
 def time_of(sample: Sample) -> Guess | None:
