@@ -264,6 +264,9 @@ WAYS: dict[str, Callable[[datetime], str]] = {
     "a narrow blank": lambda at: f"{at.month}/{at.day}/{at.year} {twelve(at)}".replace(
         " AM", "\u202fAM"
     ),
+    "MATLAB": lambda at: f"{at:%d-%b-%Y %H:%M:%S.%f}",
+    "Java": lambda at: f"{at:%b} {at.day}, {at.year} {twelve(at)}",
+    "no hyphens": lambda at: f"{at:%Y%m%d %H:%M:%S.%f}",
     "no date": lambda at: twelve(at).lower().replace("m", ".m."),
 }
 
@@ -300,6 +303,34 @@ def test_a_date_in_a_column_of_its_own(tmp_path, separator):
     path = tmp_path / "log.txt"
     path.write_text("\n".join(lines).replace(",", separator))
     assert is_same(read_log(path))
+
+
+@pytest.mark.parametrize("form", ["counts", "units", "commas"])
+def test_counts_of_ati_under_what_a_unit_has_of_them(tmp_path, form):
+    """Later versions of the program divide them, and write the same above."""
+    above = """Start Time: 11/27/26 10:12 AM
+RDT Sample Rate: 100
+"PLEASE NOTE: The sample rate is read from the Net F/T, and may be incorrect."
+Force Units: lbf
+Counts per Unit Force: 4448221.5
+Torque Units: lbf-in
+Counts per Unit Torque: 1000000.0
+Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time
+"""
+    counts = np.array([4448221.5] * 3 + [1e6] * 3)
+    pounds = np.array([4.4482216152605] * 3 + [4.4482216152605 * 0.0254] * 3)
+    values = WRENCH / pounds * (1.0 if form == "units" else counts)
+    lines = [above.replace(": ", ":,") if form == "commas" else above]
+    for t, row in zip(TIME, values, strict=True):
+        cells = map(repr if form == "units" else "{:.0f}".format, row.tolist())
+        time = f"10:12:3{t:.2f} AM"
+        words = ["80000000", "1", "7", *cells, time]
+        lines.append(",".join(f'"{word}"' for word in words) + "\n")
+    path = tmp_path / "ft.csv"
+    path.write_text("".join(lines))
+    PLAIN[POSES].assign(time=36750.0 + TIME).to_csv(tmp_path / "arm.csv", index=False)
+    got = read_with_poses(path, tmp_path / "arm.csv")
+    assert is_same(got, 1e-5)
 
 
 ROBOTS = {

@@ -23,6 +23,11 @@ MOST_LINES_BETWEEN = 3
 ROWS_LOOKED_AT = 100
 """Rows that tell whether decimals are written with a comma."""
 
+COUNTS = re.compile(
+    r"(Force|Torque) Units:\W*([\w-]+)[\s\S]*?Counts per Unit \1:\W*([1-9]\d*(?:\.\d+)?)"
+)
+"""What ATI's programs write above the names; whole numbers under them are counts."""
+
 COMMENT = re.compile(r"^\s*(#|%|//)\s*")
 """The mark of a comment, before column names too (``# time,fx``, ``%time,field.x``)."""
 
@@ -80,6 +85,7 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
     if first is None or layout.skip is not None:
         first = row + 1 + (layout.skip or 0)
     sample = [below.cells(k) for k in range(first, first + ROWS_LOOKED_AT)]
+    between = between or _units_above(lines[: row or 0], names, sample)
     names = tuple(names) if row else ("",) * len(names)
     lists = lists_of(sample, len(names))
     for j, count in lists.items():
@@ -184,6 +190,22 @@ def _joined(
         if k == 0 and len({*joined}) == len(joined):
             break
     return tuple(joined) if len({*joined}) == len(joined) > len({*lower}) else None
+
+
+def _units_above(
+    above: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]
+) -> list[str]:
+    """Units under ``Fx`` to ``Tz`` by what ATI's programs write above, of whole numbers
+    as "1e-06 N"; none of others."""
+    which = [j for j, name in enumerate(names) if re.fullmatch("[FT][xyz]", name)]
+    cells = [row[j] for row in rows for j in which if row[j:]]
+    whole = all(re.fullmatch(r"[+-]?\d+", cell) for cell in cells)
+    units = {
+        kind[0]: f"{1.0 / float(count):.9g} {unit}" if whole else unit
+        for kind, unit, count in COUNTS.findall("\n".join(line[:99] for line in above))
+    }
+    of_names = [units.get(name[:1], "") for name in names]
+    return [unit if j in which else "" for j, unit in enumerate(of_names) if units]
 
 
 def _name_each(names: Sequence[str]) -> bool:
