@@ -51,6 +51,8 @@ class Sample:
     """whether some cells say that they are no number"""
     joined: bool = False
     """whether the names are those of two lines"""
+    dates: tuple[int, ...] = ()
+    """columns of dates and times of day in text, which are in seconds"""
 
     def words(self, column: int) -> str:
         """The name of a column without its unit."""
@@ -162,7 +164,8 @@ def _of_text(path: str | Path) -> Sample:
     values = np.array([[_number(cell, decimal) for cell in row] for row in rows])
     units = _units(names, header.between)
     has_nan = any(cell.lower() == "nan" for row in rows for cell in row)
-    return Sample(str(path), names, units, values, has_nan, header.joined)
+    dates = (*header.dates,)
+    return Sample(str(path), names, units, values, has_nan, header.joined, dates)
 
 
 def _number(cell: str, decimal: str) -> float:

@@ -56,12 +56,16 @@ def _small_words(text: str) -> list[str]:
 
 def time_of(sample: Sample) -> Guess | None:
     """The first column whose name is one of the time, with numbers that grow if there is
-    one, and none that counts nanoseconds on top of seconds."""
+    one, and none that counts nanoseconds on top of seconds; else one of dates that
+    grow by less than those of static poses."""
     named = [j for j in range(len(sample.names)) if names_time(sample.words(j))]
+    if not named:
+        dates = ((j, sample.values[:, j]) for j in sample.dates)
+        named = [j for j, v in dates if _grows(v) and np.nanmedian(np.diff(v)) < 1.0]
     numbers = [j for j in named if np.isfinite(sample.values[:, j]).any()]
     numbers.sort(key=lambda j: not _grows(sample.values[:, j]))
     for column in numbers or named:
-        words = _small_words(sample.words(column))
+        words = _small_words(sample.words(column)) or [""]
         if words[-1] in NANOSECONDS and np.nanmax(sample.values[:, column]) < 1e9:
             continue
         more = _nanoseconds(sample, words[:-1])
@@ -71,6 +75,7 @@ def time_of(sample: Sample) -> Guess | None:
         said = sample.said_unit((column,), "time") or next(
             (ALIASES.get(word, word) for word in words if word in TIME_UNITS), ""
         )
+        said = "s" if column in sample.dates else said
         is_told = words[-1] in MILLISECONDS
         unit, remark = _time_unit(sample.values[:, column], said, is_told)
         return Guess("time", (column,), (unit_entry(unit),), remark)
@@ -95,7 +100,7 @@ def _index(sample: Sample) -> Guess | None:
     counts = (values % 1 == 0.0).all() and values[0] < SINCE_1970
     if counts and (own or (steps == 1.0).all()):
         return None
-    unit, remark = _time_unit(values, "")
+    unit, remark = _time_unit(values, "s" if column in sample.dates else "")
     return Guess("time", (column,), (unit_entry(unit),), remark)
 
 
