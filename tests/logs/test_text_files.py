@@ -384,16 +384,18 @@ def test_of_angles_that_makes_turn_differently_it_is_said_what_to_give(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("begin", "step", "rows", "doubtful"),
+    ("begin", "step", "rows", "doubtful", "lasts"),
     [
-        (0.0, 2.0, 40, True),
-        (0.0, 100.0, 40, True),
-        (0.0, 4.0, 2000, False),
-        (0.0, 0.01, 40, False),
-        (1.7e12, 2.0, 40, False),  # since 1970
+        (0.0, 2.0, 40, True, None),
+        (0.0, 30.0, 40, True, 1.17),
+        (0.0, 100.0, 40, True, 3.9),
+        (0.0, 4.0, 2000, False, 7.996),
+        (0.0, 0.01, 40, False, 0.39),
+        (1.7e12, 2.0, 40, False, 0.078),  # since 1970
+        (1.7e9, 2.0, 40, False, None),
     ],
 )
-def test_steps_that_may_be_of_two_units_are_a_doubt(begin, step, rows, doubtful):
+def test_steps_that_may_be_of_two_units_are_a_doubt(begin, step, rows, doubtful, lasts):
     """Static poses every 2 s had been a motion at 500 Hz; rows at 10 Hz that count
     milliseconds one at 10 kHz."""
     frame = pd.concat([PLAIN] * (rows // ROWS), ignore_index=True)
@@ -402,6 +404,8 @@ def test_steps_that_may_be_of_two_units_are_a_doubt(begin, step, rows, doubtful)
     said = [each for each in got.warnings if each.code == "columns-doubtful"]
     assert bool(said) == doubtful
     assert all("the time its unit is not known" in each for each in said)
+    assert got.static == (lasts is None)
+    assert got.static or got.duration == pytest.approx(lasts)
 
 
 def test_numbers_of_four_columns_that_are_no_quaternion_are_no_warning():

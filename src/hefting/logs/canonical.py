@@ -11,13 +11,13 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
+from hefting.logs.static_poses import warn_about_static, without_times
 from hefting.logs.table import (
     Table,
     collect,
     in_seconds,
     require_streams,
     summarize_list,
-    warn_about_static,
 )
 
 if TYPE_CHECKING:
@@ -81,7 +81,8 @@ def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
             Recording(streams, True, table.source, warnings + more)
         )
     streams, about_time = in_seconds(streams, table.source)
-    return Recording(streams, False, table.source, warnings + more + about_time)
+    said = warnings + more + about_time
+    return without_times(Recording(streams, False, table.source, said))
 
 
 def known_columns(

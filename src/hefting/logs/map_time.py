@@ -25,7 +25,8 @@ MILLISECONDS = ("ipoc", "duration")
 """Those of KUKA and libfranka, whose whole numbers are such."""
 
 SHORT = 3.0
-"""[s] Recordings that are shorter in the unit by their steps may be in a larger one."""
+"""[s] Recordings that are shorter in the unit by their steps may be in a larger one, and
+are taken to be in it where they would last less than one second."""
 
 TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
 """Units as they stand in names of the time."""
@@ -121,12 +122,24 @@ def _time_unit(values: np.ndarray, said: str, is_told: bool = False) -> tuple[st
         return said, ""
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
-    for unit, least, per in (("ns", 1e5, 1e9), ("us", 1e2, 1e6), ("ms", 1.0, 1e3)):
+    for unit, larger, least, per in (
+        ("ns", "us", 1e5, 1e9),
+        ("us", "ms", 1e2, 1e6),
+        ("ms", "s", 1.0, 1e3),
+    ):
         if step >= least:
             why = f"by its steps of {step:.4g}"
-            rows = min(SHORT * per / step, MOST_ROWS)
-            is_sure = is_told or np.nanmax(values) > SINCE_1970 * per
-            if len(values) < rows and not is_sure:
-                why = f"its unit {UNKNOWN}: {why}, or 1000 times larger"
-            return unit, why
+            rows, end = len(values), np.nanmax(values)
+            if (
+                is_told
+                or end > SINCE_1970 * per
+                or rows >= min(SHORT * per / step, MOST_ROWS)
+            ):
+                return unit, why
+            if larger == "s" and 1e9 < end < 2.2e9:  # since 1970, from 2001 to 2039
+                return larger, why
+            unknown = f"its unit {UNKNOWN}: {why}, or 1000 times"
+            if rows * step < per:
+                return larger, f"{unknown} smaller"
+            return unit, f"{unknown} larger"
     return "s", ""
