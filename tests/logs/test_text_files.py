@@ -3,6 +3,7 @@ by twelve hours, and what robots of other makes call their angles."""
 
 from collections.abc import Callable
 from datetime import datetime, timedelta
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -95,13 +96,18 @@ def test_lists_on_several_lines_in_whatever_block(tmp_path, monkeypatch, block):
     assert is_same(read_log(path), 5e-8)
 
 
+def in_marks(marks: str, row: list[float]) -> str:
+    return marks.format(str(row)[1:-1])
+
+
 @pytest.mark.parametrize("separator", [",", ", ", ";", "\t", " "])
-@pytest.mark.parametrize("form", [list, tuple, np.array])
+@pytest.mark.parametrize("form", [list, tuple, np.array, "p[{}]", "{{{}}}"])
 def test_lists_without_quotes_as_python_prints_them(tmp_path, separator, form):
-    """And the last row, which was cut in one, is left out."""
+    """Or URScript, and others; the last row, which was cut in one, is left out."""
+    made = partial(in_marks, form) if isinstance(form, str) else form
     path = tmp_path / "log.csv"
     rows = [
-        f"{t}{separator}{form(p.tolist())}{separator}{form(w.tolist())}".replace(
+        f"{t}{separator}{made(p.tolist())}{separator}{made(w.tolist())}".replace(
             "\n", ""
         )
         for t, p, w in zip(

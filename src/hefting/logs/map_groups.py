@@ -26,7 +26,7 @@ WORDS = {
     "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation"),
     "rotation-vector": ("rotvec", "rv", "rvec", "axisangle"),
     "roll-pitch-yaw": ("theta", "euler", "rpy"),
-    "pose": ("", "pose", "tcppose", "posx"),
+    "pose": ("", "pose", "tcppose", "posx", "coordrobot", "coordbase"),
     "pose-matrix": ("ot", "pose", "matrix", "transform", "tf"),
     "matrix": ("t", "h", "tf", "pose", "matrix", "transform"),
     "rotation-matrix": ("r", "rot", "rotation", "rotmat", "xmat", "orientation"),
