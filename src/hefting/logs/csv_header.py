@@ -197,15 +197,15 @@ def _units_above(
 ) -> list[str]:
     """Units under ``Fx`` to ``Tz`` by what ATI's programs write above, of whole numbers
     as "1e-06 N"; none of others."""
-    which = [j for j, name in enumerate(names) if re.fullmatch("[FT][xyz]", name)]
-    cells = [row[j] for row in rows for j in which if row[j:]]
-    whole = all(re.fullmatch(r"[+-]?\d+", cell) for cell in cells)
+    which = [re.fullmatch("[FT][xyz]", name) is not None for name in names]
+    cells = (c for row in rows for c, own in zip(row, which, strict=False) if own)
+    whole = all(cell.strip("+-").isdigit() for cell in cells)
     units = {
         kind[0]: f"{1.0 / float(count):.9g} {unit}" if whole else unit
         for kind, unit, count in COUNTS.findall("\n".join(line[:99] for line in above))
     }
-    of_names = [units.get(name[:1], "") for name in names]
-    return [unit if j in which else "" for j, unit in enumerate(of_names) if units]
+    pairs = zip(names, which, strict=True)
+    return [units.get(name[:1], "") * own for name, own in pairs] if units else []
 
 
 def _name_each(names: Sequence[str]) -> bool:

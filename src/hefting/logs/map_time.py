@@ -122,24 +122,19 @@ def _time_unit(values: np.ndarray, said: str, is_told: bool = False) -> tuple[st
         return said, ""
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
-    for unit, larger, least, per in (
-        ("ns", "us", 1e5, 1e9),
-        ("us", "ms", 1e2, 1e6),
-        ("ms", "s", 1.0, 1e3),
+    for unit, least, per, larger in (
+        ("ns", 1e5, 1e9, "us"),
+        ("us", 1e2, 1e6, "ms"),
+        ("ms", 1.0, 1e3, "s"),
     ):
         if step >= least:
-            why = f"by its steps of {step:.4g}"
-            rows, end = len(values), np.nanmax(values)
-            if (
-                is_told
-                or end > SINCE_1970 * per
-                or rows >= min(SHORT * per / step, MOST_ROWS)
-            ):
+            why, lasts = f"by its steps of {step:.4g}", len(values) * step / per
+            end = np.nanmax(values)
+            sure = is_told or end > SINCE_1970 * per or lasts >= SHORT
+            if sure or len(values) >= MOST_ROWS:
                 return unit, why
             if larger == "s" and 1e9 < end < 2.2e9:  # since 1970, from 2001 to 2039
                 return larger, why
-            unknown = f"its unit {UNKNOWN}: {why}, or 1000 times"
-            if rows * step < per:
-                return larger, f"{unknown} smaller"
-            return unit, f"{unknown} larger"
+            why = f"its unit {UNKNOWN}: {why}, or 1000 times"
+            return (larger, f"{why} smaller") if lasts < 1 else (unit, f"{why} larger")
     return "s", ""

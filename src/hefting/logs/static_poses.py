@@ -1,21 +1,20 @@
-"""Rows of a table that are static poses: where they have no times, or times of which each
-is another pose."""
+"""Rows of a table that are static poses, without times or with times of their own."""
 
 from dataclasses import replace
 
 import numpy as np
 
 from hefting.core.messages import warning
-from hefting.core.recording import Recording
-from hefting.core.spatial import median, own, rotation_matrices
+from hefting.core.recording import Recording, Stream
+from hefting.core.spatial import Array, median, own, rotation_matrices
 
 FEWEST_SMOOTH, LARGEST_STEP = 50, 0.1
 """Poses, and the largest step among them over their extent, from which on they are
 those of a motion: an arm that turns by 3 rad/s, logged at 20 Hz, goes 0.15 rad a row."""
 
 PAUSE, TURN = 0.9, 0.35
-"""Time [s] and turn [rad] from one row to the next, as a rule, from which on rows are
-static poses: nothing tells the motion between them."""
+"""Time [s] and change of the pose from row to row from which on nothing tells the motion
+between them."""
 
 STATIC_STREAMS = (
     "position",
@@ -30,34 +29,21 @@ static poses."""
 
 def without_times(recording: Recording) -> Recording:
     """The recording of static poses that have times without these; others as they are."""
-    streams = recording.streams
-    turned = "orientation" if "orientation" in streams else "joint_positions"
-    if recording.static or not {turned, "wrench"} <= {*streams}:
-        return recording
-    poses, rows = streams[turned], streams["wrench"].rows
-    if len(poses) < 2 or not np.array_equal(poses.rows, rows):
-        return recording
-    pause = median(np.diff(poses.time))
-    if turned == "orientation":
-        cosines = np.einsum("ki,ki->k", poses.values[1:], poses.values[:-1])
-        turn = median(2.0 * np.arccos(np.minimum(np.abs(cosines), 1.0)))
-    else:
-        turn = median(np.abs(np.diff(poses.values, axis=0)).max(axis=1))
-    if pause < PAUSE or turn < TURN:
-        return recording
-    count = own(np.arange(float(len(rows))))
+    stream, poses = _poses(recording)
     kept = {
-        name: replace(stream, time=count)
-        for name, stream in streams.items()
-        if name in STATIC_STREAMS and np.array_equal(stream.rows, rows)
+        name: replace(each, time=own(np.arange(float(len(poses)))))
+        for name, each in recording.streams.items()
+        if name in STATIC_STREAMS and np.array_equal(each.rows, stream.rows)
     }
-    what = (
-        f"each of {len(rows)} rows is taken as a static pose: they are {pause:.3g} s and "
-        f"{np.degrees(turn):.0f}° apart, as a rule"
-    )
+    if recording.static or "wrench" not in kept or len(poses) < 2:
+        return recording
+    pause, turns = median(np.diff(stream.time)), np.abs(np.diff(poses, axis=0))
+    if pause < PAUSE or median(turns.reshape(len(turns), -1).max(axis=1)) < TURN:
+        return recording
+    what = f"each of {len(poses)} rows, some {pause:.3g} s apart, is taken as a static pose"
     left = (m for m in recording.warnings if getattr(m, "code", "") != "time-step-long")
-    warnings = (*left, warning("poses-static", what))
-    return replace(recording, streams=kept, static=True, warnings=warnings, angles=None)
+    said = (*left, warning("poses-static", what))
+    return replace(recording, streams=kept, static=True, warnings=said, angles=None)
 
 
 def warn_about_static(recording: Recording) -> Recording:
@@ -80,10 +66,15 @@ def warn_about_static(recording: Recording) -> Recording:
 def _moves_smoothly(recording: Recording) -> bool:
     """Whether no step from one pose to the next is a large part of the way that all of
     them go, as between static poses it is."""
-    turned = "orientation" in recording.streams
-    stream = recording["orientation" if turned else "joint_positions"]
-    poses = rotation_matrices(stream.values) if turned else stream.values
+    _, poses = _poses(recording)
     if len(poses) < FEWEST_SMOOTH:
         return False
     steps = np.abs(np.diff(poses, axis=0)).max()
     return bool(steps < LARGEST_STEP * np.ptp(poses, axis=0).max())
+
+
+def _poses(recording: Recording) -> tuple[Stream, Array]:
+    """The stream of orientations or joint angles, and these as matrices or angles."""
+    turned = "orientation" in recording.streams
+    stream = recording["orientation" if turned else "joint_positions"]
+    return stream, rotation_matrices(stream.values) if turned else stream.values

@@ -203,32 +203,24 @@ def _refuse_start(
     )
 
 
-def _measure_step(stream: Stream) -> float:
-    """Median step of a stream's times; 0 for a single sample."""
-    # what is not finite is refused with the recording
-    with np.errstate(over="ignore", invalid="ignore"):
-        return median(np.diff(stream.time)) if len(stream) > 1 else 0.0
-
-
 def _check_steps(
     streams: Mapping[str, Stream], seconds: bool, where: str
 ) -> list[Message]:
-    """What `_check_step` says of each stream; shared times are measured once."""
-    warnings = []
-    typical: dict[int, float] = {}
-    for name, stream in streams.items():
-        if id(stream.time) not in typical:
-            typical[id(stream.time)] = _measure_step(stream)
-        step = typical[id(stream.time)]
-        warnings += _check_step(name, stream, step, seconds, where)
-    return warnings
+    """What `_check_step` says of each stream, once of those that share their times."""
+    firsts = {id(stream.time): name for name, stream in [*streams.items()][::-1]}
+    return [
+        each
+        for name in firsts.values()
+        for each in _check_step(name, streams[name], seconds, where)
+    ]
 
 
-def _check_step(
-    name: str, stream: Stream, step: float, seconds: bool, where: str
-) -> list[Message]:
+def _check_step(name: str, stream: Stream, seconds: bool, where: str) -> list[Message]:
     """A warning about a median step unlikely for seconds; `InputError` for an
     impossible one."""
+    # what is not finite is refused with the recording
+    with np.errstate(over="ignore", invalid="ignore"):
+        step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
     if step > 1000:
         raise InputError(
             f"the median step of {name} is {step:.4g}, not seconds",
