@@ -205,6 +205,11 @@ NAMES = {
         "time_µs Δx Δy Δz x y z qx qy qz qw fx fy fz tx ty tz",
         (1e6 * TIME, 2 * POSITION, *PLAIN[1:]),
     ),
+    "another wrench before it": (
+        "time x y z qx qy qz qw fx_filt fy_filt fz_filt tx_filt ty_filt tz_filt"
+        " fx fy fz tx ty tz",
+        (*PLAIN[:3], 0.9 * WRENCH, WRENCH),
+    ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
         " qx qy qz qw fx fy fz tx ty tz",

@@ -168,10 +168,11 @@ class Groups:
 
 
 def best_of(choices: Sequence[Choice]) -> Choice | None:
-    """The first of those of the highest rank, and which others are."""
+    """The first of those of the highest rank and the fewest words, and which others are
+    of that rank."""
     if not choices:
         return None
-    best = max(choices, key=lambda choice: choice.rank)
+    best = max(choices, key=lambda choice: (choice.rank, -len(choice.words)))
     equals = [c.columns[0] for c in choices if c.rank == best.rank and c is not best]
     return Choice(best.columns, best.words, best.rank, tuple(equals))
 
