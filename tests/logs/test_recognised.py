@@ -210,6 +210,11 @@ NAMES = {
         " fx fy fz tx ty tz",
         (*PLAIN[:3], 0.9 * WRENCH, WRENCH),
     ),
+    "a gripper's wrench before it": (
+        "time x y z qx qy qz qw gripper_fx gripper_fy gripper_fz gripper_tx gripper_ty"
+        " gripper_tz fx fy fz tx ty tz",
+        (*PLAIN[:3], 0.9 * WRENCH, WRENCH),
+    ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
         " qx qy qz qw fx fy fz tx ty tz",

@@ -62,8 +62,9 @@ PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
     *("base", "odom", "shoulder", "elbow", "forearm", "finger", "leader", "next"),
+    *("filtered", "filt"),
 }
-"""Words of what is not held there."""
+"""Words of what is not held there, or less than what was measured."""
 
 MEASURED = {"actual", "act", "ist", "rist", "measured", "meas", "mes", "msr"}
 """Words of what is no set point."""
@@ -133,9 +134,10 @@ class Groups:
         return best_of(found)
 
     def words_of_kinds(self, kinds: Sequence[str]) -> set[str]:
-        """All words of the groups of these kinds."""
-        told = (w for w in self.by_words if any(is_told(w, kind) for kind in kinds))
-        return {word for words in told for word in words}
+        """All words of the groups of these kinds; none where one has just its own."""
+        told = [w for w in self.by_words if any(is_told(w, kind) for kind in kinds)]
+        bare = any(len(words) == 1 for words in told)
+        return set() if bare else {word for words in told for word in words}
 
     def beside(self, near: Set[str]) -> Choice | None:
         """Columns x, y, z with no other word than those of what else was found: the
