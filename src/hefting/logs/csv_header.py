@@ -23,11 +23,6 @@ MOST_LINES_BETWEEN = 3
 ROWS_LOOKED_AT = 100
 """Rows that tell whether decimals are written with a comma."""
 
-COUNTS = re.compile(
-    r"(Force|Torque) Units:\W*([\w-]+)[\s\S]*?Counts per Unit \1:\W*([1-9]\d*(?:\.\d+)?)"
-)
-"""What ATI's programs write above the names; whole numbers under them are counts."""
-
 COMMENT = re.compile(r"^\s*(#|%|//)\s*")
 """The mark of a comment, before column names too (``# time,fx``, ``%time,field.x``)."""
 
@@ -85,7 +80,6 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
     if first is None or layout.skip is not None:
         first = row + 1 + (layout.skip or 0)
     sample = [below.cells(k) for k in range(first, first + ROWS_LOOKED_AT)]
-    between = between or _units_above(lines[: row or 0], names, sample)
     names = tuple(names) if row else ("",) * len(names)
     lists = lists_of(sample, len(names))
     for j, count in lists.items():
@@ -190,22 +184,6 @@ def _joined(
         if k == 0 and len({*joined}) == len(joined):
             break
     return tuple(joined) if len({*joined}) == len(joined) > len({*lower}) else None
-
-
-def _units_above(
-    above: Sequence[str], names: Sequence[str], rows: Sequence[Sequence[str]]
-) -> list[str]:
-    """Units under ``Fx`` to ``Tz`` by what ATI's programs write above, of whole numbers
-    as "1e-06 N"; none of others."""
-    which = [re.fullmatch("[FT][xyz]", name) is not None for name in names]
-    cells = (c for row in rows for c, own in zip(row, which, strict=False) if own)
-    whole = all(cell.strip("+-").isdigit() for cell in cells)
-    units = {
-        kind[0]: f"{1.0 / float(count):.9g} {unit}" if whole else unit
-        for kind, unit, count in COUNTS.findall("\n".join(line[:99] for line in above))
-    }
-    pairs = zip(names, which, strict=True)
-    return [units.get(name[:1], "") * own for name, own in pairs] if units else []
 
 
 def _name_each(names: Sequence[str]) -> bool:

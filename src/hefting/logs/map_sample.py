@@ -31,6 +31,10 @@ UNKNOWN = "is not known"
 """What is said of a unit that is none of `hefting.logs.units.UNITS`."""
 NO_UNITS = ASIDE | OTHER | {"base", "world", "robot"}
 """What else stands in brackets behind a name."""
+COUNTS = re.compile(
+    rb"(Force|Torque) Units:\W*([\w-]+)[\s\S]*?Counts per Unit \1:\W*([1-9]\d*(?:\.\d+)?)"
+)
+"""What ATI's programs write above names; whole numbers under these are counts."""
 BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
 """Units of lengths and angles that nobody states: the usual one, and another above a
 size in it."""
@@ -162,10 +166,16 @@ def _of_text(path: str | Path) -> Sample:
         fix = "write numbers in its cells" if rows else None
         raise InputError("there are no rows of numbers below the header", path, fix)
     values = np.array([[_number(cell, decimal) for cell in row] for row in rows])
-    units = _units(names, header.between)
+    units = [*_units(names, header.between)]
+    for kind, unit, count in COUNTS.findall(text[:9999]):
+        for j, name in enumerate(names):
+            if re.fullmatch(f"{kind.decode()[0]}[xyz]", name):
+                whole = (values[:, j] == np.floor(values[:, j])).all()
+                factor = f"{1.0 / float(count):.9g} " if whole else ""
+                units[j] = factor + unit.decode()
     has_nan = any(cell.lower() == "nan" for row in rows for cell in row)
     dates = (*header.dates,)
-    return Sample(str(path), names, units, values, has_nan, header.joined, dates)
+    return Sample(str(path), names, (*units,), values, has_nan, header.joined, dates)
 
 
 def _number(cell: str, decimal: str) -> float:
