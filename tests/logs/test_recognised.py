@@ -156,6 +156,10 @@ NAMES = {
         f"time {numbered('actual_tcp_position_')} {numbered('external_tcp_force_')}",
         (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
     ),
+    "Doosan's flange": (
+        f"time {numbered('actual_flange_position_')} {numbered('raw_force_torque_')}",
+        (TIME, 1e3 * POSITION, TURNS.as_euler("ZYZ", degrees=True), WRENCH),
+    ),
     "xArm": (
         f"time {numbered('position_')} {numbered('ft_raw_')}",
         (TIME, 1e3 * POSITION, DEGREES, WRENCH),
@@ -180,6 +184,36 @@ NAMES = {
             TURNS.as_euler("ZYX"),
             WRENCH * ((10,) * 3 + (1e3,) * 3),
         ),
+    ),
+    "nanoseconds of Java": (
+        "timestampNanos x y z qx qy qz qw fx fy fz tx ty tz",
+        (1e9 * TIME, *PLAIN[1:]),
+    ),
+    "EGM's messages": (
+        f"time x y z {numbered('u', 4)} fx fy fz tx ty tz",
+        (TIME, POSITION, QUATERNION[:, [3, 0, 1, 2]], WRENCH),
+    ),
+    "a matrix by the letter of the torque": (
+        f"time {numbered('T', 16)} Fx Fy Fz Tx Ty Tz",
+        (TIME, BY_COLUMNS, WRENCH),
+    ),
+    "letters beyond ASCII": (
+        "时间 速度X 速度Y 速度Z X Y Z qx qy qz qw fx fy fz tx ty tz",
+        (TIME, 2 * POSITION, *PLAIN[1:]),
+    ),
+    "microseconds": (
+        "time_µs Δx Δy Δz x y z qx qy qz qw fx fy fz tx ty tz",
+        (1e6 * TIME, 2 * POSITION, *PLAIN[1:]),
+    ),
+    "another wrench before it": (
+        "time x y z qx qy qz qw fx_filt fy_filt fz_filt tx_filt ty_filt tz_filt"
+        " fx fy fz tx ty tz",
+        (*PLAIN[:3], 0.9 * WRENCH, WRENCH),
+    ),
+    "a gripper's wrench before it": (
+        "time x y z qx qy qz qw gripper_fx gripper_fy gripper_fz gripper_tx gripper_ty"
+        " gripper_tz fx fy fz tx ty tz",
+        (*PLAIN[:3], 0.9 * WRENCH, WRENCH),
     ),
     "set points beside it": (
         "time x_cmd y_cmd z_cmd x y z target_qx target_qy target_qz target_qw"
@@ -406,6 +440,21 @@ def test_dates_with_the_day_first_and_times_of_day(tmp_path, monkeypatch, way, b
     path = tmp_path / "log.csv"
     frame.rename(columns={"time": WAYS[way]}).to_csv(path, index=False)
     assert same(read_log(path))
+
+
+@pytest.mark.parametrize("name", ["when", "记录", "#", "Timestamp"])
+@pytest.mark.parametrize("step", [0.01, 0.5, 2.0])
+def test_dates_are_the_time_by_whatever_name(tmp_path, name, step):
+    """Those of static poses tell that they are such."""
+    began = datetime(2026, 1, 31, 23, 59, 59, 900000, tzinfo=UTC)
+    times = [(began + timedelta(seconds=step * k)).isoformat() for k in range(ROWS)]
+    frame = frame_of(" ".join(CANONICAL), PLAIN).assign(time=times)
+    path = tmp_path / "log.csv"
+    frame.rename(columns={"time": name}).to_csv(path, index=False)
+    got = read_log(path)
+    assert got.static == (step > 1.0)
+    if not got.static:
+        assert got.duration == pytest.approx(step * (ROWS - 1))
 
 
 def test_of_a_time_that_is_not_read_it_is_said_what_is(tmp_path):

@@ -3,6 +3,7 @@ by twelve hours, and what robots of other makes call their angles."""
 
 from collections.abc import Callable
 from datetime import datetime, timedelta
+from functools import partial
 
 import numpy as np
 import pandas as pd
@@ -95,13 +96,18 @@ def test_lists_on_several_lines_in_whatever_block(tmp_path, monkeypatch, block):
     assert is_same(read_log(path), 5e-8)
 
 
+def in_marks(marks: str, row: list[float]) -> str:
+    return marks.format(str(row)[1:-1])
+
+
 @pytest.mark.parametrize("separator", [",", ", ", ";", "\t", " "])
-@pytest.mark.parametrize("form", [list, tuple, np.array])
+@pytest.mark.parametrize("form", [list, tuple, np.array, "p[{}]", "{{{}}}"])
 def test_lists_without_quotes_as_python_prints_them(tmp_path, separator, form):
-    """And the last row, which was cut in one, is left out."""
+    """Or URScript, and others; the last row, which was cut in one, is left out."""
+    made = partial(in_marks, form) if isinstance(form, str) else form
     path = tmp_path / "log.csv"
     rows = [
-        f"{t}{separator}{form(p.tolist())}{separator}{form(w.tolist())}".replace(
+        f"{t}{separator}{made(p.tolist())}{separator}{made(w.tolist())}".replace(
             "\n", ""
         )
         for t, p, w in zip(
@@ -264,6 +270,9 @@ WAYS: dict[str, Callable[[datetime], str]] = {
     "a narrow blank": lambda at: f"{at.month}/{at.day}/{at.year} {twelve(at)}".replace(
         " AM", "\u202fAM"
     ),
+    "MATLAB": lambda at: f"{at:%d-%b-%Y %H:%M:%S.%f}",
+    "Java": lambda at: f"{at:%b} {at.day}, {at.year} {twelve(at)}",
+    "no hyphens": lambda at: f"{at:%Y%m%d %H:%M:%S.%f}",
     "no date": lambda at: twelve(at).lower().replace("m", ".m."),
 }
 
@@ -300,6 +309,34 @@ def test_a_date_in_a_column_of_its_own(tmp_path, separator):
     path = tmp_path / "log.txt"
     path.write_text("\n".join(lines).replace(",", separator))
     assert is_same(read_log(path))
+
+
+@pytest.mark.parametrize("form", ["counts", "units", "commas"])
+def test_counts_of_ati_under_what_a_unit_has_of_them(tmp_path, form):
+    """Later versions of the program divide them, and write the same above."""
+    above = """Start Time: 11/27/26 10:12 AM
+RDT Sample Rate: 100
+"PLEASE NOTE: The sample rate is read from the Net F/T, and may be incorrect."
+Force Units: lbf
+Counts per Unit Force: 4448221.5
+Torque Units: lbf-in
+Counts per Unit Torque: 1000000.0
+Status (hex), RDT Sequence, F/T Sequence, Fx, Fy, Fz, Tx, Ty, Tz, Time
+"""
+    counts = np.array([4448221.5] * 3 + [1e6] * 3)
+    pounds = np.array([4.4482216152605] * 3 + [4.4482216152605 * 0.0254] * 3)
+    values = WRENCH / pounds * (1.0 if form == "units" else counts)
+    lines = [above.replace(": ", ":,") if form == "commas" else above]
+    for t, row in zip(TIME, values, strict=True):
+        cells = map(repr if form == "units" else "{:.0f}".format, row.tolist())
+        time = f"10:12:3{t:.2f} AM"
+        words = ["80000000", "1", "7", *cells, time]
+        lines.append(",".join(f'"{word}"' for word in words) + "\n")
+    path = tmp_path / "ft.csv"
+    path.write_text("".join(lines))
+    PLAIN[POSES].assign(time=36750.0 + TIME).to_csv(tmp_path / "arm.csv", index=False)
+    got = read_with_poses(path, tmp_path / "arm.csv")
+    assert is_same(got, 1e-5)
 
 
 ROBOTS = {
@@ -353,16 +390,18 @@ def test_of_angles_that_makes_turn_differently_it_is_said_what_to_give(tmp_path)
 
 
 @pytest.mark.parametrize(
-    ("begin", "step", "rows", "doubtful"),
+    ("begin", "step", "rows", "doubtful", "lasts"),
     [
-        (0.0, 2.0, 40, True),
-        (0.0, 100.0, 40, True),
-        (0.0, 4.0, 2000, False),
-        (0.0, 0.01, 40, False),
-        (1.7e12, 2.0, 40, False),  # since 1970
+        (0.0, 2.0, 40, True, None),
+        (0.0, 30.0, 40, True, 1.17),
+        (0.0, 100.0, 40, True, 3.9),
+        (0.0, 4.0, 2000, False, 7.996),
+        (0.0, 0.01, 40, False, 0.39),
+        (1.7e12, 2.0, 40, False, 0.078),  # since 1970
+        (1.7e9, 2.0, 40, False, None),
     ],
 )
-def test_steps_that_may_be_of_two_units_are_a_doubt(begin, step, rows, doubtful):
+def test_steps_that_may_be_of_two_units_are_a_doubt(begin, step, rows, doubtful, lasts):
     """Static poses every 2 s had been a motion at 500 Hz; rows at 10 Hz that count
     milliseconds one at 10 kHz."""
     frame = pd.concat([PLAIN] * (rows // ROWS), ignore_index=True)
@@ -371,6 +410,8 @@ def test_steps_that_may_be_of_two_units_are_a_doubt(begin, step, rows, doubtful)
     said = [each for each in got.warnings if each.code == "columns-doubtful"]
     assert bool(said) == doubtful
     assert all("the time its unit is not known" in each for each in said)
+    assert got.static == (lasts is None)
+    assert got.static or got.duration == pytest.approx(lasts)
 
 
 def test_numbers_of_four_columns_that_are_no_quaternion_are_no_warning():

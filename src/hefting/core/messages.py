@@ -45,6 +45,7 @@ NO_DOUBT = frozenset(
         "no-time-column",
         "pose-constant",
         "poses-invalid",
+        "poses-static",
         "rows-incomplete",
         "rows-repeated",
         "stream-left-out",

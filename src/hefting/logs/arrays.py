@@ -11,7 +11,7 @@ from hefting.core.recording import COLUMNS, Recording, Stream, column_names
 from hefting.core.spatial import Array, Mask
 from hefting.logs.gaps import FEW, without_repeats
 from hefting.logs.orientations import no_rotations, quaternions
-from hefting.logs.table import in_seconds, warn_about_static
+from hefting.logs.table import in_seconds, warn_about_static, without_times
 
 ARRAYS = ("time", "wrench_time", "pose", *COLUMNS)
 """Names under which arrays are given."""
@@ -61,7 +61,8 @@ def recording_from_arrays(
         return warn_about_static(Recording(streams, static=True, source=SOURCE))
     streams, repeats = without_repeats(streams)
     streams, about_time = in_seconds(streams, SOURCE)
-    return Recording(streams, source=SOURCE, warnings=repeats + about_time)
+    recorded = Recording(streams, source=SOURCE, warnings=repeats + about_time)
+    return without_times(recorded)
 
 
 def unit_quaternions(orientation: Any) -> Array:

@@ -18,6 +18,7 @@ from hefting.logs.table import (
     require_streams,
     summarize_list,
     warn_about_static,
+    without_times,
 )
 
 if TYPE_CHECKING:
@@ -81,7 +82,8 @@ def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
             Recording(streams, True, table.source, warnings + more)
         )
     streams, about_time = in_seconds(streams, table.source)
-    return Recording(streams, False, table.source, warnings + more + about_time)
+    said = warnings + more + about_time
+    return without_times(Recording(streams, False, table.source, said))
 
 
 def known_columns(

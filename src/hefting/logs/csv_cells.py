@@ -23,12 +23,13 @@ WORDS = re.compile(r"\b(np\.)?(array|float\d\d)(?=\()|,\s*dtype=\w+(?=\)$)")
 """What NumPy writes around numbers."""
 
 UNQUOTED = re.compile(
-    rb"[\[(](?<![^,;\t\n ].)(?=\s*[-+.\d\[(])"
-    rb"(?:[^\[\]()\n]|[\[(][^\[\]()\n]*[\])])*[\])](?![^,;\t\n ])"
+    rb"(?<![^,;\t\n ])p?[\[({](?=\s*[-+.\d\[(])"
+    rb"(?:[^\[\](){}\n]|[\[(][^\[\]()\n]*[\])])*[\])}](?![^,;\t\n ])"
 )
-"""A list in a cell of its own without quotes, as Python prints it."""
+"""A list in a cell of its own without quotes, as Python prints it, and poses of URScript:
+``p[0.1, ...]``."""
 
-MARKS = str.maketrans("[](),", 5 * " ")
+MARKS = str.maketrans("[](){},", 7 * " ")
 """What stands between them."""
 
 SEVERAL_LINES = re.compile(rb'"(?:array\()?[\[(][-+.,=\s\w\[\]()]*"')
@@ -41,11 +42,11 @@ ENOUGH, ESCAPE = 2**20, "surrogateescape"
 def list_in(cell: str) -> list[str]:
     """The numbers of a list, of lists in it too, or of three and more between blanks; none
     of what is no list."""
-    cell, fewest = cell.strip(), 3
-    if cell[-1:] in ("]", ")"):
+    cell, fewest = cell.strip().removeprefix("p"), 3
+    if cell[-1:] in ("]", ")", "}"):
         cell = cell.replace("None", "nan")
         cell = WORDS.sub("", cell) if "(" in cell[1:] else cell
-        cell, fewest = cell.translate(MARKS) if cell[0] in "[(" else "", 2
+        cell, fewest = cell.translate(MARKS) if cell[0] in "[({" else "", 2
     items = cell.split() if " " in cell else []
     if not fewest <= len(items) <= LONGEST_LIST:
         return []
@@ -106,9 +107,9 @@ def merge_spaces(text: bytes) -> bytes:
 
 def quote_lists(text: bytes) -> bytes:
     """Text with quotes around each list, where it has none."""
-    if b'"' in text or (b"[" not in text and b"(" not in text):
+    if b'"' in text or not any(mark in text for mark in (b"[", b"(", b"{")):
         return text
-    text = text.replace(b", [", b",[").replace(b", (", b",(")
+    text = re.sub(rb", (?=p?[\[({])", b",", text)
     return UNQUOTED.sub(rb'"\g<0>"', text)
 
 

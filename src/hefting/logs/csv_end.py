@@ -17,7 +17,7 @@ MOST_BYTES = 65_536
 MOST_LINES = 20
 """Most lines that may follow the last whole row."""
 
-CUT = re.compile(r"\s*[+-]|\s*[+-]?[\d.]++e[+-]?|[\[(].*", re.IGNORECASE)
+CUT = re.compile(r"\s*[+-]|\s*[+-]?[\d.]++e[+-]?|p?[\[({].*", re.IGNORECASE)
 """A number that was cut before its digits or those of its exponent, or a list."""
 
 MOST_NUL = 2**26

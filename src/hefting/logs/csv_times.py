@@ -18,7 +18,11 @@ TWELVE = re.compile(
 """A time of day by twelve hours: 1:31:07 PM."""
 
 OTHER_WAYS = (
-    (r"\b(?:0 days |\d\d?([/-])\d\d?\1\d{4}[T ])(?=\d\d?:)|(?<=\d) sec\b", ""),
+    (
+        r"\b(?:0 days |(?:\d\d?([/-])\d\d?\1\d{4}|\d{8}|\d\d-[A-Z][a-z]{2}-\d{4}"
+        r"|[A-Z][a-z]{2} \d\d?, \d{4},?)[T ])(?=\d\d?:)|(?<=\d) sec\b",
+        "",
+    ),
     (r"\b(\d\d)\.(\d\d)\.(\d{4})(?=[T ]\d\d?:)", r"\3-\2-\1"),
     (r"\b(\d{4})/(\d\d)/(\d\d)(?=[T ]\d\d?:)", r"\1-\2-\3"),
     (r"(?<![\d:.])(\d:\d\d:\d\d)", r"0\1"),
@@ -26,7 +30,8 @@ OTHER_WAYS = (
 )
 """Other ways to write a date or a time of day, and those of ISO 8601: 31.01.2026,
 2026/01/31, ``0 days 00:00:01`` of pandas, ``0.01 sec`` of MATLAB, 9:05:00 and
-12:00:00:123. Of 3/4/2026, which has the day first or the month, the time of day is read."""
+12:00:00:123. Of 3/4/2026, which has the day first or the month, of 20260131, of MATLAB's
+31-Jan-2026 and Java's Jan 31, 2026 the time of day is read."""
 
 WITH_COMMA = (r"(\d\d:\d\d:\d\d),(\d{1,9})\b", r"\1.\2")
 """The same of 12:00:00,123, where cells are not separated by commas."""

@@ -20,13 +20,13 @@ WORDS = {
         *("tcppose", "xpos", "tvec"),
     ),
     "orientation": (
-        *("q", "o", "r", "quat", "quaternion", "xquat"),
+        *("q", "o", "r", "u", "quat", "quaternion", "xquat"),
         *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
     ),
     "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation"),
     "rotation-vector": ("rotvec", "rv", "rvec", "axisangle"),
     "roll-pitch-yaw": ("theta", "euler", "rpy"),
-    "pose": ("", "pose", "tcppose", "posx"),
+    "pose": ("", "pose", "tcppose", "posx", "coordrobot", "coordbase"),
     "pose-matrix": ("ot", "pose", "matrix", "transform", "tf"),
     "matrix": ("t", "h", "tf", "pose", "matrix", "transform"),
     "rotation-matrix": ("r", "rot", "rotation", "rotmat", "xmat", "orientation"),
@@ -62,8 +62,9 @@ PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
     *("base", "odom", "shoulder", "elbow", "forearm", "finger", "leader", "next"),
+    *("filtered", "filt"),
 }
-"""Words of what is not held there."""
+"""Words of what is not held there, or less than what was measured."""
 
 MEASURED = {"actual", "act", "ist", "rist", "measured", "meas", "mes", "msr"}
 """Words of what is no set point."""
@@ -133,9 +134,10 @@ class Groups:
         return best_of(found)
 
     def words_of_kinds(self, kinds: Sequence[str]) -> set[str]:
-        """All words of the groups of these kinds."""
-        told = (w for w in self.by_words if any(is_told(w, kind) for kind in kinds))
-        return {word for words in told for word in words}
+        """All words of the groups of these kinds; none where one has just its own."""
+        told = [w for w in self.by_words if any(is_told(w, kind) for kind in kinds)]
+        bare = any(len(words) == 1 for words in told)
+        return set() if bare else {word for words in told for word in words}
 
     def beside(self, near: Set[str]) -> Choice | None:
         """Columns x, y, z with no other word than those of what else was found: the
@@ -168,10 +170,11 @@ class Groups:
 
 
 def best_of(choices: Sequence[Choice]) -> Choice | None:
-    """The first of those of the highest rank, and which others are."""
+    """The first of those of the highest rank and the fewest words, and which others are
+    of that rank."""
     if not choices:
         return None
-    best = max(choices, key=lambda choice: choice.rank)
+    best = max(choices, key=lambda choice: (choice.rank, -len(choice.words)))
     equals = [c.columns[0] for c in choices if c.rank == best.rank and c is not best]
     return Choice(best.columns, best.words, best.rank, tuple(equals))
 
@@ -240,7 +243,13 @@ def split_name(name: str) -> list[str]:
 def words_of(name: str) -> list[str]:
     """Words of a name in small letters, without a unit at the end."""
     name = re.sub(CAMEL, "_", re.sub(FRAMES, r"\1", name))
-    words = re.findall(r"[a-z0-9]+", name.lower())
+    words = small_words(name)
     while len(words) > 1 and words[-1] in UNIT_WORDS:
         words.pop()
     return words
+
+
+def small_words(text: str) -> list[str]:
+    """All words of a text in small letters, ``µ`` as ``u``; those of any alphabet are
+    words: ``速度X`` is no ``x``."""
+    return re.findall(r"[^\W_]+", re.sub("[µμ]", "u", text.lower()))

@@ -212,7 +212,7 @@ def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None
     form, doubt = ZYZ if six and six.words[-1] == "posx" else UNTOLD, ""
     position = groups.numbered("position", 6, near)
     if six is None and position is not None:
-        if "tcp" in position.words:  # of Doosan, as ``posx``
+        if {"tcp", "flange"} & {*position.words}:  # of Doosan, as ``posx``
             six, form, doubt = position, ZYZ, "as of Doosan; other makes differ"
         elif sample.size(position.columns[:3]) > LARGEST_ANGLE:
             six, form, doubt = position, RPY, ANOTHER_ORDER  # of xArm
@@ -229,9 +229,10 @@ def _rigid(sample: Sample, groups: Groups, near: set[str]) -> Choice | None:
     nothing that is held elsewhere."""
     found = []
     for words, columns in groups.by_words.items():
-        if is_other(words) or len(columns) != 16 or not all(map(str.isdigit, columns)):
+        numbers = sorted(filter(str.isdigit, columns), key=int)  # ``Tx`` beside ``T0``
+        if is_other(words) or len(numbers) != 16:
             continue
-        chosen = tuple(columns[c] for c in sorted(columns, key=int))
+        chosen = tuple(columns[c] for c in numbers)
         poses = sample.values[:, list(chosen)].reshape(-1, 4, 4)
         poses = poses[np.isfinite(poses).all(axis=(1, 2))]
         if (poses[:, 3, :3] != 0.0).any():
@@ -272,10 +273,10 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
 
 def _four(sample: Sample, choice: Choice) -> Guess:
     """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` or
-    ``rot.q1`` to ``q4``, ``orient.u0`` to ``u3`` and MuJoCo's ``xquat``, the first is
-    w."""
+    ``rot.q1`` to ``q4``, ``u0`` or ``orient.u0`` to ``u3`` and MuJoCo's ``xquat``, the
+    first is w."""
     name = sample.words(choice.columns[0]).lower()
-    told = re.fullmatch(r"(rot\.)?q\d|.*orient\Wu\d|.*(wxyz|xquat).*", name) is not None
+    told = re.fullmatch(r"(rot\.)?q\d|(.*\W)?u\d|.*(wxyz|xquat).*", name) is not None
     form, other = ("wxyz", "xyzw") if told else ("xyzw", "wxyz")
     remark = f"or {other}: their numbers do not tell which is w"
     if {"wxyz", "xyzw"} & set(choice.words):

@@ -16,7 +16,7 @@ from hefting.logs.csv_cells import NUMBER, one_line, with_lists
 from hefting.logs.csv_file import CsvTable, open_csv, texts
 from hefting.logs.csv_header import Rows, is_numbers, read_header
 from hefting.logs.csv_times import seconds_of
-from hefting.logs.map_groups import ASIDE, OTHER
+from hefting.logs.map_groups import ASIDE, OTHER, small_words
 from hefting.logs.registry import find_format
 from hefting.logs.table import Table
 from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
@@ -31,6 +31,10 @@ UNKNOWN = "is not known"
 """What is said of a unit that is none of `hefting.logs.units.UNITS`."""
 NO_UNITS = ASIDE | OTHER | {"base", "world", "robot"}
 """What else stands in brackets behind a name."""
+COUNTS = re.compile(
+    rb"(Force|Torque) Units:\W*([\w-]+)[\s\S]*?Counts per Unit \1:\W*([1-9]\d*(?:\.\d+)?)"
+)
+"""What ATI's programs write above names; whole numbers under these are counts."""
 BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
 """Units of lengths and angles that nobody states: the usual one, and another above a
 size in it."""
@@ -51,6 +55,8 @@ class Sample:
     """whether some cells say that they are no number"""
     joined: bool = False
     """whether the names are those of two lines"""
+    dates: tuple[int, ...] = ()
+    """columns of dates and times of day in text, which are in seconds"""
 
     def words(self, column: int) -> str:
         """The name of a column without its unit."""
@@ -64,7 +70,7 @@ class Sample:
             return find_unit(self.units[columns[0]], kind, self.source).name
         except InputError:
             pass
-        words = re.findall(r"[a-z0-9]+", self.names[columns[0]].lower())[1:]
+        words = small_words(self.names[columns[0]])[1:]
         known = {squeezed(name): name for name in UNITS[kind] if name != "m"}
         known |= {alias: n for alias, n in ALIASES.items() if n in UNITS[kind]}
         return next((known[word] for word in reversed(words) if word in known), None)
@@ -160,9 +166,16 @@ def _of_text(path: str | Path) -> Sample:
         fix = "write numbers in its cells" if rows else None
         raise InputError("there are no rows of numbers below the header", path, fix)
     values = np.array([[_number(cell, decimal) for cell in row] for row in rows])
-    units = _units(names, header.between)
+    units = [*_units(names, header.between)]
+    for kind, unit, count in COUNTS.findall(text[:9999]):
+        for j, name in enumerate(names):
+            if re.fullmatch(f"{kind.decode()[0]}[xyz]", name):
+                whole = (values[:, j] == np.floor(values[:, j])).all()
+                factor = f"{1.0 / float(count):.9g} " if whole else ""
+                units[j] = factor + unit.decode()
     has_nan = any(cell.lower() == "nan" for row in rows for cell in row)
-    return Sample(str(path), names, units, values, has_nan, header.joined)
+    dates = (*header.dates,)
+    return Sample(str(path), names, (*units,), values, has_nan, header.joined, dates)
 
 
 def _number(cell: str, decimal: str) -> float:

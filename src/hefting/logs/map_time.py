@@ -6,7 +6,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from hefting.logs.map_groups import CAMEL
+from hefting.logs.map_groups import CAMEL, small_words
 from hefting.logs.map_sample import MOST_ROWS, UNKNOWN, Sample
 from hefting.logs.map_text import Guess, unit_entry
 from hefting.logs.table import SINCE_1970
@@ -16,6 +16,7 @@ TIMES = (
     *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
     *("times", "timestamps", "stamps"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
+    *("temps", "tiempo", "tempo", "时间"),
     *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
 )
 """Names of the time, without its unit; also LabVIEW's ``X_Value``."""
@@ -24,7 +25,8 @@ MILLISECONDS = ("ipoc", "duration")
 """Those of KUKA and libfranka, whose whole numbers are such."""
 
 SHORT = 3.0
-"""[s] Recordings that are shorter in the unit by their steps may be in a larger one."""
+"""[s] Recordings that are shorter in the unit by their steps may be in a larger one, and
+are taken to be in it where they would last less than one second."""
 
 TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
 """Units as they stand in names of the time."""
@@ -50,18 +52,21 @@ def names_time(text: str) -> bool:
 
 def _small_words(text: str) -> list[str]:
     """All words of a name, units too."""
-    text = re.sub(CAMEL, "_", text)
-    return re.findall(r"[a-z0-9]+", text.lower())
+    return small_words(re.sub(CAMEL, "_", text))
 
 
 def time_of(sample: Sample) -> Guess | None:
     """The first column whose name is one of the time, with numbers that grow if there is
-    one, and none that counts nanoseconds on top of seconds."""
+    one, and none that counts nanoseconds on top of seconds; else one of dates that
+    grow by less than those of static poses."""
     named = [j for j in range(len(sample.names)) if names_time(sample.words(j))]
+    if not named:
+        dates = ((j, sample.values[:, j]) for j in sample.dates)
+        named = [j for j, v in dates if _grows(v) and np.nanmedian(np.diff(v)) < 1.0]
     numbers = [j for j in named if np.isfinite(sample.values[:, j]).any()]
     numbers.sort(key=lambda j: not _grows(sample.values[:, j]))
     for column in numbers or named:
-        words = _small_words(sample.words(column))
+        words = _small_words(sample.words(column)) or [""]
         if words[-1] in NANOSECONDS and np.nanmax(sample.values[:, column]) < 1e9:
             continue
         more = _nanoseconds(sample, words[:-1])
@@ -71,6 +76,7 @@ def time_of(sample: Sample) -> Guess | None:
         said = sample.said_unit((column,), "time") or next(
             (ALIASES.get(word, word) for word in words if word in TIME_UNITS), ""
         )
+        said = "s" if column in sample.dates else said
         is_told = words[-1] in MILLISECONDS
         unit, remark = _time_unit(sample.values[:, column], said, is_told)
         return Guess("time", (column,), (unit_entry(unit),), remark)
@@ -95,7 +101,7 @@ def _index(sample: Sample) -> Guess | None:
     counts = (values % 1 == 0.0).all() and values[0] < SINCE_1970
     if counts and (own or (steps == 1.0).all()):
         return None
-    unit, remark = _time_unit(values, "")
+    unit, remark = _time_unit(values, "s" if column in sample.dates else "")
     return Guess("time", (column,), (unit_entry(unit),), remark)
 
 
@@ -116,12 +122,19 @@ def _time_unit(values: np.ndarray, said: str, is_told: bool = False) -> tuple[st
         return said, ""
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
-    for unit, least, per in (("ns", 1e5, 1e9), ("us", 1e2, 1e6), ("ms", 1.0, 1e3)):
+    for unit, least, per, larger in (
+        ("ns", 1e5, 1e9, "us"),
+        ("us", 1e2, 1e6, "ms"),
+        ("ms", 1.0, 1e3, "s"),
+    ):
         if step >= least:
-            why = f"by its steps of {step:.4g}"
-            rows = min(SHORT * per / step, MOST_ROWS)
-            is_sure = is_told or np.nanmax(values) > SINCE_1970 * per
-            if len(values) < rows and not is_sure:
-                why = f"its unit {UNKNOWN}: {why}, or 1000 times larger"
-            return unit, why
+            why, lasts = f"by its steps of {step:.4g}", len(values) * step / per
+            end = np.nanmax(values)
+            sure = is_told or end > SINCE_1970 * per or lasts >= SHORT
+            if sure or len(values) >= MOST_ROWS:
+                return unit, why
+            if larger == "s" and 1e9 < end < 2.2e9:  # since 1970, from 2001 to 2039
+                return larger, why
+            why = f"its unit {UNKNOWN}: {why}, or 1000 times"
+            return (larger, f"{why} smaller") if lasts < 1 else (unit, f"{why} larger")
     return "s", ""

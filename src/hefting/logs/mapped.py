@@ -28,6 +28,7 @@ from hefting.logs.table import (
     require_streams,
     summarize_list,
     warn_about_static,
+    without_times,
 )
 from hefting.logs.units import Unit
 
@@ -78,7 +79,8 @@ class Mapped:
             values = in_sensor_axes(recording)
             turned = {**recording.streams, "wrench": replace(wrench, values=values)}
             recording = replace(recording, streams=turned)
-        return warn_about_static(recording) if self.unit is None else recording
+        said = warn_about_static if self.unit is None else without_times
+        return said(recording)
 
 
 def read_mapped(

@@ -41,16 +41,16 @@ FEWEST_SMOOTH, LARGEST_STEP = 50, 0.1
 """Poses, and the largest step among them over their extent, from which on they are
 those of a motion: an arm that turns by 3 rad/s, logged at 20 Hz, goes 0.15 rad a row."""
 
+PAUSE, TURN = 0.9, 0.35
+"""Time [s] and change of the pose from row to row from which on nothing tells the motion
+between them."""
+
 SHORTEST_STEP = 2e-5
 """[s] Time between samples below which another unit may be meant."""
 
-STATIC_STREAMS = (
-    "position",
-    "orientation",
-    "joint_positions",
-    "wrench",
-    "accelerometer",
-)
+STATIC_STREAMS = {
+    *("position", "orientation", "joint_positions", "wrench", "accelerometer")
+}
 """Streams that can be measured at rest, so that a table of them without times may be
 static poses."""
 
@@ -217,32 +217,24 @@ def _refuse_start(
     )
 
 
-def _measure_step(stream: Stream) -> float:
-    """Median step of a stream's times; 0 for a single sample."""
-    # what is not finite is refused with the recording
-    with np.errstate(over="ignore", invalid="ignore"):
-        return median(np.diff(stream.time)) if len(stream) > 1 else 0.0
-
-
 def _check_steps(
     streams: Mapping[str, Stream], seconds: bool, where: str
 ) -> list[Message]:
-    """What `_check_step` says of each stream; shared times are measured once."""
-    warnings = []
-    typical: dict[int, float] = {}
-    for name, stream in streams.items():
-        if id(stream.time) not in typical:
-            typical[id(stream.time)] = _measure_step(stream)
-        step = typical[id(stream.time)]
-        warnings += _check_step(name, stream, step, seconds, where)
-    return warnings
+    """What `_check_step` says of each stream, once of those that share their times."""
+    firsts = {id(stream.time): name for name, stream in [*streams.items()][::-1]}
+    return [
+        each
+        for name in firsts.values()
+        for each in _check_step(name, streams[name], seconds, where)
+    ]
 
 
-def _check_step(
-    name: str, stream: Stream, step: float, seconds: bool, where: str
-) -> list[Message]:
+def _check_step(name: str, stream: Stream, seconds: bool, where: str) -> list[Message]:
     """A warning about a median step unlikely for seconds; `InputError` for an
     impossible one."""
+    # what is not finite is refused with the recording
+    with np.errstate(over="ignore", invalid="ignore"):
+        step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
     if step > 1000:
         raise InputError(
             f"the median step of {name} is {step:.4g}, not seconds",
@@ -276,6 +268,25 @@ def with_times(
     }
 
 
+def without_times(recording: Recording) -> Recording:
+    """The recording of static poses that have times without these; others as they are."""
+    stream, poses = _poses(recording)
+    kept = {
+        name: replace(each, time=own(np.arange(float(len(poses)))))
+        for name, each in recording.streams.items()
+        if name in STATIC_STREAMS and np.array_equal(each.rows, stream.rows)
+    }
+    if recording.static or "wrench" not in kept or len(poses) < 2:
+        return recording
+    pause, turns = median(np.diff(stream.time)), np.abs(np.diff(poses, axis=0))
+    if pause < PAUSE or median(turns.reshape(len(turns), -1).max(axis=1)) < TURN:
+        return recording
+    what = f"each of {len(poses)} rows, some {pause:.3g} s apart, is taken as a static pose"
+    left = (m for m in recording.warnings if getattr(m, "code", "") != "time-step-long")
+    said = (*left, warning("poses-static", what))
+    return replace(recording, streams=kept, static=True, warnings=said, angles=None)
+
+
 def warn_about_static(recording: Recording) -> Recording:
     """The recording, with a warning when its rows hardly are static poses."""
     signs = [f"there is {n}" for n in recording.streams if n not in STATIC_STREAMS]
@@ -296,13 +307,18 @@ def warn_about_static(recording: Recording) -> Recording:
 def _moves_smoothly(recording: Recording) -> bool:
     """Whether no step from one pose to the next is a large part of the way that all of
     them go, as between static poses it is."""
-    turned = "orientation" in recording.streams
-    stream = recording["orientation" if turned else "joint_positions"]
-    poses = rotation_matrices(stream.values) if turned else stream.values
+    _, poses = _poses(recording)
     if len(poses) < FEWEST_SMOOTH:
         return False
     steps = np.abs(np.diff(poses, axis=0)).max()
     return bool(steps < LARGEST_STEP * np.ptp(poses, axis=0).max())
+
+
+def _poses(recording: Recording) -> tuple[Stream, Array]:
+    """The stream of orientations or joint angles, and these as matrices or angles."""
+    turned = "orientation" in recording.streams
+    stream = recording["orientation" if turned else "joint_positions"]
+    return stream, rotation_matrices(stream.values) if turned else stream.values
 
 
 def require_streams(

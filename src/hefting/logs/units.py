@@ -90,7 +90,7 @@ ALIASES = {
         ("s", "sec secs second seconds"),
         ("ms", "msec msecs millis millisecond milliseconds"),
         ("us", "usec usecs micros microsecond microseconds"),
-        ("ns", "nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
+        ("ns", "nanos nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
         ("m", "meter meters metre metres"),
         ("mm", "millimeter millimeters millimetre millimetres"),
         ("cm", "centimeter centimeters centimetre centimetres"),
