@@ -16,7 +16,14 @@ WRONG_SHIFT = 0.5, 1.0
 """Change of mass or first moments, over the half widths of their intervals, from which
 on a suspect gives doubt, and makes the answer wrong."""
 SUSPECTS = frozenset(
-    {"part-contradicts", "torques-delayed", "arm-tilted", "joint-zeros", "torque-gain"}
+    {
+        "part-contradicts",
+        "torques-delayed",
+        "arm-tilted",
+        "joint-zeros",
+        "torque-gain",
+        "weight-contradicts",
+    }
 )
 """Codes of suspects."""
 RIVAL = "torques-of-other-arm"
@@ -50,7 +57,8 @@ def of_suspect(
         return []
     # what the samples leave open has no interval
     shift = float(np.abs(suspect.shift / np.maximum(half, 1e-9))[:4].max())
-    runs = "the loaded runs, not the empty ones," if suspect.loaded else "all runs"
+    alone = "the loaded runs, not the empty ones,", "the empty runs"
+    runs = "all runs" if suspect.loaded is False else alone[suspect.loaded is None]
     say = error if shift > WRONG_SHIFT[1] else warning
     if shift < WRONG_SHIFT[0] and suspect.kind != "part":
         say = note
@@ -136,6 +144,13 @@ def _said(
             f"not level or a cable that pulls: {how}"
         )
         return say("arm-tilted", what, "gravity")
+    if suspect.kind == "weight":
+        what = (
+            f"in {runs} the weight of what is held contradicts its inertia, by some "
+            f"{abs(suspect.shift[0]):.2g} kg: is a payload configured in the controller, "
+            "in some runs alone, or has the arm other lengths than the URDF?"
+        )
+        return say("weight-contradicts", what)
     large = np.flatnonzero(np.abs(theta) > 0.5 * np.abs(theta).max())
     if suspect.kind == "zeros":
         each = (f"{dynamics.names[j]} by {-np.degrees(theta[j]):.1f}°" for j in large)

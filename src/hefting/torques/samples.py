@@ -75,6 +75,11 @@ class TorqueSamples:
     def __getitem__(self, part: slice) -> TorqueSamples:
         return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
 
+    def averaged(self, starts: Indices) -> TorqueSamples:
+        """Averages from each start to the next."""
+        each = (getattr(self, own.name) for own in fields(self))
+        return TorqueSamples(*(averages(values, starts) for values in each))
+
     def delayed(self, by: float) -> TorqueSamples:
         """With torques that came `by` seconds after the motion that they belong to."""
         time = self.time - by
@@ -103,6 +108,12 @@ class TorqueSamples:
             return np.arange(len(self.time))
         number = np.floor((self.time - self.time[0]) * rate + 1e-6)
         return np.flatnonzero(np.diff(number, prepend=-1.0))
+
+
+def averages(values: Array, starts: Indices) -> Array:
+    """Of values (L, ...) from each start to the next."""
+    counts = np.diff(np.append(starts, len(values)))
+    return (np.add.reduceat(values, starts, axis=0).T / counts).T
 
 
 UR_JOINT = "shoulder_pan_joint"
