@@ -182,6 +182,47 @@ def test_gravity_along_another_axis_is_told_by_its_way(gravity):
     assert f"give `gravity`='{gravity[0]:g},0,0'" in said
 
 
+def recorded_under(name: str, gravity: Array) -> LoadedRuns:
+    """An empty and a loaded run of 20 s under gravity (3,), which the URDF does not know."""
+    massive, own = TORQUE_ARMS[name], dynamics(name)
+    robot = TorqueRobot(massive, seed=1)
+    empty, loaded = (
+        samples_of(
+            robot.record(
+                wide_smooth(20.0, 100.0, k, massive.arm), held, 60.0 * k, gravity
+            ),
+            own,
+        )
+        for k, held in enumerate((None, BODY))
+    )
+    return LoadedRuns(own, (loaded,), (empty,))
+
+
+def test_gravity_between_two_axes_is_advised_as_it_is():
+    """Of a base tilted by 45° the nearest axis had been advised."""
+    tilted = 9.80665 * np.array((0.0, np.sqrt(0.5), -np.sqrt(0.5)))
+    case = recorded_under("ur5e", tilted)
+    (said,) = of_rivals(case.dynamics, case.loaded)
+    assert "with gravity turned by 45° " in said
+    text = re.search(r"give `gravity`='(.*?)'", said)
+    assert text is not None
+    given = np.array(Gravity.of(text[1]).vector)
+    assert np.degrees(angle_between(given, tilted)) < 1.0
+
+
+def test_what_a_tilt_changes_is_found_by_the_fit_without_it():
+    """To first order 10° changed the mass by a part of it, and answers 27 % off were
+    *usable with care*."""
+    angle = np.radians(10.0)
+    case = recorded_under(
+        "panda", 9.80665 * np.array((np.sin(angle), 0, -np.cos(angle)))
+    )
+    told = refined(case, found(case))
+    assert told is not None
+    mass = case.fit().common[-10] + told.shift[0]
+    assert abs(mass - BODY.mass) < 0.01 * BODY.mass  # as of right runs
+
+
 def test_what_joints_of_another_sign_do_as_well_is_not_advised_about():
     own, sign = dynamics("ur5e"), np.array((1, -1, 1, 1, 1, 1))
     case = changed(right("ur5e"), lambda r: replace(r, torque=sign * r.torque), True)

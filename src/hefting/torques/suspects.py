@@ -44,7 +44,7 @@ LEAST_EVIDENCE = {
 }
 """Evidence from which on a suspect is believed: of 60 right simulated pairs of runs it was at
 most 7, 10, 48, -8 and -9, but for delays of a filter, which were there; of 48 others by
-another simulator 1, -1, -14, -16 and -24; of weight it was at most 1 of 110."""
+another simulator 1, -1, -14, -16 and -24; of weight of 105 it was at most 6."""
 LEAST_SHARE = 0.1
 """Least share of the payload's weight that is told: gears that give pass for 0.03."""
 REVERSAL = 2
