@@ -337,6 +337,14 @@ def test_a_payload_that_a_controller_knows_in_all_runs_is_a_note():
     assert said.severity == "note"
 
 
+def test_more_weight_than_inertia_in_all_runs_is_no_controllers():
+    """Links 10 % longer show so, which moves the mass by 9 % and the fit by nothing."""
+    for theta, severity in ((0.3, "warning"), (-0.3, "note")):
+        told = Suspect("weight", False, np.array([theta]), 99.0, np.zeros(10))
+        (said,) = of_suspect(dynamics("ur5e"), told, np.ones(10), [])
+        assert said.severity == severity
+
+
 def test_lengths_of_another_arm_are_told_by_weight_beside_inertia(tmp_path):
     """Of 25 %, which put the mass 20 % wrong, and had been *good*."""
     urdf = re.sub(

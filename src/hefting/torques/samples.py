@@ -306,7 +306,7 @@ def held(values: Array, time: Array, may_rest: bool) -> Mask:
     same = (steps == 0.0).all(axis=1)
     found = np.zeros(len(values), dtype=bool)
     # where most are, they are read more often than they are new
-    if not 0.0 < same.mean() < 0.5:
+    if not 0.0 < same.sum() < 0.5 * len(same):
         return found
     usual = STEP[1] * np.percentile(steps[~same], STEP[0], axis=0)
     for begin, end in runs_of(same):
