@@ -1,5 +1,5 @@
-"""Joint angles and torques that stand out alone, of damaged messages, and those that do
-not."""
+"""Joint angles and torques that stand out alone, of damaged messages, or are repeated, as
+none came, and those that do not."""
 
 from dataclasses import replace
 
@@ -12,6 +12,7 @@ from hefting.torques.samples import (
     LARGEST_SHARE,
     TorqueSamples,
     samples_of,
+    without_held,
     without_spikes,
 )
 from torque_runs import dynamics, fitted, runs
@@ -86,7 +87,7 @@ def test_a_brief_acceleration_is_none(rate, share):
 @pytest.mark.parametrize("rows", [1, 2, 3])
 def test_a_few_rows_are_as_they_were(rows):
     given = log(SWING[:rows], SWING[:rows])
-    assert without_spikes(given) is given
+    assert without_held(without_spikes(given)) is given
 
 
 def test_a_joint_of_which_too_many_stand_out_is_left_alone():
@@ -123,3 +124,40 @@ def test_a_run_without_spikes_is_as_it_was():
     run = runs("ur5e", 2).loaded[0]
     given = log(run.position, run.torque)
     assert without_spikes(given) is given
+
+
+@pytest.mark.parametrize(
+    ("stream", "begin", "end"),
+    [
+        ("joint_positions", 1000, 1020),
+        ("joint_positions", 2980, 3000),
+        ("joint_positions", 0, 20),
+        ("joint_torques", 1000, 1200),
+    ],
+)
+def test_rows_that_a_logger_repeats_are_left_out(stream, begin, end):
+    """Angles that stand for 0.1 s in the middle or at the end had put masses 9 to 99 %
+    off, as their jump made all of the motion rough."""
+    values = SWING.copy()
+    values[begin:end] = values[begin]
+    given = log(SWING, SWING)
+    given = replace(given, streams={**given.streams, stream: Stream(TIME, values)})
+    found = without_held(given)
+    kept = (np.arange(len(TIME)) < begin) | (np.arange(len(TIME)) >= end)
+    np.testing.assert_array_equal(found[stream].time, TIME[kept])
+    np.testing.assert_array_equal(found[stream].values, SWING[kept])
+    (said,) = found.warnings
+    assert (said.code, said.severity) == ("joint-held", "note")
+    assert f"{end - begin} of 3000 {stream.replace('_', ' ')}" in said
+
+
+def test_joints_that_rest_or_are_read_seldom_are_not_repeated():
+    """A rest is left as it began, slowly; each of ten readings in a row is one."""
+    rests = np.clip(np.linspace(-1.0, 2.0, 3000), 0.1, 0.9)[:, None] + [0.0, 1.0]
+    between = np.concatenate((rests, rests[::-1]))[1500:4500]
+    seldom = SWING[::10].repeat(10, axis=0)
+    for position in (between, seldom):
+        given = log(position, SWING)
+        assert without_held(given) is given
+    given = log(SWING, seldom)
+    assert without_held(given) is given

@@ -54,6 +54,7 @@ from hefting.torques.samples import (
     TorqueSamples,
     samples_of,
     still_joints,
+    without_held,
     without_spikes,
 )
 from hefting.torques.suspects import Suspects, without_delay
@@ -291,8 +292,8 @@ def _noticed(recordings: Sequence[Recording]) -> list[Message]:
 
 
 def _cleaned(recording: Recording) -> Recording:
-    """Without spikes, and with the time of rows that were lost."""
-    return with_mended_times(without_spikes(recording))
+    """Without spikes and rows that are repeated, and with the time of lost rows."""
+    return without_held(with_mended_times(without_spikes(recording)))
 
 
 def _check_runs(

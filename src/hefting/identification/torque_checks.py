@@ -9,9 +9,10 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, angle_between
 from hefting.core.torque_moments import PAYLOAD, pseudo_inverse_half
 from hefting.identification.checks import mass_undetermined
+from hefting.identification.torque_suspects import give_gravity, levelled
 from hefting.robots.joint_log import angle_doubts
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
@@ -55,6 +56,8 @@ the link's mass [m, m²]."""
 OPPOSED = -0.8
 """Correlation of both below which torques or gravity have another sign: of right runs
 it was at least 0.85."""
+OFF_AXIS = np.radians(15.0)
+"""Angle of gravity from an axis of the base that is no error of the links."""
 CHECKED = 300
 """Samples of a run that are compared with the URDF's arm."""
 
@@ -193,12 +196,20 @@ def of_rivals(
     better = better_rival(dynamics, runs)
     if better is None:
         return []
-    words, fix, times = better
+    rival, times = better
+    words, fix, argument = rival.words, "put the log right", None
+    if rival.dynamics is not dynamics:
+        g, argument = rival.dynamics.gravity, "gravity"
+        found = levelled(LoadedRuns(rival.dynamics, (), tuple(runs)))
+        if angle_between(g, found) > OFF_AXIS:
+            turned = np.degrees(angle_between(dynamics.gravity, found))
+            g, words = found.round(3), f"with gravity turned by {turned:.0f}°"
+        fix = give_gravity(g)
     what = (
         f"the torques are explained far better {words} (residuals up to {times:.1f} "
-        f"times smaller): {fix or 'put the log right'}"
+        f"times smaller): {fix}"
     )
-    return [error("torques-of-other-arm", what, "gravity" if fix else None)]
+    return [error("torques-of-other-arm", what, argument)]
 
 
 def of_arm(

@@ -8,6 +8,7 @@ import numpy as np
 
 from hefting.core.messages import Message, codes, error, note, warning
 from hefting.core.spatial import Array, angle_between
+from hefting.core.torque_moments import PAYLOAD
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.runs import LoadedRuns
 from hefting.torques.suspects import Suspect, Suspects
@@ -16,7 +17,14 @@ WRONG_SHIFT = 0.5, 1.0
 """Change of mass or first moments, over the half widths of their intervals, from which
 on a suspect gives doubt, and makes the answer wrong."""
 SUSPECTS = frozenset(
-    {"part-contradicts", "torques-delayed", "arm-tilted", "joint-zeros", "torque-gain"}
+    {
+        "part-contradicts",
+        "torques-delayed",
+        "arm-tilted",
+        "joint-zeros",
+        "torque-gain",
+        "weight-contradicts",
+    }
 )
 """Codes of suspects."""
 RIVAL = "torques-of-other-arm"
@@ -50,9 +58,12 @@ def of_suspect(
         return []
     # what the samples leave open has no interval
     shift = float(np.abs(suspect.shift / np.maximum(half, 1e-9))[:4].max())
-    runs = "the loaded runs, not the empty ones," if suspect.loaded else "all runs"
+    alone = "the loaded runs, not the empty ones,", "the empty runs"
+    runs = "all runs" if suspect.loaded is False else alone[suspect.loaded is None]
     say = error if shift > WRONG_SHIFT[1] else warning
-    if shift < WRONG_SHIFT[0] and suspect.kind != "part":
+    # a controller takes weight out; more of it are other lengths
+    more = suspect.kind == "weight" and suspect.theta[0] > 0.0
+    if shift < WRONG_SHIFT[0] and not (suspect.kind == "part" or more):
         say = note
     return [_said(say, suspect, dynamics, runs, sources, calibrated)]
 
@@ -125,23 +136,30 @@ def _said(
         what = f"torques of {runs} come late, but by no one time: record by one clock"
         return say("torques-delayed", what)
     if suspect.kind == "tilt":
-        g = dynamics.gravity + theta
-        g *= np.linalg.norm(dynamics.gravity) / np.linalg.norm(g)
+        g = _turned(dynamics.gravity, theta)
         angle = np.degrees(angle_between(dynamics.gravity, g))
         how = "level the base, free the cable, or record an empty run like it"
         if not (suspect.loaded or calibrated):
-            how = f"give `gravity`='{','.join(f'{x:.4g}' for x in g.round(3) + 0.0)}'"
+            how = give_gravity(g.round(3))
         what = (
             f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
             f"not level or a cable that pulls: {how}"
         )
         return say("arm-tilted", what, "gravity")
+    if suspect.kind == "weight":
+        more = "more" if theta[0] > 0.0 else "less"
+        what = (
+            f"in {runs} what is held weighs {more} than its inertia says: is a payload "
+            "configured in the controller, in some runs alone, or has the arm other "
+            "lengths than the URDF?"
+        )
+        return say("weight-contradicts", what)
     large = np.flatnonzero(np.abs(theta) > 0.5 * np.abs(theta).max())
     if suspect.kind == "zeros":
         each = (f"{dynamics.names[j]} by {-np.degrees(theta[j]):.1f}°" for j in large)
         what = (
             f"in {runs} joint angles seem to be too large, {', '.join(each)}: check "
-            "their zeros"
+            "their zeros; gears that give look alike"
         )
         return say("joint-zeros", what)
     each = (f"{dynamics.names[j]} {1.0 + theta[j]:.3g}" for j in large)
@@ -152,6 +170,23 @@ def _said(
     return say("torque-gain", what, "torque_gains")
 
 
+def _turned(gravity: Array, theta: Array) -> Array:
+    """(3,) gravity changed by a tilt `theta` (3,), of the same size [m/s²]."""
+    g = gravity + theta
+    return g * (np.linalg.norm(gravity) / np.linalg.norm(g))
+
+
+def give_gravity(gravity: Array) -> str:
+    """What to do where it is `gravity` (3,)."""
+    return f"give `gravity`='{','.join(f'{x:.6g}' for x in gravity + 0.0)}'"
+
+
+def levelled(runs: LoadedRuns) -> Array:
+    """(3,) gravity that leaves no tilt in all runs [m/s²]."""
+    none = Suspect("tilt", False, np.zeros(3), 0.0, np.zeros(PAYLOAD))
+    return _turned(runs.dynamics.gravity, _stepped(runs, none).theta)
+
+
 def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
     """A tilt in all runs, or zeros, by as many steps as leave none; another suspect, or
     one beside a calibration, as it is."""
@@ -159,12 +194,21 @@ def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
         return suspect
     if suspect.kind != "zeros" and (suspect.kind != "tilt" or suspect.loaded):
         return suspect
+    return _stepped(runs, suspect)
+
+
+def _stepped(runs: LoadedRuns, suspect: Suspect) -> Suspect:
+    """The payload changes by as much as its fit does, of which the first step falls
+    short, too."""
     alike = (suspect.kind, suspect.loaded)
+    before = runs.fit().common[-PAYLOAD:]
     for _ in range(MOST_STEPS):
         there = _without(runs, suspect)
-        tried = Suspects(there, there.fit()).all()
+        left = there.fit()
+        tried = Suspects(there, left).all()
         more = next(each for each in tried if (each.kind, each.loaded) == alike).theta
-        suspect = replace(suspect, theta=suspect.theta + more)
+        shift = left.common[-PAYLOAD:] - before
+        suspect = replace(suspect, theta=suspect.theta + more, shift=shift)
         if np.abs(more).max() < SMALL_STEP * np.abs(suspect.theta).max():
             break
     return suspect
@@ -173,9 +217,7 @@ def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
 def _without(runs: LoadedRuns, suspect: Suspect) -> LoadedRuns:
     """The runs without a tilt, or with the zeros put right."""
     if suspect.kind == "tilt":
-        given = runs.dynamics.gravity
-        turned = given + suspect.theta
-        turned *= np.linalg.norm(given) / np.linalg.norm(turned)
+        turned = _turned(runs.dynamics.gravity, suspect.theta)
         return replace(runs, dynamics=runs.dynamics.under(turned))
     loaded, empty = (
         tuple(replace(run, position=run.position + suspect.theta) for run in each)

@@ -28,7 +28,7 @@ from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD, TorqueMoments, merged
 from hefting.torques.dynamics import JointDynamics
-from hefting.torques.samples import STICTION_SPEED, TorqueSamples
+from hefting.torques.samples import STICTION_SPEED, TorqueSamples, averages
 
 OWN = (
     "offset",
@@ -171,14 +171,10 @@ def _averages(
     chosen = samples[int(edges[0]) : int(edges[-1])]
     values, published = columns(dynamics, chosen, loaded, arm_known)
     found = values, published, chosen.time, chosen.velocity
-    counts = np.diff(edges)
-    if (counts == 1).all():
+    if (np.diff(edges) == 1).all():
         return found
     starts = edges[:-1] - edges[0]
-    sums = (np.add.reduceat(each, starts, axis=0) for each in found)
-    values, published, time, velocity = (
-        each / counts.reshape(-1, *(1,) * (each.ndim - 1)) for each in sums
-    )
+    values, published, time, velocity = (averages(each, starts) for each in found)
     return values, published, time, velocity
 
 

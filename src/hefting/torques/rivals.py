@@ -50,23 +50,17 @@ class Rival:
     """(K, n, c) as of `Rows`"""
     used: Mask
     """(K, n) which of them count"""
-    fix: str = ""
-    """what to do, where it is not to put the log right"""
 
     @classmethod
     def of(
-        cls,
-        words: str,
-        dynamics: JointDynamics,
-        runs: Sequence[TorqueSamples],
-        fix: str = "",
+        cls, words: str, dynamics: JointDynamics, runs: Sequence[TorqueSamples]
     ) -> Self:
         """Of runs that are put right."""
         load = Load.published(dynamics)
         rows = [Rows.of(dynamics, own, False).under(dynamics, load) for own in runs]
         used = np.concatenate([each.used for each in rows])
         values = np.concatenate([each.values for each in rows])
-        return cls(words, dynamics, values, used, fix)
+        return cls(words, dynamics, values, used)
 
     @property
     def residuals(self) -> tuple[Array, Array]:
@@ -96,10 +90,9 @@ class Rival:
 
 def better_rival(
     dynamics: JointDynamics, runs: Sequence[TorqueSamples]
-) -> tuple[str, str, float] | None:
-    """The mistake without which the torques are explained best, what to do where that is
-    not to put the log right, and by how much smaller the residuals of some joint then
-    are; None where none explains them far better."""
+) -> tuple[Rival, float] | None:
+    """The mistake without which the torques are explained best, and by how much smaller
+    the residuals of some joint then are; None where none explains them far better."""
     step = max(1, sum(len(run.time) for run in runs) // SAMPLES)
     runs = [run[::step] for run in runs]
     own = Rival.of("", dynamics, runs)
@@ -111,7 +104,7 @@ def better_rival(
     _, left, best = found[int(np.argmax(gains))]
     if not max(gains) > 1.0:
         return None
-    return best.words, best.fix, float(np.nanmax(before / left))
+    return best, float(np.nanmax(before / left))
 
 
 def _rivals(own: Rival, runs: Sequence[TorqueSamples], left: Array) -> Iterator[Rival]:
@@ -134,8 +127,7 @@ def _rivals(own: Rival, runs: Sequence[TorqueSamples], left: Array) -> Iterator[
         if abs(g @ gravity) < 0.5 * (g @ g):
             words = f"with gravity along the {axis} axis of the base"
             g = g * _way(dynamics.under(g), runs)
-            fix = f"give `gravity`='{','.join(f'{x:.6g}' for x in g + 0.0)}'"
-            yield Rival.of(words, dynamics.under(g), runs, fix)
+            yield Rival.of(words, dynamics.under(g), runs)
 
 
 def _way(dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> float:

@@ -7,7 +7,7 @@ much between the runs is said by the standard deviations of two nuisances that t
 loaded samples alone have.
 
 How friction grows with the load depends on the torques of the rigid bodies, which are
-sought. So the rows are folded twice: first with the published arm's, then with those
+sought. So the rows are folded some times: first with the published arm's, then with those
 that were found.
 """
 
@@ -46,6 +46,8 @@ FRICTION_BY_LOAD = 0.03
 gears some percent."""
 NO_CHANGE = 1e-3
 """The same where there is none."""
+LOAD_PASSES = 3
+"""Times the torques of the rigid bodies, by which friction grows, are sought."""
 PUBLISHED_ERROR = 0.5
 """Standard deviation of the arm's base parameters from the published ones, over their
 size: where the samples do not tell them better."""
@@ -67,8 +69,10 @@ class EmptyRuns:
     def of(cls, dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> EmptyRuns:
         """Of one or more runs."""
         rows = _rows(dynamics, (), runs, False)
-        found = fit(_folded(dynamics, rows, Load.published(dynamics)), drifting)
-        load = Load(_arm_of(dynamics, found), np.zeros(PAYLOAD))
+        load = Load.published(dynamics)
+        for _ in range(LOAD_PASSES):
+            found = fit(_folded(dynamics, rows, load), drifting)
+            load = Load(_arm_of(dynamics, found), np.zeros(PAYLOAD))
         digests = tuple(run.digest for run in runs)
         return cls(_folded(dynamics, rows, load), load, digests)
 
@@ -106,12 +110,9 @@ class LoadedRuns:
         load = Load.published(self.dynamics) if known is None else known.load
         prior = drifting if self.drift else steady
         rows = _rows(self.dynamics, self.loaded, self.empty, self.arm_known)
-        first = fit(self._scales(rows, load), prior)
-        payload = _payload_of(first)
-        arm = load.arm
-        if not self.arm_known and known is None:
-            arm = _arm_of(self.dynamics, first)
-        scales = self._scales(rows, Load(arm, payload))
+        for _ in range(LOAD_PASSES):
+            load = loads_of(self, fit(self._scales(rows, load), prior))
+        scales = self._scales(rows, load)
         found = fit(scales, prior)
         if self.drift and found.changes > LARGEST_CHANGE:
             wider = found.changes * np.array((OFFSET_CHANGE, FRICTION_CHANGE))

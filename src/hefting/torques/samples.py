@@ -14,7 +14,7 @@ from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream, column_names
-from hefting.core.spatial import Array, Indices, Mask, median
+from hefting.core.spatial import Array, Indices, Mask, median, runs_of
 from hefting.motion.curve import Curve
 from hefting.robots.joint_log import named_columns
 from hefting.torques.dynamics import JointDynamics
@@ -75,6 +75,11 @@ class TorqueSamples:
     def __getitem__(self, part: slice) -> TorqueSamples:
         return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
 
+    def averaged(self, starts: Indices) -> TorqueSamples:
+        """Averages from each start to the next."""
+        each = (getattr(self, own.name) for own in fields(self))
+        return TorqueSamples(*(averages(values, starts) for values in each))
+
     def delayed(self, by: float) -> TorqueSamples:
         """With torques that came `by` seconds after the motion that they belong to."""
         time = self.time - by
@@ -103,6 +108,12 @@ class TorqueSamples:
             return np.arange(len(self.time))
         number = np.floor((self.time - self.time[0]) * rate + 1e-6)
         return np.flatnonzero(np.diff(number, prepend=-1.0))
+
+
+def averages(values: Array, starts: Indices) -> Array:
+    """Of values (L, ...) from each start to the next."""
+    counts = np.diff(np.append(starts, len(values)))
+    return (np.add.reduceat(values, starts, axis=0).T / counts).T
 
 
 UR_JOINT = "shoulder_pan_joint"
@@ -268,3 +279,39 @@ def spikes(values: Array, many: int, least: Array | float) -> tuple[Array, Mask]
     steps = np.percentile(np.abs(np.diff(values, axis=0)), STEP[0], axis=0)
     found = apart > np.maximum(SPIKE * noise, np.maximum(STEP[1] * steps, least))
     return usual, found & (found.mean(axis=0) <= LARGEST_SHARE)
+
+
+def without_held(recording: Recording) -> Recording:
+    """The same without rows of the joints' streams that a logger repeated, as no message
+    came, and a note about how many there were."""
+    streams, said = dict(recording.streams), list[str]()
+    for name in filter(recording.has, STREAMS):
+        values, time = streams[name].values, streams[name].time
+        found = held(values, time, name == "joint_positions")
+        if found.any():
+            said.append(f"{found.sum()} of {len(time)} {name.replace('_', ' ')}")
+            streams[name] = Stream(time[~found], values[~found])
+    if not said:
+        return recording
+    what = f"{recording.source}: {' and '.join(said)} repeat what is before: left out"
+    messages = (*recording.warnings, note("joint-held", what))
+    return replace(recording, streams=streams, warnings=messages)
+
+
+def held(values: Array, time: Array, may_rest: bool) -> Mask:
+    """(K,) rows of `values` (K, n) that are alike for longer than `LONGEST`; of
+    joints, which `may_rest`, where they jump then, and at the ends, where rest tells
+    nothing."""
+    steps = np.abs(np.diff(values, axis=0))
+    same = (steps == 0.0).all(axis=1)
+    found = np.zeros(len(values), dtype=bool)
+    # where most are, they are read more often than they are new
+    if not 0.0 < same.sum() < 0.5 * len(same):
+        return found
+    usual = STEP[1] * np.percentile(steps[~same], STEP[0], axis=0)
+    for begin, end in runs_of(same):
+        at_end = begin == 0 or end == len(steps)
+        told = not may_rest or at_end or bool((steps[end] > usual).any())
+        if told and time[end] - time[begin] > LONGEST:
+            found[begin : end + 1] = True
+    return found & (found.mean() <= LARGEST_SHARE)

@@ -3,17 +3,16 @@ beside the fit of all runs.
 
 To first order a mistake adds X theta to the torques: a delay by theta the negative rate
 of what the model predicts, a tilted base what gravity along its axes does, a joint's
-zero what the torques change by with its angle, a gain the prediction itself, and another
-object in a part of the run its ten columns there. With the residuals r of the fit, and
-what arm, payload and nuisances cannot explain of X, theta follows by least squares; and
-so do what is left of r, and by how much the payload would then be another. All rows are
-averages over `INTERVAL`, as the mistakes are slower than that.
+zero what the torques change by with its angle, a gain the prediction itself, a payload
+that the controller takes out its weight, and another object in a part of the run its
+ten columns there. With the residuals r of the fit, and what arm, payload and nuisances
+cannot explain of X, theta follows by least squares; and so do what is left of r, and by
+how much the payload would then be another. All rows are averages over `INTERVAL`.
 
 Long delays are beyond the first order: they are tried one by one.
 """
 
 from collections.abc import Iterable, Iterator
-from dataclasses import fields
 from functools import cached_property
 
 import numpy as np
@@ -21,16 +20,16 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, Mask
 from hefting.core.torque_moments import PAYLOAD
-from hefting.torques.equations import OWN, RATE, Load, Rows, columns
+from hefting.torques.equations import FRICTION_BY_LOAD, OWN, RATE, Load, Rows, columns
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns, loads_of
-from hefting.torques.samples import STICTION_SPEED, TorqueSamples
+from hefting.torques.samples import STICTION_SPEED, TorqueSamples, averages
 
 INTERVAL = 0.1
 """[s] over which samples are averaged."""
 PARTS = 10
 """Parts of a run, of which any that follow one another may hold another object."""
-USUAL = {"delay": 0.1, "tilt": 0.1, "gains": 0.1, "zeros": 0.05}
+USUAL = {"delay": 0.1, "tilt": 0.1, "gains": 0.1, "zeros": 0.05, "weight": 0.5}
 """Standard deviations [s, rad or one] that keep what the runs do not tell small, as a
 gain that all joints share."""
 FEWEST_ROWS = 5
@@ -40,11 +39,14 @@ LEAST_EVIDENCE = {
     "tilt": 45.0,
     "gains": 60.0,
     "zeros": 30.0,
+    "weight": 15.0,
     "part": 30.0,
 }
 """Evidence from which on a suspect is believed: of 60 right simulated pairs of runs it was at
 most 7, 10, 48, -8 and -9, but for delays of a filter, which were there; of 48 others by
-another simulator 1, -1, -14, -16 and -24."""
+another simulator 1, -1, -14, -16 and -24; of weight of 105 it was at most 6."""
+LEAST_SHARE = 0.1
+"""Least share of the payload's weight that is told: gears that give pass for 0.03."""
 REVERSAL = 2
 """Averages beside a joint's turning back that tell nothing of a short delay."""
 DELAYS = np.linspace(-0.3, 0.3, 31), np.linspace(-0.02, 0.02, 11)
@@ -63,13 +65,14 @@ class Suspect:
     """A mistake, fitted."""
 
     kind: str
-    """``"delay"``, ``"tilt"``, ``"gains"``, ``"zeros"`` or ``"part"``"""
-    loaded: bool
-    """whether it is in the runs with the payload alone"""
+    """``"delay"``, ``"tilt"``, ``"gains"``, ``"zeros"``, ``"weight"`` or ``"part"``"""
+    loaded: bool | None
+    """whether it is in the runs with the payload alone; None in those without alone"""
     theta: Array
     """(k,) of a delay seconds by which torques come later, of a tilt the change of
     gravity [m/s²], of zeros what angles are too small by [rad], of gains what torques
-    are too large by, of one; of a part the ten parameters of what is more there"""
+    are too large by, and of weight what is more there, of one; of a part the ten
+    parameters of what is more there"""
     evidence: float
     """Logarithm of the likelihood that it adds, less that of chance (BIC)"""
     shift: Array
@@ -91,7 +94,7 @@ def without_delay(
         if suspect is None or suspect.kind != "delay" or len(delays) == MOST_DELAYS:
             return runs, found, delays, suspect
         delays.append(suspect)
-        runs = runs.delayed(float(suspect.theta[0]), suspect.loaded)
+        runs = runs.delayed(float(suspect.theta[0]), bool(suspect.loaded))
 
 
 @immutable
@@ -122,7 +125,7 @@ class _Run:
         raw, many = self.raw, len(self.raw.time)
         steps = round(by / raw.interval)
         torque = raw.torque[np.clip(np.arange(many) + steps, 0, many - 1)]
-        change = _averages(torque - raw.torque, self.starts)
+        change = averages(torque - raw.torque, self.starts)
         return self.columns[..., -1:] + change[..., None]
 
     @cached_property
@@ -152,7 +155,7 @@ class Suspects:
             *((own, True) for own in runs.loaded),
             *((own, False) for own in runs.empty),
         ):
-            few = averaged(samples)
+            few = samples.averaged(samples.bins(1.0 / INTERVAL))
             used = np.abs(few.velocity) >= STICTION_SPEED
             values, published = columns(runs.dynamics, few, loaded, runs.arm_known)
             rows = Rows(
@@ -235,7 +238,11 @@ class Suspects:
             np.vstack((beside, prior)), np.append(left, np.zeros(len(prior)))
         )[0]
         theta = np.asarray(found, dtype=float)
-        evidence = _evidence(left, left - beside @ theta, len(rows), len(theta))
+        both = np.stack((left, left - beside @ theta))
+        # friction by load that is more than usual is no mistake
+        priors = slice(len(rows), len(rows) + self.fit.prior.size)
+        both[:, priors][:, FRICTION_BY_LOAD :: len(OWN)] = 0.0
+        evidence = _evidence(both[0], both[1], len(rows), len(theta))
         shift = -(back @ inside @ theta)[-PAYLOAD:]
         return theta, evidence, np.asarray(shift, dtype=float)
 
@@ -283,20 +290,23 @@ class Suspects:
         if self.runs.arm_known or rows < FEWEST_ROWS * unknown:
             return None
         told = (x for x in self.all() if x.evidence > LEAST_EVIDENCE[x.kind])
+        told = (x for x in told if x.kind != "weight" or abs(x.theta[0]) > LEAST_SHARE)
         return max(told, key=lambda each: each.evidence, default=None)
 
     def all(self) -> Iterator[Suspect]:
         """Each suspect, fitted."""
         kinds = {"delay": self._short_delay, "tilt": self._tilt, "gains": self._gains}
-        kinds["zeros"] = self._zeros
+        kinds["zeros"], kinds["weight"] = self._zeros, self._weight
         others = self.runs.empty or self.runs.calibration
         in_which = (False, True) if self.runs.loaded and others else (False,)
         yield from map(self._long_delay, in_which)
         for kind, of in kinds.items():
             rows = [of(i) for i in range(len(self.parts))]
-            for loaded in in_which:
+            for loaded in (*in_which, None) if kind == "weight" else in_which:
                 pairs = zip(rows, self.parts, strict=True)
-                X = self.stacked(x * (r.loaded or not loaded) for x, r in pairs)
+                X = self.stacked(
+                    x * (loaded is False or r.loaded == bool(loaded)) for x, r in pairs
+                )
                 theta, evidence, shift = self.tried(X, USUAL[kind])
                 if kind == "tilt":
                     theta = theta @ self._across
@@ -351,6 +361,12 @@ class Suspects:
         each = [self._rigid(i, a) - self._rigid(i, -a) for a in turned]
         return np.stack(each, axis=-1) / (2.0 * ANGLE)
 
+    def _weight(self, i: int) -> Array:
+        """What the payload's weight alone needs."""
+        q, dynamics = self.parts[i].samples.position, self.runs.dynamics
+        W = dynamics.regressor(q, 0.0 * q, 0.0 * q)[..., -PAYLOAD:]
+        return (W @ dynamics.payload @ self.load.payload)[..., None]
+
     def _parts(self, i: int) -> Iterator[Suspect]:
         """Another object in any stretch of whole parts of run `i`; in all of it only
         beside another loaded run."""
@@ -368,7 +384,6 @@ class Suspects:
                 each[i] = Y * part
                 X = self.stacked(each)
                 theta, evidence, shift = self.tried(X, TYPICAL_PAYLOAD)
-                # seconds of the run; none where the part begins or ends it
                 first, last = (
                     float(time[edges[k] - (k == b)] - time[0]) for k in (a, b)
                 )
@@ -383,16 +398,3 @@ def _evidence(before: Array, after: Array, rows: int, unknown: int) -> float:
     alike = float(after[1:rows] @ after[: rows - 1]) / now
     many = rows * (1.0 - alike) / (1.0 + alike) if alike > 0.0 else rows
     return float(0.5 * many * np.log(square / now) - 0.5 * unknown * np.log(many))
-
-
-def averaged(samples: TorqueSamples) -> TorqueSamples:
-    """Averages over `INTERVAL`."""
-    starts = samples.bins(1.0 / INTERVAL)
-    each = (getattr(samples, own.name) for own in fields(samples))
-    return TorqueSamples(*(_averages(values, starts) for values in each))
-
-
-def _averages(values: Array, starts: Indices) -> Array:
-    """Of values (L, ...) from each start to the next."""
-    counts = np.diff(np.append(starts, len(values)))
-    return (np.add.reduceat(values, starts, axis=0).T / counts).T
