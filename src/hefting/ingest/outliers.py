@@ -226,7 +226,7 @@ def _spread(values: Array, least: Array) -> Array:
         np.count_nonzero(sizes <= smallest[:, None], axis=1) > sizes.shape[1] / 2
     ).all():
         return least
-    return np.maximum(np.median(sizes, axis=1), least)
+    return np.maximum([median(each) for each in sizes], least)
 
 
 def _length(values: Array, scale: Array) -> Array:
