@@ -169,10 +169,8 @@ class Curve:
         if len(time) > CHECKED_STRETCH * CHECKED_STRETCHES:
             chosen = _stretches(len(time)).ravel()
             time, values = time[chosen], values[chosen]
-        index, u, covered = self.knots.locate(time)
-        neighbours = self.coefficients.T[:, index + np.arange(SUPPORT)[:, None]]
-        fitted = np.einsum("jl,djl->ld", basis(u), neighbours)
-        return (values - fitted)[covered]
+        residual = values - self.derivatives(time, (0,))[0].T
+        return residual[np.isfinite(residual[:, 0])]
 
     @classmethod
     def _fit_locally(
