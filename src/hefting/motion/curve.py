@@ -239,10 +239,16 @@ class Curve:
         for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
             part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
             index, u, covered = self.knots.locate(at[part])
-            std[:2, part] = np.sqrt(self._variances(index, u))
+            std[:2, part] = np.sqrt(self._variances(index, u, (1, 2)))
             std[2, part] = self._jump_spread(index, u)
             std[:, part][:, ~covered] = np.inf
         return std
+
+    def lasting_variance(self, at: Array) -> Array:
+        """(L,) error variance of the second derivative at times (L,) [s], without that
+        at jumps; infinite outside the segments."""
+        index, u, covered = self.knots.locate(at)
+        return np.where(covered, self._variances(index, u, (2,))[0], np.inf)
 
     def _neighbours(self, index: Integers) -> Array:
         """(d, 6, L) coefficients in effect, by the index (L,) of the first of them."""
@@ -263,19 +269,17 @@ class Curve:
         jump_time = self.local.jump_time[index + SUPPORT // 2 - 1]
         return jump_time * np.sqrt(np.sum(third**2, axis=0) / 3.0)
 
-    def _variances(self, index: Integers, u: Array) -> Array:
-        """(2, L) variances of the first and the second derivative."""
-        variances = np.zeros((2, len(index)))
-        both = np.stack([basis(u, k) / self.knots.h**k for k in (1, 2)])
+    def _variances(self, index: Integers, u: Array, orders: tuple[int, ...]) -> Array:
+        """(n, L) variances of the derivatives of n orders."""
+        variances = np.zeros((len(orders), len(index)))
+        rows = np.stack([basis(u, k) / self.knots.h**k for k in orders])
         for a in range(SUPPORT):
             for b in range(a, SUPPORT):
                 covariance = self.covariance[b - a].take(index + a)
                 if a != b:
                     covariance *= 2.0
-                variances += covariance * both[:, a] * both[:, b]
+                variances += covariance * rows[:, a] * rows[:, b]
         if self.local is None and self.smoothness.order == max(ORDERS):
-            for k in (1, 2):
-                variances[k - 1] *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (
-                    2 * max(ORDERS)
-                )
+            for k, variance in zip(orders, variances, strict=True):
+                variance *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (2 * max(ORDERS))
         return np.maximum(variances, 0.0)
