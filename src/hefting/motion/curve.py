@@ -273,12 +273,15 @@ class Curve:
         """(n, L) variances of the derivatives of n orders."""
         variances = np.zeros((len(orders), len(index)))
         rows = np.stack([basis(u, k) / self.knots.h**k for k in orders])
-        for a in range(SUPPORT):
-            for b in range(a, SUPPORT):
-                covariance = self.covariance[b - a].take(index + a)
-                if a != b:
-                    covariance *= 2.0
-                variances += covariance * rows[:, a] * rows[:, b]
+        for band, covariance in enumerate(self.covariance):
+            first = index + np.arange(SUPPORT - band)[:, None]
+            part = np.einsum(
+                "jl,njl,njl->nl",
+                covariance.take(first),
+                rows[:, : SUPPORT - band],
+                rows[:, band:],
+            )
+            variances += 2.0 * part if band else part
         if self.local is None and self.smoothness.order == max(ORDERS):
             for k, variance in zip(orders, variances, strict=True):
                 variance *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (2 * max(ORDERS))
