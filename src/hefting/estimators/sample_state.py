@@ -80,7 +80,6 @@ class SampleState:
                 self.reduced.fold_features(x, time), self.full, samples, record
             )
         w = np.asarray(weight, dtype=float)
-        # that of a single sample without the time of a reduction
         ends = (w.item(),) if w.size == 1 else (w.min(initial=0.0), w.max(initial=0.0))
         if w.shape not in ((), time.shape) or not 0.0 <= min(ends) <= max(ends) <= 1.0:
             raise InputError(

@@ -36,8 +36,8 @@ CLEAR_LOG_LIKELIHOOD_RATIO = 25.0
 """Logarithm of the likelihood ratio at which the best offset is taken over all distant
 ones. It is far larger than for white noise, to allow for coloured noise."""
 ALIKE = 2.0
-"""The same below which an offset is about as likely as the one beside it: the search
-starts from that nearer to zero, where most clocks are, which takes it fewer steps."""
+"""The same below which a search starts from the next offset towards zero, where most
+clocks are: it takes fewer steps."""
 LARGEST_OFFSET_SHARE = 0.15
 """Largest clock offset looked for, as a share of the recording's duration."""
 SCANNED_BLOCKS = 200
@@ -116,7 +116,7 @@ def _fit_at_offsets(
     gravity_only: bool = False,
 ) -> tuple[Start, RobustRows]:
     """Robust least squares at each of the offsets (O,) [s], by iterative reweighting
-    with Student t weights; and the start by the one of `_to_start_from`.
+    with Student t weights; and the most likely of them.
 
     With `gravity_only` the motion is gravity, from the orientation, alone: it changes
     slowly enough for a coarse grid.
@@ -140,8 +140,8 @@ def _fit_at_offsets(
 
 
 def _to_start_from(fits: RobustRows, offsets: Array, samples: int) -> int:
-    """Index of the best of the offsets (O,) of a grid about zero [s], or of the next one
-    towards zero where that is about as likely by so many samples."""
+    """Index of the most likely of the offsets (O,) of a grid about zero, or of the next
+    towards zero."""
     best = fits.best
     nearer = best - int(np.sign(offsets[best]))
     lost = samples * float(fits.likelihood[best] - fits.likelihood[nearer])

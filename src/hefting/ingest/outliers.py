@@ -140,9 +140,7 @@ def _imperfection(
     time: Array, predicted: Array, cell: Indices, changes: Array
 ) -> Array:
     """(C, 2) error of a good sensor in force [N] and torque [N m] in each cell."""
-    # a channel after the other: in half the time
-    rate = np.gradient(np.ascontiguousarray(predicted.T), time, axis=1).T
-    square = squared_lengths(rate)
+    square = squared_lengths(np.gradient(predicted.T.copy(), time, axis=1).T)
     mean = (
         np.column_stack([np.bincount(cell, column) for column in square.T])
         / np.bincount(cell)[:, None]
@@ -220,11 +218,9 @@ def _spread(values: Array, least: Array) -> Array:
         return least
     values = values[:: -(-len(values) // ROWS_FOR_MEDIAN)]
     sizes = 1.4826 * np.abs(values.reshape(-1, 2, 3)).transpose(1, 0, 2).reshape(2, -1)
-    # most are below it, so that no median need be found
-    smallest = least.reshape(-1, 2).min(axis=0)
-    if (
-        np.count_nonzero(sizes <= smallest[:, None], axis=1) > sizes.shape[1] / 2
-    ).all():
+    # where most are below it no median need be found
+    below = sizes <= least.reshape(-1, 2).min(axis=0)[:, None]
+    if 2 * np.count_nonzero(below, axis=1).min() > sizes.shape[1]:
         return least
     return np.maximum([median(each) for each in sizes], least)
 

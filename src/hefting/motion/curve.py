@@ -235,14 +235,10 @@ class Curve:
         """(3, L) standard deviations of the first and the second derivative at times
         (L,) [s], and the one that jumps add to the second; infinite outside the
         segments."""
-        std = np.empty((3, len(at)))
-        for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
-            part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
-            index, u, covered = self.knots.locate(at[part])
-            std[:2, part] = np.sqrt(self._variances(index, u, (1, 2)))
-            std[2, part] = self._jump_spread(index, u)
-            std[:, part][:, ~covered] = np.inf
-        return std
+        index, u, covered = self.knots.locate(at)
+        std = np.sqrt(self._variances(index, u, (1, 2)))
+        std = np.vstack((std, self._jump_spread(index, u)))
+        return np.where(covered, std, np.inf)
 
     def lasting_variance(self, at: Array) -> Array:
         """(L,) error variance of the second derivative at times (L,) [s], without that

@@ -156,8 +156,7 @@ class Case:
             name: getattr(self, name)[::nth] for name in ("time", "wrench", "worth")
         }
         other = replace(self, **parts)
-        # the same of all, and as long to find as a mistake
-        vars(other)["coloured"] = self.coloured
+        vars(other)["coloured"] = self.coloured  # the same of all
         return other
 
     def with_drift(self, knots: int) -> "Case":
