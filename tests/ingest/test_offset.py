@@ -1,13 +1,15 @@
 """The coarse scan of clock offsets: near the truth past whatever disturbs a recording,
 as the fit begins there."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from disturbances import GRAVITY, NOISE, SCALE, disturbed, with_wrench
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.model import Problem, _extrapolate
-from hefting.ingest.offset import scan_offsets
+from hefting.ingest.offset import ALIKE, _to_start_from, scan_offsets
 from hefting.ingest.path import Reading, path_of
 
 
@@ -67,3 +69,20 @@ def test_a_reading_is_continued_by_its_taylor_series():
     values, rates = _extrapolate(reading, at, np.full(len(rows), 4e-6))
     np.testing.assert_allclose(values, motion(at) + c * 4e-6, rtol=1e-12, atol=1e-12)
     np.testing.assert_allclose(rates, b + 2.0 * c * at[:, None], rtol=1e-12)
+
+
+@pytest.mark.parametrize("side", [1.0, -1.0])
+def test_the_search_starts_nearer_to_zero_where_that_is_as_likely(side):
+    offsets, samples = 0.02 * np.arange(-3.0, 4.0), 100
+    for lost, start in ((0.5, 0.02), (1.5, 0.04)):
+        likelihood = np.full(7, -9.0)
+        likelihood[3 + int(2 * side)] = 0.0
+        likelihood[3 + int(side)] = -lost * ALIKE / samples
+        likelihood[3] = 0.0  # nor further, as another maximum may be there
+        fits = SimpleNamespace(likelihood=likelihood, best=3 + int(2 * side))
+        found = _to_start_from(fits, offsets, samples)
+        assert offsets[found] == pytest.approx(side * start)
+    likelihood[3] = 1.0
+    assert (
+        _to_start_from(SimpleNamespace(likelihood=likelihood, best=3), offsets, 9) == 3
+    )

@@ -130,14 +130,19 @@ def test_averages_are_over_the_cells_about_each_by_their_weights():
 
 
 def test_spreads_are_those_of_normal_numbers():
-    """1.4826 times the median size, of force and torque; of many a part will do."""
+    """1.4826 times the median size, of force and torque, or the least where that is
+    larger; of many a part will do."""
     rng = np.random.default_rng(2)
     values = rng.normal(size=(50_001, 6)) * np.repeat((2.0, 0.1), 3)
-    np.testing.assert_allclose(_spread(values), (2.0, 0.1), rtol=0.02)
+    np.testing.assert_allclose(_spread(values, np.zeros(2)), (2.0, 0.1), rtol=0.02)
     few = values[:99]
     expected = 1.4826 * np.median(np.abs(few.reshape(-1, 2, 3)), axis=(0, 2))
-    np.testing.assert_allclose(_spread(few), expected)
-    assert not _spread(values[:0]).any()
+    np.testing.assert_allclose(_spread(few, np.zeros(2)), expected)
+    for least in np.outer((0.5, 0.999, 1.001, 2.0), expected):
+        above = np.stack((least, 1.5 * least))
+        larger = np.maximum(expected, above)
+        np.testing.assert_allclose(_spread(few, above) + np.zeros((2, 2)), larger)
+    assert not _spread(values[:0], np.zeros(2)).any()
     lengths = _length(values, np.array((2.0, 0.1)))
     expected = np.linalg.norm(values / np.repeat((2.0, 0.1), 3), axis=1)
     np.testing.assert_allclose(lengths, expected)

@@ -89,7 +89,7 @@ def of_outliers() -> Any:
             outliers._nearby(wrench - predicted, cell)[cell],
             outliers._cell_medians(wrench, cell),
             outliers._imperfection(time, predicted, cell, sizes[1]),
-            outliers._spread(wrench - predicted),
+            outliers._spread(wrench - predicted, np.zeros(2)),
             outliers._contact_cells(np.abs(wrench[:, 0])),
             outliers._running(wrench, (wrench[:, 0] > 0).astype(float), 4),
         )

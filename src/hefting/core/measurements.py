@@ -141,7 +141,8 @@ class Measurements:
                     f"has shape {array.shape}, expected {shape}",
                     where=f"Measurements.{name}",
                 )
-            if not isfinite(np.vdot(array, array)):  # quick; squares may overflow
+            flat = array.ravel()
+            if not isfinite(flat.dot(flat)):  # quick; squares may overflow
                 rows = np.argwhere(~np.isfinite(array))
                 if len(rows):
                     raise InputError(

@@ -82,18 +82,19 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
     if b.dot(b) <= (4e-15 * size) ** 2:
         return ConeSolution(np.zeros(len(start)), np.ones(2), 0.0, 0)
     r = b - problem.A.dot(start)
-    squares = K.dot(r * r).tolist()
+    norms = np.sqrt(K.dot(r * r))
     bounded: _Newton | _ActiveSet
     if lam > 0.0:
-        squares.append(lam * lam * float(start.dot(start)))
+        third = lam * math.sqrt(start.dot(start))
+        norms = np.array((*norms.tolist(), third))
         bounded = _Newton(problem, start > 0.0)
-        near = bounded.step_from(r, np.sqrt(squares))
+        near = bounded.step_from(r, norms)
         if near is not None:
             return near
     else:
         bounded = _ActiveSet(problem)
     least = np.array((SMALLEST_START * size, SMALLEST_START * size, 1e-100))
-    s = np.maximum(np.sqrt(squares), least[: len(squares)])
+    s = np.maximum(norms, least[: len(norms)])
 
     total, lowest, length = 0, np.inf, 1.0
     base = newton = fixed = s

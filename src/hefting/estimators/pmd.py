@@ -291,9 +291,9 @@ class ModelRows:
         first = 6 * len(self.biases)
         r = (self.A.dot(vector) - self.b)[first:]
         squares = self.K[:, first:].dot(r * r)
-        own = () if bias is None else np.atleast_2d(bias)
-        for rows, beta in zip(self.biases, own, strict=True):
-            squares += rows.squares(vector, beta)
+        if bias is not None:
+            for rows, beta in zip(self.biases, np.atleast_2d(bias), strict=True):
+                squares += rows.squares(vector, beta)
         return np.sqrt(squares)
 
 

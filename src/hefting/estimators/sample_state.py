@@ -80,9 +80,8 @@ class SampleState:
                 self.reduced.fold_features(x, time), self.full, samples, record
             )
         w = np.asarray(weight, dtype=float)
-        if w.shape not in ((), time.shape) or (
-            w.size and not 0.0 <= w.min() <= w.max() <= 1.0
-        ):
+        ends = (w.item(),) if w.size == 1 else (w.min(initial=0.0), w.max(initial=0.0))
+        if w.shape not in ((), time.shape) or not 0.0 <= min(ends) <= max(ends) <= 1.0:
             raise InputError(
                 f"weights are one number or one for each of {len(time)} samples, from 0 to 1"
             )

@@ -111,7 +111,7 @@ def find_outliers(
         average = _running(
             np.where(left[:, None], medians, 0.0), left.astype(float), span
         )
-        size = _length(average, np.maximum(_spread(average[left]), floor))
+        size = _length(average, _spread(average[left], floor))
         contact |= _contact_cells(np.where(left, size, 0.0))
     # its start and end
     contact |= np.concatenate((contact[1:], [False])) | np.concatenate(
@@ -119,7 +119,7 @@ def find_outliers(
     )
     apart = r - medians.take(cell, axis=0)
     apart[~known] = 0.0
-    least = np.maximum(_spread(apart[known]), floor)
+    least = _spread(apart[known], floor)
     usual = np.maximum(_nearby(apart, cell), least).take(cell, axis=0)
     spike = _length(apart, usual) > SPIKE_RESIDUAL
     touched = contact[cell]
@@ -132,10 +132,7 @@ def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
     """Static poses (K,) whose wrench (K, 6) is far from the predicted one (K, 6);
     `changes` (2,) as above."""
     none, r = no_outliers(len(wrench)), wrench - predicted
-    odd = (
-        _length(r, np.maximum(_spread(r), SENSOR_ERROR_SHARE * changes))
-        > SPIKE_RESIDUAL
-    )
+    odd = _length(r, _spread(r, SENSOR_ERROR_SHARE * changes)) > SPIKE_RESIDUAL
     return none if np.mean(odd) > LARGEST_OUTLIER_SHARE else replace(none, spike=odd)
 
 
@@ -143,7 +140,7 @@ def _imperfection(
     time: Array, predicted: Array, cell: Indices, changes: Array
 ) -> Array:
     """(C, 2) error of a good sensor in force [N] and torque [N m] in each cell."""
-    square = squared_lengths(np.gradient(predicted, time, axis=0))
+    square = squared_lengths(np.gradient(predicted.T.copy(), time, axis=1).T)
     mean = (
         np.column_stack([np.bincount(cell, column) for column in square.T])
         / np.bincount(cell)[:, None]
@@ -214,15 +211,18 @@ def _running(values: Array, weights: Array, span: int) -> Array:
     return np.column_stack([total(column) / count for column in values.T])
 
 
-def _spread(values: Array) -> Array:
+def _spread(values: Array, least: Array) -> Array:
     """(2,) robust standard deviations of force and torque, of `ROWS_FOR_MEDIAN` rows at
-    most."""
+    most, or (..., 2) the `least` where that is larger."""
     if not len(values):
-        return np.zeros(2)
+        return least
     values = values[:: -(-len(values) // ROWS_FOR_MEDIAN)]
-    return 1.4826 * np.median(
-        np.abs(values.reshape(-1, 2, 3)).transpose(1, 0, 2).reshape(2, -1), axis=1
-    )
+    sizes = 1.4826 * np.abs(values.reshape(-1, 2, 3)).transpose(1, 0, 2).reshape(2, -1)
+    # where most are below it no median need be found
+    below = sizes <= least.reshape(-1, 2).min(axis=0)[:, None]
+    if 2 * np.count_nonzero(below, axis=1).min() > sizes.shape[1]:
+        return least
+    return np.maximum([median(each) for each in sizes], least)
 
 
 def _length(values: Array, scale: Array) -> Array:

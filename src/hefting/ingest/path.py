@@ -227,7 +227,7 @@ def _reading_rows(
     finite = np.isfinite(columns if a is not None else np.vstack((columns, alpha)))
     known = np.asarray(finite.all(axis=0))
     columns[:, ~known] = 0.0
-    return np.ascontiguousarray(columns.T), known
+    return columns.T, known
 
 
 def _pose_path(curves: Curves) -> Path:

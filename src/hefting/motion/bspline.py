@@ -267,9 +267,8 @@ class Normal:
         self.bands = np.zeros((SUPPORT, n))
         weighted = self.weight * self.rows
         for a in range(SUPPORT):
-            for b in range(a, SUPPORT):
-                products = (weighted[a] * self.rows[b]).sum(axis=0)
-                self.bands[b - a, a:] += products[: n - a]
+            products = np.einsum("pn,bpn->bn", weighted[a], self.rows[a:])
+            self.bands[: SUPPORT - a, a:] += products[:, : n - a]
         self._set_pilot(np.zeros((self.values.shape[0], n)).T)
 
     def lift(self, bandwidth: float, dt: float) -> float:
@@ -291,8 +290,8 @@ class Normal:
         self._pilot_roughness: dict[int, float] = {}
         self._pilot_square = float(np.vdot(weighted, residual))
         gradient = np.zeros(coefficients.T.shape)
-        for a in range(SUPPORT):
-            gradient[:, a:] += (self.rows[a] * weighted).sum(axis=1)[:, : n - a]
+        for a, rows in enumerate(self.rows):
+            gradient[:, a:] += np.einsum("pn,dpn->dn", rows, weighted)[:, : n - a]
         self.gradient = gradient.T
 
     def refine_pilot(self, m: int, penalty: float | Array) -> None:

@@ -169,10 +169,8 @@ class Curve:
         if len(time) > CHECKED_STRETCH * CHECKED_STRETCHES:
             chosen = _stretches(len(time)).ravel()
             time, values = time[chosen], values[chosen]
-        index, u, covered = self.knots.locate(time)
-        neighbours = self.coefficients.T[:, index + np.arange(SUPPORT)[:, None]]
-        fitted = np.einsum("jl,djl->ld", basis(u), neighbours)
-        return (values - fitted)[covered]
+        residual = values - self.derivatives(time, (0,))[0].T
+        return residual[np.isfinite(residual[:, 0])]
 
     @classmethod
     def _fit_locally(
@@ -237,14 +235,16 @@ class Curve:
         """(3, L) standard deviations of the first and the second derivative at times
         (L,) [s], and the one that jumps add to the second; infinite outside the
         segments."""
-        std = np.empty((3, len(at)))
-        for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
-            part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
-            index, u, covered = self.knots.locate(at[part])
-            std[:2, part] = np.sqrt(self._variances(index, u))
-            std[2, part] = self._jump_spread(index, u)
-            std[:, part][:, ~covered] = np.inf
-        return std
+        index, u, covered = self.knots.locate(at)
+        std = np.sqrt(self._variances(index, u, (1, 2)))
+        std = np.vstack((std, self._jump_spread(index, u)))
+        return np.where(covered, std, np.inf)
+
+    def lasting_variance(self, at: Array) -> Array:
+        """(L,) error variance of the second derivative at times (L,) [s], without that
+        at jumps; infinite outside the segments."""
+        index, u, covered = self.knots.locate(at)
+        return np.where(covered, self._variances(index, u, (2,))[0], np.inf)
 
     def _neighbours(self, index: Integers) -> Array:
         """(d, 6, L) coefficients in effect, by the index (L,) of the first of them."""
@@ -265,19 +265,20 @@ class Curve:
         jump_time = self.local.jump_time[index + SUPPORT // 2 - 1]
         return jump_time * np.sqrt(np.sum(third**2, axis=0) / 3.0)
 
-    def _variances(self, index: Integers, u: Array) -> Array:
-        """(2, L) variances of the first and the second derivative."""
-        variances = np.zeros((2, len(index)))
-        both = np.stack([basis(u, k) / self.knots.h**k for k in (1, 2)])
-        for a in range(SUPPORT):
-            for b in range(a, SUPPORT):
-                covariance = self.covariance[b - a].take(index + a)
-                if a != b:
-                    covariance *= 2.0
-                variances += covariance * both[:, a] * both[:, b]
+    def _variances(self, index: Integers, u: Array, orders: tuple[int, ...]) -> Array:
+        """(n, L) variances of the derivatives of n orders."""
+        variances = np.zeros((len(orders), len(index)))
+        rows = np.stack([basis(u, k) / self.knots.h**k for k in orders])
+        for band, covariance in enumerate(self.covariance):
+            first = index + np.arange(SUPPORT - band)[:, None]
+            part = np.einsum(
+                "jl,njl,njl->nl",
+                covariance.take(first),
+                rows[:, : SUPPORT - band],
+                rows[:, band:],
+            )
+            variances += 2.0 * part if band else part
         if self.local is None and self.smoothness.order == max(ORDERS):
-            for k in (1, 2):
-                variances[k - 1] *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (
-                    2 * max(ORDERS)
-                )
+            for k, variance in zip(orders, variances, strict=True):
+                variance *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (2 * max(ORDERS))
         return np.maximum(variances, 0.0)

@@ -108,10 +108,10 @@ def _fuse_gyroscope(
         ):
             what = "the gyroscope contradicts the poses: not used; is it in sensor axes and rad/s?"
             return poses, [warning("gyroscope-contradicts-poses", what)]
-        q, rate, *_ = fitted.orientation.evaluate(readings.time, spread=False)
-        z = 0.5 * _quaternion_product(q, readings.values - found.bias)
+        q, rate = fitted.orientation.derivatives(readings.time, (0, 1))
+        z = 0.5 * _quaternion_product(q.T, readings.values - found.bias)
         variance = _variance(
-            readings.time, z - rate, fitted.orientation.smoothness.bandwidth
+            readings.time, z - rate.T, fitted.orientation.smoothness.bandwidth
         )
         curve = _refit(
             fitted.orientation, readings.time, z, 1, variance, "orientation", round_
@@ -168,9 +168,9 @@ def _fuse_accelerometer(
             + gravity
         )
         assert fitted.position is not None
-        _, _, acceleration, *_ = fitted.position.evaluate(readings.time, spread=False)
+        (acceleration,) = fitted.position.derivatives(readings.time, (2,))
         variance = _variance(
-            readings.time, z - acceleration, fitted.position.smoothness.bandwidth
+            readings.time, z - acceleration.T, fitted.position.smoothness.bandwidth
         )
         fitted = replace(
             fitted,
@@ -228,7 +228,8 @@ def _synchronise(
     time = stream.time - delay
     stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
     motion = poses.at(stream.time, spread=False)
-    return stream[motion.known], motion[motion.known]
+    known = motion.known
+    return (stream, motion) if known.all() else (stream[known], motion[known])
 
 
 def _refit(

@@ -65,7 +65,7 @@ class SmoothedPoses:
         `hefting.motion.state.lasting_variances`."""
         curves = (self.position, self.orientation)
         linear, angular = (
-            np.zeros(len(time)) if each is None else np.square(each.deviations(time)[1])
+            np.zeros(len(time)) if each is None else each.lasting_variance(time)
             for each in curves
         )
         return np.stack((linear, 4.0 * angular))

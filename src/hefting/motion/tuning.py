@@ -6,7 +6,6 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.errors import InputError
-from hefting.core.spatial import Array
 from hefting.motion.bspline import (
     FEWEST_SEGMENT_SAMPLES,
     SUPPORT,
@@ -66,11 +65,14 @@ class Likelihood:
         self.free_score = 0.0
         target = normal.gradient + multiply(normal.bands, normal.pilot)
         for start, stop in normal.knots.spans:
-            free = _orthonormal_polynomials(stop - start, m)
+            places = np.linspace(-1, 1, stop - start)
+            legendre = np.polynomial.legendre.legvander(places, m - 1)
+            free = np.asarray(legendre, dtype=float)  # nearly orthogonal
+            own = np.linalg.cholesky(free.T @ free)
             root = np.linalg.cholesky(
                 free.T @ multiply(normal.bands[:, start:stop], free)
             )
-            self.log_det += 2.0 * float(np.sum(np.log(np.diag(root))))
+            self.log_det += 2.0 * float(np.sum(np.log(np.diag(root) / np.diag(own))))
             # along orthonormal polynomials
             effects = np.linalg.solve(root, free.T @ target[start:stop])
             scale = np.maximum(np.sum(effects**2, axis=1) / d, floor)
@@ -148,14 +150,6 @@ def _next(
     if left != right:
         vertex = b - 0.5 * ((b - a) * left - (b - c) * right) / (left - right)
     return float(np.clip(vertex, 0.5 * (a + b), 0.5 * (b + c)))
-
-
-def _orthonormal_polynomials(n: int, m: int) -> Array:
-    """(n, m) of degrees below m at n even places."""
-    columns = np.polynomial.legendre.legvander(np.linspace(-1, 1, n), m - 1)
-    # they are nearly orthogonal already
-    root = np.linalg.inv(np.linalg.cholesky(columns.T @ columns))
-    return np.array(columns @ root.T, dtype=float)
 
 
 ORDERS = (3, 4, 5)

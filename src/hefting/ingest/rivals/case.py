@@ -155,7 +155,9 @@ class Case:
         parts = {
             name: getattr(self, name)[::nth] for name in ("time", "wrench", "worth")
         }
-        return replace(self, **parts)
+        other = replace(self, **parts)
+        vars(other)["coloured"] = self.coloured  # the same of all
+        return other
 
     def with_drift(self, knots: int) -> "Case":
         """With a bias that drifts more freely, by so many knots."""
@@ -225,14 +227,20 @@ class Case:
         error = SMALLEST_SENSOR_ERROR * changes
         return np.maximum(np.hypot(self.noise, error), 1e-9 * np.maximum(size, 1e-9))
 
-    @cached_property
+    @property
     def level(self) -> Array:
         """(2,) size of a residual that noise explains: the floor, or more of coloured
-        noise, by the fourth differences of the wrench that no linear function of the
-        motion has."""
+        noise."""
+        coloured = self.coloured
+        return np.where(coloured > CLEAR_COLOUR * self.floor, coloured, self.floor)
+
+    @cached_property
+    def coloured(self) -> Array:
+        """(2,) size of coloured noise, by the fourth differences of the wrench that no
+        linear function of the motion has; zero where too few are known."""
         time, wrench = self.consecutive
         if not self.path.moves:
-            return self.floor
+            return np.zeros(2)
         step = max(round(COLOUR_STEP / max(median(np.diff(time)), 1e-9)), 1)
         motion = self.motion_at(time[None] - self.offset)
         known = np.where(motion.known[0, :, None], self.features(motion)[0], np.nan)
@@ -241,11 +249,10 @@ class Case:
             both = both[step:] - both[:-step]
         both = both[np.isfinite(both).all(axis=1)]
         if len(both) < 40:
-            return self.floor
+            return np.zeros(2)
         known, wrench = both[:, :-6], both[:, -6:]
         left = wrench - known @ np.linalg.lstsq(known, wrench, rcond=1e-9)[0]
-        found = _size(left) / 70.0**0.5
-        return np.where(found > CLEAR_COLOUR * self.floor, found, self.floor)
+        return _size(left) / 70.0**0.5
 
     @cached_property
     def offsets(self) -> Array:
