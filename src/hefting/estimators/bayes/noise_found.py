@@ -17,10 +17,9 @@ from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.joint_state import State
 
 LARGEST_GROWTH = 1.1
-"""Factor by which residuals of some samples more may be larger, squared and averaged
-over all samples, before their noise is another one. By chance 2 to 10 % more samples
-change them by 1.4 % (one deviation) where the noise is white, and by 4.5 % where it
-correlates by 0.9 from sample to sample: by more than this in none and 15 of 100 steps."""
+"""Growth of the mean squared residual up to which the noise that was found holds for more
+samples. By chance 2 to 10 % more samples change it by 1.4 % (one standard deviation) where
+the noise is white, and by 4.5 % where its correlation from sample to sample is 0.9."""
 
 
 @immutable
@@ -85,28 +84,32 @@ class NoiseFound:
         return 1.0 if self.colour is None else self.colour.autocorrelation
 
     def holds_for(self, samples: Samples) -> bool:
-        """Whether samples leave no larger residuals than those it was found by, as a
-        touch would."""
+        """Whether the residuals of `samples` are no larger than those the noise was found
+        from; after a touch they are."""
         now = samples.residual_covariance(samples.least_squares).diagonal()
         before = self.residual_covariance.diagonal() + samples.floor**2
         return bool((now < LARGEST_GROWTH * before).all())
 
     def of_more(self, samples: Samples, phi: Array, motion: MotionErrors) -> Self:
-        """The same noise in more samples, of parameters near phi (10,)."""
-        known = self.equations
-        equations = Equations.of(samples, phi, known.covariance, motion.white)
+        """This noise for all of more `samples`, of parameters near phi (10,).
+
+        The score's covariance by noise grows with the information, and that by errors of
+        the sensor, which are the same in all samples, with its square.
+        """
+        before = self.equations
+        equations = Equations.of(samples, phi, before.covariance, motion.white)
         colour = self.colour
         if colour is not None:
-            more = self.autocorrelation * (equations.G - known.G)
+            more = self.autocorrelation * (equations.G - before.G)
             colour = replace(colour, noise=colour.noise + more)
         sensor = self.sensor
         if sensor is not None:
-            growth = float(equations.G.trace() / known.G.trace())
+            growth = float(equations.G.trace() / before.G.trace())
             sensor = max(growth, 1.0) ** 2 * sensor
         return replace(self, equations=equations, colour=colour, sensor=sensor)
 
     def likelihood(self, inflation: float = 1.0) -> Likelihood:
-        """Likelihood of the parameters, the noise's variance so many times as large."""
+        """Likelihood of the parameters, with the noise's variance times `inflation`."""
         white = self.colour is None or self.colour.white_claimed
         if white and self.sensor is None:
             return self.equations.white(inflation)

@@ -195,7 +195,7 @@ def has_long_contact(samples: Samples, outliers: Outliers) -> bool:
 
 
 class Intervals:
-    """Fits of one body beside a bias to intervals of M cells."""
+    """Least squares of one body and a bias in any interval of M cells."""
 
     def __init__(self, cells: Cells) -> None:
         unit = np.repeat(cells.scale, 3)
@@ -208,7 +208,7 @@ class Intervals:
         self.ridge = np.diag(np.concatenate((LARGEST_PARAMETERS, LARGEST_BIAS)) ** -2.0)
 
     def cost(self, begin: Indices, end: Indices) -> Array:
-        """(P,) of the intervals of cells from `begin` (P,) to before `end` (P,)."""
+        """(P,) costs of the intervals of cells from `begin` (P,) to before `end` (P,)."""
         grams = self.sums[end] - self.sums[begin]
         q = UNKNOWNS
         normal = grams.sum(axis=1)
@@ -228,8 +228,8 @@ class Intervals:
 
 
 def partition(cells: Cells) -> list[Interval]:
-    """Intervals of least cost, each of cells from its first to before its second number,
-    in order; cells at a change may be in none."""
+    """Intervals of least total cost in order, each (first cell, cell after its last); a few
+    cells at a change may be in none."""
     M = len(cells)
     shortest = max(FEWEST_CELLS, int(np.ceil(SHORTEST_INTERVAL / cells.interval)))
     if 2 * shortest > M:
@@ -253,34 +253,39 @@ def partition(cells: Cells) -> list[Interval]:
 def _cheapest(
     places: Indices, table: Array, penalty: float, most_skipped: int
 ) -> list[Interval]:
-    """The intervals between `places` (P,) whose costs (P, P), each with the penalty, and
-    with those of the cells skipped between them, have the least sum."""
+    """The intervals between `places` (P,) of least cost, by dynamic programming.
+
+    An interval costs its entry of `table` (P, P) and the `penalty`. Between two intervals
+    up to `most_skipped` cells may be skipped, each at `COST_OF_SKIPPED_CELL`.
+    """
     P = len(places)
-    best, came = np.full(P, np.inf), np.zeros(P, dtype=int)
-    opened, skipped_from = np.full(P, np.inf), np.zeros(P, dtype=int)
-    best[0] = opened[0] = 0.0
+    # least cost up to each place if an interval ends there, and where that one begins
+    closed, begin_of = np.full(P, np.inf), np.zeros(P, dtype=int)
+    # least cost up to each place if one begins there, and where the one before ends
+    opened, end_before = np.full(P, np.inf), np.zeros(P, dtype=int)
+    closed[0] = opened[0] = 0.0
     for j in range(1, P):
         costs = opened[:j] + table[:j, j] + penalty
-        came[j] = int(np.argmin(costs))
-        best[j] = costs[came[j]]
+        begin_of[j] = int(np.argmin(costs))
+        closed[j] = costs[begin_of[j]]
         skipped = places[j] - places[: j + 1]
-        since = best[: j + 1] + COST_OF_SKIPPED_CELL * skipped
-        since[(skipped > most_skipped)] = np.inf
-        skipped_from[j] = int(np.argmin(since))
-        opened[j] = since[skipped_from[j]]
-    found, j = [], P - 1
-    while j > 0:
-        i = int(came[j])
-        found.append((int(places[i]), int(places[j])))
-        j = int(skipped_from[i])
+        costs = closed[: j + 1] + COST_OF_SKIPPED_CELL * skipped
+        costs[skipped > most_skipped] = np.inf
+        end_before[j] = int(np.argmin(costs))
+        opened[j] = costs[end_before[j]]
+    found, end = [], P - 1
+    while end > 0:
+        begin = int(begin_of[end])
+        found.append((int(places[begin]), int(places[end])))
+        end = int(end_before[begin])
     return found[::-1]
 
 
 def _moved(
     fits: Intervals, intervals: list[Interval], reach: int, shortest: int
 ) -> list[Interval]:
-    """The intervals with each change, and the cells skipped there, within `reach` cells
-    where the two intervals beside it cost least."""
+    """The intervals with each change, and the cells skipped at it, moved by up to `reach`
+    cells to where the two intervals beside it cost least."""
     found = list(intervals)
     for i in range(len(found) - 1):
         (first, end), (begin, last) = found[i], found[i + 1]
