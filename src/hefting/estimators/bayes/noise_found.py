@@ -1,5 +1,5 @@
-"""Noise of all samples, as it was found: what it makes of their likelihood, and whether
-it holds for more of them; and the errors of the motion in it."""
+"""The noise that was found for all samples, its likelihood, and whether it holds for
+more samples; and the errors of the motion."""
 
 from dataclasses import replace
 from typing import Self
@@ -53,7 +53,7 @@ class NoiseFound:
 
     equations: Equations
     residual_covariance: Array
-    """(6, 6) of the residuals that count as noise"""
+    """(6, 6) of the residuals that are taken for noise"""
     contradicted: bool
     """whether the residuals exceed a given noise by more than chance"""
     excess: float
@@ -62,10 +62,10 @@ class NoiseFound:
     level: float
     """mean square of the residuals, whitened by the covariance that is allowed for"""
     at: Array
-    """(10,) parameters at which the noise is judged: those of least squares, or near
-    the posterior's where the motion has white errors"""
+    """(10,) parameters whose residuals are taken for noise: least squares, or near the
+    posterior if the motion has white errors"""
     scores: Scores | None = None
-    """of the time scales there; None without a record of time"""
+    """of the time scales, at these parameters; None without a time record"""
     colour: Colour | None = None
     sensor: Array | None = None
     """(10, 10) part of the score's covariance by errors of the sensor that more samples
@@ -75,8 +75,8 @@ class NoiseFound:
     calibration: CalibrationErrors | None = None
     """errors of the sensor's calibration; None where there are none"""
     expected: Array | None = None
-    """(J + 1,) variances that these have in the residuals at each time scale and
-    beyond; None where the noise is given, or there are none"""
+    """(J + 1,) variances that these errors have in the residuals at each time scale and
+    beyond; None if the noise is given or there are none"""
 
     @property
     def autocorrelation(self) -> float:
@@ -121,6 +121,5 @@ class NoiseFound:
 
 
 def inflation_of(disagreement: float) -> float:
-    """Factor of the noise's variance for stretches that disagree by more than
-    chance."""
+    """Factor of the noise's variance for stretches that disagree significantly."""
     return disagreement if disagreement > LARGEST_STRETCH_DISAGREEMENT else 1.0

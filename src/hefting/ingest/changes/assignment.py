@@ -30,27 +30,26 @@ from hefting.ingest.changes.cells import (
 )
 
 NO_BODY = -1
-"""Label of an interval in which no body explains the wrench."""
+"""Label of an interval without a body: a contact."""
 MOST_INTERVALS = 9
-"""Most intervals that are looked at: as a drift of the bias or a contact is divided into
-several, that is about three events. More are found where something is wrong all the
-time."""
+"""Largest number of intervals that is examined: as a drift or a contact is divided into
+several, about three events. There are more if something is wrong all the time."""
 FEWEST_CELLS_OF_REFERENCE = 15
-"""Fewest cells of the interval in which a body explains the wrench best: in shorter ones
-any wrench is explained."""
+"""Least number of cells of the interval whose residuals are the reference; a body
+explains any wrench in shorter ones."""
 DIFFERENT_BODIES = 150.0
-"""Logarithm of the likelihood ratio of two bodies to one, by the number of independent
-residuals, from which on they are different. Errors of sensors that follow the wrench
-reach 115 in 18 s of a capacitive one and 85 in 6 s of a strain-gauge one; turned or
-flipped axes, a tilted base and wrong units reach 84."""
+"""Twice the log likelihood ratio of two bodies to one, over the autocorrelation time,
+from which on they differ. Errors of sensors that follow the wrench reach 115 in 18 s of
+a capacitive one and 85 in 6 s of a strain-gauge one; turned or flipped axes, a tilted
+base and wrong units reach 84."""
 EXPLAINED_CELL = 60.0
 """Sum of the squared residuals of a cell's six channels, over their variance, up to
 which a body explains the cell."""
 CONTACT_VARIANCE = 16.0
-"""Variance of the residuals in a contact, over that where a body explains the wrench
-best: a push is four times as large as the noise of a tenth of a second, or more."""
+"""Variance of the residuals in a contact over the reference: a push is at least four
+times the noise of a tenth of a second."""
 MOST_JOINED = 6
-"""Most intervals that are taken for one contact at a time."""
+"""Largest number of successive intervals that are one contact."""
 
 
 class Part(NamedTuple):

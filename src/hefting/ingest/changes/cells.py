@@ -24,47 +24,47 @@ from hefting.ingest.path import WORLD_AXES_COLUMNS
 from hefting.ingest.samples import Samples
 
 CELL_DURATION = 0.1
-"""[s] Duration of a cell: short beside the half second to which a change is to be
-found, long beside the time over which a sensor's noise is correlated."""
+"""[s] Duration of a cell: short beside the half second to which a change is found, long
+beside the correlation time of a sensor's noise."""
 MOST_CELLS = 300
-"""Largest number of cells; those of recordings of more than half a minute last
+"""Largest number of cells; in recordings of more than half a minute they last
 longer."""
 SHORTEST_CONTACT = 0.7
-"""[s] Shorter contacts are left out, as the robust fit found them; whether a longer one
-is a contact is decided anew."""
+"""[s] Shorter contacts are left out, as found by the robust fit; longer ones are
+searched for anew."""
 SPIKE = 12.0
 """Distance from the median of a cell, in median distances, above which a block is left
 out: eight standard deviations."""
 LARGEST_PARAMETERS = np.array((30.0,) + (5.0,) * 3 + (2.0,) * 6)
-"""[kg, kg m (3), kg m² (6)] Standard deviations of the parameters' prior, so wide that
-it decides only what the motion leaves open."""
+"""[kg, kg m (3), kg m² (6)] Standard deviations of the parameters' prior, wide enough
+to decide only what the motion leaves open."""
 LARGEST_BIAS = np.repeat((50.0, 5.0), 3)
 """[N (3), N m (3)] Standard deviations of the bias's prior."""
 UNKNOWNS = 16
 """Unknowns of an interval: ten parameters and a bias."""
 MOST_BOUNDS = 60
-"""Largest number of places between which intervals are compared; the changes are then
-moved to the best cell."""
+"""Largest number of places between which intervals are compared; changes are then moved
+to the best cell."""
 SHORTEST_INTERVAL = 0.8
 """[s] Shortest interval: five equations for each unknown."""
 FEWEST_CELLS = 8
 """Fewest cells of an interval."""
 SMALLEST_VARIANCE = 0.5
-"""Variance of a residual in units of the noise below which less is no better."""
+"""Lower bound of the variance of residuals, over that of the noise, in the cost."""
 COST_OF_INTERVAL = 60.0
-"""Cost of another interval beside `UNKNOWNS` times the logarithm of the number of
+"""Cost of another interval, in addition to `UNKNOWNS` times the log of the number of
 equations."""
 COST_OF_SKIPPED_CELL = 25.0
-"""Cost of a cell in no interval."""
+"""Cost of a cell that is in no interval."""
 LONGEST_TRANSITION = 0.3
-"""[s] Longest time between one body and the next."""
+"""[s] Longest time between two bodies."""
 
 Interval = tuple[int, int]
 
 
 @immutable
 class Cells:
-    """Averages over M cells, in order of time; cells without a good sample are left
+    """Averages over M cells in order of time; cells without a good sample are left
     out."""
 
     time: Array
@@ -80,8 +80,8 @@ class Cells:
     wrench: Array
     """(M, 6) as recorded [N, N m]"""
     scale: Array
-    """(2,) noise of the averages of force [N] and torque [N m]: the unit of whitened
-    values"""
+    """(2,) noise of the averages of force [N] and torque [N m], by which they are
+    whitened"""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -149,14 +149,14 @@ def cells_of(
 
 
 def _starts(time: Array) -> Indices:
-    """First block of each cell, of blocks at `time` (B,) [s]."""
+    """First block of each cell, from blocks at `time` (B,) [s]."""
     width = max(CELL_DURATION, float(np.ptp(time)) / MOST_CELLS)
     return np.flatnonzero(np.diff(np.floor((time - time[0]) / width), prepend=-1.0))
 
 
 def _without_spikes(time: Array, wrench: Array, kept: Mask) -> Mask:
-    """A mask (B,) of the blocks kept whose wrench is not far from the median of their
-    cell, of which the robust fit leaves some where it fits badly."""
+    """Mask (B,) of the `kept` blocks whose wrench is near the median of their cell; the
+    robust fit leaves some spikes where it fits badly."""
     starts = _starts(time[kept])
     sizes = np.diff(np.append(starts, int(kept.sum())))
 
@@ -174,7 +174,7 @@ def _blocks(
     samples: Samples, problem: Problem, outliers: Outliers
 ) -> tuple[Array, Mask]:
     """The blocks' wrench (B, 6) without spikes, saturated samples and short contacts,
-    and a mask (B,) of those with a sample left."""
+    and the mask (B,) of blocks that still have samples."""
     thinned = len(outliers.contact) != len(samples.time)
     if thinned or not outliers.rejected.any():
         return problem.wrench, np.ones(len(problem.time), dtype=bool)
@@ -187,7 +187,7 @@ def _blocks(
 
 
 def has_long_contact(samples: Samples, outliers: Outliers) -> bool:
-    """Whether a contact was rejected that lasts `SHORTEST_CONTACT` or more."""
+    """Whether a rejected contact lasts `SHORTEST_CONTACT` or more."""
     return any(
         samples.time[end - 1] - samples.time[begin] >= SHORTEST_CONTACT
         for begin, end in runs_of(outliers.contact)

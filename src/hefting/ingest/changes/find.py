@@ -1,10 +1,9 @@
 """Finding changes: from the robust fit of a recording to its stretches.
 
-A recording is looked at more closely only where one change would explain much more than
-none, or where a long contact was rejected. It is then divided into the intervals of
-least cost; intervals with the same body are joined; those that no body explains are
-contacts. That is told only where two bodies, or one and a contact, explain the wrench as
-well as the sensor's noise lets them.
+A recording is examined only if one change would explain much more than none, or a long
+contact was rejected. It is divided into the intervals of least cost; intervals with the
+same body are joined, and those that no body explains are contacts. The result is used
+only if the bodies and contacts explain the wrench to the sensor's noise.
 """
 
 import numpy as np
@@ -37,32 +36,32 @@ from hefting.ingest.robust_fit import RobustFit
 from hefting.ingest.samples import Samples
 
 FEWEST_CELLS = 20
-"""Fewest cells of a recording in which changes are looked for."""
+"""Least number of cells in which changes are searched for."""
 EXPLAINED_VARIANCE = 3.0
-"""Variance of the residuals, in units of the sensor's noise, up to which the bodies
-explain the wrench. Without the contacts it is 1 in simulated recordings, and up to 5 in
+"""Variance of the residuals, over that of the sensor's noise, up to which bodies
+explain the wrench. Without contacts it is 1 in simulated recordings and up to 5 in
 those of a capacitive sensor."""
 LARGEST_VARIANCE_BESIDE_CONTACT = 8.0
-"""The same above which no contact is told."""
+"""The same above which no contact is reported."""
 BETTER_EXPLAINED = 0.8
-"""Variance of the residuals by what is wrong all the time, over that by several bodies,
-up to which the former is believed."""
+"""Variance of the residuals of any linear function of the motion over that of several
+bodies, up to which no change is reported."""
 POORLY_EXPLAINED_VARIANCE = 30.0
-"""The same above which no change is told: then something else is wrong, too."""
+"""Variance above which no change is reported, as there is another error."""
 SHORTEST_TOUCH = 0.7
 """[s] Shorter contacts are left to the robust fit."""
 LONGEST_PUSH = 3.0
-"""[s] A body between two stretches of another that is there for longer was held. Hands
-that push the object do not stay as steady as a weight."""
+"""[s] A body between two stretches of another one was held if it lasts longer: hands
+that push the object are not as steady as a weight."""
 SHORTEST_STRETCH = 1.5
-"""[s] Where no stretch is longer nothing is told."""
+"""[s] Shortest duration of the longest stretch for changes to be reported."""
 OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
-"""[s] Clock offsets that are tried where neither that of the robust fit nor none lets
-bodies explain the wrench: one body where there are two misleads the robust fit."""
+"""[s] Clock offsets that are tried if bodies explain the wrench neither at that of the
+robust fit nor at none: a fit of one body is misled by two."""
 NEGLIGIBLE_OFFSET = 0.02
-"""[s] Clock offset from which on it is tried whether without it more is explained."""
+"""[s] Clock offset above which it is tried whether none explains more."""
 MARGIN = 0.05
-"""[s] Time at each change that is left out of the stretches beside it."""
+"""[s] Time at each change that is excluded from the stretches beside it."""
 
 
 def find_changes(samples: Samples, found: RobustFit, start: float) -> Changes | None:

@@ -86,8 +86,8 @@ EXPLAINED_IF_WHITE = 1.0 / 3.0
 """The same where coloured residuals become white, so that nothing is left to explain. In
 recordings of three real sensors no such mistake explains more than a fifth."""
 OVERWHELMING_EVIDENCE = 50.0
-"""`evidence` from which on a mistake of many laws is named though it explains only a part;
-with three real sensors it stays below 27."""
+"""`evidence` from which on a mistake of many laws is named though it explains only a
+part; with three real sensors it is below 27."""
 EXPLAINED_BESIDE_OTHERS = 0.2
 """Share that such a mistake must explain, and so must one of static poses, or a drift."""
 EXPLAINED_BY_NOISE = -0.3
