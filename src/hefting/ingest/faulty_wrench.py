@@ -41,7 +41,7 @@ def without_stalled_wrench(recording: Recording) -> Recording:
     repeats = stalled(wrench.values)
     if not repeats.any() or repeats.all():
         return recording
-    samples, where = _told(wrench, repeats)
+    samples, where = _places(wrench, repeats)
     what = f"{samples} of a stream that stood still left out, {where}"
     many = repeats.mean() > MANY_LEFT_OUT
     said = (
@@ -67,12 +67,12 @@ def without_blank_wrench(recording: Recording) -> Recording:
     blank = at.any(axis=1)
     if blank.all() or not FAR * size[~blank].max() < size.max():
         return recording
-    samples, where = _told(wrench, blank)
+    samples, where = _places(wrench, blank)
     what = f"{samples} of {values[at][0]:g} in several channels left out, {where}"
     return _without(recording, blank, note("wrench-blank", what))
 
 
-def _told(wrench: Stream, mask: Mask) -> tuple[str, str]:
+def _places(wrench: Stream, mask: Mask) -> tuple[str, str]:
     """How many samples (K,) are left out, and where, in words."""
     samples = f"{int(mask.sum())} samples of the wrench ({100.0 * mask.mean():.2g} %)"
     return samples, where_in_time(wrench.time - wrench.time[0], mask)
