@@ -1,4 +1,4 @@
-"""The bias that was given, or that there is none, does not fit."""
+"""The given bias, or that there is none, is wrong."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +14,7 @@ FIX = "give `bias`='estimate'"
 
 
 def explain(case: Case) -> Explanation | None:
-    """A constant bias beside the one given."""
+    """A constant bias in addition to the given one."""
     if case.biased:
         return None
     free = replace(case, biased=True)
@@ -38,7 +38,7 @@ def explain(case: Case) -> Explanation | None:
 
 
 def undone(case: Case) -> Iterator[Undone]:
-    """A bias that is free."""
+    """A free bias."""
     if not case.biased:
         what = "the wrench seems to have another bias"
         yield Undone(CODE, what, FIX, replace(case, biased=True), argument="bias")

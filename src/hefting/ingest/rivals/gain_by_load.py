@@ -15,11 +15,12 @@ from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "gain-by-load"
 PASSES = 2
-"""Times the reading without noise is predicted, beside better laws."""
+"""Number of times that the reading without noise is predicted, with improved laws."""
 SMALLEST_CHANGE = 0.01
-"""Change of the gain within a recording that is told: data sheets allow half."""
+"""Change of the gain within a recording from which on it is reported; data sheets allow
+half."""
 LARGEST_CHANGE = 1.0
-"""The same from which on it is no gain any more."""
+"""Change of the gain beyond which it is another error."""
 UNKNOWNS = 2
 ERRORS = np.eye(6)[:, :, None] * np.repeat(np.eye(2), 3, axis=0)[:, None]
 """(6, 6, 2) columns of the errors of force and torque, per unit of each channel's."""

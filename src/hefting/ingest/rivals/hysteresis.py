@@ -15,9 +15,9 @@ from hefting.ingest.rivals.explanation import (
 
 CODE = "hysteresis"
 SHARES = np.array((0.005, 0.01, 0.02, 0.03, 0.05, 0.1))
-"""Play over the range of each channel, as tried."""
+"""Play over the range of each channel that is tried."""
 PASSES = 2
-"""Times the play is found from a better prediction of the load."""
+"""Number of times that the play is found, from improved predictions of the load."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -44,7 +44,7 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _fit(case: Case, rows: Rows, lags: Array) -> tuple[Fitted, float, Array]:
-    """The fits less each of the lags (S, K, 6) at each of the O offsets, the likeliest
+    """Fits less each of the lags (S, K, 6) at each of the O offsets, the likeliest
     share, and the load (K, 6) that follows."""
     O, wrenches = len(rows.known), case.wrench - lags
     fitted = of_each_wrench(case, rows, wrenches)
@@ -54,7 +54,7 @@ def _fit(case: Case, rows: Rows, lags: Array) -> tuple[Fitted, float, Array]:
 
 
 def _lags(load: Array, shares: Array) -> Array:
-    """(S, K, 6) what followers with play of each of the shares (S,) show less their
+    """(S, K, 6) readings of followers with play of each of the shares (S,), less their
     load (K, 6)."""
     half = 0.5 * shares[:, None] * np.ptp(load, axis=0)
     shown = np.empty((len(load), *half.shape))
