@@ -216,29 +216,41 @@ def recommend(
         if e.parameters.consistency().is_consistent
     }
     if not bodies:
-        best = min(results, key=lambda name: misfit(results[name], found))
         why = "no method found a body that can exist; this one explains the wrench best"
-        return best, why
-    free, prior = _first("free", bodies), _first("prior", bodies)
-    posterior, explains, why = _first("posterior", bodies), False, ""
+        return _closest(results, found), why
+    posterior = _first("posterior", bodies)
     if posterior is not None:
         own = (seen or {}).get(posterior, found)
-        explains = misfit(bodies[posterior], own) <= MISFIT
-        why = explanation(posterior, bodies)
-        if shape is None and explains:
-            return posterior, why
-    if shape is None:
-        if free is None:
-            best = min(bodies, key=lambda name: misfit(bodies[name], found))
-            return best, "a body that can exist"
-        return free, "the body that explains the wrench best; no shape is known"
+        if not misfit(bodies[posterior], own) <= MISFIT:
+            posterior = None
+    if shape is not None:
+        return _recommend_with_shape(bodies, posterior, found, shape)
+    if posterior is not None:
+        return posterior, explanation(posterior, bodies)
+    free = _first("free", bodies)
+    if free is None:
+        return _closest(bodies, found), "a body that can exist"
+    return free, "the body that explains the wrench best; no shape is known"
+
+
+def _closest(results: dict[str, Estimate], found: Ingested) -> str:
+    """The method whose estimate explains the wrench best."""
+    return min(results, key=lambda name: misfit(results[name], found))
+
+
+def _recommend_with_shape(
+    bodies: dict[str, Estimate], posterior: str | None, found: Ingested, shape: Shape
+) -> tuple[str, str]:
+    """As `recommend`, from estimates that can exist, beside a shape; `posterior` is the
+    method of that role if it explains the wrench."""
+    free, prior = _first("free", bodies), _first("prior", bodies)
     margin = bodies[prior].hull_margin if prior is not None else None
     outside = margin is not None and margin < -OUTSIDE
     if free is not None and (outside or _is_outside(bodies[free], found, shape)):
         why = "without the shape the COM is outside it: check the shape's pose and unit"
         return free, why
-    if posterior is not None and explains:
-        return posterior, why
+    if posterior is not None:
+        return posterior, explanation(posterior, bodies)
     s = uncertainty(found, shape)
     if prior is not None:
         if misfit(bodies[prior], found) <= MISFIT:
