@@ -50,7 +50,7 @@ class Covariance(NamedTuple):
                 "the estimate's covariance is not one: not symmetric or not positive",
                 fix="identify it again",
             )
-        vectors[known.diagonal() == 0.0] = 0.0  # but for rounding they are
+        vectors[known.diagonal() == 0.0] = 0.0  # they are zero up to rounding
         return cls(size, np.maximum(values, 0.0), vectors, open_)
 
     @property

@@ -48,7 +48,7 @@ def check_readable(path: str | Path) -> None:
     try:
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
-        return  # reading tells what is wrong with the path
+        return  # reading the path raises the error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise InputError(
             "is a pipe or a device, not a file",
@@ -177,7 +177,7 @@ def check_replaceable(path: str | Path, *inputs: str | Path | None) -> None:
     try:
         there = os.stat(path)
     except (OSError, ValueError):
-        return  # writing tells what is wrong with the path, if anything is
+        return  # writing to the path raises the error, if there is one
     if not stat.S_ISREG(there.st_mode):
         raise InputError(
             "cannot be written, as it is no regular file", path, "choose another name"

@@ -1,5 +1,5 @@
-"""Messages: what was found, and what gives doubt, as sentences that programs can tell
-apart; and the verdict that follows from them: whether to trust an estimate, and why not.
+"""Messages: findings and doubts as sentences that programs can distinguish; and the
+verdict on an estimate that follows from them.
 
 A `Message` is its text, and carries a code that never changes with the wording. Where
 it speaks of an argument of the library the text names it in backquotes, as in "check
@@ -56,7 +56,7 @@ NO_DOUBT = frozenset(
         "gaps-in-poses",
         "torque-reference-assumed",
         "mass-deviation-assumed",
-        # what was looked at in the shape, or is told of a prediction
+        # findings about the shape or a prediction
         "mesh-holes",
         "thin-parts",
         "tool-without-spread",

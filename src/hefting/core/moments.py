@@ -155,8 +155,8 @@ class Moments:
         return type(self)(factor, self.samples, self.start, self.end)
 
     def without_bias(self) -> Self:
-        """What the samples tell whatever their constant bias, which may be merged with
-        that of other recordings.
+        """The moments with the constant bias eliminated, which may be merged with those
+        of other recordings.
 
         The column of ones is that of the bias in each of the six equations, so to take
         it out of the features takes the best bias out of any of their equations.

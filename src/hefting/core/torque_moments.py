@@ -1,5 +1,5 @@
-"""TorqueMoments: everything the estimators need of any number of samples of joint
-torques, in one triangular factor a joint.
+"""TorqueMoments: the sums over any number of samples of joint torques that estimators
+need, in a triangular factor for each joint.
 
 The torque of joint j is linear in what is unknown,
 

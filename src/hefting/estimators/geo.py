@@ -166,12 +166,9 @@ class GEO(PointEstimator):
 
     @cached_property
     def _unit(self) -> tuple[InertialParameters, Array]:
-        """The prior, of 1 kg where a shape gives it, and T (10, 10) such that phi = T q
-        with that prior at Q = I.
-
-        The Euclidean distance knows nothing of the prior's shape: there a compact body
-        is at Q = I.
-        """
+        """The prior, for 1 kg if a shape gives it, and T (10, 10) with phi = T q such
+        that Q = I is that prior; for the Euclidean distance, which does not depend on
+        the prior's shape, Q = I is a compact body."""
         if self.prior is not None:
             prior = self.prior
         else:

@@ -92,7 +92,7 @@ class MassRow:
         if doubts:
             return replace(NO_ROW, doubts=doubts)
         square, other = reading.std**2 + gain, max(variance - gain, 0.0)
-        if not np.isfinite(variance):  # the row alone tells the mass
+        if not np.isfinite(variance):  # only the row determines the mass
             square = other = reading.std**2
         other = max(other, LEAST_OWN_SHARE * (other + gain))
         return cls(

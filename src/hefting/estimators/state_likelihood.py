@@ -98,11 +98,9 @@ class StateSamples:
         )
 
     def likelihood(self, phi: Array) -> StateLikelihood:
-        """The likelihood, its noise judged at least squares.
-
-        Parameters `phi` (10,) near the right ones tell what errors of the motion do to
-        the wrench. Noise that was given is taken at its word unless the residuals
-        contradict it, by their size or their colour.
+        """The likelihood, with the noise found at least squares. Parameters phi (10,)
+        near the right ones give the effect of the motion's errors on the wrench. A
+        given noise is used unless the size or colour of the residuals contradicts it.
         """
         source, found = self.source, None
         for _ in range(NOISE_PASSES):

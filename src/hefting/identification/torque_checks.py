@@ -42,9 +42,9 @@ UNIT = 0.3, 5.0
 """Smallest and largest ratio of the parts that no payload, offset or Coulomb friction
 explains: in simulated and real runs it was 0.7 to 1.4."""
 ALIKE = 0.75, 0.975
-"""Correlation of both from which on that ratio tells the unit, and of smaller torques:
-of right runs it was mostly above 0.98, of external or compensated torques at most
-0.97."""
+"""Correlation of both above which that ratio shows the unit, the second for small
+ratios. In right runs it was mostly above 0.98, for external or compensated torques at
+most 0.97."""
 LEAST_SEEN = 10.0
 """Size of that part in standard deviations of the noise, below which it is chance."""
 GAIN_ERROR = 0.1
@@ -101,17 +101,17 @@ def require_arms_torques(
 
 
 def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
-    """An error for torques in proportion to those of the URDF's arm, but far from them;
-    a note where nothing tells."""
+    """An error for torques that are proportional to those of the URDF's arm, but far
+    from them; a note if their unit cannot be checked."""
     shares = [share_of_arm(dynamics, each) for each in fits]
-    told = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
-    if not told:
+    clear = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
+    if not clear:
         what = (
             "the URDF's arm does not tell the torques' unit: it moves too little, or its "
             "own torques are taken out"
         )
         return [note("torque-unit-untold", what)]
-    far = [share for share in told if not UNIT[0] < share < UNIT[1]]
+    far = [share for share in clear if not UNIT[0] < share < UNIT[1]]
     if not far:
         return []
     what = (

@@ -51,7 +51,7 @@ from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
 
 MOST_FITTED_SAMPLES = 100_000
-"""Largest number of samples that are fitted directly. Of longer recordings block
+"""Largest number of samples that are fitted directly; of longer recordings block
 medians are fitted."""
 MOST_FITTED_BLOCKS = 10_000
 """Largest number of block medians that are fitted; of longer recordings evenly chosen
@@ -157,7 +157,7 @@ def condition(
 
 
 def _thinned(samples: Samples) -> Samples:
-    """The samples or, of long recordings, medians of some of their blocks."""
+    """The samples, or medians of some blocks of a long recording."""
     if len(samples.time) <= MOST_FITTED_SAMPLES:
         return samples
     blocks = samples.blocks()
@@ -167,7 +167,8 @@ def _thinned(samples: Samples) -> Samples:
 
 
 def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
-    """The robust fit, with the clock offset where it is free and significant."""
+    """The robust fit, with the clock offset if it is free and accepted, and with a
+    filtered motion if that is clearly better."""
     first = fit_from_scratch(samples, problem, gravity)
     found = choose_bias_and_refine_offset(samples, gravity, first)
     if (felt := felt_path(samples, found)) is not None:
@@ -193,7 +194,7 @@ def _another_lag(profile: OffsetProfile | None) -> float:
 
 
 def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...]:
-    """Numbers of bias knots to choose from. A bias that varies as fast as gravity would
+    """Numbers of bias knots to choose from; a bias that varies as fast as gravity would
     fit the object's weight."""
     duration = float(time[-1] - time[0])
     numbers = (1,) if path.kind == "static" else candidates(duration, 0.0)

@@ -14,19 +14,18 @@ from hefting.ingest.robust_fit import COMMON_OFFSET
 from hefting.ingest.samples import FEWEST_POSES, FEWEST_POSES_FOR_OUTLIERS
 
 LARGEST_OFFSET_STD = 0.05
-"""[s] Standard deviation of the clock offset from which on the offset counts as
-undetermined."""
+"""[s] Standard deviation of the clock offset above which it counts as undetermined."""
 NOTICED_OFFSET = 5e-4
 """[s] Rejected clock offset below which a note is enough."""
 LARGEST_TILT_STD = 2.0
-"""[deg] Standard deviation of gravity's direction from which on a warning is given."""
+"""[deg] Standard deviation of gravity's direction above which a warning is given."""
 NOTICED_SATURATED_SHARE = 0.005
 """Share of saturated samples above which a warning is given."""
 LARGEST_SATURATED_SHARE = 0.05
-"""Share of saturated samples above which the answer is not to be used: with a tenth of
-the samples clipped a mass was found 15 % too small."""
+"""Share of saturated samples above which the answer is wrong: with a tenth of the
+samples clipped a mass was found 15 % too small."""
 MOST_NUMBERS = 5
-"""Largest number of odd poses that are told by their numbers."""
+"""Largest number of odd poses that are listed by number."""
 LARGEST_REJECTED_SHARE = 0.4
 """Share of rejected samples above which a warning is given."""
 

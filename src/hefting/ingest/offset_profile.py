@@ -1,12 +1,12 @@
-"""Profile of a clock offset that was found: how well the inliers are explained at every
-offset that may be looked for, and whether that speaks for the one found.
+"""Profile of a clock offset: how well every possible offset explains the inliers, and
+whether that supports the one found.
 
-What shifting the wrench gains is the decrease of the weighted sum of squared residuals
-over their spectrum at low frequencies: twice a log likelihood ratio, in which correlated
-residuals count as the few independent ones that they amount to. A wrench that the model
-explains, and that is late, gains thousands. One that it does not explain, as that of a
-sensor mounted turned or in contact, gains some tens at offsets at which the motion
-happens to resemble itself.
+The gain of an offset is the decrease of the weighted sum of squared residuals, over
+their spectrum at low frequencies: twice a log likelihood ratio, in which correlated
+residuals count as the few independent ones that they amount to. A late wrench that the
+model explains gains thousands. One that the model does not explain, as of a sensor
+mounted turned or in contact, gains some tens at offsets at which the motion resembles
+itself.
 """
 
 from typing import Literal

@@ -45,8 +45,8 @@ def ingest_all(recordings: Log | Sequence[Log], **reading: Any) -> Ingested:
 
 
 def names_of(logs: Sequence[str]) -> list[str]:
-    """What to call each: its file's name where that tells it from the others, else its
-    whole path or source; with a number where that is the same, too."""
+    """Names of the logs: file names if these differ, else whole paths or sources; with
+    numbers if those are the same too."""
     names = [Path(log).name or log for log in logs]
     names = [
         n if names.count(n) == 1 else log for n, log in zip(names, logs, strict=True)

@@ -25,8 +25,8 @@ from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
 
 OFFSET_ERROR_RATIO = 5.0
-"""Error of a clock offset over the standard deviation of the robust fit, which knows
-only of errors that its residuals show. In parts of 4 to 9 s of recordings with an
+"""Error of a clock offset over the standard deviation of the robust fit, which includes
+only errors that show in its residuals. In parts of 4 to 9 s of recordings with an
 optical, a strain-gauge and a capacitive sensor the offset was 3 to 20 such deviations
 from that of the whole."""
 UNKNOWN_OFFSET_STD = 0.02

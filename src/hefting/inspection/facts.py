@@ -204,8 +204,8 @@ class WrenchFacts:
     """kg: mean |f| / |g| once the bias is taken away; None where the bias is not
     known"""
     bias: Array | None
-    """(6,) as recorded [N, N m], its mean where it drifts; None where the motion cannot
-    tell it from the object"""
+    """(6,) as recorded [N, N m], its mean if it drifts; None if the motion does not
+    separate it from the object"""
     bias_t: Array | None
     """(6,) the bias over its standard deviation"""
     noise: tuple[float, float]

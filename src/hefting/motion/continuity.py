@@ -91,11 +91,9 @@ def find_discontinuities(
 
 def _frozen(runs: Runs, steps: Steps) -> Mask:
     """(K,) samples of runs of equal rows that are longer than usual, and than errors of
-    time stamps, and begin or end with a jump.
-
-    The first sample of such a run, at which the stream stalled, is not among them,
-    unless it is the first of all: the stream had not begun.
-    """
+    time stamps, and begin or end with a jump. The first sample of a run, at which the
+    stream stalled, is not included, unless it is the first of all: the stream had not
+    begun."""
     held = runs.long & (runs.end - runs.time > HELD_TIMING_ERRORS * steps.timing_error)
     if not held.any() or len(runs.first) < FEWEST_HELD_ROWS:
         return np.zeros(len(runs.of_row), dtype=bool)

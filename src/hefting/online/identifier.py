@@ -377,7 +377,7 @@ def _settings(
             raise InputError(
                 f"{name} cannot be asked for an accuracy", "live", f"use {others}"
             )
-        # of no recording yet: what cannot be right is told before any sample
+        # wrong settings are refused before any sample
         facts = Known("none", Noise(1.0, 1.0), None, False, None, None, known)
         estimator_knowing(kind, facts, asked | own)
     return Settings(

@@ -1,8 +1,5 @@
-"""Live estimate: what is known of the object at one time of a stream.
-
-The last one is that of `hefting.identify` on all of the stream; an accuracy that was
-asked for leaves nothing of it out.
-"""
+"""Live estimate: the estimate of the object at a time of a stream. The last one is that
+of `hefting.identify` on the whole stream, also if an accuracy was asked for."""
 
 from __future__ import annotations
 

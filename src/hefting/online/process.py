@@ -48,7 +48,7 @@ class Remote:
         assert self._process is not None
         assert self._process.stdin is not None
         self._waiting = 1
-        with suppress(OSError):  # the reader tells that it is dead
+        with suppress(OSError):  # the reader reports its death
             _send(self._process.stdin, pickle.dumps(task))
 
     def answer(self) -> Understanding | None:

@@ -144,7 +144,7 @@ class Understander:
         if it cannot be ingested."""
         reading = dict(self._settings.reading)
         recent = ingest(recording, **reading)
-        # of a rest the older parts tell whether there is a bias, and the sign
+        # at rest only the older parts determine whether there is a bias, and the sign
         if again := what_others_tell([*self._parts, recent])[-1]:
             recent = ingest(recording, **(reading | again))
         known = Understanding(

@@ -1,6 +1,6 @@
 """Cells: wrench and motion averaged over a tenth of a second, in which changes of the
-object are looked for; and their partition into consecutive intervals, in each of which
-one body beside one bias explains the wrench best.
+object are searched for; and their partition into intervals in each of which one body
+and one bias explain the wrench best.
 
 The normal equations of an interval are differences of cumulative sums, so all intervals
 are fitted together in closed form. The partition of least cost is found by dynamic

@@ -22,8 +22,7 @@ def explain(case: Case) -> Explanation | None:
     given, _ = fit_as_given(case)
     columns = np.broadcast_to(np.eye(6), (len(case.time), 6, 6))
     step = linear_step(given, given.best, columns)
-    # the residuals of a wrong bias are all coloured: of white ones is enough to tell
-    # whether the motion determines it
+    # a wrong bias colours the residuals itself, so the deviations are those for white ones
     std = np.sqrt(np.maximum(step.white.diagonal(), 1e-300))
     force, torque = (float(np.linalg.norm(x)) for x in step.change.reshape(2, 3))
     return Explanation(

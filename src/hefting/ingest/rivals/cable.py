@@ -1,9 +1,9 @@
-"""A cable or hose pulls at the sensor: a force that depends on where the sensor is.
+"""A cable or hose pulls at the sensor, with a force that depends on the sensor's place.
 
 The pull is that of an isotropic spring between a point of the world and a point of the
-sensor frame, -k (p - p0), or of a weight that grows with the height of the sensor, as
-of a hanging cable. Its part along gravity can hardly be told from the object's weight,
-but for its change: of what hangs there is nothing where it is lightest.
+sensor frame, -k (p - p0), or the weight of a hanging cable, which grows with the height
+of the sensor. Only changes of its part along gravity are distinguished from the
+object's weight: a hanging cable is taken to have no weight where it is lightest.
 """
 
 from dataclasses import replace

@@ -1,11 +1,11 @@
-"""The grip gives way under the load, as a suction cup or soft fingers do, or has slack.
+"""The grip yields to the load, as a suction cup or soft fingers do, or has slack.
 
 The centre of mass is c - C s, with the compliance C (3, 3) and the specific force s of
-the sensor in its axes, which is gravity's where it moves slowly. The force is that of
-the rigid body, the torque has m s x C s besides: of C it does not tell a part that is
-the same along all axes. Of an object with slack, which moves until it meets a stop,
-tanh(s / g0) by axes takes the place of s, with g0 a third of gravity; of one that slides
-slowly from stop to stop, the integral of s between them.
+the sensor in its axes, which is nearly that of gravity for slow motion. The force is
+that of the rigid body; the torque also has m s x C s, in which a multiple of the
+identity in C cancels. For an object with slack, which moves until it meets a stop,
+tanh(s / g0) by axes takes the place of s, with g0 a third of gravity; for one that
+slides slowly from stop to stop, the integral of s between them.
 """
 
 import numpy as np

@@ -1,9 +1,9 @@
-"""The mount of the sensor gives way under the load, so that it is turned against the logged
-frame: by a compliance that is the same about all axes, times the torque about some point
-of it.
+"""The sensor's mount yields to the load and turns the sensor against the logged frame,
+by a compliance that is the same about all axes, times the torque about some point of
+the mount.
 
-To first order in the turn, with its velocity neglected: the specific force s of the
-sensor is turned, by s x k (t + r x f) for a force f and a torque t.
+To first order, and without the velocity of the turn, the specific force s of the sensor
+is turned: by s x k (t + r x f) for a force f and a torque t.
 """
 
 import numpy as np

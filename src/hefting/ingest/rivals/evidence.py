@@ -24,16 +24,16 @@ from hefting.ingest.robust_rows import (
 )
 
 TYPICAL_DEVIATION = 4.46
-"""Average of 4.5 log(1 + x / 3) over x distributed as chi-squared with six degrees of
-freedom: what noise alone takes from the log-likelihood of a sample."""
+"""Mean of 4.5 log(1 + x / 3) for x of a chi-squared distribution with six degrees of
+freedom: the reduction of a sample's log-likelihood by noise alone."""
 NEGLIGIBLE_UNEXPLAINED = 0.3
-"""Log-likelihood of a sample missing to noise alone that counts as nothing."""
+"""Missing log-likelihood per sample (`missing`) that is negligible."""
 LARGEST_LEFT = 0.9
-"""Share of what noise does not explain that a first fit of a mistake may leave: of 300
-recordings with mistakes, those that were told left 0.73 at most, and half of the others
-0.99."""
+"""Share of what noise does not explain that the rough fit of a mistake may leave. In
+300 recordings with mistakes those that were named left at most 0.73, and half of the
+others 0.99."""
 ITERATIONS, MORE_ITERATIONS = 6, 2
-"""Reweightings of a robust fit, and of one that goes on from nearly the same."""
+"""Number of reweightings of a robust fit, and of one that starts from a similar fit."""
 NOISE_ALLOWANCE = 1.3
 """Factor by which a squared residual may exceed that of the noise by chance."""
 SMALLEST_CHANGE = 1e-6
@@ -45,7 +45,7 @@ SMALLEST_FLOOR = 1e-12
 @immutable
 class Rows:
     """A model that is linear in its unknowns, for O alternatives (such as clock
-    offsets), of K samples."""
+    offsets) and K samples."""
 
     known: Array
     """(O, K, z) rows in which the columns are linear"""
@@ -54,16 +54,16 @@ class Rows:
     used: Array
     """(O, K) 1 where the motion is known, else 0"""
     wrench: Array | None = None
-    """(O, K, 6) wrench, where it is not the one recorded; of the same length"""
+    """(O, K, 6) wrench in place of the recorded one"""
 
     def part(self, index: slice | Indices) -> "Rows":
-        """Those of some of the alternatives."""
+        """The rows of some alternatives."""
         wrench = None if self.wrench is None else self.wrench[index]
         return Rows(self.known[index], self.maps, self.used[index], wrench)
 
     def predict(self, solution: Array) -> Array:
-        """(O, K, 6) wrench of one solution (p,) by each alternative, or of the first so
-        many unknowns."""
+        """(O, K, 6) wrench by each alternative, for the first unknowns `solution` (p,)
+        or fewer."""
         maps = self.maps[:, :, : len(solution)]
         return self.known @ (maps @ solution)
 
@@ -75,7 +75,7 @@ class Fitted(RobustRows):
     rows: Rows
 
     def of_best(self) -> Self:
-        """The fit of the most likely alternative alone."""
+        """The fit of the most likely alternative only."""
         part = slice(self.best, self.best + 1)
         return type(self)(
             self.likelihood[part],

@@ -1,10 +1,11 @@
-"""Two mistakes: one without unknowns is undone, and another looked for beside it.
+"""Two mistakes: a first one without unknowns is undone, and a second one is searched
+for beside it.
 
-Of a first log several things may be wrong at once: quaternions with w first and forces in
-kgf. Each alone then explains little, or another mistake imitates both. Free channels tell
-beforehand beside which of those that are undone another may explain enough. Of a real
-sensor, whose imperfections are not explained, pairs leave 15 to 40 % of what is
-unexplained as given, of simulated ones next to nothing.
+Several things may be wrong with a first log, such as quaternions with w first and
+forces in kgf. Each alone then explains little, or another mistake imitates both. Free
+channels show beforehand beside which first mistakes a second may explain enough. With a
+real sensor, whose imperfections remain, pairs leave 15 to 40 % of what is unexplained
+as given, in simulated recordings next to nothing.
 """
 
 from collections.abc import Callable, Iterator
@@ -35,30 +36,30 @@ from hefting.ingest.rivals.judge import (
 from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_UNEXPLAINED = 0.2
-"""Residual over the wrench's changes from which on two mistakes are looked for: of pairs
-of common ones in a recording of a real sensor it is 0.23 and more."""
+"""Residual over the wrench's changes from which on two mistakes are searched for: for
+pairs of common ones in a recording of a real sensor it is 0.23 and more."""
 ENOUGH_EXPLAINED = 0.25
-"""Share of what is unexplained up to which one mistake may leave it and no second is
-looked for."""
+"""Share of what is unexplained up to which one mistake may leave it without a search
+for a second."""
 LARGEST_LEFT = 0.5
-"""Share of what is unexplained that two mistakes may leave to be named."""
+"""Largest share of what is unexplained that two mistakes may leave to be named."""
 LARGEST_AT_FIRST = 1.6
-"""What a second mistake that is not fitted to the end may leave, over that."""
+"""What the rough fit of a second mistake may leave, over that."""
 LARGEST_LEFT_OF_ONE = 0.4
-"""Share of what one mistake leaves unexplained that another beside it may leave: beside a
-right one, in two recordings of a real sensor, its imperfections leave 0.55."""
+"""Largest share of what one mistake leaves unexplained that another beside it may
+leave: beside a right one, in two recordings of a real sensor, imperfections leave 0.55.
+"""
 LARGEST_LEFT_OF_ANOTHER = 0.8
-"""The same where it is none of the two."""
+"""The same if that one is neither of the two."""
 RARITY_OF_TWO = 5.0
-"""Rarity of two mistakes at once, of which there are some 150 times as many as of one."""
+"""Rarity of two mistakes at once, of which there are some 150 times as many pairs."""
 FARTHEST_COM = 1.0
-"""[m] Distance of an object's COM from the sensor beyond which two mistakes explain
-nothing."""
+"""[m] Largest distance of an object's COM from the sensor with two mistakes."""
 CLEAR_EFFECT = 3.0
-"""Standard deviations from which on a second mistake is there."""
+"""Standard deviations from which on a second mistake is significant."""
 
 _ALONE: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
-"""What `judge_alone` found."""
+"""Results of `judge_alone`."""
 
 Explain = Callable[[Case], Explanation | None]
 
