@@ -17,7 +17,7 @@ from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.identification import identify
 from hefting.ingest import Conditioned, condition
-from hefting.ingest.changes.assignment import NO_BODY, Assignment
+from hefting.ingest.changes.assignment import NO_BODY, Assignment, Part
 from hefting.ingest.changes.bodies import JointModel, is_suspicious, with_noise_scale
 from hefting.ingest.changes.cells import (
     COST_OF_INTERVAL,
@@ -425,7 +425,7 @@ def test_messages_name_times_kinds_and_what_to_give():
 def test_an_object_that_comes_back_was_touched_unless_it_was_put_down(
     labels, masses, cell, kept
 ):
-    parts = [(30 * i, 30 * i + 30, label) for i, label in enumerate(labels)]
+    parts = [Part(30 * i, 30 * i + 30, label) for i, label in enumerate(labels)]
     time = cell * np.arange(30 * len(labels))
     found = SimpleNamespace(
         cells=SimpleNamespace(first=time, last=time + cell),
@@ -489,11 +489,11 @@ def test_a_body_reaches_as_far_as_it_explains_the_wrench():
         return np.isin(np.arange(60), explains[i])
 
     object.__setattr__(made, "_explained", explained)
-    assert made._grown(0, 0) == (0, 28)
-    assert made._grown(0, 3) == (3, 28)
-    assert made._grown(1, 28) == (28, 60)
+    assert made._extended(0, 0) == (0, 28)
+    assert made._extended(0, 3) == (3, 28)
+    assert made._extended(1, 28) == (28, 60)
     explains[0] = range(0, 60)
-    assert made._grown(0, 0) == (0, 30)
+    assert made._extended(0, 0) == (0, 30)
 
 
 def test_stretches_in_json_have_a_centre_of_mass_or_none():

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from hefting.ingest.changes import find
-from hefting.ingest.changes.assignment import NO_BODY
+from hefting.ingest.changes.assignment import NO_BODY, Part
 from hefting.ingest.changes.find import (
     _best_offset,
     _changes,
@@ -55,19 +55,21 @@ def test_what_is_wrong_all_the_time_is_neither_change_nor_contact(
         lambda cells: np.array((0.0, otherwise)),
     )
     found = assigned(variance)
-    assert _is_change(found, [(0, 50, 0), (50, 100, 1)]) is change
-    assert not _is_change(found, [(0, 50, 0), (60, 100, 0)])
+    assert _is_change(found, [Part(0, 50, 0), Part(50, 100, 1)]) is change
+    assert not _is_change(found, [Part(0, 50, 0), Part(60, 100, 0)])
     assert _is_contact(found) is contact
 
 
 def test_touches_are_what_lasts_between_the_stretches():
     """And before and after them; since the start, for seven tenths of a second."""
-    touches = _touches(assigned(), [(0, 20, 0), (28, 60, 0), (67, 90, 1)], 5.0)
+    touches = _touches(
+        assigned(), [Part(0, 20, 0), Part(28, 60, 0), Part(67, 90, 1)], 5.0
+    )
     found = [(t.start, t.end) for t in touches]
     np.testing.assert_allclose(found, [(2.0, 2.79), (9.0, 9.99)], atol=1e-9)
-    (whole,) = _touches(assigned(), [(8, 100, 0)], 5.0)
+    (whole,) = _touches(assigned(), [Part(8, 100, 0)], 5.0)
     assert (whole.start, whole.end) == pytest.approx((0.0, 0.79))
-    assert _touches(assigned(), [(0, 100, 0)], 5.0) == []
+    assert _touches(assigned(), [Part(0, 100, 0)], 5.0) == []
 
 
 def test_stretches_have_a_margin_at_a_change():
@@ -141,7 +143,7 @@ def test_other_clock_offsets_are_tried_where_bodies_explain_little(
 
 def test_nothing_is_told_where_no_stretch_lasts(monkeypatch):
     """For one and a half seconds; nor of one body without a contact."""
-    monkeypatch.setattr(find, "_without_excursions", lambda found: [(0, 50, 0)])
+    monkeypatch.setattr(find, "_without_excursions", lambda found: [Part(0, 50, 0)])
     for lasts, contact, told in (
         (1.51, True, True),
         (1.49, True, False),
@@ -156,7 +158,7 @@ def test_nothing_is_told_where_no_stretch_lasts(monkeypatch):
         if changes is not None:
             assert changes.duration == pytest.approx(9.99)
             assert len(changes.touches) == 1
-    monkeypatch.setattr(find, "_without_excursions", lambda found: [(0, 100, 0)])
+    monkeypatch.setattr(find, "_without_excursions", lambda found: [Part(0, 100, 0)])
     assert _changes(assigned(), 5.0) is None
 
 

@@ -13,7 +13,7 @@ from hefting.ingest.ingest import ingest
 from hefting.ingest.joint import (
     _concatenated,
     _mean_noise,
-    _told,
+    _merged_messages,
     _weighed,
     together,
 )
@@ -172,7 +172,7 @@ def test_samples_of_all_stand_one_after_the_other_with_a_pause(one):
 
 def test_messages_name_the_recordings_unless_they_are_about_all():
     same, other = warning("a", "is so"), warning("b", "is not")
-    told = _told([[same, other], [same], [other, same]], ["x", "y", "z"])
+    told = _merged_messages([[same, other], [same], [other, same]], ["x", "y", "z"])
     assert told[0] is same
     assert "x" in told[1]
     assert "z" in told[1]

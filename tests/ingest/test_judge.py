@@ -39,7 +39,7 @@ from hefting.ingest.rivals.explanation import (
 )
 from hefting.ingest.rivals.judge import (
     POSSIBLE_EVIDENCE,
-    _is_told,
+    _is_named,
     _is_white,
     _is_worth_a_search,
     _promising,
@@ -183,7 +183,7 @@ def test_a_mistake_of_less_than_three_deviations_is_not_told(case, effect, told)
     nothing_left = replace(given.fitted, likelihood=given.fitted.likelihood + 10.0)
     other = replace(given, code="other", fitted=nothing_left, effect=effect)
     assert evidence(case, given, other) > POSSIBLE_EVIDENCE
-    assert _is_told(case, given, other) is told
+    assert _is_named(case, given, other) is told
 
 
 def test_small_mistakes_have_the_derivatives_of_the_wrench(case):

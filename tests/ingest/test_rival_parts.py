@@ -19,7 +19,7 @@ from hefting.ingest.rivals.axes_turned import (
     _quadratic,
 )
 from hefting.ingest.rivals.base_tilted import _along_axis
-from hefting.ingest.rivals.calibration_matrix import RANGES, _told
+from hefting.ingest.rivals.calibration_matrix import RANGES, _largest_error
 from hefting.ingest.rivals.evidence import Rows
 
 
@@ -85,12 +85,12 @@ def test_the_largest_error_of_a_calibration_matrix_is_told():
     errors = np.zeros((6, 6))
     errors[1, 1] = -0.02
     errors[0, 3] = 0.15  # a newton metre makes 0.15 N: 1.5 % of a range
-    assert _told(errors, size) == (
+    assert _largest_error(errors, size) == (
         "gain-uneven",
         "the sensor's channels seem to have different gains, fy -2.0 % against the others",
     )
     errors[4, 2] = 3e-3
-    code, what = _told(errors, size)
+    code, what = _largest_error(errors, size)
     assert code == "cross-talk"
     assert f"{WRENCH[4]} to {WRENCH[2]} by +3.0 % of its range" in what
     np.testing.assert_array_equal(RANGES, (1.0, 1.0, 1.0, 0.1, 0.1, 0.1))

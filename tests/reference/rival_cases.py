@@ -226,7 +226,9 @@ def parts() -> dict[str, Any]:
         },
         "ascent": (turned, value, Q, square),
         "matrix": [
-            calibration_matrix._told(np.array(each), np.array((9, 8, 7, 1, 1, 0.5)))
+            calibration_matrix._largest_error(
+                np.array(each), np.array((9, 8, 7, 1, 1, 0.5))
+            )
             for each in (errors, errors * (1.0 + 9.0 * np.eye(6)))
         ],
     }

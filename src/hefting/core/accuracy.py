@@ -1,5 +1,6 @@
-"""Accuracy: how far off mass, centre of mass and inertia are at most; asked for, or
-claimed by a posterior; and how close an estimate is to the optimum of its problem."""
+"""Accuracy: limits of the errors of mass, centre of mass and inertia, asked for or
+claimed by a posterior; and a certificate of how close an estimate is to the optimum of
+its problem."""
 
 from dataclasses import asdict, dataclass
 from typing import Any, Self
@@ -12,13 +13,13 @@ from hefting.core.quantity import quantity
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array
 
 NAMES = {"mass": "mass", "com": "center_of_mass", "inertia": "inertia"}
-"""How the three are called in a text, and here."""
+"""Names of the three in a text, and their attributes."""
 
 
 @dataclass(frozen=True)
 class Accuracy:
-    """Limits of three errors; None where one does not matter, infinite where one
-    claimed is open."""
+    """Limits of three errors; None for one that does not matter, infinite for one that
+    is open."""
 
     mass: float | None = None
     """|dm| / m"""
@@ -37,8 +38,8 @@ class Accuracy:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """From a text like ``mass=1%,com=2mm,inertia=20%``; any of the three. Raises
-        `InputError`."""
+        """From a text like ``mass=1%,com=2mm,inertia=20%``, with any of the three.
+        Raises `InputError`."""
         found: dict[str, Any] = {}
         for part in text.split(","):
             name, equals, value = (word.strip() for word in part.partition("="))
@@ -58,8 +59,8 @@ class Accuracy:
 
     @classmethod
     def of_draws(cls, draws: Array, body: InertialParameters, level: float) -> Self:
-        """What the errors of `body` do not exceed with probability `level`, each by
-        itself, if the truth is like `draws` (n, 10); infinite where too many of those
+        """Limits that the errors of `body` do not exceed with probability `level`, each
+        by itself, if the truth is like `draws` (n, 10); infinite if too many of those
         have no positive mass."""
         if not body.mass > 0.0:  # no COM, and no inertia about it
             return cls(np.inf, np.inf, np.inf)
@@ -80,11 +81,12 @@ class Accuracy:
         )
 
     def met_by(self, claimed: "Accuracy") -> bool:
-        """Whether `claimed` is as good in all that is asked."""
+        """Whether `claimed` is at least as good in all that is asked for."""
         return all(self._share(name, claimed) <= 1.0 for name in NAMES.values())
 
     def shortfall(self, claimed: "Accuracy") -> str:
-        """What `claimed` lacks, in words; empty where it suffices."""
+        """The errors of `claimed` that are too large, in words; empty if there are
+        none."""
         lacking = [name for name in NAMES.values() if self._share(name, claimed) > 1.0]
         return " and ".join(
             f"the {_WORDS[name]} is {self._lack(name, getattr(claimed, name))}"
@@ -92,7 +94,7 @@ class Accuracy:
         )
 
     def __str__(self) -> str:
-        """Readable, and what `parse` takes unless something is open."""
+        """A readable text, which `parse` takes unless something is open."""
         return ",".join(
             f"{word}={_shown(name, getattr(self, name))}"
             for word, name in NAMES.items()

@@ -1,5 +1,5 @@
-"""Covariance of the ten parameters of a body, infinite where one is open: checked, and
-taken apart."""
+"""Covariance of the ten parameters of a body, infinite where open: its check and its
+decomposition."""
 
 from typing import NamedTuple, Self
 
@@ -9,18 +9,18 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array, Mask
 
 NEGATIVE = 1e-6
-"""Share of the largest eigenvalue by which one may be negative through rounding,
+"""Largest negative eigenvalue that is rounding, relative to the largest one, for
 standard deviations scaled to 1."""
 NOTHING = 1e-12
-"""Share of the largest eigenvalue below which there is no variance but rounding."""
+"""Eigenvalue, relative to the largest one, below which there is no variance."""
 
 
 class Covariance(NamedTuple):
-    """A covariance (10, 10) as ``D V diag(values) V' D``, with the standard deviations on
-    the diagonal of D; zero where a parameter is open."""
+    """A covariance (10, 10) as ``D V diag(values) V' D``, with the standard deviations
+    on the diagonal of D, zero for open parameters."""
 
     size: Array
-    """(10,) standard deviations, 1 where there is none"""
+    """(10,) standard deviations, 1 for none"""
     values: Array
     """(10,) eigenvalues, not negative, smallest first"""
     vectors: Array
@@ -30,10 +30,8 @@ class Covariance(NamedTuple):
 
     @classmethod
     def of(cls, covariance: Array) -> Self:
-        """From a covariance (10, 10), infinite on its diagonal where open.
-
-        Raises `InputError` for what is no covariance.
-        """
+        """From a covariance (10, 10) with infinite diagonal entries for open
+        parameters. Raises `InputError` for what is no covariance."""
         open_ = np.isinf(covariance.diagonal())
         known = np.where(open_ | open_[:, None], 0.0, covariance)
         if not np.isfinite(known).all() or (covariance.diagonal() < 0.0).any():
@@ -52,17 +50,17 @@ class Covariance(NamedTuple):
                 "the estimate's covariance is not one: not symmetric or not positive",
                 fix="identify it again",
             )
-        vectors[known.diagonal() == 0.0] = 0.0  # but for rounding they are
+        vectors[known.diagonal() == 0.0] = 0.0  # they are zero up to rounding
         return cls(size, np.maximum(values, 0.0), vectors, open_)
 
     @property
     def root(self) -> Array:
-        """(10, 10) of which ``root @ root.T`` is the covariance."""
+        """(10, 10) with ``root @ root.T`` the covariance."""
         return self.size[:, None] * self.vectors * np.sqrt(self.values)
 
     @property
     def information(self) -> Array:
-        """(10, 10) its inverse; of directions without variance, nothing."""
+        """(10, 10) inverse of the covariance; zero in directions without variance."""
         some = self.values > NOTHING * self.values[-1]
         ways = self.vectors[:, some] / self.size[:, None]
         return (ways / self.values[some]) @ ways.T

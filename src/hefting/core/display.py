@@ -1,7 +1,7 @@
 """Display: how results show themselves in a notebook.
 
-What a notebook is shown needs pictures, which the results' own packages know nothing of.
-So the package itself names, from above, the module that makes it.
+Notebooks show pictures, which the results' own packages do not import. The package
+itself names the module that makes them.
 """
 
 from importlib import import_module
@@ -10,16 +10,16 @@ _makers: list[str] = []
 
 
 def shown_by(module: str) -> None:
-    """Name the module whose ``html_of(value)`` makes what a notebook shows of a
+    """Name the module whose ``html_of(value)`` makes the notebook display of a
     value."""
     _makers[:] = [module]
 
 
 class Shown:
-    """Base of results that a notebook shows as more than their `repr`."""
+    """Base of results with a notebook display beside their `repr`."""
 
     __slots__ = ()
 
     def _repr_html_(self) -> str | None:
-        """HTML for a notebook; None where nothing makes it."""
+        """HTML for a notebook; None if no module was named."""
         return import_module(_makers[0]).html_of(self) if _makers else None

@@ -1,12 +1,12 @@
-"""Errors: one root class, one line each: what is wrong, where, and what to do about
-it."""
+"""Errors: one root class, messages of one line: what is wrong, where, and what to
+do."""
 
 from collections.abc import Generator, Iterable
 from contextlib import contextmanager
 
 LONGEST_PLACE = 1000
-"""Characters of where an error is that it repeats: paths are shorter, a text typed in
-place of a file may not be."""
+"""Largest number of characters of the place in a message: paths are shorter, a text
+typed in place of a file may not be."""
 
 
 def printable(text: str) -> str:
@@ -17,8 +17,8 @@ def printable(text: str) -> str:
 
 
 def encodable(text: str) -> str:
-    """`text` with a question mark for each character that UTF-8 does not have: bytes of
-    the name of a file that is not in UTF-8. A text without stays what it is."""
+    """`text` with a question mark for each character that UTF-8 lacks, as in file names
+    with other bytes."""
     written = text.encode(errors="replace").decode()
     return text if written == text else written
 
@@ -89,7 +89,7 @@ class MissingDependencyError(HeftingError):
 
 @contextmanager
 def needing(module: str, extra: str) -> Generator[None]:
-    """`MissingDependencyError` of a library where an import inside fails."""
+    """Context in which a failed import raises `MissingDependencyError` of a library."""
     try:
         yield
     except ImportError as error:
@@ -125,8 +125,8 @@ class NeedError(InputError):
 
 
 def nearest(name: str, choices: Iterable[str]) -> str:
-    """``" (did you mean 'x'?)"`` when a choice resembles `name`, in whatever case, else
-    an empty string."""
+    """``" (did you mean 'x'?)"`` if a choice resembles `name`, in any case, else an
+    empty string."""
     import difflib
 
     by_letters = {choice.lower(): choice for choice in choices}

@@ -1,4 +1,4 @@
-"""Estimate: what an estimator found, how sure it is, and how it can be checked."""
+"""Estimate: the result of an estimator, its uncertainty, and checks of it."""
 
 from __future__ import annotations
 
@@ -30,7 +30,7 @@ from hefting.core.summary import body_lines, samples_told, warning_lines
 from hefting.core.undetermined import NOTHING_OPEN, Undetermined, undetermined_mass
 
 NORMAL_95 = 1.96
-"""Half-width of a 95 % interval over the standard deviation, of a normal variable."""
+"""Half-width of a 95 % interval of a normal variable over its standard deviation."""
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -57,36 +57,35 @@ class Estimate(Shown):
     samples: int
     """Samples used."""
     duration: float | None = None
-    """Time spanned by the samples [s]; None for static poses without time."""
+    """Time spanned by the samples [s]; None for static poses."""
     covariance: Array | None = None
-    """(10, 10) covariance of ``parameters.vector``; None where the method has none."""
+    """(10, 10) covariance of ``parameters.vector``; None if the method has none."""
     intervals: dict[str, Array] | None = None
-    """Lower and upper ends between which each quantity lies with 95 % probability:
-    ``mass`` (2,) [kg], ``center_of_mass`` (2, 3) [m], ``inertia_at_origin`` and
-    ``inertia_at_com`` (2, 3, 3) [kg m²]; infinite where the samples leave a quantity
-    open. None where the method has none."""
+    """Lower and upper ends of the 95 % interval of each quantity: ``mass`` (2,) [kg],
+    ``center_of_mass`` (2, 3) [m], ``inertia_at_origin`` and ``inertia_at_com`` (2, 3,
+    3) [kg m²]; infinite where the samples leave a quantity open. None if the method has
+    none."""
     accuracy: Accuracy | None = None
-    """What the errors do not exceed, each with 95 % probability; None unless an
+    """Limits that the errors do not exceed, each with 95 % probability; None unless an
     accuracy was asked for."""
     sufficient: bool | None = None
-    """Whether that is what was asked for."""
+    """Whether these meet the accuracy that was asked for."""
     certificate: Certificate | None = None
-    """How close to the method's optimum."""
+    """Certificate of the distance from the method's optimum."""
     bias: Array | None = None
     """(6,) wrench bias [N, N m] found with it, with the sign of `hefting.core.spatial`
     (that of an on-sensor log is the opposite); (n, 6) of n recordings, one for each;
     None when it was not estimated."""
     point_masses: Array | None = None
-    """(n,) masses [kg] of the shape's points, for methods that find them."""
+    """(n,) masses [kg] at the shape's points, of methods that find them."""
     residual: Array | None = None
     """(2,) root-mean-square force [N] and torque [N m] residual of the full model."""
     hull_margin: float | None = None
-    """Depth of the COM in the shape's convex hull over its largest side; None where no
-    shape is known."""
+    """Depth of the COM in the shape's convex hull over its largest side; None without a
+    shape."""
     undetermined: Undetermined = None  # type: ignore[assignment]
-    """Which numbers neither the data nor a shape determine, and what the values that
-    stand in their place follow from; by default what `intervals` leave without an
-    end."""
+    """Numbers that neither the data nor a shape determine, and what their values follow
+    from; by default those whose `intervals` have no end."""
     warnings: tuple[str, ...] = ()
     """What the user should know before trusting it."""
     provenance: dict[str, Any] = field(default_factory=dict[str, Any])
@@ -101,7 +100,8 @@ class Estimate(Shown):
             object.__setattr__(self, "undetermined", found)
 
     def _ends(self) -> dict[str, Array] | None:
-        """Ends of the intervals; of an infinite covariance its deviations."""
+        """Ends of the intervals; without them, for an infinite covariance, by its
+        deviations."""
         if self.intervals is not None or self.covariance is None:
             return self.intervals
         std = self.std if np.isinf(self.covariance.diagonal()).any() else None
@@ -109,8 +109,8 @@ class Estimate(Shown):
 
     @property
     def half_widths(self) -> dict[str, Array]:
-        """Half the widths of the 95 % intervals of ``mass`` (), ``center_of_mass`` (3,)
-        and ``inertia_at_com`` (3, 3); infinite where there is none."""
+        """Half-widths of the 95 % intervals of ``mass`` (), ``center_of_mass`` (3,) and
+        ``inertia_at_com`` (3, 3); infinite without an interval."""
         sizes = {"mass": (), "center_of_mass": (3,), "inertia_at_com": (3, 3)}
         if self.intervals is not None:
             ends = {name: self.intervals[name] for name in sizes}
@@ -188,8 +188,8 @@ class Estimate(Shown):
 
     @property
     def _warnings_and_mass(self) -> tuple[str, ...]:
-        """The warnings, and that the mass is undetermined, as an estimator by itself
-        does not say."""
+        """The warnings, with one of an undetermined mass, which estimators do not
+        give."""
         said = undetermined_mass(self.mass, self.intervals)
         if said is None or not verdict_of(self.warnings).usable:
             return self.warnings
@@ -197,15 +197,14 @@ class Estimate(Shown):
 
     @property
     def sensed_vector(self) -> Array:
-        """(10,) parameters as the sensor shows them: with the error of its gain, where
-        a scale's reading told it."""
+        """(10,) parameters as the sensor measures them, with the error of its gain that
+        a scale's reading showed."""
         gain = float(self.provenance.get("sensor_gain", 0.0))
         return (1.0 + gain) * self.parameters.vector
 
     @property
     def common_bias(self) -> Array | None:
-        """(6,) the bias; None also where several recordings have biases of their
-        own."""
+        """(6,) the bias; None also for several recordings with biases of their own."""
         return self.bias if self.bias is not None and self.bias.ndim == 1 else None
 
     @property
@@ -216,8 +215,8 @@ class Estimate(Shown):
 
     @property
     def physically_consistent(self) -> bool:
-        """Whether a body with these parameters, and this shape if it is known, can
-        exist."""
+        """Whether a body with these parameters, and inside the shape if it is known,
+        can exist."""
         return self.consistency.is_consistent
 
     @property
@@ -313,9 +312,9 @@ class Estimate(Shown):
             raise InputError(f"is not an estimate of schema {SCHEMA}", path, fix)
         try:
             found = cls(**fields_of(data))
-            said = graver_reasons(data, found.verdict)
-            others = (text for text in found.warnings if text not in said)
-            return replace(found, warnings=(*others, *said)) if said else found
+            graver = graver_reasons(data, found.verdict)
+            others = (text for text in found.warnings if text not in graver)
+            return replace(found, warnings=(*others, *graver)) if graver else found
         except (
             KeyError,
             TypeError,
@@ -330,7 +329,7 @@ class Estimate(Shown):
 
 
 class Answered(Protocol):
-    """What holds an estimate, as what `hefting.identify` returns."""
+    """A result that holds an estimate, such as that of `hefting.identify`."""
 
     @property
     def estimate(self) -> Estimate:
@@ -339,7 +338,7 @@ class Answered(Protocol):
 
 
 def estimate_of(given: Estimate | Answered) -> Estimate:
-    """The estimate that is given, or held by what is; `InputError` for neither."""
+    """The estimate itself, or that of a result; `InputError` for anything else."""
     estimate = getattr(given, "estimate", given)
     if not isinstance(estimate, Estimate):
         raise InputError(
@@ -350,14 +349,15 @@ def estimate_of(given: Estimate | Answered) -> Estimate:
 
 
 def estimate_given(given: Estimate | Answered | str | Path) -> Estimate:
-    """The same, or that in the file at a path."""
+    """As `estimate_of`, or from the file at a path."""
     if isinstance(given, str | Path):
         return Estimate.load(given)
     return estimate_of(given)
 
 
 def doubts_of(estimate: Estimate) -> Iterator[Message]:
-    """The gravest reason of its verdict, for what is made from an estimate."""
+    """The gravest reason of an estimate's verdict, as a warning for what is made from
+    it."""
     if estimate.verdict.reasons:
         first = estimate.verdict.reasons[0]
         say = warning if estimate.verdict.usable else error

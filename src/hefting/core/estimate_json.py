@@ -27,17 +27,14 @@ INTERVALS = {
     "inertia_at_origin": (2, 3, 3),
     "inertia_at_com": (2, 3, 3),
 }
-"""Shapes of the lower and upper ends that an estimate may have."""
+"""Shapes of the lower and upper ends of an estimate's intervals."""
 
 Json = Mapping[str, Any]
 
 
 def fields_of(data: Json) -> dict[str, Any]:
-    """The fields of the estimate in JSON values.
-
-    Raises `KeyError`, `TypeError`, `ValueError`, `AttributeError` or `OverflowError`
-    for what is no whole estimate.
-    """
+    """Fields of the estimate in JSON values. Raises `KeyError`, `TypeError`,
+    `ValueError`, `AttributeError` or `OverflowError` for an incomplete estimate."""
     vector = _array(data, "vector", 10)
     if vector is None or not np.isfinite(vector).all():
         raise ValueError("vector is not ten finite numbers")
@@ -75,8 +72,8 @@ def fields_of(data: Json) -> dict[str, Any]:
 
 
 def _check_said(data: Json, parameters: InertialParameters) -> None:
-    """`ValueError` for a frame, a mass or a COM that is not the vector's, but for
-    rounding; each may be missing."""
+    """`ValueError` for a frame, mass or COM that contradicts the parameters; each may
+    be missing."""
     if data.get("frame") not in (None, "sensor"):
         raise ValueError("the frame is not sensor")
     for name, shape in {"mass": (), "center_of_mass": (3,)}.items():
@@ -88,8 +85,8 @@ def _check_said(data: Json, parameters: InertialParameters) -> None:
 
 
 def graver_reasons(data: Json, found: Verdict) -> tuple[Message, ...]:
-    """Why the verdict in a file is worse than the one that is found from the rest of
-    it; nothing where it is not. Raises as `fields_of`."""
+    """Reasons of the verdict in a file, if that is worse than the verdict `found` from
+    the rest of the file; else nothing. Raises as `fields_of`."""
     levels, said = get_args(Level), data.get("verdict") or get_args(Level)[0]
     reasons = cast("list[object]", data.get("reasons") or ["its file says so"])
     texts = [text for text in reasons if isinstance(text, str)]
@@ -102,13 +99,13 @@ def graver_reasons(data: Json, found: Verdict) -> tuple[Message, ...]:
 
 
 def coded(text: str) -> Message:
-    """A message as it is; a text that has no code gets ``unknown``."""
+    """A message as it is; a text without a code gets ``unknown``."""
     return text if isinstance(text, Message) else Message("unknown", text)
 
 
 def json_ready(value: Any) -> Any:
-    """Arrays to lists, non-finite numbers to None and texts to what UTF-8 can write,
-    through dicts and lists."""
+    """Arrays as lists, non-finite numbers as None and texts as UTF-8 allows,
+    recursively in dicts and lists."""
     if isinstance(value, dict):
         items = cast(dict[Any, Any], value).items()
         return {encodable(str(k)): json_ready(v) for k, v in items}
@@ -126,8 +123,8 @@ def json_ready(value: Any) -> Any:
 
 
 def _array(data: Json, name: str, *shape: int | None) -> Array | None:
-    """The array `name` of a shape, None standing for any length; None where there is
-    none."""
+    """The array `name`, of a shape in which None is any length; None if it is
+    missing."""
     values = _shaped(data, name, *shape)
     if values is not None and not np.isfinite(values).all():
         raise ValueError(f"{name} holds what is no number")
@@ -164,7 +161,7 @@ def _shaped(data: Json, name: str, *shape: int | None) -> Array | None:
 
 
 def _covariance(data: Json) -> Array | None:
-    """(10, 10); null on the diagonal is an undetermined variance."""
+    """(10, 10) covariance; null on the diagonal is an infinite variance."""
     values = _shaped(data, "covariance", 10, 10)
     if values is None:
         return None
@@ -205,7 +202,7 @@ def _intervals(data: Json | None) -> dict[str, Array] | None:
 
 
 def _opened(name: str, values: Any) -> Array:
-    """Lower and upper ends; null is no end, which the mass has below."""
+    """Lower and upper ends; null is no end, as the mass may have below."""
     ends = np.array(values, dtype=float)
     if len(ends.shape) and len(ends) == 2:
         ends[1] = np.where(np.isnan(ends[1]), np.inf, ends[1])
@@ -227,7 +224,7 @@ def _accuracy(data: Json | None) -> Accuracy | None:
 
 
 def _undetermined(data: Json | None) -> Undetermined | None:
-    """None for a file that does not say, whose intervals then tell."""
+    """None for a file without the key; the intervals then show it."""
     return None if data is None else Undetermined.from_dict(data)
 
 
@@ -245,7 +242,7 @@ def _is_number(value: Any) -> bool:
 
 
 def _provenance(data: Json, messages: Mapping[str, Message]) -> dict[str, Any]:
-    """Provenance with the codes of its notes; `ValueError` when they are no list of
+    """Provenance with the codes of its notes; `ValueError` if they are no list of
     texts."""
     provenance = dict(data)
     if "notes" in provenance:
@@ -275,8 +272,8 @@ def _message(data: Json) -> Message:
 def numbers_in(
     provenance: Mapping[str, Any], key: str, count: int, largest: float
 ) -> Array | None:
-    """So many numbers (count,) of what an estimate says of how it was made, none larger
-    than `largest`; None for anything else, as a file may hold."""
+    """Numbers (count,) under a key of an estimate's provenance, none above `largest`;
+    None for anything else, as a file may hold."""
     try:
         values = np.asarray(provenance.get(key), dtype=float)
     except (TypeError, ValueError, OverflowError):
@@ -286,10 +283,10 @@ def numbers_in(
 
 
 EMPTY_RUNS = "empty runs"
-"""What tells the arm, where joint torques are of the object alone."""
+"""Source of the arm's parameters, for joint torques of the object alone."""
 
 
 def subtracted_tool(provenance: Mapping[str, Any]) -> Array | None:
     """Parameters (10,) of the tool that was subtracted for an estimate, in sensor axes
-    about the sensor origin; None where there was none."""
+    about the sensor origin; None for none."""
     return numbers_in(provenance, "tool", 10, LARGEST_PARAMETER)

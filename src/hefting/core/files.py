@@ -16,8 +16,8 @@ MAX_JSON = 40_000_000
 fits."""
 
 MAX_LISTS = 1_000_000
-"""Most lists and objects in a JSON file that is read: an empty one takes thirty times
-its bytes in memory, an estimate has a hundred."""
+"""Largest number of lists and objects in a JSON file that is read: an empty one takes
+thirty times its bytes in memory; an estimate has a hundred."""
 
 MAX_BYTES = 2 * 1024**3
 """Largest table that is read [bytes]: its numbers are held in memory, and slow motion
@@ -28,10 +28,10 @@ MAX_XML = 16 * 2**20
 smaller."""
 
 MAX_DEPTH = 10_000
-"""Deepest nesting of XML elements that is read: more would only fill memory."""
+"""Deepest nesting of XML elements that is read."""
 
 TAG = re.compile(rb"""<(?:[^"'>]++|"[^"]*+"|'[^']*+')*+>""")
-"""A tag with its attributes, whose values may hold what ends a tag."""
+"""A tag with its attributes, whose values may contain the character that ends a tag."""
 
 MAX_MAP = 64_000
 """Largest map that is read [bytes]; one that names a thousand columns has half."""
@@ -43,12 +43,12 @@ more than 8 GB."""
 
 
 def check_readable(path: str | Path) -> None:
-    """`InputError` for an input that is neither a regular file nor a folder: reading a
-    pipe could wait for ever."""
+    """`InputError` for an input that is neither a regular file nor a folder, as reading
+    a pipe could wait for ever."""
     try:
         mode = os.stat(path).st_mode
     except (OSError, ValueError):
-        return  # reading tells what is wrong with the path
+        return  # reading the path raises the error
     if not (stat.S_ISREG(mode) or stat.S_ISDIR(mode)):
         raise InputError(
             "is a pipe or a device, not a file",
@@ -162,7 +162,7 @@ def parse_xml(
 
 
 def tag_end(data: bytes, start: int) -> int:
-    """Where the tag ends [bytes] that `parse_xml` found at `start`."""
+    """Offset [bytes] of the end of the tag that `parse_xml` found at `start`."""
     tag = TAG.match(data, start)
     assert tag is not None  # expat found a tag here
     return tag.end()
@@ -177,7 +177,7 @@ def check_replaceable(path: str | Path, *inputs: str | Path | None) -> None:
     try:
         there = os.stat(path)
     except (OSError, ValueError):
-        return  # writing tells what is wrong with the path, if anything is
+        return  # writing to the path raises the error, if there is one
     if not stat.S_ISREG(there.st_mode):
         raise InputError(
             "cannot be written, as it is no regular file", path, "choose another name"
@@ -210,10 +210,8 @@ def write_atomically(path: str | Path, content: str | bytes) -> None:
 
 @contextmanager
 def replacing(path: str | Path) -> Generator[BinaryIO, None, None]:
-    """A file to be written piece by piece, which takes the place of `path` at the end;
-    nothing is left of it where that is not reached.
-
-    Raises `InputError` as `write_atomically`.
+    """Context of a file that is written piece by piece and replaces `path` at the end,
+    or leaves nothing if that is not reached. Raises `InputError` as `write_atomically`.
     """
     import tempfile
 

@@ -1,4 +1,4 @@
-"""Gravity: where a recording was made, its direction and size, and how well these are
+"""Gravity: its direction and size where a recording was made, and how well these are
 known.
 
 On the Earth's surface gravity is from 9.764 to 9.834 m/s². A mass found from a force at
@@ -32,12 +32,10 @@ FLATTENING = 1.0 / 298.257223563
 CENTRIFUGAL_RATIO = 0.00344978650684
 """Centrifugal acceleration at the equator over gravity, the m of WGS 84."""
 WORLD_STD = 0.013
-"""[m/s²] Root mean square difference of local gravity from 9.80665 where nothing is
-said of the place.
-
-Weighed by where people live, in bands of 10° of latitude, it is 0.017, by where
-industrial robots are installed, by country, 0.011. 95 % of this spread, 9.781 to 9.832,
-is the range of normal gravity at sea level between the equator and the poles."""
+"""[m/s²] Root mean square difference of local gravity from 9.80665 at an unknown place:
+0.017 weighted by population, in bands of 10° of latitude, 0.011 by installed industrial
+robots, by country. Its 95 % range, 9.781 to 9.832, is that of normal gravity at sea
+level between the equator and the poles."""
 LATITUDE_STD = 0.0015
 """[m/s²] Standard deviation of local gravity at a known latitude whose altitude is not
 given: people live within some 500 m of sea level, where 100 m make 0.0003."""
@@ -51,8 +49,7 @@ ALTITUDES = (-500.0, 9000.0)
 
 @dataclass(frozen=True)
 class Gravity:
-    """Gravity in world axes, and how well it is known. Serves wherever three numbers
-    do.
+    """Gravity in world axes, and its uncertainty. It serves wherever three numbers do.
 
     Examples
     --------
@@ -71,8 +68,8 @@ class Gravity:
 
     @classmethod
     def of(cls, value: Gravity | ArrayLike | Literal["estimate"]) -> Gravity:
-        """From three numbers, also as text, ``"0,0,-9.81"``, which are exact, or
-        ``"estimate"``: somewhere on the Earth, in a direction that is to be found.
+        """From three numbers, which are exact, also as text, ``"0,0,-9.81"``; or from
+        ``"estimate"``: anywhere on the Earth, in a direction that is to be found.
         Raises `InputError` for anything else."""
         if isinstance(value, Gravity):
             return value
@@ -95,7 +92,7 @@ class Gravity:
 
     @property
     def in_unknown_direction(self) -> Gravity:
-        """The same, its direction to be estimated."""
+        """The same gravity, whose direction is to be estimated."""
         return replace(self, direction="estimate")
 
     @property
@@ -149,4 +146,4 @@ def normal_gravity(latitude: float, altitude: float = 0.0) -> float:
 
 
 ON_EARTH = Gravity(STANDARD_GRAVITY, WORLD_STD)
-"""Standard gravity, of a size that is not known: where nothing is said of it."""
+"""Standard gravity of uncertain size, for an unknown place."""

@@ -1,9 +1,8 @@
-"""LAPACK routines called directly: on matrices of 22 columns NumPy's wrappers cost more
-than the work.
+"""LAPACK routines called directly: for matrices of 22 columns NumPy's wrappers cost
+more than the work.
 
-They are SciPy's own, taken from its extension module by its file: importing
-`scipy.linalg` takes twice as long as importing NumPy, and is needed for nothing else
-where the routines are. Where that fails it is imported.
+The routines are SciPy's, loaded from its extension module by file, as importing
+`scipy.linalg` takes twice as long as importing NumPy. If that fails, it is imported.
 """
 
 import sys
@@ -49,8 +48,8 @@ if lapack is None:
 
 
 WELL_CONDITIONED = 1e6
-"""Largest trace of the inverse of a matrix with ones on its diagonal up to which the
-inverse is that of its triangular factor: no eigenvalue is near zero."""
+"""Largest trace of the inverse of a matrix with unit diagonal for which the inverse of
+its triangular factor is used, as no eigenvalue is near zero."""
 
 
 def root_of_inverse(V: Array) -> Array:
@@ -67,8 +66,8 @@ def root_of_inverse(V: Array) -> Array:
 
 
 def triangular_root(unit: Array) -> Array | None:
-    """(10, 10) X with X'X the inverse of a matrix with ones on its diagonal; None where
-    that is not `WELL_CONDITIONED`."""
+    """(10, 10) X with X'X the inverse of a matrix with unit diagonal; None unless that
+    is `WELL_CONDITIONED`."""
     factor, failed = lapack.dpotrf(unit, lower=1)
     if failed:
         return None

@@ -2,8 +2,8 @@
 estimate.
 
 Each is far beyond what a robot can hold, do or measure, in whatever unit it was written
-by mistake, so that nothing real is refused; and small enough that squares and products
-of a few of them are still finite numbers. They are checked once, where a value enters.
+by mistake, and small enough that products of a few of them are finite. They are checked
+once, where a value enters.
 """
 
 from typing import Any
@@ -54,8 +54,7 @@ LARGEST_DISTANCE = 1e6
 """Largest coordinate of an object's pose in the sensor frame [m]."""
 
 SMALLEST_LENGTH, LIGHTEST_OBJECT = 1e-9, 1e-12
-"""Smallest side [m] and mass [kg] that errors are given in shares of; nothing that is
-held is a nanometre long."""
+"""Smallest side [m] and mass [kg] relative to which errors are given."""
 
 SMALLEST_MASS = 1e-30
 """Smallest absolute mass of an estimate that is not zero [kg]: what is divided by it

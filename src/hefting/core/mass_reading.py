@@ -1,7 +1,7 @@
-"""MassReading: what a scale says of the object's mass, and how sure it is.
+"""MassReading: the mass of the object by a scale, and its uncertainty.
 
-It is information about the true mass. Errors of the force-torque sensor, a gain that
-all its channels share above all, are not on it.
+It is information about the true mass, independent of the errors of the force-torque
+sensor, such as a gain that all its channels share.
 """
 
 import re
@@ -16,12 +16,12 @@ from hefting.core.quantity import quantity
 EXAMPLE = "0.512kg±1g"
 """How a reading is written."""
 LARGEST_MASS = 1e6
-"""[kg] Largest reading: a thousand times what any robot holds, for wrong units to be
+"""[kg] Largest reading: a thousand times what any robot holds, so that wrong units are
 named rather than refused."""
 LONGEST_TEXT = 100
-"""Characters of a text that is read."""
+"""Largest number of characters of a reading."""
 SMALLEST_SHARE = 1e-9
-"""Smallest standard deviation over the mass: no scale is as good."""
+"""Smallest standard deviation over the mass of any scale."""
 
 _PLUS_MINUS = re.compile(r"±|\+/?-")
 _NUMBER = re.compile(r"\s*([\d.]{1,40}(?:e[+-]?\d{1,2})?)\s*(\D{0,4}?)\s*")
@@ -47,8 +47,8 @@ class MassReading:
     """[kg] standard deviation. The accuracy that a scale's maker states, a limit of its
     errors, will do: the intervals then are wider than need be."""
     assumed: bool = False
-    """Whether nobody said how sure the reading is: it is taken for right to the last
-    digit."""
+    """Whether no deviation was given, so that the reading is taken to be right to its
+    last digit."""
 
     def __post_init__(self):
         try:
@@ -81,10 +81,7 @@ class MassReading:
         cls, value: "MassReading | tuple[float, float] | str | None"
     ) -> "MassReading | None":
         """From a reading, a pair of mass and standard deviation [kg], or a text; None
-        where nothing was weighed.
-
-        Raises `InputError` for anything else.
-        """
+        for None. Raises `InputError` for anything else."""
         if value is None or isinstance(value, MassReading):
             return value
         if isinstance(value, str):
@@ -127,7 +124,8 @@ class MassReading:
 
 
 def _kilograms(number: str, unit: str, text: str) -> float:
-    """A number of a unit in kg; `InputError` of the whole `text` for no mass."""
+    """A number with a unit in kg; `InputError` of the whole `text` unless it is a
+    mass."""
     try:
         return quantity(number + unit, "mass")
     except InputError:

@@ -1,5 +1,5 @@
-"""Measurements: motion, gravity and wrench at K instants, all in sensor axes: what
-every estimator works from."""
+"""Measurements: motion, gravity and wrench at K instants in sensor axes, the input of
+every estimator."""
 
 from __future__ import annotations
 
@@ -37,8 +37,7 @@ class Noise:
 
 @dataclass(frozen=True)
 class MotionNoise:
-    """Errors of accelerations that were found from poses or measured: their size and
-    how long they last.
+    """Errors of accelerations, from poses or measured: their size and duration.
 
     Examples
     --------
@@ -51,8 +50,8 @@ class MotionNoise:
     angular: float
     """The same of the angular acceleration [rad/s²]."""
     memory: float = 0.0
-    """Time over which those errors last [s]: 0 for white noise, pi over the bandwidth
-    [rad/s] of a filter."""
+    """Duration of those errors [s]: 0 for white noise, pi over the bandwidth [rad/s] of
+    a filter."""
 
     def __post_init__(self):
         for name in ("linear", "angular", "memory"):
@@ -121,7 +120,7 @@ class Measurements:
     weights: Array | None = None
     """(K,) weight of each sample's squared residuals, or None for ones"""
     motion_noise: MotionNoise | None = None
-    """errors of the accelerations, where known; None: those of `noise`, else white ones
+    """errors of the accelerations if known; None for those of `noise`, else white ones
     that consecutive samples show"""
 
     def __post_init__(self):
@@ -172,7 +171,7 @@ class Measurements:
     @property
     def acceleration_errors(self) -> MotionNoise | None:
         """Errors of the accelerations: `motion_noise`, else the white ones of `noise`;
-        None where nothing is known of them."""
+        None if unknown."""
         if self.motion_noise is not None or self.noise is None:
             return self.motion_noise
         return MotionNoise(
@@ -180,7 +179,7 @@ class Measurements:
         )
 
     def moved(self, pose_old_in_new: Array) -> Self:
-        """The same motion and wrench seen from another frame fixed to the sensor;
+        """The same motion and wrench in another frame fixed to the sensor;
         `pose_old_in_new` is (4, 4)."""
         force, torque = move_wrench(pose_old_in_new, self.force, self.torque)
         a, w, alpha = move_motion(

@@ -1,5 +1,5 @@
-"""Messages: what was found, and what gives doubt, as sentences that programs can tell
-apart; and the verdict that follows from them: whether to trust an estimate, and why not.
+"""Messages: findings and doubts as sentences that programs can distinguish; and the
+verdict on an estimate that follows from them.
 
 A `Message` is its text, and carries a code that never changes with the wording. Where
 it speaks of an argument of the library the text names it in backquotes, as in "check
@@ -57,7 +57,7 @@ NO_DOUBT = frozenset(
         "gaps-in-poses",
         "torque-reference-assumed",
         "mass-deviation-assumed",
-        # what was looked at in the shape, or is told of a prediction
+        # findings about the shape or a prediction
         "mesh-holes",
         "thin-parts",
         "tool-without-spread",
@@ -118,7 +118,7 @@ class Message(str):
         return self.code, str(self), self.severity, self.argument, self.recordings
 
     def about(self, recordings: Iterable[str]) -> "Message":
-        """The message as one about some of several recordings, by their names."""
+        """The message with the names of the recordings that it is about, of several."""
         names = tuple(recordings)
         text = f"{', '.join(names)}: {self}"
         return Message(self.code, text, self.severity, self.argument, names)
@@ -136,7 +136,7 @@ class Message(str):
 
 
 def note(code: str, text: str, argument: str | None = None) -> Message:
-    """A message of what was found and done."""
+    """A message on what was found and done."""
     return Message(code, text, "note", argument)
 
 
@@ -146,22 +146,22 @@ def warning(code: str, text: str, argument: str | None = None) -> Message:
 
 
 def error(code: str, text: str, argument: str | None = None) -> Message:
-    """A message of what makes the answer wrong."""
+    """A message on what makes the answer wrong."""
     return Message(code, text, "error", argument)
 
 
 def codes(messages: Iterable[str]) -> set[str]:
-    """Codes of those that have one."""
+    """Codes of the messages that have one."""
     return {message.code for message in messages if isinstance(message, Message)}
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """Whether to trust an estimate."""
+    """Whether to trust an estimate, and why not."""
 
     level: Level
     reasons: tuple[Message, ...] = ()
-    """Why it is not good, the gravest first."""
+    """Why it is not good, the gravest reason first."""
 
     def __str__(self) -> str:
         return self.level
@@ -173,8 +173,7 @@ class Verdict:
 
 
 def verdict_of(messages: Iterable[str]) -> Verdict:
-    """The verdict that follows from an estimate's messages; those without a code give
-    doubt."""
+    """Verdict from an estimate's messages; those without a code give doubt."""
     coded = [m if isinstance(m, Message) else Message("unknown", m) for m in messages]
     errors = [m for m in coded if m.severity == "error"]
     doubts = [m for m in coded if m.severity == "warning" and m.code not in NO_DOUBT]

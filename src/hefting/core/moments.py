@@ -1,12 +1,12 @@
-"""Moments: everything the estimators need of any number of samples, in a 22 x 22
+"""Moments: the sums over any number of samples that estimators need, as a 22 x 22
 triangular factor.
 
 Every estimator works on sums over samples of quadratic forms in the features x of
-`hefting.core.regressor`. Those sums depend on the K x 22 matrix X of all features only
+`hefting.core.regressor`. The sums depend on the K x 22 matrix X of all features only
 through X'X = R'R, so the rows of the triangular factor R serve as 22 *virtual samples*:
 regressors, noise weights and bias columns built from them give the same sums. R is
-updated by orthogonal transformations and X'X is never formed, which keeps full
-precision (Golub & Van Loan, *Matrix Computations*, sec. 6.5).
+updated by orthogonal transformations without forming X'X, which keeps full precision
+(Golub & Van Loan, *Matrix Computations*, sec. 6.5).
 """
 
 from __future__ import annotations
@@ -31,15 +31,15 @@ from hefting.core.regressor import (
 from hefting.core.spatial import Array
 
 BLOCK = 2048
-"""Rows folded at once: bounds the memory."""
+"""Number of rows folded at once, to bound the memory."""
 REFLECTORS = 8
-"""Householder reflectors LAPACK applies together: more cost more than they save on so
-few columns."""
+"""Number of Householder reflectors that LAPACK applies together; more cost more than
+they save for so few columns."""
 
 
 def triangular(rows: Array, *, overwrite: bool = False) -> Array:
-    """Upper triangular R (n, n) with R'R = rows' rows, for `rows` (k, n), which may be
-    overwritten if that is said."""
+    """Upper triangular R (n, n) with R'R = rows' rows, for `rows` (k, n), which
+    `overwrite` allows to be overwritten."""
     k, n = rows.shape
     if k < n:
         rows = np.vstack((rows, np.zeros((n - k, n))))
@@ -76,8 +76,7 @@ REDUCED_EQUATIONS = _equations(reduced_rows(np.eye(FEATURES))[:, :, :4])
 
 @dataclass(frozen=True, eq=False)
 class Moments:
-    """Triangular factor of the features of all samples seen, with their number and time
-    span.
+    """Triangular factor of the features of samples, with their number and time span.
 
     Immutable: `fold` and `merge` return new values. Folding costs the same however many
     samples went before.
@@ -92,7 +91,7 @@ class Moments:
     factor: Array
     """(22, 22) upper triangular; its rows are the virtual samples."""
     samples: int = 0
-    """Samples folded in."""
+    """Number of samples."""
     start: float = np.inf
     """Time of the first sample [s]."""
     end: float = -np.inf
@@ -100,7 +99,7 @@ class Moments:
 
     @classmethod
     def empty(cls) -> Self:
-        """No samples yet."""
+        """Without samples."""
         return cls(np.zeros((FEATURES, FEATURES)))
 
     @classmethod
@@ -151,13 +150,13 @@ class Moments:
         return type(self)(factor, self.samples + other.samples, start, end)
 
     def scaled(self, weight: float) -> Self:
-        """Moments of the same samples, each of so many times its weight."""
+        """With every weight multiplied by `weight`."""
         factor = weight**0.5 * self.factor
         return type(self)(factor, self.samples, self.start, self.end)
 
     def without_bias(self) -> Self:
-        """What the samples tell whatever their constant bias, which may be merged with
-        that of other recordings.
+        """The moments with the constant bias eliminated, which may be merged with those
+        of other recordings.
 
         The column of ones is that of the bias in each of the six equations, so to take
         it out of the features takes the best bias out of any of their equations.
@@ -169,12 +168,12 @@ class Moments:
 
     @property
     def may_hold_bias(self) -> bool:
-        """Whether there are samples whose bias was not taken out."""
+        """Whether there are samples from which the bias was not eliminated."""
         return bool(self.ones.any())
 
     def factor_of(self, equations: Array) -> Array:
-        """Triangular factor (c, c) of all samples' `equations` (c, 6, 22): columns of
-        `FULL_EQUATIONS`, say."""
+        """Triangular factor (c, c) of all samples' `equations` (c, 6, 22), such as
+        columns of `FULL_EQUATIONS`."""
         rows = equations.reshape(-1, FEATURES).dot(self.factor.T)
         return triangular(rows.reshape(len(equations), -1).T, overwrite=True)
 
@@ -200,6 +199,5 @@ class Moments:
 
     @property
     def ones(self) -> Array:
-        """What stands in the place of 1 in each virtual sample (22,): the scale of its
-        bias column."""
+        """(22,) the feature 1 of each virtual sample: the scale of its bias column."""
         return self.factor[:, ONE]

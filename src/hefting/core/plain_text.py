@@ -1,5 +1,5 @@
-"""Text for what takes nothing else: plain ASCII for programs of controllers, terminals and
-pipes of other encodings."""
+"""Plain ASCII text for programs of controllers, and terminals and pipes of other
+encodings."""
 
 import unicodedata
 
@@ -12,15 +12,15 @@ PLAIN = str.maketrans(
 
 
 def ascii_of(text: str) -> str:
-    """`text` in ASCII: letters without accents, raised digits as digits, and nothing in
-    place of what is neither."""
+    """`text` in ASCII: letters without accents, raised digits as digits, other
+    characters left out."""
     decomposed = unicodedata.normalize("NFKD", text.translate(PLAIN))
     return decomposed.encode("ascii", "ignore").decode()
 
 
 def spell_out(error: UnicodeError) -> tuple[str, int]:
-    """For `codecs.register_error`: what an encoding does not have is in ASCII, or else
-    a question mark."""
+    """For `codecs.register_error`: characters that an encoding lacks in ASCII, or as a
+    question mark."""
     if not isinstance(error, UnicodeEncodeError):
         raise error
     signs = error.object[error.start : error.end]
@@ -28,5 +28,5 @@ def spell_out(error: UnicodeError) -> tuple[str, int]:
 
 
 def file_word(path: str) -> str:
-    """The path of a file as an argument that is not taken for an option."""
+    """The path of a file as an argument that does not look like an option."""
     return f"./{path}" if path.startswith("-") else path

@@ -1,7 +1,7 @@
-"""Progress: what a long call is doing, told to whoever listens.
+"""Progress of a long call, for a listener.
 
-A part that may take more than a second reports its stage, and how much of it is done
-where that is known. Nothing happens unless somebody listens; the command line does.
+A part that may take more than a second reports its stage, and the share of it that is
+done if known. Without a listener this does nothing; the command line has one.
 """
 
 from collections.abc import Callable, Generator, Iterable, Sequence
@@ -12,14 +12,14 @@ from typing import TypeVar
 T = TypeVar("T")
 
 Listener = Callable[[str, float | None], None]
-"""Called with the stage in words, and with the share of it that is done (0 to 1), None
-where that is not known."""
+"""Called with the stage in words and the share of it that is done (0 to 1), None if
+unknown."""
 
 _listener: ContextVar[Listener | None] = ContextVar("progress", default=None)
 
 
 def report(stage: str, share: float | None = None) -> None:
-    """Tell the listener, if there is one, that so much of a stage is done."""
+    """Tell the listener, if there is one, a stage and the share of it that is done."""
     listener = _listener.get()
     if listener is not None:
         listener(stage, share)
@@ -34,7 +34,7 @@ def each(stage: str, items: Sequence[T]) -> Iterable[T]:
 
 @contextmanager
 def listening(listener: Listener) -> Generator[None, None, None]:
-    """Reports go to `listener` while this is entered."""
+    """Context in which reports go to `listener`."""
     token = _listener.set(listener)
     try:
         yield

@@ -1,5 +1,5 @@
-"""Numbers as a person writes and reads them: with a unit, several in one text, and of as
-many digits as they are worth.
+"""Numbers as people write and read them: with a unit, several in one text, and rounded
+by their uncertainty.
 
 A number known to half a width h of its 95 % interval is worth two significant digits of
 h. One without an interval gets `MOST_DIGITS` digits, and none gets more.
@@ -82,19 +82,16 @@ def quantities(
 
 MOST_DIGITS = 6
 """Significant digits of the largest of several numbers that belong together: enough for
-any sensor, and few enough that rounding errors of arithmetic do not show."""
+any sensor, too few for rounding errors of arithmetic to show."""
 DIGITS_OF_HALF_WIDTH = 2
 """As uncertainties are commonly stated (GUM, JCGM 100:2008, 7.2.6)."""
 
 
 def decimals(half_widths: ArrayLike, size: float, least_digits: int = 0) -> np.ndarray:
-    """Decimal places, as integers of the same shape, to which numbers are rounded;
-    negative where tens are.
-
-    `half_widths` of their intervals are zero, infinite or NaN where there is none;
-    `size` is that of the largest of the numbers, which are of one kind, and
-    `least_digits` of it are kept however wide the intervals are.
-    """
+    """Decimal places to which numbers are rounded, as integers of the same shape,
+    negative for tens. `half_widths` of their intervals are zero, infinite or NaN for
+    none; `size` is that of the largest number, of which `least_digits` are kept
+    whatever the intervals are."""
     half = np.asarray(half_widths, dtype=float)
     finest = MOST_DIGITS - 1 - _exponent(size) if size > 0.0 else MOST_DIGITS
     known = np.isfinite(half) & (half > 0.0)
@@ -105,8 +102,7 @@ def decimals(half_widths: ArrayLike, size: float, least_digits: int = 0) -> np.n
 
 
 def rounded(values: ArrayLike, places: ArrayLike) -> Array:
-    """Numbers rounded to decimal `places` each; the nearest doubles of those decimals,
-    and zero without a sign."""
+    """Numbers rounded to decimal `places` each, without a negative zero."""
     each = np.broadcast_arrays(np.asarray(values, dtype=float), np.asarray(places))
     flat = [
         round(float(v), int(d)) + 0.0 if np.isfinite(v) else float(v)

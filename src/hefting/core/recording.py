@@ -1,5 +1,5 @@
-"""Recording: what a log says, as streams that keep their own clocks; nothing is
-interpolated."""
+"""Recording: the contents of a log as streams with their own clocks, without
+interpolation."""
 
 from __future__ import annotations
 
@@ -45,8 +45,8 @@ COLUMNS: dict[str, tuple[str, ...]] = {
     "accelerometer": ("accel_x", "accel_y", "accel_z"),
     "linear_accelerometer": ("linear_accel_x", "linear_accel_y", "linear_accel_z"),
 }
-"""Columns of each stream in the canonical log, in order; of joint streams the prefix of
-q1..qn, dq1..dqn, tau1..taun, current1..currentn."""
+"""Columns of each stream in the canonical log, in order; for joint streams the prefix
+of q1..qn, dq1..dqn, tau1..taun, current1..currentn."""
 
 JOINT_STREAMS = (
     "joint_positions",
@@ -65,20 +65,20 @@ def all_finite(values: NDArray[Any]) -> bool:
 
 
 def parts(count: int) -> Iterator[slice]:
-    """`count` samples in successive parts of at most `CHUNK`."""
+    """Successive slices of at most `CHUNK` of `count` samples."""
     return (slice(first, first + CHUNK) for first in range(0, count, CHUNK))
 
 
 BLOCK_DURATION = 0.01
-"""[s] Duration of a block of samples, which is short beside an arm's motion."""
+"""[s] Duration of a block of samples, short beside an arm's motion."""
 FEWEST_SAMPLES_PER_BLOCK = 3
-"""Smallest average number of samples in a block. With slower sensors each sample is a
+"""Smallest average number of samples in a block; with slower sensors each sample is a
 block."""
 
 
 def block_starts(time: Array) -> Indices | None:
-    """First sample of each block of samples at `time` (K,) [s]; None where the sensor
-    is too slow for blocks."""
+    """First sample of each block of samples at `time` (K,) [s]; None if the sensor is
+    too slow for blocks."""
     if (
         len(time) < FEWEST_SAMPLES_PER_BLOCK
         or time[-1] <= time[0]
@@ -117,8 +117,7 @@ class Stream:
     values: Array
     """(N, d), units and axes as in `Recording`"""
     rows: NDArray[np.integer[Any]] = field(default=None)  # type: ignore[assignment]
-    """(N,) row of the source each sample came from, as a person counts there; by
-    default 1..N"""
+    """(N,) row of the source of each sample, counted from 1; by default 1..N"""
 
     def __post_init__(self):
         time, values = frozen(self.time), frozen(self.values)
@@ -196,20 +195,20 @@ class Recording:
 
     streams: Mapping[str, Stream]
     static: bool = False
-    """Every row is one static pose; `time` then is the row's index."""
+    """Whether each row is a static pose; `time` then is the row's index."""
     source: str = "recording"
     """Name for messages, usually the file's."""
     warnings: tuple[str, ...] = ()
-    """What the reader noticed and could not decide."""
+    """Warnings of the reader on what it could not decide."""
     notes: tuple[str, ...] = ()
-    """What the reader chose, such as topics."""
+    """Notes of the reader on what it chose, such as topics."""
     joint_names: tuple[str, ...] = ()
-    """Names of the joint columns in order, where the log says them."""
+    """Names of the joint columns in order, if the log has them."""
     sensor_pose: Array | None = None
-    """(4, 4) pose of the sensor in the logged frame [m], where it was given as an argument
-    and the poses are the sensor's by it."""
+    """(4, 4) pose of the sensor in the logged frame [m], if it was given and applied to
+    the poses."""
     angles: Stream | None = None
-    """(N, 3) the orientation as it was logged, where by three angles of some form [rad]."""
+    """(N, 3) orientation as logged, if by three angles [rad]."""
 
     def __post_init__(self):
         given = self.streams.values() if isinstance(self.streams, Mapping) else [None]
@@ -280,7 +279,7 @@ class Recording:
     def _check_magnitudes(
         self, name: str, stream: Stream, columns: tuple[str, ...]
     ) -> None:
-        """`InputError`, naming row and column, for a value that cannot be; see
+        """`InputError`, naming row and column, for an impossible value; see
         `hefting.core.magnitudes`."""
         for label, values, largest in (
             (("time",), stream.time[:, None], LARGEST_TIME),
@@ -329,7 +328,7 @@ class Recording:
         return self.streams[name]
 
     def has(self, *names: str) -> bool:
-        """Whether all of these streams are there."""
+        """Whether all of these streams exist."""
         return all(name in self.streams for name in names)
 
     def __repr__(self) -> str:
@@ -355,17 +354,16 @@ class Recording:
         )
 
     def rates(self) -> dict[str, float]:
-        """Samples per second of each stream, one over the median step [Hz]; 0 if one
-        sample or static."""
-        of_times: dict[int, float] = {}  # streams of a table share theirs
+        """Samples per second [Hz] of each stream, by the median step; 0 for a single
+        sample or static poses."""
+        rates: dict[int, float] = {}  # streams of a table share their time
         for stream in self.streams.values():
-            if id(stream.time) not in of_times:
-                of_times[id(stream.time)] = (
-                    0.0
-                    if self.static or len(stream) < 2
-                    else 1 / median(np.diff(stream.time))
+            if id(stream.time) not in rates:
+                known = not self.static and len(stream) > 1
+                rates[id(stream.time)] = (
+                    1 / median(np.diff(stream.time)) if known else 0.0
                 )
-        return {n: of_times[id(stream.time)] for n, stream in self.streams.items()}
+        return {n: rates[id(stream.time)] for n, stream in self.streams.items()}
 
     def slice(self, start: float = 0.0, duration: float | None = None) -> Self:
         """The samples from `start` on, counted from the first sample, for less than

@@ -1,15 +1,15 @@
-"""SensorAccuracy: how far a force-torque sensor may be off, in the terms of a data
-sheet; and what the makers of sensors state in theirs.
+"""SensorAccuracy: errors of a force-torque sensor as on a data sheet, and the data
+sheets of makers.
 
-The wrench that is measured is (1 + M) w + b + noise, w the true one. M (6, 6) holds the
-errors of gain and of cross-talk, b an offset. More samples do not lessen what they do
-to an estimate. The figures here are limits that hold in 95 % of the cases, as those of
-data sheets; `Z95` of them make a standard deviation.
+The measured wrench is (1 + M) w + b + noise, with w the true one, M (6, 6) the errors
+of gain and cross-talk, and b an offset. More samples do not reduce their effect on an
+estimate. The figures here are limits that hold in 95 % of the cases, as on data sheets;
+over `Z95` they are standard deviations.
 
-A sheet states percentages of the range, or limits in N and N m. Of some sensors only the
-ranges are here, and where to find the accuracy. Figures are
-the largest of all axes; ranges are those across the sensor's axis, Fx, Fy and Tx, Ty,
-as the ends of ATI's names of a calibration say them (SI-130-10: 130 N, 10 N m).
+A sheet states percentages of the range, or limits in N and N m. For some sensors only
+the ranges are here, and where to find the accuracy. Figures are the largest of all
+axes; ranges are those across the sensor's axis, Fx, Fy and Tx, Ty, as in ATI's names of
+calibrations (SI-130-10: 130 N, 10 N m).
 """
 
 import re
@@ -31,7 +31,7 @@ _NOISE_ONLY = "its manual states noise"
 
 @dataclass(frozen=True)
 class Sheet:
-    """What the data sheet of a sensor states."""
+    """Data sheet of a sensor."""
 
     model: str
     """name of the sensor"""
@@ -40,12 +40,12 @@ class Sheet:
     ranges: tuple[float, float]
     """of force [N] and torque [N m]"""
     of_full_scale: float | None = None
-    """limit of the errors over the range; None where it is not stated so"""
+    """limit of the errors over the range; None if it is not stated"""
     absolute: tuple[float, float] | None = None
-    """limits of the errors of force [N] and torque [N m]; None where they are not
-    stated so"""
+    """limits of the errors of force [N] and torque [N m]; None if they are not
+    stated"""
     remark: str = ""
-    """where to find the accuracy, if it is not here"""
+    """where to find the accuracy, if not here"""
 
     @property
     def states_accuracy(self) -> bool:
@@ -54,8 +54,8 @@ class Sheet:
 
 
 def sheet_name(text: str) -> str:
-    """A sensor's name as `SHEETS` spells it: lower case, without spaces, hyphens and
-    marks."""
+    """A sensor's name in the spelling of `SHEETS`: lower case, without spaces, hyphens
+    and marks."""
     return "".join(letter for letter in text.lower() if letter.isalnum())
 
 
@@ -96,31 +96,28 @@ SHEETS = _sheets(
         absolute=(5.5, 0.5),
     ),
 )
-"""By name; `sheet_name` says how that is spelled."""
+"""Data sheets by `sheet_name`."""
 
 
 Z95 = 1.959963984540054
-"""Standard deviations to either side that hold 95 % of a Gaussian."""
+"""Half-width of a Gaussian's central 95 % interval, in standard deviations."""
 TYPICAL_LEVER = 0.07
-"""[m] Range of torque over range of force of a six-axis sensor of which nothing is
-said: those of the sensors in `hefting.core.sensor_accuracy` are from 0.03 to 0.2 m."""
+"""[m] Range of torque over range of force of an unknown six-axis sensor; of those in
+`SHEETS` it is 0.03 to 0.2 m."""
 TYPICAL_SHARE = 0.005
-"""Share of a sensor of which none is said: half a percent, at the lower end of what
-data sheets of six-axis sensors state (0.5 to 2 % of full scale). No recording tells the
-gain of its sensor."""
+"""Share for an unknown sensor: half a percent, at the lower end of data sheets of
+six-axis sensors (0.5 to 2 % of full scale). No recording shows the gain of its sensor.
+"""
 LARGEST_SLOW_STD = TYPICAL_SHARE
 """Largest standard deviation of slow errors over the load. With it the intervals of
-bodies added to recordings of three real sensors hold (`benchmarks.injection`); a wide
-limit of gain and cross-talk says nothing of them."""
+bodies added to recordings of three real sensors hold (`benchmarks.injection`), whatever
+the limit of gain and cross-talk."""
 OWN_GAIN_RATIO = 0.5**0.5
-"""Error of a channel's gain by itself, over that which all channels have in common.
-
-Data sheets do not tell: the weights and the voltage reference of a calibration are the
-same for all channels, the strain gauges are not. A gain that is common shows in no
-residual, so it is allowed its full size.
-"""
+"""Error of a channel's own gain over that of the gain common to all. Data sheets do not
+state it: all channels share the weights and the voltage reference of a calibration, not
+the strain gauges. A common gain shows in no residual and keeps its full size."""
 EXAMPLE = "0.5% 0.3N 0.01Nm"
-"""How an accuracy is written."""
+"""An accuracy as text."""
 
 _KINDS: dict[str, Kind] = {
     unit: kind for kind in ("share", "force", "torque") for unit in UNITS[kind] if unit
@@ -167,7 +164,7 @@ class SensorAccuracy:
 
     @classmethod
     def of(cls, value: "SensorAccuracy | str | None") -> "SensorAccuracy | None":
-        """From an accuracy or its text; None where nothing is said."""
+        """From an accuracy or its text; None for None."""
         if value is None or isinstance(value, SensorAccuracy):
             return value
         if not isinstance(value, str):  # pyright: ignore[reportUnnecessaryIsInstance]
@@ -179,13 +176,9 @@ class SensorAccuracy:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """From a text like ``0.5% 0.3N 0.01Nm``, any of the three, or the name of a
-        sensor (`hefting.core.sensor_accuracy.SHEETS`). A share that is not given is the
-        typical one, an offset that is not given is none.
-
-        Raises `InputError` for anything else, and for a sensor of which only the ranges
-        are known.
-        """
+        """From a text like ``0.5% 0.3N 0.01Nm``, with any of the three, or the name of
+        a sensor in `SHEETS`. By default the share is the typical one, an offset none.
+        Raises `InputError` for anything else, and for a sensor of unknown accuracy."""
         if re.match(r"\s*[\d.]", text) is None:
             return cls._of_sheet(text)
         found: dict[Kind, float] = {}
@@ -220,7 +213,7 @@ class SensorAccuracy:
         return cls(*_limits(sheet))
 
     def __str__(self) -> str:
-        """The text that `parse` reads; the lever is not in it."""
+        """A text for `parse`, without the lever."""
         parts = [f"{100.0 * self.share:g}%"]
         parts += [f"{self.force:g}N"] if self.force else []
         parts += [f"{self.torque:g}Nm"] if self.torque else []
@@ -228,13 +221,13 @@ class SensorAccuracy:
 
     @property
     def none(self) -> bool:
-        """Whether the sensor has no errors."""
+        """Whether there are no errors."""
         return not (self.share or self.force or self.torque)
 
     @cached_property
     def scale(self) -> Array:
-        """(6,) Loads of the channels that are the same share of their ranges: 1 N and
-        so many newton-metres."""
+        """(6,) Loads of the channels that are the same share of their ranges: 1 N, and
+        newton-metres by the lever."""
         return np.repeat((1.0, self.lever), 3)
 
     @property
@@ -287,6 +280,6 @@ def _limits(sheet: Sheet) -> tuple[float, float, float, float]:
 
 
 TYPICAL = SensorAccuracy(TYPICAL_SHARE)
-"""Where nothing is said of the sensor, and its noise is found in the residuals."""
+"""An unknown sensor whose noise is found in the residuals."""
 EXACT = SensorAccuracy()
-"""A sensor without any errors but noise."""
+"""A sensor without errors except noise."""

@@ -63,12 +63,12 @@ WRENCH = ("fx", "fy", "fz", "tx", "ty", "tz")
 
 
 CHUNK = 65_536
-"""Samples worked on at a time where that bounds the memory."""
+"""Number of samples processed at a time, to bound the memory."""
 
 
 def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
-    """`values` as a read-only contiguous array of floats with at least so many
-    dimensions: a copy, unless it is one."""
+    """`values` as a read-only contiguous float array of at least `dimensions`
+    dimensions: a copy unless they are one."""
     if (
         type(values) is np.ndarray
         and values.dtype == float
@@ -85,7 +85,7 @@ def frozen(values: ArrayLike, dimensions: int = 0) -> Array:
 
 
 def freeze(value: object, *names: str) -> None:
-    """Make these attributes of a frozen dataclass read-only arrays; None stays."""
+    """Make attributes of a frozen dataclass read-only arrays, except None."""
     for name in names:
         given = getattr(value, name)
         if given is not None:
@@ -93,14 +93,14 @@ def freeze(value: object, *names: str) -> None:
 
 
 def own(array: NDArray[Scalar]) -> NDArray[Scalar]:
-    """`array`, which nobody else holds, made read-only in place, so that `frozen` need
-    not copy it."""
+    """`array`, to which nothing else refers, made read-only in place, so that `frozen`
+    need not copy it."""
     array.setflags(write=False)
     return array
 
 
 def is_immutable(array: NDArray[Any]) -> bool:
-    """Whether nothing can write to a C-contiguous array, nor to what it is a view
+    """Whether nothing can write to a C-contiguous array or the arrays it is a view
     of."""
     flags, base = array.flags, array.base
     if flags.writeable or not flags.c_contiguous:
@@ -109,8 +109,8 @@ def is_immutable(array: NDArray[Any]) -> bool:
 
 
 def changed_rows(values: Array) -> Mask:
-    """(K,) whether each of the rows (K, d) differs from the one before; the first
-    does."""
+    """(K,) whether each of the rows (K, d) differs from the one before; True for the
+    first."""
     changed = np.ones(len(values), dtype=bool)
     changed[1:] = values[1:, 0] != values[:-1, 0]  # decides most of them
     same = np.flatnonzero(~changed)
@@ -119,14 +119,14 @@ def changed_rows(values: Array) -> Mask:
 
 
 def runs_of(mask: Mask) -> list[tuple[int, int]]:
-    """First sample of each run of a mask (K,), and the sample after its last."""
+    """(first sample, sample after the last) of each run of True in a mask (K,)."""
     edges = np.flatnonzero(np.diff(mask.astype(int), prepend=0, append=0))
     return list(zip(edges[::2].tolist(), edges[1::2].tolist(), strict=True))
 
 
 def interpolated(at: Array, time: Array, values: NDArray[Any]) -> Array:
-    """(L, d) values (K, d) at `time` (K,), increasing, read at other times (L,):
-    linearly between, and the first and the last of them outside."""
+    """(L, d) values (K, d) at increasing `time` (K,), linearly interpolated at times
+    (L,); the first and last value outside."""
     columns: list[Array] = [np.interp(at, time, column) for column in values.T]
     return np.column_stack(columns)
 
@@ -137,8 +137,8 @@ def angle_between(one: Array, other: Array) -> float:
 
 
 def median(values: NDArray[Any]) -> float:
-    """Median of finite numbers (N,); NaN of none. As `numpy.median` has it, which takes
-    five times as long for a few, and imports `numpy.ma` at its first call."""
+    """Median of finite numbers (N,); NaN for none. `numpy.median` takes five times as
+    long for a few numbers, and imports `numpy.ma`."""
     if not len(values):
         return np.nan
     half = len(values) // 2
@@ -151,8 +151,8 @@ def median(values: NDArray[Any]) -> float:
 
 
 def check_gravity(gravity: ArrayLike) -> Array:
-    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for what is
-    none."""
+    """Gravity (3,) in world axes [m/s²] as a read-only array; `InputError` for anything
+    else."""
     g = frozen(gravity)
     if g.shape != (3,) or not np.isfinite(g).all() or not g.any():
         raise InputError(
@@ -220,8 +220,8 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
 
 
 def lengths(vectors: Array) -> Array:
-    """(...,) lengths of vectors (..., n). `numpy.linalg.norm` along an axis takes ten
-    times as long."""
+    """(...,) lengths of vectors (..., n), ten times as fast as `numpy.linalg.norm`
+    along an axis."""
     return np.sqrt(np.einsum("...i,...i", vectors, vectors))
 
 

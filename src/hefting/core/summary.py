@@ -1,4 +1,4 @@
-"""Summary: an estimate in a few lines, for a prompt."""
+"""Summary: an estimate in a few lines."""
 
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
@@ -11,14 +11,14 @@ from hefting.core.spatial import Array, Mask, tensor_to_vector
 from hefting.core.undetermined import Undetermined
 
 MOST_WARNINGS = 3
-"""Warnings that are shown."""
+"""Largest number of warnings shown."""
 LONGEST_WARNING = 150
-"""Characters of a warning that are shown."""
+"""Largest number of characters of a warning shown."""
 MOST_DECIMALS = 9
 """Decimals of a number, at most."""
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
 LOPSIDED = 3.0
-"""Ratio of the longer to the shorter side of an interval from which on its ends are
+"""Ratio of the longer to the shorter side of an interval above which its ends are
 shown."""
 
 
@@ -27,12 +27,9 @@ def body_lines(
     intervals: Mapping[str, Array] | None,
     undetermined: Undetermined,
 ) -> list[str]:
-    """Mass, COM and inertia, each with how far its 95 % interval reaches; with its ends
-    where that is lopsided, as ``1.3 [1.3, 3.1]``.
-
-    Numbers are rounded to two digits of that; ``open`` stands for numbers
-    that are undetermined, and where an interval has no end.
-    """
+    """Mass, COM and inertia, each with the half-width of its 95 % interval, or its ends
+    if it is lopsided, as ``1.3 [1.3, 3.1]``. Numbers are rounded to two digits of that;
+    ``open`` stands for undetermined numbers, and for intervals without an end."""
     ends = intervals or {}
     (mass,) = _shown(np.array([body.mass]), ends.get("mass"), 1.0, undetermined.mass)
     com = _shown(
@@ -57,7 +54,7 @@ def body_lines(
 
 
 def sign_told(made: Mapping[str, Any], warnings: Iterable[str]) -> str:
-    """How the wrench's sign of an estimate is known, by its provenance."""
+    """How the wrench's sign of an estimate is known, in words, by its provenance."""
     if not made.get("wrench_found"):
         return "as given"
     return "uncertain" if "sign-uncertain" in codes(warnings) else "found from gravity"
@@ -69,7 +66,7 @@ def samples_told(count: int) -> str:
 
 
 def warning_lines(warnings: Sequence[str]) -> list[str]:
-    """The first warnings, cut to a line each, and how many more there are."""
+    """The first warnings, each cut to a line, and the number of the others."""
     lines = [f"  warning: {_cut(str(text))}" for text in warnings[:MOST_WARNINGS]]
     more = len(warnings) - MOST_WARNINGS
     return [*lines, f"  and {more} more in .warnings"] if more > 0 else lines
@@ -84,8 +81,8 @@ def _cut(text: str) -> str:
 def _shown(
     values: Array, ends: Array | None, scale: float, undetermined: Mask | bool
 ) -> list[str]:
-    """Numbers of a quantity, `scale` times, with how far their intervals reach; ``open``
-    for those that are `undetermined`."""
+    """Numbers of a quantity, times `scale`, with their intervals; ``open`` for
+    `undetermined` ones."""
     numbers = scale * _flat(values)
     low = high = numbers
     if ends is not None:
@@ -102,7 +99,7 @@ def _flat(values: Array) -> Array:
 
 
 def _with_interval(value: float, low: float, high: float) -> str:
-    """A number with how far its interval reaches at the farther end, or with its ends,
+    """A number with the distance to the farther end of its interval, or with both ends,
     to two digits of that."""
     shorter, longer = sorted((value - low, high - value))
     if not np.isfinite(longer):

@@ -1,6 +1,6 @@
-"""Threads of the linear algebra: one is enough for matrices of a few dozen rows. With
-more, libraries wait for each other in a loop, which takes a multiple of the processor
-time, and results can differ in the last bit."""
+"""Threads of the linear algebra: one, which is enough for matrices of a few dozen rows.
+With more, libraries wait for each other in a loop, which multiplies the processor time,
+and results may differ in the last bit."""
 
 import os
 import sys
@@ -14,9 +14,7 @@ ONE_THREAD = {
 
 
 def use_one_thread() -> None:
-    """Compute on one thread, unless the user's environment says how many.
-
-    Libraries read it when they are loaded: where NumPy is, nothing is changed.
-    """
+    """Compute on one thread unless the user's environment sets the number. Libraries
+    read it when they are loaded; if NumPy is, nothing changes."""
     if "numpy" not in sys.modules and not ONE_THREAD.keys() & os.environ.keys():
         os.environ.update(ONE_THREAD)

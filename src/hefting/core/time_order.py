@@ -6,27 +6,28 @@ from hefting.core.magnitudes import SMALLEST_INTERVAL
 from hefting.core.spatial import Array, Indices
 
 ROUNDED_SHARE = 0.1
-"""Share of samples with the time of the one before, from which on times were written
-with too few digits, and no message was logged twice."""
+"""Share of samples with the same time as the one before, above which times were
+rounded, not messages logged twice."""
 SAMPLES_SET_BACK = 10
-"""Samples before the time of an earlier one, from which on a clock was set back: rows
-that are out of order are a few."""
+"""Number of samples earlier than one before, above which a clock was set back, not a
+few rows out of order."""
 FEW_STEPS_BACK = 0.01
-"""Share of steps back in time up to which the parts between them are in order."""
+"""Share of backward steps up to which the parts between them are in order."""
 UNEVEN = 0.5
-"""Smallest step of a clock over its median: those of rounded times are alike."""
+"""Least ratio of a clock's smallest step to its median, for rounded times, whose steps
+are alike."""
 
 
 def in_order(time: Array) -> Indices:
-    """Samples in order of `time` (N,) [s], each time once: of those that differ by
-    rounding the first."""
+    """Indices of samples in order of `time` (N,) [s], each time once: of times that
+    differ by rounding the first."""
     order = np.argsort(time, kind="stable")
     steps = np.diff(time[order], prepend=-np.inf)
     return order[steps >= SMALLEST_INTERVAL]
 
 
 def _are_rounded(steps: Array) -> bool:
-    """Whether times, of which many repeat, go by even steps where they do not."""
+    """Whether times of which many repeat have even steps otherwise."""
     forward = steps[steps > 0.0]
     return not len(forward) or forward.min() > UNEVEN * np.median(forward)
 

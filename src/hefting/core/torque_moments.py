@@ -1,5 +1,5 @@
-"""TorqueMoments: everything the estimators need of any number of samples of joint
-torques, in one triangular factor a joint.
+"""TorqueMoments: the sums over any number of samples of joint torques that estimators
+need, in a triangular factor for each joint.
 
 The torque of joint j is linear in what is unknown,
 
@@ -32,21 +32,19 @@ from hefting.core.moments import folded, triangular
 from hefting.core.spatial import Array
 
 PAYLOAD = 10
-"""Columns of the payload's parameters, the last but the torque's."""
+"""Number of columns of the payload's parameters, the last before the torque's."""
 WELL_CONDITIONED = 1e-7
-"""Reciprocal condition of unknowns, their columns scaled to one length, above which
-none is open, so that no singular value need be found."""
+"""Reciprocal condition number of scaled columns above which no unknown is open."""
 OPEN = 1e-9
-"""Singular values below this, relative to 1, of unknowns whose columns are scaled to
-one length: the samples leave these open."""
+"""Singular value of scaled columns, relative to 1, below which a combination is
+open."""
 VANISHING = 1e-8
-"""Length of a column over the longest, below which it is rounding: scaled to one length
-it would be an unknown of any size."""
+"""Length of a column over the longest, below which it is rounding."""
 
 
 @immutable
 class TorqueMoments:
-    """Triangular factor of each joint's equations, of all samples seen.
+    """Triangular factor of each joint's equations for samples of joint torques.
 
     Immutable: `fold_rows` and `merge` return new values. Folding costs the same however many
     samples went before.
@@ -55,11 +53,11 @@ class TorqueMoments:
     factors: Array
     """(n, c, c) upper triangular, of the columns [own | arm | payload 10 | torque]."""
     own: int
-    """Number of nuisances that each joint has of its own."""
+    """Number of nuisances of each joint."""
     counts: Array
-    """(n,) Samples that count in each joint."""
+    """(n,) Number of samples that count in each joint."""
     samples: int = 0
-    """Samples folded in, whether a joint counts them or not."""
+    """Number of samples, counted by a joint or not."""
     start: float = np.inf
     """Time of the first sample [s]."""
     end: float = -np.inf
@@ -67,8 +65,8 @@ class TorqueMoments:
 
     @classmethod
     def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
-        """No samples yet, of so many joints, nuisances of each, and parameters of the
-        arm."""
+        """Without samples, for numbers of joints, nuisances of each, and parameters of
+        the arm."""
         c = own + arm + PAYLOAD + 1
         return cls(np.zeros((joints, c, c)), own, np.zeros(joints))
 
@@ -102,8 +100,8 @@ class TorqueMoments:
         return max(0.0, self.end - self.start)
 
     def fold_rows(self, rows: Array) -> Self:
-        """With rows (K, n, c) that are no samples, as their averages or differences:
-        numbers and times stay as they are."""
+        """With rows (K, n, c) that are no samples, such as averages or differences;
+        numbers and times stay."""
         factors = np.empty_like(self.factors)
         for j, factor in enumerate(self.factors):
             factors[j] = folded(np.asfortranarray(factor), rows[:, j])
@@ -132,15 +130,15 @@ class TorqueMoments:
         )
 
     def weighed(self, std: ArrayLike) -> Self:
-        """The same samples, the equations of each joint over `std` (n,), the standard
-        deviations of its noise [N m]."""
+        """With the equations of each joint divided by the standard deviation of its
+        noise, `std` (n,) [N m]."""
         factors = self.factors / _positive(std, self.joints)[:, None, None]
         return replace(self, factors=factors)
 
     @cached_property
     def without_nuisances(self) -> Array:
-        """(n, c, c - own) equations [arm | payload | torque] of each joint that are
-        left when its nuisances take their best values."""
+        """(n, c, c - own) equations [arm | payload | torque] of each joint with its
+        nuisances eliminated."""
         left = np.zeros((self.joints, *self.factors.shape[1:]))[:, :, self.own :]
         for j, factor in enumerate(self.factors):
             rows = eliminated(factor, self.own)
@@ -156,7 +154,7 @@ class TorqueMoments:
 
 
 def merged(several: Sequence[TorqueMoments]) -> TorqueMoments:
-    """Of the samples of all, see `TorqueMoments.merge`."""
+    """With the samples of all, see `TorqueMoments.merge`."""
     found = several[0]
     for other in several[1:]:
         found = found.merge(other)
@@ -164,8 +162,8 @@ def merged(several: Sequence[TorqueMoments]) -> TorqueMoments:
 
 
 def payload_factor(shared: Array) -> Array:
-    """(11, 11) factor of a factor [others | payload | torque], the others at their
-    best."""
+    """(11, 11) factor [payload | torque] of a factor [others | payload | torque] with
+    the others eliminated."""
     rows = eliminated(shared, shared.shape[1] - PAYLOAD - 1)
     return triangular(rows)
 
@@ -191,8 +189,8 @@ def eliminated(R: Array, first: int) -> Array:
 
 
 def scaled(N: Array) -> tuple[Array, Array]:
-    """Columns of N (..., r, c) scaled to one length, and their lengths (..., 1, c);
-    those that vanish stay zero, of the length 1."""
+    """Columns of N (..., r, c) scaled to unit length, and their lengths (..., 1, c);
+    vanishing ones stay zero with length 1."""
     lengths = np.sqrt((N * N).sum(axis=-2, keepdims=True))
     vanish = lengths <= VANISHING * lengths.max(axis=-1, keepdims=True, initial=0.0)
     lengths = np.where(vanish, 1.0, lengths)
@@ -207,8 +205,8 @@ def _positive(std: ArrayLike, joints: int) -> Array:
 
 
 def pseudo_inverse_half(A: Array) -> Array:
-    """X (..., c, k) with X X' = (A'A)^+ for A (..., r, c), its columns scaled to one
-    length; a combination that A leaves open has a column of zeros."""
+    """X (..., c, k) with X X' = (A'A)^+ for A (..., r, c) with columns scaled to unit
+    length; zero columns for combinations that A leaves open."""
     N, lengths = scaled(A)
     _, S, V = np.linalg.svd(N, full_matrices=False)
     inverse = np.divide(1.0, S, out=np.zeros_like(S), where=S > OPEN)

@@ -1,7 +1,7 @@
-"""Undetermined: which of an estimate's numbers neither the data nor a shape determine.
+"""Undetermined: the numbers of an estimate that neither the data nor a shape determine.
 
-Such a number is printed as ``open`` and goes to no controller or simulator. The
-estimate holds a value all the same, as its method fills it in.
+Such a number is printed as ``open`` and not exported to controllers or simulators. The
+estimate still has a value for it, from its method.
 """
 
 from collections.abc import Collection, Mapping
@@ -22,15 +22,15 @@ from hefting.core.spatial import (
 )
 
 LARGEST_RELATIVE_HALF_WIDTH = 0.5
-"""Half-width of the mass's interval over the mass, above which the recording does not
-determine the mass."""
+"""Half-width of the mass's interval over the mass, above which the mass is
+undetermined."""
 LONGEST_ORIGIN = 200
-"""Characters of `Undetermined.filled_from` that are read."""
+"""Largest number of characters of `Undetermined.filled_from`."""
 
 
 @immutable
 class Undetermined:
-    """What is open of mass, COM and inertia at the COM."""
+    """Open numbers among mass, COM and inertia at the COM."""
 
     mass: bool = False
     center_of_mass: Mask = field(default_factory=lambda: np.zeros(3, dtype=bool))
@@ -38,8 +38,7 @@ class Undetermined:
     inertia_at_com: Mask = field(default_factory=lambda: np.zeros((3, 3), dtype=bool))
     """(3, 3) whether each entry is open"""
     filled_from: str | None = None
-    """What the values that stand in their place follow from; None where nothing is
-    open."""
+    """What their values follow from, in words; None if nothing is open."""
 
     def __post_init__(self):
         for name in ("center_of_mass", "inertia_at_com"):
@@ -55,11 +54,11 @@ class Undetermined:
 
     @classmethod
     def of_parameters(cls, names: Collection[str], filled_from: str) -> Self:
-        """From the names of the parameters about the sensor origin that are open
+        """From the names of open parameters about the sensor origin
         (`hefting.core.spatial.PARAMETERS`).
 
-        The inertia at the COM follows from that at the origin, the mass and the COM:
-        its entry is open where one of those that it needs is.
+        An entry of the inertia at the COM is open if one of the numbers from which it
+        follows is: inertia at the origin, mass and COM.
         """
         if not names:
             return cls()
@@ -74,7 +73,7 @@ class Undetermined:
 
     @classmethod
     def without_end(cls, ends: Mapping[str, np.ndarray]) -> Self:
-        """What intervals leave open, whose lower and upper ends (2, ...) may be
+        """From the lower and upper ends (2, ...) of intervals, which may be
         infinite."""
         names = ("mass", "center_of_mass", "inertia_at_com")
         infinite = [np.isinf(ends[name]) for name in names]
@@ -85,7 +84,7 @@ class Undetermined:
 
     @classmethod
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
-        """From JSON values; `ValueError` or `KeyError` for what is none."""
+        """From JSON values; `ValueError` or `KeyError` for anything else."""
         mass, origin = data["mass"], data.get("filled_from")
         com = np.array(data["center_of_mass"], dtype=object)
         inertia = np.array(data["inertia_at_com"], dtype=object)
@@ -115,7 +114,7 @@ class Undetermined:
 
     @property
     def position(self) -> str:
-        """Mass and coordinates of the COM that are open, in words; empty if none."""
+        """Open ones among mass and coordinates of the COM, in words; empty for none."""
         axes = [a for a, o in zip("xyz", self.center_of_mass, strict=True) if o]
         com = ["the COM"] if len(axes) == 3 else [f"COM {a}" for a in axes]
         return " and ".join((["the mass"] if self.mass else []) + com)
@@ -126,14 +125,14 @@ class Undetermined:
 
 
 NOTHING_OPEN = Undetermined()
-"""Of an estimate all of whose numbers are determined."""
+"""For an estimate whose numbers are all determined."""
 
 
 def undetermined_mass(
     mass: float, intervals: Mapping[str, np.ndarray] | None
 ) -> Message | None:
-    """That a mass [kg] has an interval about as wide as itself; None where it has none,
-    or a narrow one."""
+    """A message that the interval of a mass [kg] is about as wide as the mass; None if
+    it is narrow or missing."""
     if intervals is None:
         return None
     low, high = (float(end) for end in intervals["mass"])

@@ -70,13 +70,12 @@ INVARIANCES = {
 
 @immutable
 class Known:
-    """What is known of a recording and its object before any method: hyperparameters
-    follow from it."""
+    """Facts about a recording and its object from which hyperparameters follow."""
 
     bias: BiasModel
     """Whether a constant bias is to be found with the object."""
     noise: Noise
-    """Of the wrench, as least squares leaves it."""
+    """Of the wrench, by the residuals of least squares."""
     motion_noise: MotionNoise | None
     """Of the accelerations, where they were found from noisy poses."""
     smoothed: bool
@@ -93,55 +92,54 @@ class Known:
 
 @dataclass(frozen=True, eq=False)
 class Estimator:
-    """Base of all estimators; a method implements `estimate`, and declares what is not
-    as here."""
+    """Base of all estimators: a method implements `estimate`, and overrides the
+    declarations that differ."""
 
     needs: ClassVar[Needs] = "nothing"
     """What the method must know of the object beforehand."""
     instead_of_shape: ClassVar[tuple[str, ...]] = ()
-    """Hyperparameters each of which, where it is given, takes the place of the
-    shape."""
+    """Hyperparameters each of which replaces the shape if it is given."""
     takes_shape: ClassVar[Mapping[str, Needs]] = {}
-    """Hyperparameters that may be ``"shape"``, which stands for the shape that is
-    known, and what it must be then."""
+    """Hyperparameters whose value may be ``"shape"``, for the known shape, and what
+    that must be."""
     assumes: ClassVar[str] = "the shape"
-    """What its estimate follows from where the motion leaves something open, if it
+    """What decides the parameters that the motion leaves open, in words, if the method
     needs a shape."""
     fills_in: ClassVar[str] = "the method"
-    """What its estimate follows from where neither the motion nor a shape determines
-    it."""
+    """What decides the parameters that neither motion nor shape determines, in
+    words."""
     consistent: ClassVar[bool] = False
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False
     """Whether its estimates have a covariance."""
     covariance_of_white_noise: ClassVar[bool] = False
-    """Whether that counts white noise of the wrench alone, and neither its colour nor
-    errors that all samples share."""
+    """Whether that covariance is for white noise of the wrench only, without its colour
+    and errors that all samples share."""
     invariances: ClassVar[frozenset[str]] = frozenset()
-    """Which of `INVARIANCES` hold where the motion determines all ten parameters and,
-    for some, the noise is known: the class's docstring says when."""
+    """Which of `INVARIANCES` hold if the motion determines all ten parameters and, for
+    some, the noise is known; the class's docstring says when."""
     keeps_time_record: ClassVar[bool] = False
-    """Whether its state keeps how the samples followed one another (`TimeRecord`), to
-    judge their noise."""
+    """Whether its state keeps a `TimeRecord`, from which the colour of the noise is
+    found."""
     depends_on_count: ClassVar[bool] = False
-    """Whether twice as many of the same samples would change the estimate: averages
-    then weigh as many as they are."""
+    """Whether the number of samples matters, so that averages are weighted by
+    theirs."""
     source: ClassVar[str] = ""
     """Where the method was published."""
     best_for: ClassVar[str] = ""
-    """When to think of it first."""
+    """The case for which it is recommended, in words."""
     rank: ClassVar[int] = 1000
-    """Its place among the methods: those first that use most of what is known. The
-    first is the default; the first that needs nothing, where no shape is known."""
+    """Order among the methods. The first is the default; without a shape it is the
+    first that needs nothing."""
     role: ClassVar[Role] = "none"
-    """What it may be recommended for, see `ROLES`; of several methods the first by
-    rank."""
+    """What it may be recommended for, see `ROLES`; of several methods with a role the
+    first by rank."""
     variants: ClassVar[Mapping[str, Mapping[str, Any]]] = {}
-    """What makes other methods of it, by the ending of their names: another `model` of
-    the motion than its own, or a condition more."""
+    """Hyperparameters of its variants, by the ending of their names: another `model` of
+    the motion, or one more condition."""
     when_smoothed: ClassVar[Mapping[str, Any]] = {}
-    """Hyperparameters that differ from their defaults where the motion comes from
-    smoothed poses."""
+    """Hyperparameters that differ from their defaults for a motion from smoothed
+    poses."""
 
     def __post_init__(self):
         """Check the hyperparameters that several methods have. Raises `InputError`."""
@@ -157,8 +155,8 @@ class Estimator:
 
     @property
     def name(self) -> str:
-        """The method's name, as the command line spells it; with the model, where that
-        is not its own."""
+        """The method's name on the command line; with the model if it is not the
+        default."""
         name, model = type(self).__name__, getattr(self, "model", None)
         return (
             name if model == getattr(type(self), "model", None) else f"{name}-{model}"
@@ -166,15 +164,15 @@ class Estimator:
 
     @classmethod
     def hyperparameters(cls, model: str | None = None) -> list[str]:
-        """Names of its hyperparameters; c1 only where its model, or the one given, is
-        the blended one."""
+        """Names of its hyperparameters; `c1` only for the blended model, which `model`
+        or the default may be."""
         blended = (model or getattr(cls, "model", None)) == "blended"
         return [field.name for field in fields(cls) if field.name != "c1" or blended]
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """Hyperparameters, of its own model or the one given, that follow from a
-        recording and a shape."""
+        """Hyperparameters that follow from known facts, for `model` or the default
+        one."""
         found = {
             "shape": known.shape,
             "noise": known.noise,
@@ -187,8 +185,7 @@ class Estimator:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """Hyperparameters that an estimate's provenance tells: plain values, as they
-        are used."""
+        """Plain values of the hyperparameters, for an estimate's provenance."""
         values = {
             name: getattr(self, name)
             for name in self.hyperparameters(getattr(self, "model", None))
@@ -201,15 +198,15 @@ class Estimator:
 
     @property
     def rests_on_shape(self) -> bool:
-        """Whether a known shape decides what the motion leaves open."""
+        """Whether a known shape determines what the motion leaves open."""
         own = getattr(self, "shape", None)
         known = isinstance(own, Shape) and own.known != "reach"
         return known or self.needs != "nothing"
 
     @property
     def asked(self) -> Accuracy | None:
-        """How sure is sure enough: no more of a recording is used than that takes.
-        None: all of it is."""
+        """Accuracy at which to stop using more of a recording; None to use all of
+        it."""
         return None
 
     def start(self) -> SampleState:
@@ -217,15 +214,15 @@ class Estimator:
         return SampleState.empty(self.keeps_time_record)
 
     def weight(self, measurements: Measurements) -> Array | float:
-        """Share w of the full model in each sample (K,), or one number for all: by
-        `model` and `c1`, if it has them."""
+        """Share w of the full model in each sample (K,), or one for all, from `model`
+        and `c1`."""
         model = getattr(self, "model", "full")
         return model_weight(measurements, model, getattr(self, "c1", 0.0))
 
     @property
     def sampling(self) -> tuple[Any, ...] | None:
-        """What decides how `update` takes samples: methods with the same have the same
-        state. None where that is the method's own matter."""
+        """Key of the states that `update` makes: methods with equal keys can share a
+        state. None if `update` or `weight` is the method's own."""
         kind = type(self)
         if kind.update is not Estimator.update or kind.weight is not Estimator.weight:
             return None
@@ -267,25 +264,24 @@ class Estimator:
         raise NotImplementedError
 
     def continued(self, state: Any, before: Any) -> tuple[Estimate, Any]:
-        """The estimate, and what that of more samples may begin with to save time, as
-        `before`; None where that saves none. `before` may also be an earlier estimate
-        over the same shape."""
+        """The estimate, and a value that may be passed as `before` with more samples to
+        save time, or None. `before` may also be an earlier estimate over the same
+        shape."""
         return self.estimate(state), None
 
     def prepared(self, state: Any, before: Any) -> Any:
-        """What `continued` leaves for estimates of more samples, without the
+        """The value that `continued` returns for later estimates, without the
         estimate."""
         return self.continued(state, before)[1]
 
     def of_more(self, state: Any, prepared: Any) -> tuple[Estimate, Any]:
-        """The estimate of a state with some samples more than that which was
-        `prepared`, as soon as it can be had, and what that of still more samples may
-        begin with, as `prepared`."""
+        """A quick estimate from a state with some more samples than the one for which
+        `prepared` was made, and the value to pass as `prepared` next."""
         return self.continued(state, prepared)
 
     def prior_intervals(self, mass: float) -> dict[str, Array] | None:
-        """What was known of a body of such a mass [kg] before any sample, as in
-        `Estimate.intervals`; None for methods without a prior that has intervals."""
+        """Intervals, as in `Estimate.intervals`, of a body of a given mass [kg] before
+        any sample; None for methods without such a prior."""
         return None
 
     def fit(self, measurements: Measurements) -> Estimate:

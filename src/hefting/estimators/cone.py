@@ -29,26 +29,27 @@ from hefting.core.spatial import Array, Mask
 from hefting.estimators.quadratic import nonnegative_least_squares
 
 FLOOR = 1e-7
-"""Smallest scale of a norm that vanishes, relative to the objective: costs half of it
-in accuracy."""
+"""Least scale of a vanishing norm, relative to the objective; half of it is lost in
+accuracy."""
 TOLERANCE = 3e-7
-"""Gap at which to stop, relative to the objective (or to 1e-6 |b|, where the objective
-is smaller)."""
+"""Gap at which the iteration ends, relative to the objective (or to 1e-6 |b|, if the
+objective is smaller)."""
 SMALLEST_START = 1e-3
 """Smallest scale of a residual norm to start from, relative to |b|."""
 MAX_STEPS = 200
 UNDAMPED_STEPS = 10
-"""Newton steps taken in full at one set of scales; ordinary problems need fewer, and a
-few would cycle."""
+"""Number of full Newton steps at one set of scales. Ordinary problems need fewer; a few
+would cycle without damping."""
 
 
 @immutable
 class ConeProblem:
-    """One instance, without its bias columns (see `hefting.estimators.pmd`)."""
+    """One instance of the problem, without its bias columns (see
+    `hefting.estimators.pmd`)."""
 
     A: Array
-    """(r, n) rows of both norms; a row that the free bias couples belongs to both in
-    part."""
+    """(r, n) rows of both norms; rows that the free bias couples belong to both in
+    part"""
     b: Array
     """(r,) right-hand side"""
     K: Array
@@ -57,12 +58,12 @@ class ConeProblem:
     regularization: float
     """lambda >= 0"""
     size: float
-    """|b| before the bias was taken out: what counts as zero is judged against it"""
+    """|b| before the bias was eliminated, relative to which numbers count as zero"""
 
 
 @immutable
 class ConeSolution:
-    """What `solve` found."""
+    """Result of `solve`."""
 
     masses: Array
     """(n,) >= 0"""
@@ -71,14 +72,14 @@ class ConeSolution:
     bound: float
     """lower bound on the optimum"""
     iterations: int
-    """linear systems solved"""
+    """number of linear systems solved"""
 
 
 def solve(problem: ConeProblem, start: Array) -> ConeSolution:
-    """Solve from any non-negative, non-zero masses `start` (n,); a good start saves
-    steps, none is needed."""
+    """Solve from non-negative masses `start` (n,), not all zero; a good start saves
+    steps."""
     b, K, lam, size = problem.b, problem.K, problem.regularization, problem.size
-    # no wrench that a bias does not explain: nothing is held
+    # a bias explains all of the wrench: nothing is held
     if b.dot(b) <= (4e-15 * size) ** 2:
         return ConeSolution(np.zeros(len(start)), np.ones(2), 0.0, 0)
     r = b - problem.A.dot(start)
@@ -107,10 +108,9 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
         scale = max(primal, 1e-6 * size)
         if primal - bound <= TOLERANCE * scale or total >= MAX_STEPS:
             break
-        # the bounded problem's optimum
+        # optimum of the bounded problem
         upper = 0.5 * float(s @ (1.0 - norms * norms)) + value
-        # Newton overshot: go a part of the way, at last by the fixed-point step, which
-        # never overshoots
+        # Newton's step overshot: shorten it, or take the fixed-point step, which never does
         if upper > lowest * (1.0 + 1e-12):
             length *= 0.25
             if length > 0.05:
@@ -126,12 +126,11 @@ def solve(problem: ConeProblem, start: Array) -> ConeSolution:
 
 
 def _secular(s: Array, norms: Array, G: Array, floor: float) -> Array:
-    """Scales at which all norms are one, by a Newton step on 1 / norms, where G_ij =
+    """Scales at which all norms are one, by a Newton step on 1 / norms, with G_ij =
     -d(norms_i² / 2)/ds_j.
 
-    A norm falls about as 1 / s, so its inverse is nearly linear. Scales that would fall
-    below `floor` (their norms vanish at the optimum) are held there, and the others
-    found anew.
+    A norm is about proportional to 1 / s, so its inverse is nearly linear. Scales that
+    would fall below `floor`, whose norms vanish at the optimum, are fixed there.
     """
     free, step = norms > 1e-9, floor - s
     while True:
@@ -170,7 +169,7 @@ class _Newton:
         self._active, self._square = active.tobytes(), chosen.dot(chosen.T)
 
     def _system(self, d: Array, sigma: float) -> Array:
-        """Minus the derivative (r, r) of F by u: D + sigma A A' of the active
+        """Minus the derivative (r, r) of F by u: D + sigma A A' over the active
         points."""
         J = sigma * self._square
         diagonal = J.ravel()[:: len(d) + 1]
@@ -178,12 +177,12 @@ class _Newton:
         return J
 
     def step_from(self, r: Array, s: Array) -> ConeSolution | None:
-        """The solution, where one step from masses that solve nearly the same problem
-        leads there, else None.
+        """The solution, if one step from the masses of a similar problem reaches it, else
+        None.
 
-        `r` (r,) is what they leave of b, and `s` (3,) are all three norms. With u = r /
-        d and t = masses / sigma the dual is stationary and all norms are one; a Newton
-        step in u, t and s together makes t that of u as well.
+        `r` (r,) is the residual of these masses, and `s` (3,) are all three norms. With
+        u = r / d and t = masses / sigma the dual is stationary and all norms are one; a
+        Newton step in u, t and s together makes t = max(A'u, 0) as well.
         """
         A, b, K = self._problem.A, self._problem.b, self._problem.K
         lam, size = self._problem.regularization, self._problem.size
@@ -198,10 +197,10 @@ class _Newton:
         np.multiply(K, u, out=right[1:3])
         np.divide(b - r, third, out=right[3])
         solved, failed = lapack.dposv(self._system(d, third / square), right.T)[1:]
-        # what W u is where its norm is one, to first order
+        # W u for a norm of one, to first order
         q0, q1 = right[1:3].dot(u).tolist()
         ones = np.array((0.5 + 0.5 * q0, 0.5 + 0.5 * q1, 1.0))
-        found = right[1:].dot(solved)  # (3, 4) at these scales, by each
+        found = right[1:].dot(solved)
         ds, singular = lapack.dgesv(found[:, 1:], ones - found[:, 0])[2:]
         scales = (s - ds).tolist()
         if failed or singular or not min(scales) > 0.0:
@@ -263,8 +262,8 @@ class _Newton:
     def _damping(
         self, u: Array, step: Array, slope: float, d: Array, sigma: float
     ) -> float:
-        """First of 1, 1/2, 1/4, ... by which `step` lowers the dual's convex objective;
-        1 where rounding decides."""
+        """The first of 1, 1/2, 1/4, ... for which `step` decreases the dual's convex
+        objective; 1 where rounding decides."""
 
         def objective(u: Array) -> float:
             t = np.maximum(u @ self._problem.A, 0.0)
@@ -289,8 +288,8 @@ class _Newton:
 
 
 class _ActiveSet:
-    """The same without regularisation: non-negative least squares, as the dual has no
-    curvature left."""
+    """Dual of the bounded problem without regularisation. It has no curvature, so that
+    the problem is non-negative least squares."""
 
     def __init__(self, problem: ConeProblem):
         self._problem = problem
@@ -318,8 +317,8 @@ class _ActiveSet:
 
 
 def _shifted(problem: ConeProblem, u: Array) -> Array:
-    """`u` moved and scaled until A'u <= 0 and both norms are at most one; zeros when
-    that cannot be had."""
+    """`u` moved and scaled so that A'u <= 0 and both norms are at most one; zeros if
+    that fails."""
     over = problem.A.T @ u
     # above rounding
     excess = max(0.0, float(over.max())) + 1e-14 * float(np.abs(over).max())

@@ -36,17 +36,17 @@ DISTANCES: dict[str, str] = {
     "euclidean": "|phi - phi0|²",
 }
 GAMMA = 30.0
-"""Default weight beside whitened residuals: bodies are expected at a distance D of ten
-dimensions over it, about 1/3. On twelve tools, 150 and 1,000 samples of moderate noise,
-10 to 100 were alike; the rule below grows with the data and then biases what is not
-homogeneous."""
+"""Default weight of the prior with whitened residuals: ten dimensions over it is the
+expected distance D of bodies, about 1/3. On twelve tools, with 150 and 1,000 samples of
+moderate noise, values from 10 to 100 were alike; the rule below grows with the data and
+then biases inhomogeneous bodies."""
 KAPPA = 1e-5
-"""Default weight beside plain residuals, relative to tr(A'A), see `weight_by_rule`."""
+"""Default weight with plain residuals, relative to tr(A'A), see `weight_by_rule`."""
 COMPACT = 0.1
 """Radius of gyration [m] of a compact body."""
 THINNEST = 1e-3
-"""Thickness that a prior is given at least, relative to its largest side: a flat body's
-P0 would be singular."""
+"""Least thickness of a prior body over its largest side, as P0 of a flat body is
+singular."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -166,12 +166,9 @@ class GEO(PointEstimator):
 
     @cached_property
     def _unit(self) -> tuple[InertialParameters, Array]:
-        """The prior, of 1 kg where a shape gives it, and T (10, 10) such that phi = T q
-        with that prior at Q = I.
-
-        The Euclidean distance knows nothing of the prior's shape: there a compact body
-        is at Q = I.
-        """
+        """The prior, for 1 kg if a shape gives it, and T (10, 10) with phi = T q such
+        that Q = I is that prior; for the Euclidean distance, which does not depend on
+        the prior's shape, Q = I is a compact body."""
         if self.prior is not None:
             prior = self.prior
         else:
@@ -215,19 +212,16 @@ def _shift(by: Array) -> Array:
 
 def weight_by_rule(A: Array) -> float:
     """gamma = `KAPPA` tr(A'A) for a regressor A (r, 10), as in the later code of the
-    method's authors.
-
-    Each product of inertia counts half, as it stands twice in the tensor: so the
-    sensor's axes do not matter.
-    """
+    method's authors. Each product of inertia counts half, so that the result does not
+    depend on the sensor's axes."""
     return KAPPA * float(
         (A * A).sum(axis=0) @ (1.0, 1.0, 1.0, 1.0, 1.0, 0.5, 0.5, 1.0, 0.5, 1.0)
     )
 
 
 def thickened(parameters: InertialParameters) -> InertialParameters:
-    """The body, at least `THINNEST` of its largest side thick in every direction (0.1
-    mm, if it is but a point)."""
+    """The body with at least `THINNEST` of its largest side in every direction (0.1 mm
+    for a point)."""
     m, c = parameters.mass, parameters.center_of_mass
     P = parameters.pseudo_inertia[:3, :3] / m - np.outer(c, c)
     values, axes = np.linalg.eigh(P)

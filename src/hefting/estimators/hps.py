@@ -26,7 +26,7 @@ from hefting.estimators.sample_state import SampleState
 from hefting.shapes import Shape
 
 REACH = 10.0
-"""The bound holds for bodies up to so many times as heavy."""
+"""Ratio of masses up to which the lower bound holds."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -191,8 +191,8 @@ def _warnings(parts: int, told: int) -> tuple[str, ...]:
 
 
 def _bound(G: Array, g: Array, masses: Array) -> float:
-    """Lower bound on |G m - g|² over m >= 0, by the residual made orthogonal to the
-    columns in use."""
+    """Lower bound of |G m - g|² over m >= 0, from the residual made orthogonal to the
+    active columns."""
     U, S, _ = np.linalg.svd(G[:, masses > 0.0], full_matrices=False)
     U = U[:, 1e-12 * S.max(initial=0.0) < S]
     u = -(g - U @ (U.T @ g))

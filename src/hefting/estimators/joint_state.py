@@ -40,7 +40,7 @@ _MASS_LAST = np.array((*range(1, 10), 0, 10))
 
 @immutable
 class WhitenedState:
-    """Equations of the ten parameters, of unit noise.
+    """Equations of the ten parameters with unit noise.
 
     It is a state of the estimators that take the parameters' equations alone (`Bayes`,
     `GEO`, `LMI`, `OLS`, `PMD`), with ``bias="none"``.
@@ -49,12 +49,12 @@ class WhitenedState:
     factor: Array
     """(11, 11) triangular [A | b]"""
     samples: int
-    """Samples it was made from."""
+    """Number of samples they were made from."""
     duration: float
     """Time between the first and the last of them [s]."""
     noise: float = 1.0
-    """Standard deviation [N or N m] of a typical equation before it was divided by it:
-    methods that weigh residuals against something else see them times it."""
+    """Standard deviation [N or N m] by which a typical equation was divided; methods
+    that weigh residuals against something else multiply by it."""
 
     def __post_init__(self):
         factor = frozen(self.factor)
@@ -74,11 +74,9 @@ class WhitenedState:
         duration: float,
         noise: float = 1.0,
     ) -> Self:
-        """Of a Gaussian likelihood exp(-½ phi' precision phi + shift' phi), with
-        precision (10, 10) and shift (10,).
-
-        Combinations of parameters without information have equations of zeros.
-        """
+        """From a Gaussian likelihood exp(-½ phi' precision phi + shift' phi) with
+        precision (10, 10) and shift (10,). Combinations of parameters without
+        information have zero equations."""
         P = np.asarray(precision, dtype=float)
         scale = np.sqrt(np.maximum(P.diagonal(), 0.0))
         scale[scale <= 1e-13 * scale.max(initial=0.0)] = np.inf
@@ -92,8 +90,8 @@ class WhitenedState:
         return cls(triangular(rows), samples, duration, noise)
 
     def stacked(self, other: WhitenedState) -> Self:
-        """Of the equations of both: of one object, in one frame, by independent
-        sensors."""
+        """With the equations of an independent sensor, of the same object in the same
+        frame."""
         return type(self)(
             triangular(np.vstack((self.factor, other.factor))),
             self.samples + other.samples,
@@ -108,11 +106,11 @@ class WhitenedState:
 
     @cached_property
     def mass_last(self) -> Array:
-        """(10, 11) the same equations; in the last of them the mass stands alone."""
+        """(10, 11) equivalent equations, of which the last contains only the mass."""
         return triangular(self.factor[:, _MASS_LAST])[:10, np.argsort(_MASS_LAST)]
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:
-        """Raises `InputError`: the samples are gone, and their noise was found."""
+        """Raises `InputError`: no samples can be added to whitened equations."""
         raise InputError(
             "the noise of these equations was found already",
             fix="fold samples into the moments they came from",
@@ -121,7 +119,7 @@ class WhitenedState:
 
 @immutable
 class JointState:
-    """States of two or more recordings; of the same object, sensor frame and sensor."""
+    """States of two or more recordings of the same object, sensor and frame."""
 
     states: tuple[SampleState, ...]
 
@@ -137,7 +135,8 @@ class JointState:
 
     @cached_property
     def as_one(self) -> SampleState:
-        """All samples as of one recording with one bias, or none."""
+        """State of all samples as those of one recording, with a common bias or
+        none."""
         return reduce(lambda a, b: a.merge(b, one_bias=True), self.states)
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> NoReturn:
@@ -149,16 +148,16 @@ class JointState:
 
 
 State = SampleState | JointState | WhitenedState
-"""What an estimator has seen."""
+"""State of an estimator."""
 
 
 def join(first: State, second: State) -> State:
-    """State of the recordings of both, each with a bias of its own."""
+    """State of the recordings of both, each with its own bias."""
     return join_all((first, second))
 
 
 def join_all(states: Iterable[State]) -> State:
-    """State of all recordings, each with a bias of its own."""
+    """State of all recordings, each with its own bias."""
     every = tuple(each for state in states for each in states_of(state))
     every = tuple(state for state in every if not state.is_empty) or every[:1]
     return every[0] if len(every) == 1 else JointState(every)
@@ -172,29 +171,29 @@ def states_of(state: State) -> tuple[SampleState, ...]:
 
 
 def as_one(state: State) -> SampleState:
-    """The state of all samples, their bias taken for the same or none. Raises
-    `InputError` for equations without a wrench."""
+    """State of all samples, with a common bias or none. Raises `InputError` for
+    equations without a wrench."""
     if isinstance(state, WhitenedState):
         raise _no_wrench()
     return state.as_one if isinstance(state, JointState) else state
 
 
 def states_by_bias(state: State, free_bias: bool) -> tuple[SampleState, ...]:
-    """States each of which has a bias of its own: those of the recordings; without a
-    free bias the one of all samples."""
+    """States each of which has its own bias: of each recording, or without a free bias
+    of all samples."""
     return states_of(state) if free_bias else (as_one(state),)
 
 
 def full_without_bias(state: State) -> Moments:
-    """Moments of the full model, the bias of each recording taken out."""
+    """Moments of the full model, with the bias of each recording eliminated."""
     return reduce(
         Moments.merge, (each.full.without_bias() for each in states_of(state))
     )
 
 
 def motion_record(state: State) -> TimeRecord | None:
-    """Time record that tells the errors of the motion in all recordings; None where a
-    state has none."""
+    """Time record from which the errors of the motion in all recordings follow; None if
+    a state has none."""
     if isinstance(state, WhitenedState):
         return None
     records = [each.record for each in states_of(state)]

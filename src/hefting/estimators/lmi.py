@@ -31,7 +31,7 @@ from hefting.estimators.semidefinite import solve
 from hefting.shapes import Shape
 
 TYPICAL_RADIUS = 0.1
-"""Radius of gyration [m] of what is taken for an object where the data say nothing."""
+"""Radius of gyration [m] of the object where the data do not determine it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,8 +122,8 @@ class LMI(PointEstimator):
 
 
 def _typical(problem: Quadratic) -> Array:
-    """G (4, 4) with G G' the pseudo-inertia of a body like that of least squares: where
-    the solver starts."""
+    """G (4, 4) with G G' the pseudo-inertia of a body like that of least squares, from
+    which the solver starts."""
     vector = problem.least_squares()
     mass = float(vector[0])
     com, radius = np.zeros(3), TYPICAL_RADIUS
@@ -139,8 +139,7 @@ def _typical(problem: Quadratic) -> Array:
 
 
 def _scaled(problem: Quadratic, G: Array) -> Array:
-    """`G` for the mass with which its body would cause a wrench as large as the
-    measured one."""
+    """`G` scaled to the mass whose wrench is as large as the measured one."""
     wrench = problem.A @ (PARAMETERS_OF @ vec(G @ G.T))
     size = float(np.sqrt(wrench @ wrench))
     return G * np.sqrt(
@@ -149,7 +148,7 @@ def _scaled(problem: Quadratic, G: Array) -> Array:
 
 
 def _box_filling(shape: Shape) -> InertialParameters:
-    """A homogeneous kilogram that fills the shape's bounding box; sides of no length
+    """A homogeneous kilogram that fills the shape's bounding box; sides of zero length
     count as 1 mm."""
     R = shape.pose[:3, :3]
     local = shape.hull @ R
@@ -179,9 +178,10 @@ def bounding_ellipsoid(shape: Shape) -> Array:
 
 
 def _inside(ellipsoid: Array) -> Array:
-    """G (4, 4) with G G' the pseudo-inertia of a kilogram well inside the ellipsoid."""
+    """G (4, 4) with G G' the pseudo-inertia of 1 kg inside the ellipsoid: its second
+    moment about the centre is 0.4² times the squared semi-axis along each axis, and 3 ·
+    0.4² < 1."""
     centre = np.linalg.solve(ellipsoid[:3, :3], -ellipsoid[:3, 3])
-    # of three axes, each 0.4² of 1: sum below 1
     half = 0.4 * np.linalg.cholesky(np.linalg.inv(-ellipsoid[:3, :3]))
     G = np.eye(4)
     G[:3, :3], G[:3, 3] = half, centre

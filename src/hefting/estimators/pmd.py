@@ -158,7 +158,8 @@ class PMD(PointEstimator):
 
 
 def _homogeneous(problem: ConeProblem) -> Array:
-    """Equal masses (n,) that fit the wrench best in scale: where the solver starts."""
+    """Equal masses (n,) of the scale that fits the wrench best, from which the solver
+    starts."""
     predicted = problem.A.sum(axis=1)
     square = float(predicted @ predicted)
     mass = float(predicted @ problem.b) / square if square else 0.0
@@ -171,16 +172,16 @@ def _norm(x: Array) -> float:
 
 
 SHARES = np.repeat(np.eye(2), (5, 11), axis=1)
-"""(2, 16) shares in both norms of the rows that no bias couples: five of the reduced
-model, eleven of the full one."""
+"""(2, 16) shares in both norms of the rows without a bias: five of the reduced model,
+eleven of the full one."""
 WITH_INERTIA = np.eye(11)[[0, 1, 2, 3, 10]]
-"""(5, 11) [m, mc | b] among [ten parameters | b]."""
+"""(5, 11) selects [m, mc | b] of [ten parameters | b]."""
 
 
 @immutable
 class BiasRows:
-    """The six equations c beta + A phi = b of either model that hold the bias beta of a
-    recording."""
+    """The six equations c beta + A phi = b of both models that contain the bias beta of
+    a recording."""
 
     c: Array
     """(2,) of the reduced and of the full model; not negative"""
@@ -189,7 +190,7 @@ class BiasRows:
 
     @classmethod
     def of(cls, reduced: Array, full: Array) -> Self:
-        """Of the factors (11, 11) and (17, 17) of both models."""
+        """From the factors (11, 11) and (17, 17) of the models."""
         both = [_with_positive_diagonal(R[:6]) for R in (reduced, full)]
         rows = both[0][:, 6:].dot(WITH_INERTIA), both[1][:, 6:]
         return cls(np.array([R[0, 0] for R in both]), np.array(rows))
@@ -224,10 +225,10 @@ class BiasRows:
 
 @immutable
 class ModelRows:
-    """Rows that each bias couples, then those of the reduced and of the full model."""
+    """Equations of both models: six that each bias couples, then the others."""
 
     biases: tuple[BiasRows, ...]
-    """of each recording; none where no bias is free"""
+    """of each recording; empty without a free bias"""
     A: Array
     """(r, 10)"""
     b: Array
@@ -235,11 +236,11 @@ class ModelRows:
     K: Array
     """(2, r) share of each row in both norms"""
     size: float
-    """|b| of both before the biases were taken out"""
+    """|b| of both models before the biases were eliminated"""
 
     @classmethod
     def of(cls, state: State, *, free_bias: bool) -> Self:
-        """Of all samples; of equations of the full model alone, in their own unit."""
+        """From all samples; or from equations of the full model, in their own unit."""
         if isinstance(state, WhitenedState):
             return cls._of((), np.zeros((5, 5)), state.noise * state.factor)
         first = 0 if free_bias else 6
@@ -253,8 +254,8 @@ class ModelRows:
 
     @classmethod
     def _of(cls, biases: Sequence[BiasRows], reduced: Array, full: Array) -> Self:
-        """Of the rows [m, mc | b] (5, 5) and [ten parameters | b] (11, 11) that no bias
-        couples."""
+        """From the rows [m, mc | b] (5, 5) and [ten parameters | b] (11, 11) without a
+        bias."""
         rows, K = np.concatenate((reduced.dot(WITH_INERTIA), full)), SHARES
         for each in reversed(biases):
             coupled, shares = each.eliminated
@@ -268,7 +269,7 @@ class ModelRows:
         return cls(tuple(biases), rows[:, :10], rows[:, 10], K, size)
 
     def with_equation(self, equation: Array, state: State) -> Self:
-        """With one equation more (11,) of the parameters, in the model that has more of
+        """With one more equation (11,) of the parameters, in the model that has more of
         the samples of `state`."""
         return replace(
             self,
@@ -308,7 +309,7 @@ def _with_positive_diagonal(R: Array) -> Array:
 
 
 def _share_of_most(state: State) -> tuple[float, float]:
-    """Share in both norms of a row of the model that has more of the samples."""
+    """Share in both norms of a row of the model with more of the samples."""
     if isinstance(state, WhitenedState):
         return 0.0, 1.0
     each = [(_norm(s.reduced.ones), _norm(s.full.ones)) for s in states_of(state)]

@@ -50,21 +50,23 @@ from hefting.estimators.sample_state import (
 from hefting.estimators.state_likelihood import StateSamples
 
 LEAST_OWN_SHARE = 1e-6
-"""Least share of the mass's variance that is not the gain's."""
+"""Least share of the mass's variance that is not by the gain."""
 
 
 @immutable
 class MassRow:
-    """The row, and what it tells of the sensor's gain; `NO_ROW` where there is none."""
+    """Row of a scale's reading, and the gain of the sensor that it implies; `NO_ROW`
+    for none."""
 
     weight: float
     """[1/kg] of the row, in units of the method's equations"""
     mass: float
     """[kg] m_s"""
     gain_share: float
-    """share of a difference between reading and wrench that is the gain's"""
+    """share of the difference between reading and wrench that is attributed to the
+    gain"""
     doubts: tuple[Message, ...] = ()
-    """what speaks against the reading"""
+    """messages on a reading that contradicts the wrench"""
 
     @classmethod
     def of(
@@ -74,7 +76,7 @@ class MassRow:
         systematic: Array | None,
         A: Array,
     ) -> MassRow:
-        """Beside the equations A (r, 10) of a method, without a free bias. A reading
+        """For the equations A (r, 10) of a method, with the bias eliminated; a reading
         that contradicts the wrench is left out."""
         svd = ScaledSVD.of(A)
         own = float(np.sum(np.square(svd.V[:, 0] / svd.S))) / svd.scale[0] ** 2
@@ -90,7 +92,7 @@ class MassRow:
         if doubts:
             return replace(NO_ROW, doubts=doubts)
         square, other = reading.std**2 + gain, max(variance - gain, 0.0)
-        if not np.isfinite(variance):  # the row alone tells the mass
+        if not np.isfinite(variance):  # only the row determines the mass
             square = other = reading.std**2
         other = max(other, LEAST_OWN_SHARE * (other + gain))
         return cls(
@@ -101,7 +103,7 @@ class MassRow:
 
     @property
     def equation(self) -> Array | None:
-        """(11,) row and right-hand side; None where nothing was weighed."""
+        """(11,) row and right-hand side; None without a reading."""
         if self.weight == 0.0:
             return None
         row = np.zeros(11)
@@ -109,7 +111,8 @@ class MassRow:
         return row
 
     def applied(self, estimate: Estimate) -> Estimate:
-        """An estimate of what the sensor shows, with the row, as that of the object."""
+        """Estimate of the object, from one of what the sensor shows that used the
+        row."""
         if self.weight == 0.0 and not self.doubts:
             return estimate
         warnings = (*estimate.warnings, *self.doubts)
@@ -129,7 +132,7 @@ class MassRow:
 
 
 NO_ROW = MassRow(0.0, 0.0, 0.0)
-"""Of an object that was not weighed, or by a scale that is left out."""
+"""For an object that was not weighed, or a reading that was left out."""
 
 
 def _of_wrench(samples: StateSamples, systematic: Array | None) -> Likelihood:
@@ -140,10 +143,8 @@ def _of_wrench(samples: StateSamples, systematic: Array | None) -> Likelihood:
 
 @dataclass(frozen=True, eq=False)
 class PointEstimator(Estimator):
-    """A method that finds a point, and passes its estimate through `with_intervals`.
-
-    `possible_bodies` says which objects it takes for possible.
-    """
+    """A method whose estimate is a point; `with_intervals` adds the intervals, for the
+    objects that `possible_bodies` allows."""
 
     gives_covariance = True
     keeps_time_record = True
@@ -167,8 +168,8 @@ class PointEstimator(Estimator):
     deviation (`MassReading`): a row more of the method's equations. It needs
     `intervals`, which tell what the row weighs."""
     noise_found: bool = field(default=False, kw_only=True)
-    """Whether `noise`, by which the method weighs, was found in the residuals: the
-    intervals then find it, and its colour, themselves."""
+    """Whether `noise`, by which the method weighs, was found in the residuals; the
+    intervals then find it anew, with its colour."""
     intervals: bool = field(default=True, kw_only=True)
     """Whether estimates have intervals. Without them a state keeps no record of time,
     and an estimate takes the time of the method alone."""
@@ -189,7 +190,8 @@ class PointEstimator(Estimator):
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As of every method, with the error that all samples share, and the tool."""
+        """As `Estimator.settings`, with the error that all samples share, and the
+        tool."""
         own = {
             "systematic": known.systematic,
             "carried": known.carried,
@@ -199,7 +201,8 @@ class PointEstimator(Estimator):
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """As of every method, of what the intervals rest on if there are any."""
+        """As `Estimator.provenance`; what only the intervals depend on is left out
+        without them."""
         found = super().provenance
         own = {"intervals", "noise_found"}
         found = {name: value for name, value in found.items() if name not in own}
@@ -214,20 +217,14 @@ class PointEstimator(Estimator):
         return SampleState.empty(self.intervals)
 
     def possible_bodies(self, center: Array) -> PossibleBodies | None:
-        """What the method takes an object to be, the COM of least squares being
-        `center` (3,) [m]; None for any ten numbers.
-
-        A method that finds bodies which can exist takes any of them for possible,
-        unless it says otherwise.
-        """
+        """Objects that the method takes for possible, given the COM of least squares
+        `center` (3,) [m]; None for any ten numbers. By default, for a method whose
+        estimates are bodies, any body."""
         return PossibleBodies.any(center) if self.consistent else None
 
     def mass_row(self, state: State, A: Array) -> MassRow:
-        """What a scale showed, as a row beside the method's equations A (r, 10);
-        `NO_ROW` where nothing was weighed.
-
-        Raises `InputError` for a state without a record of time.
-        """
+        """A scale's reading as a row beside the method's equations A (r, 10); `NO_ROW`
+        without one. Raises `InputError` for a state without a time record."""
         reading = MassReading.of(self.mass)
         if reading is None:
             return NO_ROW
@@ -237,7 +234,7 @@ class PointEstimator(Estimator):
     def answer(
         self, vector: Array, state: State, row: MassRow, **more: Any
     ) -> Estimate:
-        """The estimate of a vector (10,), with `more` of its fields, as of
+        """The estimate with parameters `vector` (10,) and `more` of its fields, see
         `with_intervals`."""
         found = Estimate(
             method=self.name,
@@ -251,9 +248,8 @@ class PointEstimator(Estimator):
     def with_intervals(
         self, estimate: Estimate, state: State, row: MassRow = NO_ROW
     ) -> Estimate:
-        """The estimate, as the `row` of a scale makes it, with intervals, and with a
-        covariance about it where it has none; as it is where the state keeps no record
-        of time."""
+        """The estimate, corrected by the `row` of a scale, with intervals and, if it
+        has none, a covariance about it; unchanged for a state without a time record."""
         estimate = row.applied(estimate)
         samples = self._samples(state) if self.intervals else None
         if samples is None:
@@ -267,17 +263,15 @@ class PointEstimator(Estimator):
     def uncertainty(
         self, body: InertialParameters, state: State
     ) -> tuple[dict[str, Array], Array]:
-        """Intervals about an estimate that hold the truth with 95 % probability, and
-        the mean square of the truth's distance (10, 10) from it, with all errors that
-        are allowed for; infinite where the samples leave something open.
-
-        Raises `InputError` for a state without a record of time.
-        """
+        """95 % intervals about an estimate, and the mean square (10, 10) of the truth's
+        distance from it, with all errors that are allowed for; infinite where the
+        samples leave something open. Raises `InputError` for a state without a time
+        record."""
         reading = MassReading.of(self.mass)
         return self._uncertainty(body, self._require_samples(state), reading)
 
     def _require_samples(self, state: State) -> StateSamples:
-        """What a state tells; `InputError` where it keeps no record of time."""
+        """Samples of a state; `InputError` without a time record."""
         samples = self._samples(state)
         if samples is None:
             raise InputError("the state keeps no record of time", fix="intervals=True")

@@ -1,12 +1,10 @@
-"""Intervals of an estimate that is a point: the posterior of the bodies its method
-takes for possible, and the point itself.
+"""Intervals of a point estimate: those of a posterior, widened to include the point.
 
-The posterior is that of the state's likelihood (`state_likelihood`) over a mixture of
-`possible_bodies`, each member in closed form: its cost does not depend on the samples.
-Where the method knows nothing of the object, as least squares, it is the likelihood
-itself. The estimate may be off by more than the posterior is wide, as its
-method pulls it to a prior, leaves out part of the model or weighs the wrench otherwise:
-the ends are moved out to include it.
+The posterior follows in closed form from the state's likelihood (`state_likelihood`) and
+the mixture of bodies that the method takes for possible (`possible_bodies`); its cost does
+not depend on the number of samples. For a method without a prior, such as least squares,
+it is the likelihood. The estimate may be outside, as its method pulls it to a prior, leaves
+out part of the model or weighs the wrench otherwise.
 """
 
 from collections.abc import Callable
@@ -27,13 +25,12 @@ from hefting.estimators.state_likelihood import StateLikelihood, StateSamples
 FARTHEST_COM = 1.0
 """[m] Largest distance of a held object's COM from the sensor."""
 LARGEST_MASS_ERROR = 0.1
-"""Relative standard deviation of the mass that samples leave beside a free bias, above
-which intervals are no narrower than by the samples alone: errors of the motion in the
-regressor then pull the mass down where a prior joins in, by ten times its relative
-variance at most."""
+"""Relative standard deviation of the mass by the samples alone, beside a free bias, above
+which a prior does not narrow the intervals: errors of the motion in the regressor, together
+with a prior, reduce the mass by up to ten times its relative variance."""
 TakenForPossible = Callable[[Array], PossibleBodies | None]
-"""What a method takes an object to be, by the COM (3,) [m] of least squares; None for
-any ten numbers."""
+"""The bodies that a method takes for possible, given the COM (3,) [m] of least squares;
+None for any ten parameters."""
 
 UNSEEN = 1e-12
 """Eigenvalue of the scaled precision, relative to the largest, up to which a direction
@@ -45,7 +42,7 @@ zero: rounding."""
 
 @immutable
 class Known:
-    """What samples and method together tell of the parameters."""
+    """Posterior of the parameters from samples and possible bodies."""
 
     mixture: Mixture
     open: Mask
@@ -77,7 +74,7 @@ class Known:
         ends = self.mixture.ends()
         infinite = np.zeros(16, dtype=bool)
         infinite[:10] = self.open
-        # a mass that may be zero leaves the COM open
+        # the COM is open where the mass may be zero
         if self.open[:4].any() or (not self.bodies and self.mass_error > 0.5):
             infinite[1:4] = infinite[10:] = True
         infinite[10:] |= self.open[4:]
@@ -92,19 +89,18 @@ def intervals_of(
     possible_bodies: TakenForPossible,
     reading: MassReading | None = None,
 ) -> tuple[dict[str, Array], Array]:
-    """Intervals of `INTERVAL_QUANTITIES` that hold the truth with 95 % probability, and
-    the estimate too; and the mean square of the truth's distance (10, 10) from it.
+    """95 % intervals of `INTERVAL_QUANTITIES` that include the estimate, and the mean
+    square (10, 10) of the truth's distance from it.
 
     Parameters
     ----------
     body : the estimate.
-    samples : what its state tells.
+    samples : of its state, with their noise.
     systematic : (10, 10) covariance of an error that all samples share.
-    possible_bodies : what the method takes an object to be.
+    possible_bodies : of the method.
     reading : of a scale.
     """
-    # noise-free samples, or few of them, make numbers overflow: what is no number then
-    # counts as open
+    # noise-free or few samples overflow; an end that is NaN then counts as open
     with np.errstate(over="ignore", divide="ignore", invalid="ignore"):
         known = _known(samples, systematic, possible_bodies, reading)
         ends = known.ends
@@ -125,8 +121,8 @@ def _known(
     possible_bodies: TakenForPossible,
     reading: MassReading | None = None,
 ) -> Known:
-    """The posterior, found twice: the errors of the motion, and the mass of the bodies
-    taken for possible, follow from the parameters."""
+    """The posterior, found twice: the effect of the motion's errors and the scale of the
+    possible bodies depend on the parameters, which the first pass finds."""
     if not samples.informative:
         everything = Mixture(np.ones(1), np.eye(1, 10), np.zeros((1, 10, 10)))
         return Known(everything, np.ones(10, dtype=bool), bodies=False)

@@ -26,29 +26,28 @@ from hefting.estimators.coordinates import IDENTITY, PARAMETERS_OF, congruence
 from hefting.shapes import Shape
 
 NEAR_BODY_FREEDOMS = {1000.0: 0.3, 200.0: 0.3, 50.0: 0.2, 12.0: 0.1, 3.0: 0.1}
-"""nu of bodies about a homogeneous one of known shape, and the prior probability of
-each."""
+"""nu of bodies near a homogeneous one of known shape, and their prior probabilities."""
 IN_BOX_FREEDOMS = {12.0: 0.25, 4.0: 0.25, 1.0: 0.25, 0.3: 0.25}
-"""nu of bodies somewhere in a box, and the prior probability of each."""
+"""nu of bodies somewhere in a box, and their prior probabilities."""
 RADII = 0.01 * 2.0 ** np.arange(6)
-"""(6,) radii of gyration [m] of an object of which nothing is known, all equally
-probable: from 10 mm to 0.32 m."""
+"""(6,) radii of gyration [m] of an unknown object, equally probable: from 10 mm to 0.32
+m."""
 ANY_BODY_FREEDOM = 1.0
-"""nu of bodies of each of those radii."""
+"""nu of bodies of each of these radii."""
 COM_STD = 0.3
-"""[m] Standard deviation, an axis, of the COM of such a body about that of least
-squares."""
+"""[m] Standard deviation along each axis of the COM of an unknown object about that of
+least squares."""
 PART_STDS = (0.3, 1.0, 3.0)
 """Standard deviations of a part's density over the mean density, all equally
 probable."""
 WITHIN_PART_STDS = (0.003, 0.02, 0.1)
-"""Standard deviations of the density within a part over the part's, along each axis,
-all equally probable. Points tell a part's border no better than they are apart."""
+"""Standard deviations along each axis of the density within a part over the part's,
+equally probable. The points show a part's border only to their spacing."""
 THIN = 1e-9
-"""Standard deviation of a part's points along an axis, as a share of the largest
-coordinate, up to which they lie in a plane, but for rounding."""
+"""Standard deviation of a part's points along an axis, relative to the largest
+coordinate, up to which they lie in a plane."""
 WRONG_SHAPE = 0.01
-"""Prior probability that the object is not as the method takes it to be, but any
+"""Prior probability that the object is none of the method's possible bodies, but any
 body."""
 
 
@@ -66,7 +65,7 @@ class PossibleBodies:
 
     @classmethod
     def any(cls, center: Array) -> Self:
-        """Of any size, the COM anywhere about `center` (3,) [m]."""
+        """Any size, with the COM anywhere about `center` (3,) [m]."""
         members = [_about(_ball(center, float(r)), ANY_BODY_FREEDOM) for r in RADII]
         shift = COM_STD * _com_derivative(center)
         return cls(
@@ -77,8 +76,8 @@ class PossibleBodies:
 
     @classmethod
     def near(cls, body: InertialParameters) -> Self:
-        """Near a homogeneous body, which must be one: `hefting.estimators.geo.thickened`
-        for example."""
+        """Near a homogeneous body of positive definite pseudo-inertia, such as
+        `hefting.estimators.geo.thickened`."""
         return cls._of_freedoms(body, NEAR_BODY_FREEDOMS)
 
     @classmethod
@@ -88,7 +87,7 @@ class PossibleBodies:
 
     @classmethod
     def in_shape(cls, shape: Shape) -> Self:
-        """Of any density in a shape, which may be as wrong as it says."""
+        """Any density in a shape, with the shape's own deviation."""
         prior = Prior.of(shape, shape_std=shape.shape_std)
         prior = prior.about(np.zeros(len(prior.distortions.shifts))).prior
         means = np.tile(prior.mean, (len(prior.spread), 1))
@@ -96,8 +95,8 @@ class PossibleBodies:
 
     @classmethod
     def of_parts(cls, shape: Shape, shares: Array) -> Self:
-        """Of parts that are homogeneous, or nearly so; `shares` (n, parts) of a part's
-        mass are at the shape's points."""
+        """Nearly homogeneous parts; `shares` (n, parts) are the shares of each part's
+        mass at the shape's points."""
         volumes = shape.volumes
         volumes = np.full(shape.n, 1.0 / shape.n) if volumes is None else volumes
         volume = (shares > 0.0).T @ volumes
@@ -133,7 +132,7 @@ class PossibleBodies:
         )
 
     def or_any(self, center: Array) -> "PossibleBodies":
-        """Or any other body, with the probability `WRONG_SHAPE`."""
+        """These, or any other body with the probability `WRONG_SHAPE`."""
         other = PossibleBodies.any(center)
         width = max(self.spread.shape[2], other.spread.shape[2])
         return PossibleBodies(
@@ -149,8 +148,8 @@ class PossibleBodies:
 
 
 def _gradients(shape: Shape, shares: Array) -> Array:
-    """(10, 3 parts) change of the parameters by a density that varies along an axis
-    within a part, by one standard deviation of the part's."""
+    """(10, 3 parts) change of the parameters by a linear variation of the density along
+    each axis within each part, of one standard deviation of the part's."""
     columns: list[Array] = []
     thin = THIN * float(np.abs(shape.positions).max())
     for share in shares.T:
@@ -164,7 +163,7 @@ def _gradients(shape: Shape, shares: Array) -> Array:
 
 
 def _compact(F: Array) -> Array:
-    """(10, 10) of the same F F' as F (10, k)."""
+    """(10, 10) factor with the same F F' as F (10, k)."""
     R = np.asarray(np.linalg.qr(F.T, mode="r"))
     found = np.zeros((10, 10))
     found[:, : len(R)] = R.T
@@ -177,15 +176,14 @@ def _padded(spread: Array, width: int) -> Array:
 
 
 def _about(G: Array, nu: float) -> tuple[Array, Array]:
-    """Mean (10,) and F (10, 11) of bodies about that of pseudo-inertia G G', of
-    1 kg."""
+    """Mean (10,) and F (10, 11) of bodies of 1 kg about that of pseudo-inertia G G'."""
     T = PARAMETERS_OF @ congruence(G)
     mean = T @ IDENTITY
     return mean, np.column_stack((MASS_STD * mean, (2.0 / nu) ** 0.5 * T))
 
 
 def _ball(center: Array, radius: float) -> Array:
-    """G (4, 4) of 1 kg of this radius of gyration, along each axis, about `center`."""
+    """G (4, 4) of 1 kg with this radius of gyration along each axis about `center`."""
     G = np.diag((radius, radius, radius, 1.0))
     G[:3, 3] = center
     return G
@@ -201,8 +199,8 @@ def _factor(body: InertialParameters) -> Array:
 
 
 def _com_derivative(c: Array) -> Array:
-    """(10, 3) derivative of the parameters of 1 kg by its COM, the inertia about which
-    stays the same."""
+    """(10, 3) derivative of the parameters of 1 kg by its COM, for a fixed inertia
+    about the COM."""
     derivative = np.zeros((10, 3))
     derivative[1:4] = np.eye(3)
     derivative[4:] = parallel_axis_slopes(c)

@@ -36,19 +36,19 @@ RANK_TOLERANCE = 1e-9
 count as zero."""
 
 VANISHING_COLUMN = 1e-13
-"""Columns of the regressor shorter than this, relative to the longest, count as zero:
-they are rounding errors."""
+"""Length of a regressor's column, relative to the longest, below which it is a rounding
+error."""
 
 _REDUCED = np.zeros_like(FULL_EQUATIONS)
 _REDUCED[[*range(10), 16]] = REDUCED_EQUATIONS
 
 UNKNOWNS = PARAMETERS + tuple(f"bias {name}" for name in WRENCH)
-"""Names of the ten parameters and of a free bias."""
+"""Names of the ten parameters and of the bias."""
 
 
 def warnings_of(open_: Indices, instead: str) -> tuple[str, ...]:
-    """A sentence on the unknowns that the data leave open, if any are, and on what
-    stands `instead` of them."""
+    """A warning that names the unknowns which the data leave open, and what determines
+    them `instead`; none if nothing is open."""
     which: list[int] = open_.tolist()
     if not which:
         return ()
@@ -111,15 +111,15 @@ def stacked_factor(
 
 
 def with_equation(R: Array, row: Array | None) -> Array:
-    """A factor as of `stacked_factor`, with one equation more (11,) of the parameters
-    alone below it; None for none."""
+    """A factor as of `stacked_factor` with one more equation (11,) of the parameters;
+    None for none."""
     if row is None:
         return R
     return np.vstack((R, np.pad(row, (R.shape[1] - len(row), 0))))
 
 
 def require_information(problem: "Quadratic") -> None:
-    """`NotIdentifiableError` when the samples tell nothing at all."""
+    """`NotIdentifiableError` if the samples contain no information."""
     if not len(problem.svd.S):
         beside = " beside a bias" if len(problem.bias_rows) else ""
         raise NotIdentifiableError(
@@ -139,17 +139,15 @@ class ScaledSVD:
     V: Array
     """(k, n)"""
     kernel: Array
-    """(n - k, n) directions, in scaled unknowns, that A does not see"""
+    """(n - k, n) directions, in scaled unknowns, that A maps to zero"""
     scale: Array
-    """(n,) the columns' lengths; 1 for those that vanish"""
+    """(n,) lengths of the columns; 1 for those that vanish"""
 
     @classmethod
     def of(cls, A: Array, lengths: Array | None = None) -> "ScaledSVD":
-        """Of `A`; given the columns' `lengths` (n,) before something was taken out of
-        them, rounding of that is none.
-
-        Without them the columns' own lengths serve.
-        """
+        """Of `A`. With the columns' `lengths` (n,) before something was eliminated from
+        them, rounding errors of that are not taken for information; by default the
+        present lengths."""
         norms = np.sqrt((A * A).sum(axis=0)) if lengths is None else lengths
         scale = np.where(norms > VANISHING_COLUMN * norms.max(initial=0.0), norms, 1.0)
         U, S, V, _ = lapack.dgesdd(A / scale, full_matrices=0)
@@ -162,13 +160,13 @@ class ScaledSVD:
 
     @property
     def open(self) -> Indices:
-        """Indices of the unknowns that A leaves open."""
+        """Indices of the unknowns that A does not determine."""
         return np.flatnonzero(np.abs(self.kernel).max(axis=0, initial=0.0) > 1e-6)
 
 
 @immutable
 class Quadratic:
-    """|A phi - b|², the bias at its best; see the module."""
+    """|A phi - b|² with the bias eliminated, see the module."""
 
     A: Array
     """(11, 10)"""
@@ -176,13 +174,13 @@ class Quadratic:
     """(11,)"""
     bias_rows: Array
     """(n, 6, 17) rows [C | A | b] that the best bias of each recording satisfies
-    exactly; (0, 6, 17) where none is free"""
+    exactly; (0, 6, 17) without a free bias"""
 
     @classmethod
     def of(
         cls, state: State, noise: WrenchNoise = None, free_bias: bool = False
     ) -> "Quadratic":
-        """Of all samples in `state`."""
+        """From all samples in `state`."""
         if isinstance(state, WhitenedState):
             return cls(state.factor[:, :10], state.factor[:, 10], np.zeros((0, 6, 17)))
         if not free_bias:
@@ -199,7 +197,7 @@ class Quadratic:
         return cls(A, R[:, 10], factors[:, :6])
 
     def with_equation(self, row: Array | None) -> "Quadratic":
-        """With one equation more (11,) of the parameters alone; None for none."""
+        """With one more equation (11,) of the parameters; None for none."""
         if row is None:
             return self
         R = triangular(np.vstack((np.column_stack((self.A, self.b)), row)))
@@ -212,7 +210,7 @@ class Quadratic:
 
     @property
     def size(self) -> float:
-        """|b|: what is left of the (whitened) wrench when the bias takes all it can."""
+        """|b|: norm of the (whitened) wrench with the bias eliminated."""
         return float(np.sqrt(self.b @ self.b))
 
     def square(self, vector: Array) -> float:
@@ -221,8 +219,8 @@ class Quadratic:
         return float(r @ r)
 
     def bias(self, vector: Array) -> Array | None:
-        """(6,) best bias [N, N m] beside parameters (10,), or (n, 6) those of n
-        recordings; None where none is free."""
+        """(6,) best bias [N, N m] for parameters (10,), or (n, 6) of n recordings; None
+        without a free bias."""
         if not len(self.bias_rows):
             return None
         right = self.bias_rows[:, :, 16] - self.bias_rows[:, :, 6:16] @ vector
@@ -234,17 +232,14 @@ class Quadratic:
         return found[0] if len(found) == 1 else found
 
     def least_squares(self) -> Array:
-        """(10,) unconstrained least squares; of directions the data leave open the
-        smallest solution."""
+        """(10,) unconstrained least squares, the smallest solution in directions that
+        the data leave open."""
         return self.svd.solve(self.b)
 
     def measured_mass(self, homogeneous: Array) -> float:
-        """Mass [kg] that unconstrained least squares measures; where that is no mass,
-        of `homogeneous` (10,) scaled.
-
-        `homogeneous` are the parameters of 1 kg spread over the shape. Never zero or
-        less.
-        """
+        """Mass [kg] by unconstrained least squares or, unless that is positive, by
+        scaling the parameters `homogeneous` (10,) of 1 kg spread over the shape. Always
+        positive."""
         mass = float(self.least_squares()[0])
         if mass > 0.0:
             return mass
@@ -256,10 +251,8 @@ class Quadratic:
 
 def nonnegative_least_squares(A: Array, b: Array) -> Array:
     """(n,) x >= 0 that minimises |A x - b|, for A (r, n) and b (r,) (Lawson & Hanson,
-    1974).
-
-    Raises `RuntimeError` after 100 n steps without an end, which rounding could cause.
-    """
+    1974). Raises `RuntimeError` if it has not ended after 100 n steps, which rounding
+    could cause."""
     from scipy.optimize import nnls  # pyright: ignore[reportUnknownVariableType]
 
     return np.asarray(nnls(A, b, maxiter=100 * A.shape[1])[0], dtype=float)
@@ -277,15 +270,15 @@ class LeastSquares:
     covariance: Array
     """(10, 10) or (16, 16), as the solution; infinite where the data do not decide"""
     free: Indices
-    """indices of the unknowns the data do not decide"""
+    """indices of the unknowns that the data leave open"""
     square: float
     """sum of squared (whitened) residuals"""
     bound: float
-    """lower bound on its minimum, by the gradient that is left"""
+    """lower bound on the minimum, from the remaining gradient"""
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """A sentence on what is undetermined, if anything is."""
+        """A warning on undetermined unknowns, if there are any."""
         return warnings_of(self.free, "the smallest values that fit")
 
 

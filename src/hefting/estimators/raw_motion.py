@@ -19,31 +19,32 @@ from hefting.core.regressor import ONE
 from hefting.core.spatial import Array
 
 FEWEST_DIFFERENCES = 50
-"""Number of differences from which on levels are compared."""
+"""Least number of differences for levels to be compared."""
 LARGEST_LEVEL_DIFFERENCE = 0.2
-"""Largest relative difference of the levels of two orders for white noise: with 150
-samples chance makes 4 %, motion makes much more."""
+"""Largest relative difference of the levels of two orders for white noise: by chance 4
+% with 150 samples, by motion much more."""
 SMALLEST_PAIR_CHANGE = 0.7
-"""Variance of changes between pairs, over that of white noise of the level found, below
-which noise is not white: it is 0.42 of the differences of white noise, and 0.23 of
-their differences."""
+"""Variance of changes between pairs over that of white noise of the same level, below
+which noise is not white: it is 0.42 for first differences of white noise, 0.23 for
+second ones."""
 SMALLEST_LEVEL = 0.01
-"""Level of noise over the standard deviation of the accelerations below which it does
-not matter: it takes a ten thousandth of an inertia."""
+"""Level of noise over the standard deviation of the accelerations below which it is
+negligible: it reduces an inertia by a ten thousandth."""
 ROUNDING = 1e-4
-"""The same below which noise is rounding, beside larger noise of the other kind."""
+"""The same below which noise is rounding, if that of the other kind of acceleration is
+larger."""
 LARGEST_RATIO_OF_AXES = 10.0
-"""Largest ratio of the mean variance of the noise of three axes to that of one: errors
-of the motion are taken to be alike along all axes, and no less may be seen of one."""
+"""Largest ratio of the mean noise variance of three axes to that of one, as errors of
+the motion are taken to be alike along all axes."""
 LARGEST_SHARE = 0.5
-"""Share of the accelerations' variance above which what looks like noise may be the
-motion itself, of samples that do not follow one another in time."""
+"""Share of the accelerations' variance above which apparent noise may be the motion of
+samples that are not consecutive in time."""
 
 LARGEST_KURTOSIS = 9.0
-"""Kurtosis of the differences, 3 of Gaussian noise, above which they are of accelerations
-that jump, as at the corners of trapezoids."""
+"""Kurtosis of the differences (3 for Gaussian noise) above which the accelerations
+jump, as at the corners of trapezoids."""
 NO_ROUGHNESS = np.zeros((6, 7))
-"""`roughness` of no samples."""
+"""`roughness` without samples."""
 
 
 def roughness(blocks: Array) -> Array:
@@ -74,11 +75,11 @@ def roughness(blocks: Array) -> Array:
 
 
 def white_noise_of(sums: Array) -> MotionNoise | None:
-    """White noise of the accelerations by their `roughness` (6, 7).
+    """White noise of the accelerations from their `roughness` (6, 7).
 
-    None where none is found, where it would be most of what is there, is along some axes
-    only or comes in jumps, or where the noise of either kind of acceleration is of
-    another colour: intervals that allow for the other kind alone are too narrow.
+    None if none is found, if it would be most of the accelerations, is along some axes
+    only or comes in jumps, or if the noise of either kind of acceleration is coloured:
+    intervals that allow for the other kind alone are too narrow.
     """
     if sums[:, 0].min() < FEWEST_DIFFERENCES:
         return None
@@ -106,7 +107,7 @@ def white_noise_of(sums: Array) -> MotionNoise | None:
 
 
 DIFFERENCE_ORDER = 4
-"""Order of the differences. Motion at a tenth of the sampling rate is attenuated 57
+"""Order of the differences. They attenuate motion at a tenth of the sampling rate 57
 times, by (2 sin 18°)^4 / sqrt(70)."""
 FEWEST_SAMPLES_FOR_ORDERS = 50
 """Number of samples below which the levels of two orders are not compared."""
@@ -130,12 +131,9 @@ def white_noise(measurements: Measurements) -> Noise:
 
 
 def white_motion_noise(measurements: Measurements) -> MotionNoise | None:
-    """White noise of linear [m/s²] and angular [rad/s²] acceleration; None where none
-    is found.
-
-    It is found where differences of third and fourth order give the same level, within
-    `LARGEST_LEVEL_DIFFERENCE`.
-    """
+    """White noise of linear [m/s²] and angular [rad/s²] acceleration; None unless
+    differences of third and fourth order give the same level, within
+    `LARGEST_LEVEL_DIFFERENCE`."""
     z = measurements
     levels: list[float] = []
     for series in (z.linear_acceleration, z.angular_acceleration):
@@ -151,7 +149,7 @@ def white_motion_noise(measurements: Measurements) -> MotionNoise | None:
 
 def _level(series: Array, order: int = DIFFERENCE_ORDER) -> float:
     """Standard deviation of the white noise of a series (K, d), from its differences of
-    this order."""
+    an order."""
     if len(series) <= order:
         return 0.0
     differences = np.abs(np.diff(series, order, axis=0))

@@ -1,4 +1,4 @@
-"""Registry: every method by its name, and what they are asked for all together."""
+"""Registry of the methods: by name, their variants and their options."""
 
 from dataclasses import MISSING, Field, dataclass, fields
 from typing import Any, cast
@@ -20,7 +20,7 @@ METHODS: dict[str, type[Estimator]] = {
         (kind for kind in vars(methods).values() if isinstance(kind, type)), key=_rank
     )
 }
-"""Every method by its name, those first that use most of what is known."""
+"""Every method by its name, in order of rank."""
 
 _VARIANTS: list[tuple[str, str, dict[str, Any]]] = [
     (f"{name}-{ending}", name, dict(settings))
@@ -33,23 +33,23 @@ VARIANTS: dict[str, tuple[str, dict[str, Any]]] = {
         _VARIANTS, key=lambda variant: "model" not in variant[2]
     )
 }
-"""The same with another model of the motion than their own, then those with a condition
-more; what makes them so."""
+"""Variants by name: the method and the hyperparameters that make them; other models of
+the motion first, then further conditions."""
 
 
 @dataclass(frozen=True)
 class Option:
-    """A number that users may give as a hyperparameter."""
+    """A hyperparameter that users may set to a number."""
 
     help: str
-    """What it means, for each method that says so."""
+    """Its meaning, for each method that states one."""
     metavar: str | None
-    """What stands for the number in a usage; None: its name."""
+    """Placeholder of the number in a usage message; None for its name."""
 
 
 def spelled(name: str) -> str:
-    """Name of a method or variant as `METHODS` and `VARIANTS` spell it. Raises
-    `InputError` for an unknown one."""
+    """Name of a method or variant in the spelling of `METHODS` and `VARIANTS`, from one
+    in any case. Raises `InputError` for an unknown one."""
     known = {key.lower(): key for key in (*METHODS, *VARIANTS)}
     key = known.get(name.lower()) if isinstance(name, str) else None
     if key is None:
@@ -61,28 +61,24 @@ def spelled(name: str) -> str:
 
 
 def method_named(name: str) -> tuple[type[Estimator], dict[str, Any]]:
-    """Estimator of a method or variant, in any case, and the hyperparameters that make
-    it so.
-
-    The hyperparameter ``"shape"`` of a variant stands for the shape that is known.
-    Raises `InputError` for an unknown name.
-    """
+    """Class of a method or variant, named in any case, and the hyperparameters of a
+    variant, of which ``"shape"`` stands for the known shape. Raises `InputError` for an
+    unknown name."""
     key = spelled(name)
     base, settings = VARIANTS.get(key, (key, {}))
     return METHODS[base], dict(settings)
 
 
 def default_method(shape_known: bool) -> str:
-    """Name of the method to use where none is named: the first, or the first that needs
-    no shape."""
+    """Name of the default method: the first by rank, or without a shape the first that
+    needs none."""
     return next(
         name for name, kind in METHODS.items() if shape_known or kind.needs == "nothing"
     )
 
 
 def methods_with(hyperparameter: str) -> list[str]:
-    """Names of the methods that have a hyperparameter, in their own model of the
-    motion."""
+    """Names of the methods that have a hyperparameter in their default model."""
     return [
         name
         for name, kind in METHODS.items()
@@ -91,8 +87,8 @@ def methods_with(hyperparameter: str) -> list[str]:
 
 
 def options() -> dict[str, Option]:
-    """Every number that users may give as a hyperparameter, by its name, in the order
-    of the methods."""
+    """Every hyperparameter that users may set to a number, by name, in the order of the
+    methods."""
     found: dict[str, Option] = {}
     for method, kind in METHODS.items():
         for field in fields(kind):
@@ -107,8 +103,7 @@ def options() -> dict[str, Option]:
 
 
 def describe_methods() -> dict[str, dict[str, Any]]:
-    """What every method does, needs, guarantees and is indifferent to, by name;
-    JSON-ready."""
+    """JSON-ready description of every method by name."""
     return {
         name: {
             "summary": " ".join((kind.__doc__ or "").split("\n\n")[0].split()).rstrip(

@@ -122,8 +122,8 @@ class RTLS(PointEstimator):
 
 
 def column_levels(noise: Noise) -> Array:
-    """Root-mean-square error (10,) that noise of the accelerations makes in the
-    whitened regressor's columns."""
+    """Root-mean-square error (10,) of the whitened regressor's columns by noise of the
+    accelerations."""
     a, alpha = noise.linear_acceleration**2, noise.angular_acceleration**2
     f, t = noise.force**2, noise.torque**2
     first, second, product = 2.0 * (alpha / f + a / t), alpha / t, 2.0 * alpha / t
@@ -145,12 +145,9 @@ def column_levels(noise: Noise) -> Array:
 def _total_least_squares(
     A: Array, b: Array, lengths: Array
 ) -> tuple[Array, float, float]:
-    """x (k,) by the smallest right singular vector of [A | b], its squared singular
-    value, and a bound below that.
-
-    Directions that A does not see, its columns taken relative to `lengths` (k,), are
-    left out: of these the smallest solution.
-    """
+    """x (k,) from the smallest right singular vector of [A | b], its squared singular
+    value, and a lower bound of that. Directions that A does not see, with columns
+    relative to `lengths` (k,), get the smallest solution."""
     basis = np.eye(A.shape[1])
     if A.shape[1]:
         _, S, V = np.linalg.svd(A / lengths)

@@ -44,12 +44,11 @@ class SampleState:
     samples: int = 0
     """Samples seen."""
     record: TimeRecord | None = None
-    """How they followed one another, for estimators that find their own noise; None for
-    the others, at no cost."""
+    """Time record, for estimators that find their own noise; None for others."""
 
     @classmethod
     def empty(cls, with_record: bool = False) -> Self:
-        """No samples yet."""
+        """Without samples."""
         return cls(
             Moments.empty(),
             Moments.empty(),
@@ -62,8 +61,8 @@ class SampleState:
         return cls.empty().fold(measurements, weight)
 
     def fold(self, measurements: Measurements, weight: Array | float = 1.0) -> Self:
-        """With the samples of `measurements` added; `weight` w (K,) is the full model's
-        share, or one for all."""
+        """With the samples of `measurements` added; `weight` w (K,) is the share of the
+        full model in each, or one for all."""
         if len(measurements) > CHUNK:
             return self._fold_in_chunks(measurements, weight)
         x, time = features(measurements), measurements.time
@@ -106,12 +105,10 @@ class SampleState:
         return state
 
     def merge(self, other: "SampleState", *, one_bias: bool = False) -> Self:
-        """Of the samples of both; `one_bias` says that they have the same bias or none,
-        as parts of one recording.
-
-        States of several recordings are joined (`hefting.estimators.joint_state`).
-        Raises `InputError` where `one_bias` is not said and both have samples.
-        """
+        """With the samples of both. `one_bias` states that they have the same bias or
+        none, as parts of one recording; states of several recordings are joined instead
+        (`hefting.estimators.joint_state`). Raises `InputError` if both have samples and
+        `one_bias` is not stated."""
         if not (one_bias or self.is_empty or other.is_empty):
             raise InputError(
                 "each of the states may have a wrench bias of its own",
@@ -130,14 +127,14 @@ class SampleState:
         )
 
     def scaled(self, weight: float) -> Self:
-        """Of the same samples, each of so many times its weight."""
+        """With every weight multiplied by `weight`."""
         record = None if self.record is None else self.record.scaled(weight)
         reduced, full = self.reduced.scaled(weight), self.full.scaled(weight)
         return type(self)(reduced, full, self.samples, record)
 
     @property
     def is_empty(self) -> bool:
-        """Whether no sample was seen, not even one that a method leaves out."""
+        """Whether no sample was seen, including those that a method leaves out."""
         return not self.samples and (self.record is None or not self.record.motion[0])
 
     @property
@@ -204,7 +201,7 @@ def require_common_covariance(value: ArrayLike | None) -> None:
 
 
 def require_weight(states: Iterable[SampleState]) -> None:
-    """`NotIdentifiableError` where no sample has any weight."""
+    """`NotIdentifiableError` if no sample has a positive weight."""
     if not any(state.full.ones.any() for state in states):
         raise NotIdentifiableError(
             "no sample has any weight", fix="give weights above zero"

@@ -27,8 +27,8 @@ from hefting.estimators.coordinates import DIAGONAL, IDENTITY, congruence, mat, 
 from hefting.estimators.quadratic import ScaledSVD
 
 SMALLEST_GAMMA = 1e-14
-"""gamma relative to |b|² where no prior is given. It decides only the directions that
-the data leave undetermined."""
+"""gamma relative to |b|² without a prior. It decides only directions that the data
+leave open."""
 GAP_TOLERANCE = 1e-6
 """Certified gap at which a solution counts as converged, relative to the objective (or
 1e-6 |b|², if it is smaller)."""
@@ -36,22 +36,22 @@ TRACE_BOUND = 10.0
 """The lower bound without logarithm holds for bodies whose tr Q is at most this
 multiple of the trace found."""
 SMALLEST_EIGENVALUE = 1e-15
-"""Smallest eigenvalue of Q relative to its trace. Below it rounding would decide
-whether Q is positive definite."""
+"""Smallest eigenvalue of Q relative to its trace. Below it rounding decides whether Q
+is positive definite."""
 SUFFICIENT_GAP = 1e-9
 """Duality gap relative to the objective at which the path ends early, for gamma = 0 and
 a unique solution."""
 FIRST_MU = 0.01
-"""First mu, relative to the largest entry of the gradient at Q = I. Smaller values save
-steps, much smaller ones fail."""
+"""First mu relative to the largest entry of the gradient at Q = I. Smaller values save
+steps; much smaller ones fail."""
 MOST_PATH_STEPS = 60
 """Largest number of steps along the central path."""
 MOST_RESTARTS = 2
-"""Largest number of restarts from the body found, for gamma = 0, where its bound does
-not prove it optimal."""
+"""Largest number of restarts from the body that was found, for gamma = 0, if its bound
+does not prove it optimal."""
 SMALLEST_CENTRALITY = 1e-3
-"""Smallest product of an eigenvalue of Q with that of Z, relative to their mean:
-further from the central path the steps get short."""
+"""Smallest product of an eigenvalue of Q with that of Z, relative to their mean: steps
+get short further from the central path."""
 
 _EYE = np.eye(4)
 
@@ -78,7 +78,7 @@ class Solution:
 
     @property
     def certificate(self) -> Certificate:
-        """How close it is to the optimum."""
+        """Certificate of the distance from the optimum."""
         return Certificate(self.objective, self.bound, self.iterations, self.converged)
 
 
@@ -119,17 +119,15 @@ def solve(
 
 
 def _sufficient(objective: float) -> float:
-    """The lower bound that proves an objective."""
+    """The lower bound that proves an objective optimal."""
     return objective - GAP_TOLERANCE * max(objective, 1e-6)
 
 
 def _follow(
     A: Array, b: Array, gamma: float, half_space: Array | None, enough: float = 0.0
 ) -> Solution:
-    """The point of the central path at gamma, or the best found on the way.
-
-    On the way to the end of the path a duality gap `enough`, relative to the objective,
-    will do.
+    """The point of the central path at gamma, or the best point before it. If the
+    path's end is the aim, a duality gap `enough`, relative to the objective, suffices.
     """
     path = _Path(A, b, max(gamma, SMALLEST_GAMMA), half_space)
     q, multiplier, least = IDENTITY, path.multiplier, math.inf
@@ -152,8 +150,8 @@ def _follow(
 
 
 def _restart(A: Array, b: Array, half_space: Array | None, found: Solution) -> Solution:
-    """The better of `found` and of a second solution that starts from it, for a start
-    that was far from optimal."""
+    """The better of `found` and a solution that starts from it, as the first start may
+    have been far from optimal."""
     thick = mat(found.q) + 1e-2 * float(found.q @ IDENTITY) * _EYE
     T = congruence(lapack.dpotrf(thick, lower=1)[0])
     second = _follow(A @ T, b, 0.0, None if half_space is None else half_space @ T)
@@ -166,7 +164,7 @@ def _restart(A: Array, b: Array, half_space: Array | None, found: Solution) -> S
 def _unconstrained(
     A: Array, b: Array, half_space: Array | None, svd: ScaledSVD
 ) -> Solution | None:
-    """Least squares, when that is a body; else None."""
+    """Least squares if that is a body; else None."""
     q = svd.solve(b)
     if _eigenvalues(mat(q))[0] < 1e-9 * np.abs(q).max() or (
         half_space is not None and half_space @ q < 0.0
@@ -197,11 +195,9 @@ def _bound(
     *,
     feasible: bool = False,
 ) -> float:
-    """Largest lower bound that u, the residual at q, gives; `multiplier` (10,) is y e.
-
-    With `feasible`, u is moved to the nearest one for which S has no negative
-    eigenvalue, within the range of A.
-    """
+    """Largest lower bound from u, the residual at q; `multiplier` (10,) is y e. With
+    `feasible`, u is moved within the range of A to the nearest one for which S has no
+    negative eigenvalue."""
     u = A @ q - b
     S = 2.0 * (A.T @ u) - multiplier
     if feasible:
@@ -248,8 +244,7 @@ class _Path:
         return 0.0 if self._e is None else self._y * self._e
 
     def advance(self) -> bool:
-        """Take one step; False when the end is reached or rounding forbids further
-        ones."""
+        """Take one step; False at the end, or where rounding prevents further ones."""
         U, s, V = self._svd
         roots = np.sqrt(s)
         # R^-1 Q R^-T = R'Z R = diag(s), Rt = R^-T
@@ -273,7 +268,7 @@ class _Path:
         return any(self._take(step, R, Rt, *goal) for goal in self._goals(step))
 
     def _arrive(self, s: Array, mismatch: Array) -> bool:
-        """Whether the path's end is reached, as nearly as rounding allows."""
+        """Whether the end of the path is reached, up to rounding."""
         target = self._target
         off = float(np.abs(s * s - target).max())
         if self._e is not None:
@@ -284,8 +279,8 @@ class _Path:
         return self._arrived > 1 or float(mismatch @ mismatch) < 1e-14 * target
 
     def _goals(self, step: "_Step") -> Iterator[tuple[float, Array | float, float]]:
-        """mu to aim at, with corrections of second order: Mehrotra's; then, should that
-        fail, ever more central."""
+        """mu to aim at, with second-order corrections: Mehrotra's, then ever more
+        central ones if that fails."""
         target, mu = self._target, step.mu
         dQ, dZ, ds, dy = step.towards(target)
         sigma = 0.0
@@ -306,8 +301,8 @@ class _Path:
         cross: Array | float,
         cross_y: float,
     ) -> bool:
-        """Move towards `goal` as far as the iterates stay inside and near the path;
-        False where that is nowhere."""
+        """Step towards `goal` as far as the iterate stays inside and near the path;
+        False if it cannot."""
         dQ, dZ, ds, dy = step.towards(goal, cross, cross_y)
         a = min(1.0, 0.98 * step.length(dQ, dZ, ds, dy))
         while a > 1e-4:
@@ -353,7 +348,7 @@ class _Step:
     def towards(
         self, mu: float, cross: Array | float = 0.0, cross_y: float = 0.0
     ) -> tuple[Array, Array, float, float]:
-        """Changes of Q and Z (4, 4), of the slack and of y, towards products `mu`, less
+        """Changes of Q and Z (4, 4), of the slack and of y, towards products `mu` less
         corrections."""
         right = vec(((mu - self.s * self.s) * _EYE - cross) / self._sums)
         dq = lapack.dpotrs(self._factor, right - self._mismatch)[0]

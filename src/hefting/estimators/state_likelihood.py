@@ -33,12 +33,13 @@ from hefting.estimators.sample_state import SampleState
 from hefting.estimators.time_record import TimeRecord
 
 NOISE_PASSES = 2
-"""Number of times the noise is found: its covariance depends on its colour."""
+"""Number of passes in which the noise is found, as its covariance depends on its
+colour."""
 
 
 @immutable
 class StateLikelihood:
-    """Likelihood of a state, with all that widens it."""
+    """Likelihood of a state, with all errors that widen it."""
 
     likelihood: Likelihood
     """of the ten parameters (10,) in sensor axes about the sensor's origin"""
@@ -48,16 +49,16 @@ class StateLikelihood:
 
 @immutable
 class StateSamples:
-    """What a state tells of all its samples under the full model."""
+    """All samples of a state under the full model, with their noise."""
 
     source: NoiseSource
-    """samples, and what is known of their noise"""
+    """samples and their noise"""
     free_bias: bool
     """whether a constant bias is free"""
 
     @property
     def samples(self) -> Samples:
-        """All samples, by the full model."""
+        """All samples under the full model."""
         return self.source.samples
 
     @classmethod
@@ -69,8 +70,8 @@ class StateSamples:
         carried: Array | None = None,
         sensor_accuracy: SensorAccuracy | None = None,
     ) -> Self | None:
-        """Of a state; None where it has no time record, or no samples of any weight.
-        For the other arguments see `NoiseSource.of`."""
+        """From a state; None without a time record, or without samples of positive
+        weight. For the other arguments see `NoiseSource.of`."""
         if isinstance(state, WhitenedState):
             return cls(NoiseSource.of(state, False, None, carried, None), False)
         seen = motion_record(state)
@@ -88,7 +89,7 @@ class StateSamples:
 
     @property
     def informative(self) -> bool:
-        """Whether the samples tell anything beside a free bias."""
+        """Whether the samples contain information beside a free bias."""
         size = float(
             np.abs(self.samples.A_mean).max() * max(self.samples.K, 1.0) ** 0.5
         )
@@ -97,11 +98,9 @@ class StateSamples:
         )
 
     def likelihood(self, phi: Array) -> StateLikelihood:
-        """The likelihood, its noise judged at least squares.
-
-        Parameters `phi` (10,) near the right ones tell what errors of the motion do to
-        the wrench. Noise that was given is taken at its word unless the residuals
-        contradict it, by their size or their colour.
+        """The likelihood, with the noise found at least squares. Parameters phi (10,)
+        near the right ones give the effect of the motion's errors on the wrench. A
+        given noise is used unless the size or colour of the residuals contradicts it.
         """
         source, found = self.source, None
         for _ in range(NOISE_PASSES):
@@ -127,8 +126,8 @@ def _samples_recorded(state: SampleState) -> int:
 
 
 def _divided_by(weight: float, state: SampleState) -> SampleState:
-    """The state of the full model for all samples of a state's time record, their
-    weights divided by `weight`.
+    """State of the full model for all samples of a state's time record, with weights
+    divided by `weight`.
 
     Samples that are averages weigh as many as they are, but each is one observation of
     the noise: the weights are divided by their mean where it is more than 1.

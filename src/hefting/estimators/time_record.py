@@ -17,9 +17,8 @@ from hefting.estimators.raw_motion import NO_ROUGHNESS, roughness, white_noise_o
 from hefting.estimators.timescales import TimeScales
 
 BUFFERED_SAMPLES = 64
-"""Number of samples that are transformed together. An update by one sample then costs
-little, and the transform of 64 is a few array operations. It is a power of two so that
-blocks are aligned however the samples arrive."""
+"""Number of samples that are transformed together, which costs a few array operations.
+It is a power of two, so that blocks are aligned however the samples arrive."""
 
 MOST_STRETCHES = 8
 """Number of stretches at which neighbours are joined in pairs."""
@@ -33,11 +32,11 @@ def _empty_factor() -> Array:
 
 @immutable
 class Stretches:
-    """Triangular factors of consecutive stretches of one length, and of the one that is
-    being filled. Immutable."""
+    """Triangular factors of consecutive stretches of one length, and of the one being
+    filled. Immutable."""
 
     factors: tuple[Array, ...] = ()
-    """(22, 22) each, of the complete ones"""
+    """(22, 22) of each complete stretch"""
     counts: tuple[int, ...] = ()
     """samples in each"""
     length: int = FIRST_STRETCH_LENGTH
@@ -48,7 +47,7 @@ class Stretches:
     """samples in it"""
 
     def fold(self, rows: Array) -> Self:
-        """With the features `rows` (k, 22) of the samples that follow."""
+        """With samples of features `rows` (k, 22) appended."""
         stretches, first = self, 0
         while first < len(rows):
             taken = min(stretches.length - stretches.open_count, len(rows) - first)
@@ -58,8 +57,8 @@ class Stretches:
         return stretches
 
     def merge(self, other: "Stretches") -> Self:
-        """With those of other samples; what either was filling is complete, however
-        short."""
+        """With the stretches of other samples; both that were being filled are
+        complete, however short."""
         parts = [
             *zip(self.factors, self.counts, strict=True),
             (self.open_factor, self.open_count),
@@ -80,7 +79,7 @@ class Stretches:
         )
 
     def scaled(self, weight: float) -> Self:
-        """Of the same samples, each of so many times its weight."""
+        """With every weight multiplied by `weight`."""
         scale = weight**0.5
         return type(self)(
             tuple(scale * factor for factor in self.factors),
@@ -92,8 +91,8 @@ class Stretches:
 
     @property
     def parts(self) -> list[tuple[Array, int]]:
-        """Factor and samples of each; what is being filled belongs to the last one
-        until it is half a stretch."""
+        """Factor and number of samples of each; the one being filled belongs to the
+        last one until it is half a stretch."""
         parts = list(zip(self.factors, self.counts, strict=True))
         rest = (self.open_factor, self.open_count)
         if self.open_count >= 0.5 * self.length:
@@ -167,7 +166,7 @@ class TimeRecord:
         return type(self)(scales, stretches, rest, count - whole, motion, rough)
 
     def merge(self, later: "TimeRecord") -> "TimeRecord":
-        """With that of other samples; what follows continues the `later` ones."""
+        """With the record of `later` samples, which further samples continue."""
         motion = tuple(
             mine + theirs
             for mine, theirs in zip(self.motion, later.motion, strict=True)
@@ -187,7 +186,7 @@ class TimeRecord:
         )
 
     def scaled(self, weight: float) -> "TimeRecord":
-        """Of the same samples, each of so many times its weight."""
+        """With every weight multiplied by `weight`."""
         return type(self)(
             self.scales.scaled(weight),
             self.stretches.scaled(weight),
@@ -199,7 +198,7 @@ class TimeRecord:
 
     @cached_property
     def complete(self) -> tuple[TimeScales, Stretches]:
-        """Scales and stretches with the latest samples included."""
+        """Scales and stretches, with the buffered samples included."""
         if not self.buffered:
             return self.scales, self.stretches
         rows = np.ascontiguousarray(np.concatenate(self.buffer))
@@ -207,15 +206,15 @@ class TimeRecord:
 
     @property
     def rough_whole(self) -> Array:
-        """`rough` with the latest samples included."""
+        """`rough` with the buffered samples included."""
         if not self.buffered or self.motion[1]:
             return self.rough
         return self.rough + roughness(np.concatenate(self.buffer)[None])
 
     @property
     def motion_noise(self) -> MotionNoise | None:
-        """Root mean square of what samples say, over all of them; None where none says
-        anything."""
+        """Root mean square over the samples that state the motion's noise; None if none
+        does."""
         n, known, linear, angular, memory = self.motion
         if not known:
             return None
@@ -223,8 +222,8 @@ class TimeRecord:
 
     @property
     def found_motion_noise(self) -> MotionNoise | None:
-        """White noise of the accelerations that the samples show; None where something
-        is said of it, or none is found."""
+        """White noise of the accelerations that the samples show; None if it is stated,
+        or none is found."""
         return None if self.motion[1] else white_noise_of(self.rough_whole)
 
     def _motion_with(

@@ -35,11 +35,11 @@ class TimeScales:
     counts: tuple[int, ...] = ()
     """details at each level"""
     pending: tuple[Array | None, ...] = ()
-    """(1, 22) each: the sum at each level that waits for its neighbour, if there is
-    one"""
+    """(1, 22) each: the sum at each level that waits for its neighbour; None for
+    none"""
 
     def fold(self, rows: Array) -> Self:
-        """With the features `rows` (k, 22) of samples that follow those before."""
+        """With the features `rows` (k, 22) of the samples that follow."""
         factors = list(self.factors)
         counts = list(self.counts)
         pending = list(self.pending)
@@ -64,7 +64,7 @@ class TimeScales:
         return type(self)(tuple(factors), tuple(counts), tuple(pending))
 
     def scaled(self, weight: float) -> Self:
-        """Of the same samples, each of so many times its weight."""
+        """With every weight multiplied by `weight`."""
         scale = weight**0.5
         return type(self)(
             tuple(scale * factor for factor in self.factors),
@@ -73,8 +73,8 @@ class TimeScales:
         )
 
     def closed(self) -> Self:
-        """With contrasts among the sums that still wait: all that the samples tell but
-        their total.
+        """With contrasts among the pending sums: all information except the samples'
+        total.
 
         The sums s1 and s2 over n1 and n2 samples give the contrast (sqrt(n2) s1 -
         sqrt(n1) s2) / sqrt(n1 + n2), which stands at the level of blocks of sqrt(n1 n2)
@@ -103,8 +103,7 @@ class TimeScales:
         return type(self)(tuple(factors), tuple(counts))
 
     def merge(self, later: "TimeScales") -> Self:
-        """With those of samples that are not known to follow: no detail spans the
-        two."""
+        """With the scales of other samples; no detail spans the two."""
         size = max(len(self.factors), len(later.factors))
         factors: list[Array] = []
         counts: list[int] = []

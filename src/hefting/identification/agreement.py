@@ -1,18 +1,14 @@
 """Agreement: whether estimates can be of the same object, by their intervals.
 
-Compared are mass, centre of mass and principal moments of inertia. Two estimates differ
-by so many standard deviations d, where the half of each interval that faces the other
-is 1.96 standard deviations of the estimate:
+Mass, centre of mass and principal moments of inertia are compared. Two estimates differ
+by d = |a - b| / sqrt(std_a² + std_b²), where 1.96 std is the half of each interval that
+faces the other.
 
-    d = |a - b| / sqrt(std_a² + std_b²).
-
-Noise drives the principal moments of a nearly symmetric body apart. So tensors a and b
-are compared by the moments v'J v along axes v common to both, the principal ones of
-their mean, weighed by their precision.
-
-Errors that two estimates share, as of one sensor or one shape, make d smaller than it
-would be: what contradicts, contradicts in spite of them. The estimates are taken to be
-in the same sensor frame.
+Noise separates the principal moments of a nearly symmetric body. So tensors a and b are
+compared by the moments v'J v along common axes v, the principal ones of their mean
+weighted by precision. Errors that two estimates share, such as those of one sensor or
+shape, make d smaller than it would be: contradictions hold in spite of them. The
+estimates must be in the same sensor frame.
 """
 
 from collections.abc import Mapping
@@ -39,25 +35,25 @@ QUANTITIES = (
     *((f"COM {axis}", "m") for axis in "xyz"),
     *((f"moment {i}", "kg m²") for i in (1, 2, 3)),
 )
-"""What is compared, with its unit; moments are the principal ones about the COM, the
-smallest first."""
+"""Quantities compared, with units; moments are the principal ones about the COM, in
+rising order."""
 AGREEMENT_SCHEMA = "hefting.agreement/1"
 """Name and version of the JSON form, under the key ``schema``."""
 FALSE_ALARM = 0.001
-"""Probability that estimates of the same object contradict one another by chance, over
-all quantities and pairs together."""
+"""Probability that estimates of the same object contradict one another, over all
+quantities and pairs together."""
 
 
 @dataclass(frozen=True)
 class Difference:
-    """Two estimates that differ most, and in what."""
+    """The two estimates that differ most, and the quantity."""
 
     first: str
     second: str
     quantity: int
     """Index of `QUANTITIES`."""
     deviations: float
-    """How many standard deviations they are apart."""
+    """Difference in standard deviations."""
 
     @property
     def name(self) -> str:
@@ -68,24 +64,21 @@ class Difference:
 
 @immutable
 class Agreement(Shown):
-    """How several estimates of the same object agree."""
+    """Differences between several estimates of the same object."""
 
     values: dict[str, Array]
-    """(7,) of each estimate: `QUANTITIES`"""
+    """(7,) `QUANTITIES` of each estimate"""
     intervals: dict[str, Array]
-    """(2, 7) ends that hold it with 95 % probability; infinite where it is open"""
+    """(2, 7) ends of their 95 % intervals; infinite if open"""
     apart: dict[tuple[str, str], Array]
-    """(7,) standard deviations between each pair; 0 where one leaves the quantity
-    open"""
+    """(7,) differences of each pair in standard deviations; 0 where one leaves the
+    quantity open"""
     verdicts: dict[str, Verdict]
     """of each estimate"""
 
     @classmethod
     def of(cls, estimates: Mapping[str, Estimate]) -> "Agreement":
-        """Of two or more estimates by name.
-
-        Raises `InputError` for fewer.
-        """
+        """Of two or more estimates by name. Raises `InputError` for fewer."""
         if len(estimates) < 2:
             raise InputError("two estimates or more are compared", fix="give another")
         values = {name: _values(e.parameters) for name, e in estimates.items()}
@@ -113,19 +106,19 @@ class Agreement(Shown):
 
     @property
     def doubted(self) -> dict[str, Verdict]:
-        """Verdicts that are not good: such an estimate may agree for its wide intervals
-        alone, or by mistake."""
+        """Verdicts that are not good: such an estimate may agree only because its
+        intervals are wide, or by mistake."""
         return {n: v for n, v in self.verdicts.items() if v.level != "good"}
 
     @property
     def limit(self) -> float:
-        """Standard deviations beyond which two of the estimates contradict one
+        """Difference in standard deviations above which two estimates contradict one
         another."""
         return limit_of(len(self.apart))
 
     @property
     def largest(self) -> Difference:
-        """The pair, and the quantity, that differ most."""
+        """The largest difference."""
         (first, second), apart = max(self.apart.items(), key=lambda pair: pair[1].max())
         at = int(np.argmax(apart))
         return Difference(first, second, at, float(apart[at]))
@@ -137,8 +130,8 @@ class Agreement(Shown):
 
     @property
     def tested(self) -> bool:
-        """Whether there was anything to compare by: two estimates that determine the
-        same quantity."""
+        """Whether two estimates determine the same quantity, so that there was anything
+        to compare."""
         known = [np.isfinite(ends).all(axis=0) for ends in self.intervals.values()]
         return bool((np.sum(known, axis=0) > 1).any())
 
@@ -219,8 +212,8 @@ def compare(
 
 
 def limit_of(pairs: int) -> float:
-    """Standard deviations that one quantity of so many pairs of estimates exceeds by
-    chance with the probability `FALSE_ALARM`."""
+    """Difference in standard deviations that one quantity of `pairs` pairs of estimates
+    exceeds by chance with the probability `FALSE_ALARM`."""
     from statistics import NormalDist
 
     comparisons = pairs * len(QUANTITIES)
@@ -233,8 +226,8 @@ def _values(body: InertialParameters) -> Array:
 
 
 def _intervals(estimate: Estimate) -> Array:
-    """(2, 7) ends of the intervals; those of principal moments follow from the
-    covariance, to first order."""
+    """(2, 7) ends of the intervals; those of principal moments by the covariance, to
+    first order."""
     values, ends = _values(estimate.parameters), np.full((2, 7), np.inf)
     ends[0] = -np.inf
     std = estimate.std
@@ -246,14 +239,14 @@ def _intervals(estimate: Estimate) -> Array:
         ends[:, :4] = values[:4] + Z95 * np.outer((-1.0, 1.0), own)
     axes = np.linalg.eigh(estimate.parameters.inertia_at_com)[1]
     ends[:, 4:] = values[4:] + np.outer((-Z95, Z95), _std_of_moments(estimate, axes))
-    # a prior has an interval for what is open, too
+    # an open number has an interval by a prior, which does not count
     ends[:, :4][:, estimate.undetermined.ten[:4]] = np.nan
     return np.where(np.isnan(ends), np.array(((-np.inf,), (np.inf,))), ends)
 
 
 def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
-    """(3,) standard deviations of the moments about the COM, v' J v along each column v
-    of `axes` (3, 3); infinite where they are open, or nothing is known of them."""
+    """(3,) standard deviations of the moments v'J v about the COM along each column v
+    of `axes` (3, 3); infinite if they are open or unknown."""
     if estimate.covariance is None:
         return np.full(3, np.inf)
     along = np.einsum("ia,sij,ja->as", axes, vector_to_tensor(np.eye(6)), axes)
@@ -268,7 +261,8 @@ def _std_of_moments(estimate: Estimate, axes: Array) -> Array:
 
 
 def _moments_apart(a: Estimate, b: Estimate) -> Array:
-    """(3,) standard deviations between moments of inertia along common axes."""
+    """(3,) differences of the moments of inertia along common axes in standard
+    deviations."""
     J_a, J_b = a.parameters.inertia_at_com, b.parameters.inertia_at_com
     squares = [np.sum(_std_of_moments(e, np.eye(3)) ** 2) for e in (a, b)]
     known = np.isfinite(squares).all()
@@ -283,7 +277,8 @@ def _moments_apart(a: Estimate, b: Estimate) -> Array:
 
 
 def _apart(a: Array, of_a: Array, b: Array, of_b: Array) -> Array:
-    """(k,) standard deviations between values a and b (k,) with intervals (2, k)."""
+    """(k,) differences of values a and b (k,) with intervals (2, k) in standard
+    deviations."""
     a_is_less = a <= b
     std_a = np.where(a_is_less, of_a[1] - a, a - of_a[0]) / Z95
     std_b = np.where(a_is_less, b - of_b[0], of_b[1] - b) / Z95

@@ -60,17 +60,18 @@ from hefting.torques.samples import (
 from hefting.torques.suspects import Suspects, without_delay
 
 PUBLISHED_ERROR = 1.5
-"""Errors of a published arm's links over `link_errors`: so 78 % of the intervals of
-mass hold of three simulated arms, and 95 % of six others by another simulator; a Franka
-Panda's, on real torques, is 57 to 108 g and 5 to 15 mm of 1 kg off, 0.4 of theirs."""
+"""Factor on `link_errors` for a published arm. With it 78 % of the intervals of mass
+hold for three simulated arms, and 95 % for six others by another simulator; a Franka
+Panda on real torques is 57 to 108 g and 5 to 15 mm off for 1 kg, 0.4 of the deviations.
+"""
 GAIN_STD = 0.01
-"""Standard deviation of the gain of each joint's torque, constants of currents
-included, as data sheets say of torque sensors."""
+"""Standard deviation of the gain of each joint's torque, or constant of its current, as
+on data sheets of torque sensors."""
 
 
 @immutable
 class ByTorques:
-    """What joint torques tell of a payload, for any method."""
+    """A payload's equations from joint torques, for any method."""
 
     dynamics: JointDynamics
     fit: TorqueFit
@@ -81,14 +82,14 @@ class ByTorques:
     duration: float
     """[s] of those runs, one after the other"""
     links: Array | None = None
-    """(10 n, 10) change of the payload's parameters by one standard deviation of each of
-    the links', where the URDF's are taken for the arm's"""
+    """(10 n, 10) change of the payload's parameters by one standard deviation of each
+    link parameter, if the arm is that of the URDF"""
     gains: tuple[float, ...] | None = None
-    """[N m/A] by which what was recorded was multiplied"""
+    """[N m/A] by which the recorded currents were multiplied"""
 
     @property
     def state(self) -> WhitenedState:
-        """The payload's equations, of unit noise."""
+        """The payload's equations of unit noise."""
         return self.fit.state
 
     @classmethod
@@ -204,8 +205,9 @@ class ByTorques:
         )
 
     def _systematic(self, wrench: WhitenedState | None) -> Array:
-        """(10, 10) covariance of the parameters by the joints' gains, and by a
-        published arm; with a `wrench` by the share that the torques then have."""
+        """(10, 10) covariance of the parameters by the joints' gains and the links of a
+        published arm, reduced by the share of the torques in the equations beside a
+        `wrench`."""
         errors = _errors_of_gains(self.fit)
         if self.links is not None:
             errors = np.vstack((errors, self.links))
@@ -217,7 +219,7 @@ class ByTorques:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """How the torques were understood."""
+        """What was read and assumed."""
         return {
             "source": "joint torques",
             "sensor_frame": self.dynamics.robot.sensor_frame,
@@ -235,8 +237,8 @@ def _errors_of_gains(fit: TorqueFit) -> Array:
 
 
 def wrench_equations(recording: Recording, **reading: Any) -> WhitenedState:
-    """What the wrench of a recording tells of the object, its bias and noise found, as
-    equations beside those of the joint torques of the same grasp.
+    """Equations of the object by the wrench of a recording, whose bias and noise are
+    found, to be used with those of the joint torques of the same grasp.
 
     They are in the axes of the sensor, which must be those of the torques' frame. For
     `reading` and errors see `hefting.identify`.
@@ -269,7 +271,7 @@ def calibrate_arm(
     torque_gains: Array | None = None,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> tuple[JointDynamics, EmptyRuns, list[Message]]:
-    """The arm without a payload, and what was noticed; arguments and errors as of
+    """The arm without a payload, and messages; arguments and errors as for
     `ByTorques.of`."""
     dynamics = JointDynamics.from_urdf(urdf, sensor_frame, gravity)
     recordings = [_cleaned(log) for log in recordings]
@@ -286,13 +288,14 @@ def calibrate_arm(
 
 
 def _noticed(recordings: Sequence[Recording]) -> list[Message]:
-    """What was found in logs as they were read and cleaned."""
+    """Messages of reading and cleaning the logs."""
     said = (each for log in recordings for each in (*log.warnings, *log.notes))
     return [each for each in said if isinstance(each, Message)]
 
 
 def _cleaned(recording: Recording) -> Recording:
-    """Without spikes and rows that are repeated, and with the time of lost rows."""
+    """Without spikes and repeated rows, and with times corrected for bunches and lost
+    rows."""
     return without_held(with_mended_times(without_spikes(recording)))
 
 

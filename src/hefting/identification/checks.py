@@ -1,5 +1,4 @@
-"""Checks of an estimate: all errors that its method leaves out, what is open of it, and
-what gives doubt.
+"""Checks of an estimate: errors that its method neglects, what is open, and doubts.
 
 Each check looks for one thing: a function from `Checked` to messages, and its line in
 `CHECKS`; what it says then stands in `Estimate.warnings`, with its code in the output
@@ -35,23 +34,23 @@ from hefting.ingest.tool import left_open
 from hefting.shapes import Shape
 
 LARGEST_CHANGE_BY_SHAPE = 2.0
-"""Difference between the mass with a shape and by least squares without one, in
-standard deviations, that is attributed to chance."""
+"""Difference of the masses with a shape and by least squares, in standard deviations,
+that is attributed to chance."""
 LARGEST_HALF_WIDTH = 0.5
 """Half-width of an interval over the mass, or over the largest moment of inertia, up to
-which a number is known whatever least squares says of it: then its size is."""
+which a number counts as known."""
 
 CONTRADICTED = "shape-contradicts-wrench"
-"""Code of what Bayes says of a wrench that no likely body explains."""
+"""Code of the message that no likely body explains the wrench."""
 
 
 @immutable
 class Checked:
-    """An estimate, and all that it rests on."""
+    """An estimate and what it is based on."""
 
     estimate: Estimate
     residual: Array
-    """(2,) root mean square of force [N] and torque [N m] that it leaves unexplained"""
+    """(2,) root mean square residual of force [N] and torque [N m]"""
     estimator: Estimator
     found: Ingested
     shape: Shape | None
@@ -61,16 +60,16 @@ Check = Callable[[Checked], Iterable[str]]
 
 
 def warnings_of(checked: Checked) -> tuple[str, ...]:
-    """What all checks say, in their order; without what a mistake that was named
-    accounts for."""
+    """Messages of all checks in order, without those that follow from a named
+    mistake."""
     said = tuple(message for check in CHECKS for message in check(checked))
     doubt = checked.found.doubt
     return said if doubt is None else doubt.without_consequences(said)
 
 
 def _undetermined(checked: Checked) -> Iterable[Message]:
-    """What the motion leaves open: the estimate there follows from the shape, or from
-    nothing."""
+    """A warning of what the motion leaves open, where the estimate follows from the
+    shape or the method."""
     fit, estimator, tool = checked.found.fit, checked.estimator, checked.found.tool
     if not estimator.rests_on_shape or checked.shape is None:
         motion = checked.found.excitation
@@ -92,8 +91,8 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
 
 
 def _of_method(checked: Checked) -> Iterable[str]:
-    """What the method says; where no body has what a tool leaves of the wrench, that
-    the tool may not have been there: without a shape nothing else explains it."""
+    """Warnings of the method. If no body explains the wrench less the tool's, and no
+    shape is given, the tool may not have been there."""
     said, tool = checked.estimate.warnings, checked.found.tool
     if tool is None or CONTRADICTED not in codes(said):
         return said
@@ -108,7 +107,7 @@ def _of_method(checked: Checked) -> Iterable[str]:
 
 
 def _alone(checked: Checked) -> Iterable[Message]:
-    """Recordings that contradict the shape alone, where together they do not."""
+    """A warning of recordings that contradict the shape alone, but not together."""
     found, estimator = checked.found, checked.estimator
     contradicted = CONTRADICTED in codes(checked.estimate.warnings)
     if checked.shape is None or contradicted or not isinstance(estimator, Bayes):
@@ -123,13 +122,13 @@ def _alone(checked: Checked) -> Iterable[Message]:
 
 
 def mass_undetermined(estimate: Estimate) -> Iterable[Message]:
-    """A mass whose interval is about as wide as itself."""
+    """A warning of a mass whose interval is about as wide as itself."""
     said = undetermined_mass(estimate.parameters.mass, estimate.intervals)
     return [] if said is None else [said]
 
 
 def _against_least_squares(checked: Checked) -> Iterable[Message]:
-    """A mass that a shape moves by more than chance."""
+    """A warning of a mass that a shape changes significantly."""
     estimate, fit = checked.estimate, checked.found.fit
     if checked.shape is None or estimate.covariance is None or fit.mass_is_open:
         return []
@@ -145,7 +144,7 @@ def _against_least_squares(checked: Checked) -> Iterable[Message]:
 
 
 def _scale_assumed(checked: Checked) -> Iterable[Message]:
-    """A scale of which nobody said how sure it is."""
+    """A note on a scale's reading without a stated deviation."""
     reading = getattr(checked.estimator, "mass", None)
     if not isinstance(reading, MassReading) or not reading.assumed:
         return []
@@ -199,7 +198,7 @@ CHECKS: list[Check] = [
 def with_diagnostics(
     estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
 ) -> Estimate:
-    """The estimate with its residual, with what was assumed and what gives doubt.
+    """The estimate with its residual, assumptions and doubts.
 
     Raises `NotIdentifiableError` when its mass is not positive.
     """
@@ -240,8 +239,7 @@ def with_diagnostics(
 
 
 def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
-    """Depth of the COM in the hull; where the shape is uncertain the method knows
-    better where that is."""
+    """Depth of the COM in the hull; from the method if the shape is uncertain."""
     if shape is None or estimate.hull_margin is not None:
         return estimate.hull_margin
     return shape.margin(estimate.parameters.center_of_mass)
@@ -250,11 +248,11 @@ def _margin(estimate: Estimate, shape: Shape | None) -> float | None:
 def undetermined_by(
     estimate: Estimate, estimator: Estimator, found: Ingested, shape: Shape | None
 ) -> Undetermined:
-    """What is open of an estimate.
+    """Open numbers of an estimate.
 
-    Open is what unconstrained least squares leaves open (`FreeFit.open_parameters`) and
-    the method does not take from the object's shape; a box around the object is no
-    shape. What the method knows by its interval is not open.
+    These are left open by unconstrained least squares (`FreeFit.open_parameters`), do not
+    follow from the object's shape (a box around the object is none), and have no narrow
+    interval.
     """
     if shape is not None and estimator.rests_on_shape and shape.known == "object":
         return Undetermined()
@@ -287,10 +285,10 @@ def _less_what_is_known(
 def widened_covariance(
     estimate: Estimate, estimator: Estimator, found: Ingested
 ) -> Array | None:
-    """The method's own covariance; one of white noise alone is widened for coloured
-    residuals, and by the errors of gravity's size and of the tool; with gravity found
-    as well it is that of the fit which found it, as gravity's error is the larger part.
-    With a scale's reading it is that of the intervals."""
+    """The method's covariance; one of white noise only is widened for coloured
+    residuals and by the errors of gravity's size and of the tool. If gravity was found
+    it is replaced by that of the fit which found it, as gravity's error is the larger
+    part. With a scale's reading it is that of the intervals."""
     white = estimator.covariance_of_white_noise
     weighed = "sensor_gain" in estimate.provenance
     if estimate.covariance is None or not white or weighed:

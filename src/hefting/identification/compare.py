@@ -34,7 +34,7 @@ from hefting.ingest.several import Log
 from hefting.shapes import Shape
 
 MISFIT = 100.0
-"""Excess chi² above which an estimate contradicts the recording; 10 for the true
+"""Excess chi² above which an estimate contradicts the recording; it is 10 for the true
 parameters and perfect motion."""
 PRECISE = 0.1
 """Uncertainty of least squares up to which the recording may overrule the shape."""
@@ -42,7 +42,7 @@ SUFFICIENT = 0.2
 """Uncertainty of least squares up to which a body without a shape beats point
 masses."""
 LARGER_RESIDUAL = 1.1
-"""Ratio of a residual to the least of all methods from which on it is told."""
+"""Ratio of a residual to the least of all methods above which it is mentioned."""
 OUTSIDE = 0.02
 """Depth outside the shape's hull, over its largest side, from which the COM contradicts
 the shape."""
@@ -50,8 +50,8 @@ the shape."""
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Comparison(Answer):
-    """Estimates of several methods from one recording; at hand are the values of the
-    one that is recommended.
+    """Estimates of several methods from one recording; attributes of an estimate are
+    those of the recommended one.
 
     Examples
     --------
@@ -61,21 +61,21 @@ class Comparison(Answer):
     """
 
     results: dict[str, Estimate]
-    """By method; variants after the methods proper."""
+    """By method; variants are last."""
     seconds: dict[str, float]
     """How long each took from the measurements [s]."""
     skipped: dict[str, str]
-    """Methods that could not be used, and why."""
+    """Methods that could not be used, with the reasons."""
     recommended: str
     """Name of the one to trust."""
     reason: str
-    """Why that one."""
+    """Why it is recommended."""
     ingested: Ingested
     """The recording as all of them took it."""
     estimators: dict[str, Estimator] = field(default_factory=dict[str, Estimator])
     """What made each estimate, with all hyperparameters."""
     seen: dict[str, Ingested] = field(default_factory=dict[str, Ingested])
-    """The recording as far as each used it."""
+    """The recording as far as each method used it."""
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}\n  recommended of  {', '.join(self.shown)}"
@@ -87,8 +87,8 @@ class Comparison(Answer):
 
     @property
     def shown(self) -> dict[str, Estimate]:
-        """Results to show side by side: those that were asked for, of all without the
-        variants."""
+        """Results to show side by side: those asked for, without the variants if all
+        were."""
         is_of_all = set(METHODS) <= {*self.results, *self.skipped}
         if not is_of_all or self.recommended in VARIANTS:
             return self.results
@@ -163,8 +163,8 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
 
     For the true parameters this is chi² distributed with as many degrees of freedom as
     the data determine parameters, at most ten; the residuals' correlation in time is
-    taken into account. Where a scale told a gain of the sensor, or the user how accurate
-    it is, single channels may be wrong by as much: that share of the wrench is no
+    taken into account. If a scale showed a gain of the sensor, or the user gave its
+    accuracy, single channels may be wrong by as much: that share of the wrench is no
     misfit.
     """
     problem = Quadratic.of(found.state, found.fit.noise, found.bias == "estimate")
@@ -172,8 +172,8 @@ def misfit(estimate: Estimate, found: Ingested) -> float:
         problem.least_squares()
     )
     gain = abs(float(estimate.provenance.get("sensor_gain", 0.0)))
-    if told := estimate.provenance.get("sensor_accuracy"):
-        gain = max(gain, SensorAccuracy.parse(told).gain_std)
+    if accuracy := estimate.provenance.get("sensor_accuracy"):
+        gain = max(gain, SensorAccuracy.parse(accuracy).gain_std)
     explained = problem.A @ estimate.sensed_vector
     excess -= gain**2 * float(explained @ explained)
     return max(0.0, excess) / found.fit.autocorrelation
@@ -216,29 +216,41 @@ def recommend(
         if e.parameters.consistency().is_consistent
     }
     if not bodies:
-        best = min(results, key=lambda name: misfit(results[name], found))
         why = "no method found a body that can exist; this one explains the wrench best"
-        return best, why
-    free, prior = _first("free", bodies), _first("prior", bodies)
-    posterior, explains, why = _first("posterior", bodies), False, ""
+        return _closest(results, found), why
+    posterior = _first("posterior", bodies)
     if posterior is not None:
         own = (seen or {}).get(posterior, found)
-        explains = misfit(bodies[posterior], own) <= MISFIT
-        why = explanation(posterior, bodies)
-        if shape is None and explains:
-            return posterior, why
-    if shape is None:
-        if free is None:
-            best = min(bodies, key=lambda name: misfit(bodies[name], found))
-            return best, "a body that can exist"
-        return free, "the body that explains the wrench best; no shape is known"
+        if not misfit(bodies[posterior], own) <= MISFIT:
+            posterior = None
+    if shape is not None:
+        return _recommend_with_shape(bodies, posterior, found, shape)
+    if posterior is not None:
+        return posterior, explanation(posterior, bodies)
+    free = _first("free", bodies)
+    if free is None:
+        return _closest(bodies, found), "a body that can exist"
+    return free, "the body that explains the wrench best; no shape is known"
+
+
+def _closest(results: dict[str, Estimate], found: Ingested) -> str:
+    """The method whose estimate explains the wrench best."""
+    return min(results, key=lambda name: misfit(results[name], found))
+
+
+def _recommend_with_shape(
+    bodies: dict[str, Estimate], posterior: str | None, found: Ingested, shape: Shape
+) -> tuple[str, str]:
+    """As `recommend`, from estimates that can exist, beside a shape; `posterior` is the
+    method of that role if it explains the wrench."""
+    free, prior = _first("free", bodies), _first("prior", bodies)
     margin = bodies[prior].hull_margin if prior is not None else None
     outside = margin is not None and margin < -OUTSIDE
     if free is not None and (outside or _is_outside(bodies[free], found, shape)):
         why = "without the shape the COM is outside it: check the shape's pose and unit"
         return free, why
-    if posterior is not None and explains:
-        return posterior, why
+    if posterior is not None:
+        return posterior, explanation(posterior, bodies)
     s = uncertainty(found, shape)
     if prior is not None:
         if misfit(bodies[prior], found) <= MISFIT:
@@ -260,7 +272,7 @@ def recommend(
 
 
 def explanation(name: str, bodies: dict[str, Estimate]) -> str:
-    """Why a posterior is recommended: what its residual is beside the least."""
+    """Reason to recommend a posterior, with its residual relative to the least one."""
     own = bodies[name].residual
     others = [e.residual for e in bodies.values() if e.residual is not None]
     ratio = 1.0
@@ -275,8 +287,7 @@ def explanation(name: str, bodies: dict[str, Estimate]) -> str:
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
-    """The first method of a role whose estimate is among `bodies`; None if there is
-    none."""
+    """The first method of a role whose estimate is among `bodies`, or None."""
     names = (name for name, kind in METHODS.items() if kind.role == role)
     return next((name for name in names if name in bodies), None)
 

@@ -1,10 +1,11 @@
-"""Contradictions: recordings that cannot be of the same object, held in the same way,
-as the others.
+"""Contradictions: recordings that cannot be of the same object, in the same grasp, as
+the others.
 
-Each recording's least squares, with all that may be wrong in its interval but what one
-sensor does alike to all, is compared with that of all others. The one that differs most
-is named and left out, until the rest agree: one that is wrong does not make the others
-look wrong."""
+Least squares of each recording, with intervals for all errors except those that one
+sensor makes alike in all, is compared with that of all others. The recording that
+differs most is named and left out, until the rest agree, so that a wrong one does not
+make others look wrong.
+"""
 
 from collections.abc import Mapping
 from dataclasses import astuple, dataclass, replace
@@ -28,12 +29,12 @@ OTHERS = "the others"
 MILLIMETRES = 1e3
 FEW = 8
 """Number of recordings up to which each is compared with the rest; of more, those that
-a closed form takes for suspect."""
+a closed form suspects."""
 MOST_SUSPECTS = 4
-"""Number of these. Of 40 sets of 9 to 20 simulated recordings, up to three of them of
-an object 1 to 30 % lighter or heavier, the worst was the first suspect in all."""
+"""Number of suspects. In 40 sets of 9 to 20 simulated recordings, up to three of them
+of an object 1 to 30 % lighter or heavier, the worst was always the first suspect."""
 SHIFTED = ("mass", "center_of_mass")
-"""Intervals by which estimates are compared."""
+"""Intervals by which suspects are found."""
 
 
 @dataclass(frozen=True)
@@ -42,13 +43,13 @@ class Contradiction:
 
     name: str
     others: str
-    """What it contradicts: the name of another, or `OTHERS`."""
+    """What it contradicts: the name of another recording, or `OTHERS`."""
     agreement: Agreement
     """Of the two estimates."""
 
     @property
     def message(self) -> Message:
-        """What is said of it."""
+        """The message on it."""
         largest = self.agreement.largest
         at, values = largest.quantity, ""
         if at < 4:  # those along common axes are not at hand
@@ -67,7 +68,8 @@ class Contradiction:
 
 
 class _SameSensor(SensorAccuracy):
-    """Without the gain that all channels share, the same in all recordings."""
+    """An accuracy without the gain common to all channels, which is the same in all
+    recordings."""
 
     @property
     def gain_std(self) -> float:
@@ -78,10 +80,10 @@ class _SameSensor(SensorAccuracy):
 def with_contradictions(
     found: Ingested, accuracy: SensorAccuracy | str | None = None
 ) -> Ingested:
-    """Recordings as they are, with a message for each that contradicts the others, by
-    the sensor's `accuracy`.
+    """The recordings with a message on each that contradicts the others, for a sensor's
+    `accuracy`.
 
-    Raises `InputError` for two that hold the same samples.
+    Raises `InputError` for two with the same samples.
     """
     if not isinstance(found, JointIngested):
         return found
@@ -116,8 +118,8 @@ def contradictions(
 def _worst(
     parts: dict[str, Ingested], alone: dict[str, Estimate], of_sensor: SensorAccuracy
 ) -> Contradiction:
-    """The recording that differs most from the rest; of many, one of the
-    `MOST_SUSPECTS` that seem to."""
+    """The recording that differs most from the rest; among many, the worst of the
+    `MOST_SUSPECTS`."""
     about = dict.fromkeys(parts, np.inf)
     if len(parts) > FEW:
         ranked = deviations_from_rest(parts, alone, of_sensor)
@@ -139,7 +141,7 @@ def _against_the_rest(
     alone: dict[str, Estimate],
     of_sensor: SensorAccuracy,
 ) -> Contradiction:
-    """How a recording agrees with the rest of `parts`."""
+    """Comparison of a recording with the rest of `parts`."""
     rest = [other for other in parts if other != name]
     others = rest[0] if len(rest) == 1 else OTHERS
     theirs = alone.get(rest[0]) if len(rest) == 1 else None
@@ -151,7 +153,7 @@ def _against_the_rest(
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
-    """A quantity with its half interval and unit, as a reader takes it in."""
+    """A quantity with half of its interval and unit, as text."""
     unit = QUANTITIES[at][1]
     scale, unit = (MILLIMETRES, "mm") if unit == "m" else (1.0, unit)
     low, high = scale * agreement.intervals[name][:, at]
@@ -159,8 +161,8 @@ def _shown(agreement: Agreement, name: str, at: int) -> str:
 
 
 def least_squares_of(found: Ingested, of_sensor: SensorAccuracy) -> Estimate:
-    """Unconstrained least squares with the intervals of all errors that may differ
-    between recordings."""
+    """Unconstrained least squares with intervals for all errors that may differ between
+    recordings."""
     own = replace(found, gravity_error=None)
     differing = _SameSensor(*astuple(of_sensor))
     estimator = OLS(**OLS.settings(known_of(own, None)), sensor_accuracy=differing)
@@ -176,8 +178,8 @@ def deviations_from_rest(
     alone: Mapping[str, Estimate],
     of_sensor: SensorAccuracy,
 ) -> dict[str, float]:
-    """About how many standard deviations each recording is from all others, largest
-    first; `alone` is the least squares of each."""
+    """Approximate difference of each recording from all others in standard deviations,
+    in falling order; `alone` is the least squares of each."""
     found = together(list(parts.values()), list(parts))
     whole = least_squares_of(found, of_sensor)
     phi, free_bias = whole.parameters.vector, found.bias == "estimate"
@@ -197,7 +199,7 @@ def deviations_from_rest(
 
 
 def _solved(G: Array, gradient: Array) -> Array:
-    """G^-1 gradient (10,); the shortest such, in scaled unknowns, where G (10, 10) is
+    """G^-1 gradient (10,); the smallest solution in scaled unknowns if G (10, 10) is
     singular."""
     scale = np.sqrt(np.maximum(G.diagonal(), 1e-300))
     scaled = G / np.outer(scale, scale)
@@ -205,7 +207,7 @@ def _solved(G: Array, gradient: Array) -> Array:
 
 
 def _moved(estimate: Estimate, body: InertialParameters) -> Estimate:
-    """The estimate of another body, with intervals as wide."""
+    """The estimate with the parameters of `body` and intervals of the same widths."""
     intervals = dict(estimate.intervals or {})
     for name in SHIFTED:
         own = getattr(estimate.parameters, name)

@@ -1,5 +1,5 @@
-"""Convergence: what a method would have said after each part of a recording, or up to
-an instant of it."""
+"""Convergence: estimates from the samples up to several instants of a recording, or up
+to one."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -44,7 +44,7 @@ class Convergence:
 
 
 def convergence(estimator: Estimator, found: Ingested, final: Estimate) -> Convergence:
-    """How an estimate of a recording came about.
+    """Estimates along a recording.
 
     Parameters
     ----------

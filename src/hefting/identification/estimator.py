@@ -1,7 +1,6 @@
-"""Estimator: made for a recording, or the user's own; what it must fit, and what it
-sees of the recording."""
+"""Making an estimator for a recording, checking a given one, and handing it the samples."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -19,7 +18,7 @@ SHAPES = {
     "a shape": "FILE or box:X0,X1,Y0,Y1,Z0,Z1",
     "labelled parts": "FILE.ply of points with a 'segmentation' property",
 }
-"""What to give for what a method needs."""
+"""Arguments to advise, by what a method needs."""
 
 
 def estimator_of(
@@ -28,8 +27,8 @@ def estimator_of(
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """The estimator that a name stands for, as `estimator_for` makes it; or the one
-    that is given. `InputError` where that has another bias than the recording."""
+    """The estimator of a method's name, as by `estimator_for`, or the one that is given;
+    `InputError` if that does not estimate the recording's bias."""
     if isinstance(method, Estimator):
         require_its_bias(method, found)
         return method
@@ -43,8 +42,8 @@ def estimator_for(
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> Estimator:
-    """Create an estimator; hyperparameters that are not given follow from the recording
-    and the shape.
+    """An estimator whose hyperparameters, unless given, follow from a recording and a
+    shape.
 
     Parameters
     ----------
@@ -63,36 +62,43 @@ def estimator_for(
 def estimator_knowing(
     kind: type[Estimator], facts: Known, hyperparameters: dict[str, Any]
 ) -> Estimator:
-    """The same for what is known before any method, from whatever sensor."""
+    """As `estimator_for`, from the facts about a recording of any sensor."""
     shape, model = facts.shape, hyperparameters.get("model")
+    _require_hyperparameters(kind, model, hyperparameters)
+    takes_shape = [
+        name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
+    ]
+    _require_shape(kind, shape, hyperparameters, takes_shape)
+    settings = kind.settings(facts, model)
+    if any(name in hyperparameters for name in kind.instead_of_shape):
+        settings.pop("shape", None)
+    return kind(**(settings | hyperparameters | dict.fromkeys(takes_shape, shape)))
+
+
+def _require_hyperparameters(
+    kind: type[Estimator], model: Any, names: Iterable[str]
+) -> None:
+    """`InputError` for a name that is no hyperparameter of the method in this model."""
     known = kind.hyperparameters(model)
-    for name in hyperparameters:
+    for name in names:
         if name not in known:
             others = methods_with(name)
             what = f"{kind.__name__} has no '{name}'{nearest(name, known)}"
             fix = f"it has {', '.join(known)}"
             raise InputError(what, fix=f"{', '.join(others)} has it" if others else fix)
-    named_shape = [
-        name for name in kind.takes_shape if hyperparameters.get(name) == "shape"
-    ]
-    _require_what_it_needs(kind, shape, hyperparameters, named_shape)
-    settings = kind.settings(facts, model)
-    if any(name in hyperparameters for name in kind.instead_of_shape):
-        settings.pop("shape", None)
-    return kind(**(settings | hyperparameters | dict.fromkeys(named_shape, shape)))
 
 
-def _require_what_it_needs(
+def _require_shape(
     kind: type[Estimator],
     shape: Shape | None,
     hyperparameters: dict[str, Any],
-    standing: list[str],
+    takes_shape: list[str],
 ) -> None:
-    """`NeedError` where the shape is not there, or not as a method needs it; `standing`
-    are its hyperparameters for which the shape stands."""
+    """`NeedError` where the method needs a shape, or labelled parts, and has none;
+    `takes_shape` are the hyperparameters whose value is the shape."""
     name, needs = kind.__name__, kind.needs
-    if standing:
-        name, needs = f"{name}-{standing[0]}", kind.takes_shape[standing[0]]
+    if takes_shape:
+        name, needs = f"{name}-{takes_shape[0]}", kind.takes_shape[takes_shape[0]]
     instead = any(key in hyperparameters for key in kind.instead_of_shape)
     missing = shape is None and needs != "nothing" and not instead
     unlabelled = shape is not None and shape.labels is None
@@ -103,7 +109,7 @@ def _require_what_it_needs(
 
 
 def known_of(found: Ingested, shape: Shape | None) -> Known:
-    """What hyperparameters may follow from."""
+    """The facts from which hyperparameters may follow."""
     return Known(
         bias=found.bias,
         noise=found.fit.noise,
@@ -118,7 +124,8 @@ def known_of(found: Ingested, shape: Shape | None) -> Known:
 def accuracy_of(
     method: Any, hyperparameters: Mapping[str, Any]
 ) -> SensorAccuracy | str | None:
-    """The sensor's, of a method or an estimator; None where nothing is said."""
+    """The sensor's accuracy, from the hyperparameters or else an estimator; None if it is
+    not given."""
     own = getattr(method, "sensor_accuracy", None)
     return hyperparameters.get("sensor_accuracy", own)
 
@@ -126,8 +133,8 @@ def accuracy_of(
 def shape_of(
     estimator: Estimator, shape: Shape | None, hyperparameters: dict[str, Any]
 ) -> Shape | None:
-    """The estimator's own shape, if it is one of an object; `InputError` where another
-    shape, or hyperparameters, are given beside it."""
+    """The shape of a complete estimator, None if it is only a neighbourhood of the sensor;
+    `InputError` if another shape, or hyperparameters, are given too."""
     own = getattr(estimator, "shape", None)
     for name in (*hyperparameters, *(["shape"] if shape not in (None, own) else [])):
         what = f"`{name}` is given beside an estimator that is complete"
@@ -137,7 +144,7 @@ def shape_of(
 
 
 def require_its_bias(estimator: Estimator, found: Ingested) -> None:
-    """`InputError` for an estimator without bias where the wrench has one."""
+    """`InputError` if the wrench has a bias that the estimator does not estimate."""
     if found.bias == "estimate" and getattr(estimator, "bias", "estimate") == "none":
         name = type(estimator).__name__
         what = f"the wrench has a bias, which the {name} that is given does not find"
@@ -155,10 +162,10 @@ def out_of_order(found: Ingested) -> InputError:
 
 
 def state_of(estimator: Estimator, part: Ingested) -> State:
-    """What a method sees of one recording.
+    """State of an estimator that has seen one recording.
 
-    Raises `InputError` where the recording's samples are gone, and what was kept of
-    them is not what the method takes.
+    Raises `InputError` if the recording has no samples any more and was condensed for
+    another method.
     """
     how = estimator.sampling
     state = None if how is None else part.condensed.states.get(how)
@@ -177,5 +184,5 @@ def state_of(estimator: Estimator, part: Ingested) -> State:
 
 
 def taken(estimator: Estimator, part: Ingested) -> Measurements:
-    """A recording's measurements, with the weights that a method goes by."""
+    """Measurements of a recording, with the weights that the method expects."""
     return part.weighted_by_count if estimator.depends_on_count else part.measurements

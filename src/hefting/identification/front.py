@@ -1,5 +1,5 @@
-"""Front: `hefting.identify` takes a recording, a shape and a method as users have
-them."""
+"""Front: `hefting.identify` takes a recording, a shape and a method in the forms that
+users have."""
 
 from __future__ import annotations
 
@@ -204,8 +204,8 @@ def identify(
 
 
 def _check_names(hyperparameters: dict[str, Any]) -> None:
-    """`InputError` for a name that is none of a method's, and resembles an argument of
-    `identify` or stands for one."""
+    """`InputError` for an unknown hyperparameter that resembles an argument of
+    `identify`, or is an option of the command."""
     own = set(signature(identify).parameters) - {"hyperparameters"}
     of_methods = {name for kind in METHODS.values() for name in kind.hyperparameters()}
     for name in hyperparameters:
@@ -219,7 +219,7 @@ def _check_names(hyperparameters: dict[str, Any]) -> None:
 
 
 def sensor_pose_of(pose: Any, turned: str | None) -> Array | None:
-    """Pose (4, 4) of the sensor in the logged frame; None where nothing is said of it."""
+    """Pose (4, 4) of the sensor in the logged frame; None if none is given."""
     if turned is None:
         return None if pose is None else as_pose(pose)
     if pose is not None:

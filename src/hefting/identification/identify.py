@@ -1,5 +1,5 @@
-"""Recording -> Estimate: the whole way, with what has to be found out on it (sign,
-bias, weights) and told."""
+"""Identification: from a recording to an estimate, with sign, bias and weights found on
+the way."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ from hefting.shapes.checks import REACH
 
 
 class Answer(Shown):
-    """Base of results that hold an estimate in `estimate`."""
+    """Base of results with an estimate in `estimate`."""
 
     estimate: Estimate
 
@@ -86,9 +86,9 @@ class Identification(Answer):
     """With the sign convention of `hefting.core.spatial`, a given bias removed, and the
     weights that were used."""
     sign: WrenchSign | None
-    """What the data say of the wrench's sign; None when it was given."""
+    """Sign convention of the wrench by the data; None if it was given."""
     source: str
-    """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+    """Source of the motion: a key of `hefting.motion.measure.DESCRIPTIONS`."""
     ingested: Ingested
     """The recording as far as it was used, with what was found and left out."""
     estimator: Estimator
@@ -102,9 +102,9 @@ def identify_understood(
     hyperparameters: dict[str, Any],
     stop: bool = True,
 ) -> Identification:
-    """Identify the object in one recording, or in several, that were understood; for
-    other arguments and errors see `hefting.identify`. With `stop` no more is used than
-    the accuracy asked for takes; without, all is, and whether it is reached is said."""
+    """Identify the object in ingested recordings; for other arguments and errors see
+    `hefting.identify`. With `stop` no more is used than the accuracy asked for takes;
+    without, all is used and the accuracy reported."""
     warnings = ()
     if method is None:
         method = default_method(shape is not None)

@@ -25,11 +25,11 @@ from hefting.motion.kalman import State
 from hefting.shapes import Shape, as_shape
 
 FEWEST_SAMPLES = 50
-"""Samples below which there is no estimate: half a second at 100 Hz, in which the noise
-cannot be told from the motion."""
+"""Number of samples for a first estimate: half a second at 100 Hz. In fewer the noise
+is not separated from the motion."""
 FEWEST_POSES = 20
-"""Poses below which the filter is not tuned: on the demo's, whose bandwidth is 16 rad/s
-by 100 poses, 10 give 70 rad/s and 30 give 25."""
+"""Least number of poses on which the filter is tuned. On the demo's, whose bandwidth is
+16 rad/s by 100 poses, 10 give 70 rad/s and 30 give 25."""
 SIGNS = {"on-object": 1.0, "on-sensor": -1.0}
 """Whom the wrench acts on, and its sign in the project's convention."""
 
@@ -47,9 +47,9 @@ class LiveState:
     """
 
     samples: SampleState
-    """What the estimator has seen."""
+    """State of the estimator."""
     poses: Poses = NO_POSES
-    """Those that wait for the filter to be tuned."""
+    """Poses that wait for the filter to be tuned."""
     pose_filter: PoseFilter | None = None
     """None until it is tuned."""
     filtered: State | None = None
@@ -224,7 +224,7 @@ class Live:
             return None
 
     def _moved(self, state: LiveState, new: Poses) -> tuple[LiveState, Motion | None]:
-        """The state after new poses, and the motion that they make known, if any."""
+        """The state after new poses, and the motion that becomes known, if any."""
         if state.pose_filter is None:
             poses = state.poses + new
             state, new = self._tuned(state, poses)
@@ -236,12 +236,9 @@ class Live:
         return replace(state, filtered=filtered), motion
 
     def _tuned(self, state: LiveState, poses: Poses) -> tuple[LiveState, Poses]:
-        """The state with the filter tuned on the poses gathered so far, if those
-        suffice, and the poses that it has yet to see.
-
-        Poses at rest tell how noisy they are but not how fast the motion will be: those
-        before it are forgotten.
-        """
+        """The state with the filter tuned on the poses so far, if these suffice, and
+        the poses to be filtered. Poses at rest before the motion are forgotten, as they
+        do not show its bandwidth."""
         moved = poses.first_moved
         if moved is None:
             first = np.searchsorted(poses.time, poses.time[-1] - self.tuning)

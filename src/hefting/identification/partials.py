@@ -78,19 +78,19 @@ def part_of(
     method: str | Estimator | None = None,
     hyperparameters: Mapping[str, Any] | None = None,
 ) -> Ingested:
-    """As `condense`, of a recording that was understood."""
+    """As `condense`, for a recording that was ingested."""
     settings = dict(hyperparameters or {})
     if isinstance(method, Estimator):
         shape = shape_of(method, shape, settings)
     chosen = default_method(shape is not None) if method is None else method
     kept = found.condensed
     states = dict(kept.states)
-    for estimator in _possible(chosen, found, shape, settings):
+    for estimator in _possible_estimators(chosen, found, shape, settings):
         _require_parts(estimator, found)
         how = estimator.sampling
         if how is not None and how not in states:
             seen = estimator.update(SampleState.empty(), found.measurements)
-            # the record of time is that of the full model, which holds all samples
+            # the time record of the full model holds all samples
             states[how] = replace(seen, record=kept.state.record)
     return replace(found, kept=replace(kept, states=states)).without_samples()
 
@@ -135,14 +135,14 @@ def identify_parts(
     return identify_understood(found, shape, method, settings)
 
 
-def _possible(
+def _possible_estimators(
     method: str | Estimator,
     found: Ingested,
     shape: Shape | None,
     hyperparameters: dict[str, Any],
 ) -> list[Estimator]:
-    """The estimators that may be made of the recordings together: whether most of
-    their motion was smoothed, which a model's c1 follows from, is known then."""
+    """The estimators that may be made once all parts are known. A model's c1 follows from
+    the source of most of their motion, which is not known yet: each source is tried."""
     if isinstance(method, Estimator):
         return [method]
     sources = (found.source, "smooth", "columns")
@@ -153,7 +153,7 @@ def _possible(
 
 
 def _require_parts(estimator: Estimator, found: Ingested) -> None:
-    """`InputError` for a method that needs the samples themselves."""
+    """`InputError` for a method that cannot work from a condensed recording."""
     if estimator.asked is not None:
         raise out_of_order(found)
     if estimator.sampling is None:

@@ -1,5 +1,5 @@
-"""From recordings to a method's estimate: what is known of all, how each is handed to
-the method, and where an accuracy that was asked for is reached."""
+"""From ingested recordings to a method's estimate, stopping at an accuracy that was
+asked for."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -45,8 +45,8 @@ def understand(
 def run(
     estimator: Estimator, found: Ingested, stop: bool = True
 ) -> tuple[Estimate, Ingested]:
-    """The estimate, and the recording as far as it was used: no farther than an
-    accuracy `asked` for takes, where it is to `stop` there."""
+    """The estimate, and the recording as far as it was used: with `stop` no further
+    than the accuracy `asked` for takes."""
     asked = estimator.asked
     if asked is None or not stop:
         states = [state_of(estimator, part) for part in found.recordings]
@@ -63,8 +63,8 @@ def run(
 def _first_sufficient(
     estimator: Estimator, found: Ingested
 ) -> tuple[Estimate, Ingested]:
-    """The first sufficient estimate, one recording after the other, and the recordings
-    as far as they were used."""
+    """The first sufficient estimate over successive recordings, and the recordings as
+    far as they were used."""
     assert estimator.asked is not None
     before, estimate, parts = estimator.start(), None, []
     samples = [taken(estimator, part) for part in found.recordings]

@@ -1,5 +1,5 @@
-"""Checks of joint torques: whether they can be those of the arm, and what an answer from
-them leaves in doubt."""
+"""Checks of joint torques: whether they can be those of the arm, and doubts about an
+answer from them."""
 
 from collections.abc import Iterable, Sequence
 
@@ -26,30 +26,31 @@ from hefting.torques.runs import (
 from hefting.torques.samples import LEAST_TURN, STICTION_SPEED, UR_JOINT, TorqueSamples
 
 LARGEST_MISFIT = 2.0
-"""Slow residual of any joint by empty and loaded runs together over that of each alone,
-from which on they are not of the same arm: of the same simulated robot it was at most
-1.03, of others of its kind at least 4.7."""
+"""Slow residual of a joint by empty and loaded runs together over that of each alone,
+above which they are not of the same arm: for the same simulated robot it was at most
+1.03, for others of its kind at least 4.7."""
 LEAST_LOAD = 2.0
-"""Mass over its standard deviation below which no load is seen."""
+"""Mass over its standard deviation below which no load is significant."""
 NEGATIVE = 4.0
-"""The same of a mass below zero, from which on it is no chance."""
+"""The same for a negative mass, above which it is significant."""
 LARGEST_EFFORT = 3.0
-"""Torque of a joint over the URDF's limit, for half of the motion, that no arm has."""
+"""Torque of a joint over the URDF's limit, during half of the motion, that is
+impossible."""
 LARGEST_TORQUE = 30.0
-"""Torques over those that the URDF's arm needs, from which on they are of another unit:
-of simulated and real runs they were 0.9 to 1.8."""
+"""Torques over those that the URDF's arm needs, above which they have another unit: in
+simulated and real runs they were 0.9 to 1.8."""
 UNIT = 0.3, 5.0
-"""The same, least and most, of what no payload, offset or Coulomb friction explains:
-of simulated and real runs it was 0.7 to 1.4."""
+"""Smallest and largest ratio of the parts that no payload, offset or Coulomb friction
+explains: in simulated and real runs it was 0.7 to 1.4."""
 ALIKE = 0.75, 0.975
-"""Correlation of both from which on that ratio tells the unit, and of smaller torques:
-of right runs it was mostly above 0.98, of external or compensated torques at most
-0.97."""
+"""Correlation of both above which that ratio shows the unit, the second for small
+ratios. In right runs it was mostly above 0.98, for external or compensated torques at
+most 0.97."""
 LEAST_SEEN = 10.0
-"""Size of that rest, in standard deviations of the noise, below which it is chance."""
+"""Size of that part in standard deviations of the noise, below which it is chance."""
 GAIN_ERROR = 0.1
-"""Error of a joint's gain that is no mistake, and standard deviation above which
-nothing is said of it."""
+"""Error of a joint's gain that is normal, and standard deviation above which nothing is
+reported on it."""
 LINK_ERROR = 0.05, 0.01
 """Standard deviation of each parameter of a link from the URDF's, over its own and over
 the link's mass [m, m²]."""
@@ -59,7 +60,7 @@ it was at least 0.85."""
 OFF_AXIS = np.radians(15.0)
 """Angle of gravity from an axis of the base that is no error of the links."""
 CHECKED = 300
-"""Samples of a run that are compared with the URDF's arm."""
+"""Number of samples of a run that are compared with the URDF's arm."""
 
 
 def require_arms_torques(
@@ -103,17 +104,17 @@ def require_arms_torques(
 
 
 def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]:
-    """An error for torques in proportion to those of the URDF's arm, but far from them;
-    a note where nothing tells."""
+    """An error for torques that are proportional to those of the URDF's arm, but far
+    from them; a note if their unit cannot be checked."""
     shares = [share_of_arm(dynamics, each) for each in fits]
-    told = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
-    if not told:
+    clear = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
+    if not clear:
         what = (
             "the URDF's arm does not tell the torques' unit: it moves too little, or its "
             "own torques are taken out"
         )
         return [note("torque-unit-untold", what)]
-    far = [share for share in told if not UNIT[0] < share < UNIT[1]]
+    far = [share for share in clear if not UNIT[0] < share < UNIT[1]]
     if not far:
         return []
     what = (
@@ -124,8 +125,8 @@ def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]
 
 
 def share_of_arm(dynamics: JointDynamics, fit: TorqueFit) -> tuple[float, float]:
-    """Torques over those of the URDF's arm, without what any payload, offset and
-    friction explain of both; and the correlation of the rest."""
+    """Torques over those of the URDF's arm, both without the part that any payload,
+    offset and friction explain; and the correlation of the two."""
     size = len(dynamics.base)
     links = fit.shared[:size, :size] @ dynamics.links
     both = np.column_stack((links @ dynamics.arm, fit.shared[:size, -1]))
@@ -176,7 +177,7 @@ def link_errors(dynamics: JointDynamics) -> Array:
 
 
 def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
-    """A warning about gains of what is said to be torque; a UR driver's is not."""
+    """A warning of gains given for recorded torques, except a UR driver's."""
     if gains is None or not recording.has("joint_torques") or np.all(gains == 1.0):
         return []
     if UR_JOINT in recording.joint_names:
@@ -191,7 +192,7 @@ def of_gains(recording: Recording, gains: Array | None) -> list[Message]:
 def of_rivals(
     dynamics: JointDynamics, runs: Sequence[TorqueSamples]
 ) -> Iterable[Message]:
-    """An error where another order or sign of joints, or another gravity, explains the
+    """An error if another order or sign of joints, or another gravity, explains the
     torques far better."""
     better = better_rival(dynamics, runs)
     if better is None:
@@ -246,7 +247,7 @@ def of_arm(
 
 
 def of_load(estimate: Estimate, fit: TorqueFit) -> Iterable[Message]:
-    """An error where no load is seen, or its mass is not determined."""
+    """An error if no load is significant, or its mass is undetermined."""
     if estimate.covariance is None:
         return []
     std = float(estimate.covariance[0, 0]) ** 0.5
@@ -260,7 +261,7 @@ def of_load(estimate: Estimate, fit: TorqueFit) -> Iterable[Message]:
 
 
 def of_torques(message: str, fit: TorqueFit) -> str:
-    """What a method says of a wrench, as what is said of torques."""
+    """A method's message on a wrench, reworded for torques."""
     if not isinstance(message, Message):
         return message
     text = message.replace("the wrench", "the torques")
@@ -276,7 +277,7 @@ def of_torques(message: str, fit: TorqueFit) -> str:
 
 
 def cause_of_no_load(fit: TorqueFit) -> str:
-    """Why no load is seen, by the mass of least squares."""
+    """Why no load is significant, by the mass of least squares."""
     mass, std = float(fit.common[-PAYLOAD]), float(fit.covariance[0, 0]) ** 0.5
     if not std < TYPICAL_PAYLOAD[0]:
         return "they hardly tell it: move faster, and shoulder and elbow too"

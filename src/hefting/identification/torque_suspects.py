@@ -1,5 +1,5 @@
-"""Mistakes that are fitted beside the payload (`hefting.torques.suspects`): their size, of
-which the first step falls short, and their messages."""
+"""Mistakes that are fitted beside the payload (`hefting.torques.suspects`): their size,
+to which the first step is too short, and their messages."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,8 +14,8 @@ from hefting.torques.runs import LoadedRuns
 from hefting.torques.suspects import Suspect, Suspects
 
 WRONG_SHIFT = 0.5, 1.0
-"""Change of mass or first moments, over the half widths of their intervals, from which
-on a suspect gives doubt, and makes the answer wrong."""
+"""Change of mass or first moments, over the half widths of their intervals, above which
+a suspect gives doubt, and makes the answer wrong."""
 SUSPECTS = frozenset(
     {
         "part-contradicts",
@@ -38,9 +38,9 @@ EXPLAINED_BY_RIVAL = SUSPECTS | {
 }
 """Codes of what joints of another order or sign, or another gravity, do, too."""
 MOST_STEPS = 8
-"""Steps to the size of a tilt or of zeros, of which the first falls short."""
+"""Largest number of steps to the size of a tilt or of zeros."""
 SMALL_STEP = 0.05
-"""Share of it below which they end."""
+"""Relative step at which they end."""
 
 
 def of_suspect(
@@ -71,7 +71,8 @@ def of_suspect(
 def of_empty_runs(
     dynamics: JointDynamics, delays: Sequence[Suspect], suspect: Suspect | None
 ) -> list[Message]:
-    """The same of empty runs alone, which a calibration is made from."""
+    """The message on a suspect of empty runs alone, which a calibration is made
+    from."""
     messages = of_delays(delays, empty=False)
     if suspect is not None:
         messages.append(_said(warning, suspect, dynamics, "the empty runs", ()))
@@ -188,8 +189,8 @@ def levelled(runs: LoadedRuns) -> Array:
 
 
 def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
-    """A tilt in all runs, or zeros, by as many steps as leave none; another suspect, or
-    one beside a calibration, as it is."""
+    """A tilt in all runs, or zeros, iterated to convergence; another suspect, or one
+    beside a calibration, as it is."""
     if suspect is None or runs.calibration is not None:
         return suspect
     if suspect.kind != "zeros" and (suspect.kind != "tilt" or suspect.loaded):

@@ -1,6 +1,8 @@
-"""Truth: what an object is known to be, and how far an estimate is from it."""
+"""Truth: known parameters of an object, and the errors of an estimate of them."""
 
+from functools import partial
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -51,9 +53,9 @@ TRUTH_KEYS = (
     ("center_of_mass", "center_of_mass_sensor"),
     ("inertia_at_com", "inertia_at_com_sensor_axes"),
 )
-"""What a truth says, each by one of its names; the first are those of results."""
+"""Alternative keys of mass, COM and inertia about the COM; the first are those of results."""
 TRUTH_INERTIA_AT_ORIGIN = ("inertia_at_origin", "inertia_at_sensor")
-"""Names of what serves in place of the inertia about the COM."""
+"""Keys that may replace those of the inertia about the COM."""
 TRUTH_EXAMPLE = (
     'write {"mass": 0.5, "center_of_mass": [0, 0.1, 0.05], "inertia_at_com": '
     "[[1e-3, 0, 0], [0, 1e-3, 0], [0, 0, 1e-3]]}, SI units, in sensor axes"
@@ -75,41 +77,44 @@ def load_truth(path: str | Path) -> Truth:
         return Truth(Estimate.load(path).parameters)
     if not isinstance(data, dict):
         raise InputError("is not a JSON object", where=path, fix=TRUTH_EXAMPLE)
+    array = partial(_array, data, path)
+    parameters, extents, axes = _parameters(data, path), None, None
+    if "mesh_extents_m" in data:
+        extents = array("mesh_extents_m", 3)
+    if "object_pose_in_sensor" in data:
+        axes = array("object_pose_in_sensor", 4, 4)[:3, :3]
+    return Truth(parameters, extents, axes)
 
-    def array(key: str, *shape: int) -> Array:
-        try:
-            values = np.array(data[key], dtype=float)
-        except (TypeError, ValueError, OverflowError) as error:
-            raise InputError(
-                f"'{key}' is not an array of numbers", where=path
-            ) from error
-        if values.shape != shape or not np.isfinite(values).all():
-            raise InputError(
-                f"'{key}' is not {' x '.join(map(str, shape)) or 'one'} finite number(s)",
-                where=path,
-            )
-        check_magnitude(values, LARGEST_PARAMETER, f"'{key}'", path)
-        return values
 
-    named = [next((k for k in keys if k in data), "") for keys in TRUTH_KEYS]
-    origin = next((k for k in TRUTH_INERTIA_AT_ORIGIN if k in data), "")
-    needed = zip(TRUTH_KEYS, [*named[:2], named[2] or origin], strict=True)
-    missing = [f"'{keys[0]}'" for keys, name in needed if not name]
+def _parameters(data: dict[str, Any], path: str | Path) -> InertialParameters:
+    """The parameters by the first key of each that `data` has."""
+    array = partial(_array, data, path)
+    mass_key, com_key, inertia_key = (
+        next((key for key in keys if key in data), "") for keys in TRUTH_KEYS
+    )
+    origin_key = next((key for key in TRUTH_INERTIA_AT_ORIGIN if key in data), "")
+    found = mass_key, com_key, inertia_key or origin_key
+    missing = [
+        f"'{keys[0]}'" for keys, key in zip(TRUTH_KEYS, found, strict=True) if not key
+    ]
     if missing:
         raise InputError(f"has no {', '.join(missing)}", path, TRUTH_EXAMPLE)
-    mass, com = float(array(named[0])), array(named[1], 3)
+    mass, com = float(array(mass_key)), array(com_key, 3)
     if not mass > 0.0:
         raise InputError(f"'mass' must be positive, not {mass:g}", where=path)
-    if origin:
-        inertia = array(origin, 3, 3)
-        parameters = InertialParameters.from_origin(mass, com, inertia)
-    else:
-        inertia = array(named[2], 3, 3)
-        parameters = InertialParameters.from_com(mass, com, inertia)
-    extents = array("mesh_extents_m", 3) if "mesh_extents_m" in data else None
-    axes = (
-        array("object_pose_in_sensor", 4, 4)[:3, :3]
-        if "object_pose_in_sensor" in data
-        else None
-    )
-    return Truth(parameters, extents, axes)
+    if origin_key:
+        return InertialParameters.from_origin(mass, com, array(origin_key, 3, 3))
+    return InertialParameters.from_com(mass, com, array(inertia_key, 3, 3))
+
+
+def _array(data: dict[str, Any], path: str | Path, key: str, *shape: int) -> Array:
+    """The finite numbers under a key, of a shape; `InputError` for anything else."""
+    try:
+        values = np.array(data[key], dtype=float)
+    except (TypeError, ValueError, OverflowError) as error:
+        raise InputError(f"'{key}' is not an array of numbers", where=path) from error
+    if values.shape != shape or not np.isfinite(values).all():
+        size = " x ".join(map(str, shape)) or "one"
+        raise InputError(f"'{key}' is not {size} finite number(s)", where=path)
+    check_magnitude(values, LARGEST_PARAMETER, f"'{key}'", path)
+    return values

@@ -1,5 +1,5 @@
-"""Waiting samples: poses, motions and wrenches of a live stream that something else has
-to come for before they can be used."""
+"""Waiting samples: poses, motions and wrenches of a live stream that are used once
+others have come."""
 
 from dataclasses import field, replace
 from typing import Any, Self
@@ -16,14 +16,14 @@ from hefting.motion import Motion
 from hefting.motion.spline import check_poses
 
 LONGEST_WAIT = 60.0
-"""[s] Samples that have waited longer are dropped: it bounds the memory where one of
-two streams has stopped."""
+"""[s] Time after which waiting samples are dropped, to bound the memory if a stream
+stops."""
 LONGEST_WRENCH_GAP = 0.1
 """[s] Instants between two wrench samples farther apart are left out: motion that is
 slow enough for people near by changes the wrench little in a tenth of a second."""
 MOVED = (0.005, 0.01)
-"""[m], [rad] Changes of the pose that are motion, not noise: that of robots' poses is
-below a tenth of it."""
+"""[m], [rad] Changes of the pose that are motion: the noise of robots' poses is below a
+tenth of them."""
 
 
 @immutable
@@ -66,7 +66,7 @@ class Poses:
         return Poses(self.time[index], position, self.orientation[index])
 
     def __add__(self, later: "Poses") -> "Poses":
-        """With those that come later; `InputError` where they do not, or lack the
+        """With later poses; `InputError` if they are not later, or lack the
         position."""
         if not len(self.time) or not len(later.time):
             return later if len(later.time) else self
@@ -86,7 +86,7 @@ class Poses:
     @property
     def first_moved(self) -> int | None:
         """Index of the first pose that differs from the first one by more than noise;
-        None where there is none."""
+        None for none."""
         cosine = np.abs(self.orientation @ self.orientation[0]).clip(max=1.0)
         moved = 2.0 * np.arccos(cosine) > MOVED[1]
         if self.position is not None:
@@ -100,7 +100,7 @@ NO_POSES = Poses(np.empty(0), None, np.empty((0, 4)))
 
 @immutable
 class Pairing:
-    """Motions and wrenches, each of which waits for the other."""
+    """Motions and wrenches that wait for each other."""
 
     motions: tuple[Motion, ...] = ()
     """In order of time."""
@@ -110,7 +110,7 @@ class Pairing:
     """(N, 6) on the object [N, N m]"""
 
     def with_motion(self, motion: Motion) -> Self:
-        """With motion that comes later than all before."""
+        """With motion that is later than all before."""
         if not len(motion.time):
             return self
         latest = motion.time[-1]
@@ -140,7 +140,7 @@ class Pairing:
         )
 
     def paired(self, gravity: Array) -> tuple[Self, list[Measurements]]:
-        """What still waits, and the samples whose motion and wrench are both there."""
+        """What still waits, and the samples whose motion and wrench have both come."""
         if not len(self.time) or not self.motions:
             return self, []
         latest, done, waiting = self.time[-1], [], []
@@ -165,7 +165,7 @@ class Pairing:
         return rest, [z for z in samples if len(z)]
 
     def _measurements(self, motion: Motion, gravity: Array) -> Measurements:
-        """Samples of a motion, but for instants in a gap of the wrench."""
+        """Samples of a motion, except at instants in a gap of the wrench."""
         after = np.searchsorted(self.time, motion.time).clip(max=len(self.time) - 1)
         before = np.maximum(after - 1, 0)
         near = self.time[after] - self.time[before] <= LONGEST_WRENCH_GAP
@@ -174,7 +174,7 @@ class Pairing:
 
 
 def _times(time: ArrayLike, name: str) -> tuple[Array, bool]:
-    """Times (K,), and whether it is that of one sample."""
+    """Times (K,), and whether a single sample was given."""
     times = numbers(time, name)
     if times.ndim > 1 or not np.isfinite(times).all():
         raise InputError(f"{name} is not (K,) finite numbers", "Live.update")
@@ -182,7 +182,7 @@ def _times(time: ArrayLike, name: str) -> tuple[Array, bool]:
 
 
 def _stacked(values: Any, single: bool) -> Any:
-    """Values of one sample as those of many; others as they are."""
+    """Values of a single sample as an array of one; others as they are."""
     if not single or hasattr(values, "as_quat"):
         return values
     return np.asarray(values)[None]
@@ -200,7 +200,7 @@ def _check_finite(name: str, time: Array, values: Array | None) -> None:
 
 
 def _check_later(last: float, new: float, name: str) -> None:
-    """`InputError` unless a sample comes later than those before."""
+    """`InputError` unless a sample is later than those before."""
     if not new > last:
         what = f"{name} {new:.9g} s is not later than {last:.9g} s before it"
         raise InputError(what, "Live.update", "give each sample once, in order")

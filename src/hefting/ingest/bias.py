@@ -1,5 +1,5 @@
-"""The bias of the wrench: known, measured while nothing was held or read from a file, or
-a constant that is estimated with the object, where the motion tells it."""
+"""The bias of the wrench: given, or a constant that is estimated with the object where
+the motion determines it."""
 
 from pathlib import Path
 
@@ -52,15 +52,15 @@ def tare(recording: Recording, start: float, end: float) -> Array:
 
 @immutable
 class BiasOfEstimate:
-    """A bias as the file of an estimate has it."""
+    """A bias from the file of an estimate."""
 
     values: Array
     """(6,) [N, N m] with the sign of the wrench on the object"""
     wrench: str
-    """convention of the log that it was found in"""
+    """sign convention of the log in which it was found"""
 
     def recorded(self, wrench: str) -> Array:
-        """(6,) as a log of a convention has it; of ``"auto"``, as its own."""
+        """(6,) with the sign of a log of a convention; ``"auto"`` is that of its own."""
         own = self.wrench if wrench == "auto" else wrench
         return -self.values if own == "on-sensor" else self.values
 
@@ -95,8 +95,8 @@ def load_bias(path: str | Path) -> Array | BiasOfEstimate:
 def bias_of(
     given: str | Path | ArrayLike | BiasOfEstimate,
 ) -> str | Array | BiasOfEstimate:
-    """A bias model's name, or the six numbers (6,) [N, N m] that are given, or that a
-    JSON file holds; `InputError` for anything else."""
+    """A bias model's name, or the bias (6,) [N, N m] that is given as numbers or as a JSON
+    file; `InputError` for anything else."""
     if isinstance(given, BiasOfEstimate):
         return given
     if isinstance(given, Path) or (isinstance(given, str) and given.endswith(".json")):
@@ -117,10 +117,9 @@ def bias_of(
 
 
 FEWEST_SAMPLES = 20
-"""Samples from which on what a bias explains is no noise."""
+"""Number of samples from which on a bias is more than noise."""
 LARGE_BIAS = 0.1
-"""Bias over the object's weight from which on a mass found without one is not to be
-used."""
+"""Bias over the object's weight above which a mass found without a bias is wrong."""
 
 
 @immutable
@@ -134,15 +133,15 @@ class FreeFits:
 
     @classmethod
     def of(cls, state: SampleState, inflation: Array) -> "FreeFits":
-        """Of the samples of a state; `inflation` as of `free_fit`."""
+        """Both fits of a state; `inflation` as for `free_fit`."""
         return cls(free_fit(state, True, inflation), free_fit(state, False, inflation))
 
     def chosen(self, *, free_bias: bool) -> FreeFit:
-        """The one with a bias, or without."""
+        """The fit with or without a bias."""
         return self.beside_bias if free_bias else self.alone
 
     def flipped(self) -> "FreeFits":
-        """The same for the wrench of the other sign."""
+        """Both fits for the opposite sign of the wrench."""
         return FreeFits(self.beside_bias.flipped(), self.alone.flipped())
 
 
@@ -153,19 +152,15 @@ def choose_bias(
     may_be_biased: bool,
     is_auto: bool,
 ) -> tuple[bool, list[Message]]:
-    """Whether a constant bias is estimated with the object, and a warning when the
-    motion does not determine one.
+    """Whether to estimate a constant bias with the object, and a warning where the motion
+    does not determine one.
 
-    With an automatic choice it is where the bias drifts or is significantly different
-    from zero.
+    An automatic choice is to estimate it if it drifts or is significant.
     """
-    drifts = found.bias.kind != "constant"
-    if (
-        not (may_be_biased and is_auto)
-        or drifts
-        or fits.beside_bias.bias_is_significant
-    ):
+    if not (may_be_biased and is_auto):
         return may_be_biased, []
+    if found.bias.kind != "constant" or fits.beside_bias.bias_is_significant:
+        return True, []
     if not fits.beside_bias.mass_is_open:
         return False, []
     least = _least_bias(fits)
@@ -182,7 +177,7 @@ def choose_bias(
 
 
 def _least_bias(fits: FreeFits) -> float:
-    """[N] Size of the part of a bias that the object's weight does not account for, as
-    that across gravity: what is along it may be as large."""
+    """Lower bound [N] of a bias, by the larger residual of the fit without one: a part of
+    the bias, such as that along gravity, may be taken for the object's weight."""
     alone, beside = fits.alone.noise.force, fits.beside_bias.noise.force
     return float(np.sqrt(3.0 * max(alone**2 - beside**2, 0.0)))

@@ -20,20 +20,21 @@ from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
 
 BLOCKS_AT_A_TIME = 10_000
-"""Number of blocks processed together, where that bounds the memory."""
+"""Number of blocks processed together, to bound the memory."""
 
 
 @immutable
 class Blocks:
-    """Averages of K samples over B blocks; of a slow sensor each sample is a block."""
+    """Averages of K samples over B blocks; with a slow sensor each sample is a
+    block."""
 
     time: Array
     """(B,) [s] mean of the samples' times"""
     variance: Array
     """(B,) [s²] of the samples' times"""
     count: Array
-    """(B,) samples averaged; 0 where none was kept: the block then holds the average of
-    all of its samples"""
+    """(B,) number of samples averaged; 0 if none was kept: the block then holds the
+    average of all its samples"""
     wrench: Array
     """(B, 6) mean [N, N m]"""
     starts: Indices | None = None
@@ -44,7 +45,7 @@ class Blocks:
 
     @cached_property
     def mean_count(self) -> float:
-        """Samples a block stands for on average, of those that stand for any."""
+        """Mean number of samples in the blocks that have any."""
         used = self.count > 0.0
         return float(self.count[used].mean()) if used.any() else 1.0
 
@@ -52,8 +53,8 @@ class Blocks:
     def of(
         cls, time: Array, wrench: Array, kept: Mask | None = None, smooth: bool = True
     ) -> Self:
-        """Of samples at `time` (K,) of `wrench` (K, 6), or of those `kept` (K,) alone;
-        each by itself if not `smooth`, that is where the motion is not."""
+        """From samples at `time` (K,) of `wrench` (K, 6), or only those `kept` (K,);
+        each sample is a block unless the motion is `smooth`."""
         starts = block_starts(time) if smooth else None
         if starts is None:
             count = np.ones(len(time)) if kept is None else kept.astype(float)
@@ -75,11 +76,11 @@ class Blocks:
         return cls(mean + time[0], variance, count, average, starts)
 
     def step_of(self, most: int) -> int:
-        """How many blocks apart at most so many of them are, evenly chosen."""
+        """Step between evenly chosen blocks, at most `most` of them."""
         return max(-(-len(self) // most), 1)
 
     def every(self, most: int) -> Self:
-        """At most so many of the blocks, evenly chosen."""
+        """At most `most` of the blocks, evenly chosen."""
         step = self.step_of(most)
         if step == 1:
             return self
@@ -92,8 +93,7 @@ class Blocks:
 
 
 def medians(wrench: Array, starts: Indices | None, nth: int = 1) -> Array:
-    """(B, 6) median of each block, of samples (K, 6) as they are; of every n-th block
-    alone."""
+    """(B, 6) median of each block of samples (K, 6); of every n-th block only."""
     if starts is None:
         return wrench[::nth]
     sizes = np.diff(np.append(starts, len(wrench)))
@@ -101,7 +101,7 @@ def medians(wrench: Array, starts: Indices | None, nth: int = 1) -> Array:
         chosen = np.arange(len(starts)) % nth == 0
         wrench, sizes = wrench[np.repeat(chosen, sizes)], sizes[chosen]
         starts = np.cumsum(sizes) - sizes
-    # the samples of a block stand side by side: they are sorted in half the time
+    # a layout with the samples of a block side by side is sorted in half the time
     table = np.full((len(starts), wrench.shape[1], int(sizes.max())), np.inf)
     block = np.repeat(np.arange(len(starts)), sizes)
     table[block, :, np.arange(len(wrench)) - starts[block]] = wrench
@@ -114,11 +114,8 @@ def within_blocks(
     blocks: Blocks, time: Array, wrench: Array, kept: Mask | None = None
 ) -> Array:
     """(6, 6) covariance of the samples of the wrench (K, 6) at `time` (K,) about the
-    mean of their block.
-
-    What changes from block to block is no part of it. `kept` (K,) are those the blocks
-    average; all by default.
-    """
+    means of their blocks, without changes between blocks. `kept` (K,) are the averaged
+    samples; by default all."""
     if blocks.starts is None:
         return np.zeros((6, 6))
     ends = np.append(blocks.starts, len(wrench))
@@ -168,7 +165,7 @@ def measured_blocks(
     smooth = smooth and (
         recording.has("position") or not recording.has("accelerometer")
     )
-    # by the recorded times: shifted ones may round to another block
+    # by the recorded times, as shifted ones may round to another block
     recorded = recording["wrench"].time[found.kept]
     blocks = Blocks.of(recorded, wrench.values, smooth=smooth)
     if blocks.starts is None:
@@ -193,11 +190,9 @@ def measured_blocks(
 def _averaged_motion(
     measured: Measured, found: Conditioned, variance: Array
 ) -> Measured:
-    """The motion averaged over samples whose times have this variance (K,) [s²].
-
-    It is the mean of the motion one standard deviation earlier and later, which is
-    exact to third order.
-    """
+    """The motion averaged over samples whose times have the `variance` (K,) [s²]: the
+    mean of the motion one standard deviation earlier and later, which is exact to third
+    order."""
     motion, z, curves = measured.motion, measured.measurements, found.curves
     if motion is None or curves is None:
         return measured
@@ -231,7 +226,7 @@ def _averaged_motion(
 
 def residual_size(residual: Array, counts: Array, within: Array) -> Array:
     """(2,) root mean square of force and torque, of one axis and one sample of the log,
-    from the residual (K, 6) of averages over so many samples (K,) and the covariance
-    (6, 6) `within` them."""
+    from the residuals (K, 6) of averages over `counts` (K,) samples and the covariance
+    `within` (6, 6) of samples about these."""
     square = counts @ residual**2 / max(float(counts.sum()), 1e-300) + within.diagonal()
     return np.sqrt(square.reshape(2, 3).mean(axis=1))

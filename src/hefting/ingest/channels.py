@@ -1,5 +1,5 @@
-"""Channels of the wrench, and poses, that measure nothing, or coarsely: a broken wire, a
-column that was filled in or copied, a stream that stopped, too few digits."""
+"""Channels of the wrench, and poses, that measure nothing or only coarsely: a broken
+wire, a column that was filled in or copied, a stream that stopped, too few digits."""
 
 import numpy as np
 
@@ -9,37 +9,37 @@ from hefting.core.recording import Recording
 from hefting.core.spatial import WRENCH, Array, Mask
 
 FEWEST_SAMPLES = 20
-"""Samples from which on a channel that never changes is no chance."""
+"""Number of samples from which on a constant channel is no chance."""
 SAMPLES_FOR_NOISE = 5000
-"""Samples that tell whether a channel has noise, the first ones, and how much of it: to
-2 %."""
+"""Number of samples, the first ones, from which the noise of a channel is found, to 2
+%."""
 NOISY = 0.5
 """Level of noise by fourth differences over that by second ones, from which on a
-channel has noise; it is 1 for white noise, and next to nothing for a wrench without
-noise, of which a channel may well rest."""
+channel has noise. It is 1 for white noise, and next to 0 for a wrench without noise, of
+which a channel may be constant."""
 
 TURNED = np.radians(10.0)
-"""[rad] Turn by which the weight of what is held, if only of the sensor's own plate,
-changes in sensor axes by more than any sensor rounds to."""
+"""[rad] Turn by which the weight on the sensor, of its own plate at least, changes in
+sensor axes by more than rounding."""
 
 NOTICED_SHARE = 0.005
-"""Error of rounding over the wrench's changes from which on it is told."""
+"""Error of rounding over the wrench's changes from which on it is reported."""
 LARGEST_SHARE = 0.05
-"""The same from which on the answer is in doubt: the residuals are then no noise that
-more samples lessen."""
+"""The same from which on the answer is in doubt, as more samples do not reduce such
+residuals."""
 HIDING_SHARE = 0.5
-"""The same from which on little is measured: the deviation of the changes is below 0.6
-steps. Samples that all round to the same value look as if they were exact."""
+"""The same from which on little is measured: the standard deviation of the changes is
+below 0.6 steps, and samples that all round to one value seem exact."""
 FEW_STEPS = 2.0
-"""Steps over which the other channels of a force or torque range where one that never
-changes may well round to the same value."""
+"""Range in steps of the other channels of a force or torque up to which a constant one
+may be rounded."""
 ROUNDING = 1e-3
-"""Deviation from whole steps, in steps, that counts as none."""
+"""Deviation from whole steps, in steps, that is rounding."""
 
 
 def dead_channel_message(recording: Recording) -> Message | None:
-    """An error that names the channels which never change, or equal another one, beside
-    channels with noise; None where there are none."""
+    """An error that names channels which are constant, or equal another one, while
+    others have noise; None if there are none."""
     values = recording["wrench"].values
     if len(values) < FEWEST_SAMPLES:
         return None
@@ -66,8 +66,7 @@ def dead_channel_message(recording: Recording) -> Message | None:
 
 
 def require_changing_wrench(recording: Recording) -> None:
-    """`InputError` for a wrench that is the same in all samples although the sensor
-    turns: what a fit would make of it is rounding."""
+    """`InputError` for a wrench that is constant although the sensor turns."""
     values, q = recording["wrench"].values, recording["orientation"].values
     if len(values) < FEWEST_SAMPLES or (values[:SAMPLES_FOR_NOISE] != values[0]).any():
         return  # as most do: all need not be looked at
@@ -92,8 +91,8 @@ def has_noise(values: Array) -> Mask:
 
 
 def still_pose_message(recording: Recording) -> Message | None:
-    """A warning of poses that are the same throughout, which a sensor that stands still
-    has too; None where they change."""
+    """A warning of poses that are the same in all samples, as of a sensor at rest or a
+    stream that stopped; None if they change."""
     q = recording["orientation"].values
     if len(q) < FEWEST_SAMPLES or (q != q[0]).any():
         return None
@@ -107,13 +106,15 @@ def still_pose_message(recording: Recording) -> Message | None:
 
 
 def _equal(one: Array, other: Array) -> bool:
-    """Whether two channels (K,) are the same; the first samples of most tell."""
+    """Whether two channels (K,) are the same; most are excluded by their first
+    samples."""
     first = slice(SAMPLES_FOR_NOISE)
     return np.array_equal(one[first], other[first]) and np.array_equal(one, other)
 
 
 def quantisation_message(recording: Recording) -> Message | None:
-    """What is said of the steps of force and torque, if they exceed the noise."""
+    """A message on the steps of force and torque if they exceed the noise, else
+    None."""
     wrench = recording["wrench"].values
     changes = np.sqrt(np.var(wrench, axis=0).reshape(2, 3).mean(axis=1))
     shares = rounding_error(wrench) / np.maximum(changes, 1e-300)
@@ -136,19 +137,19 @@ def quantisation_message(recording: Recording) -> Message | None:
 
 
 def rounding_error(wrench: Array) -> Array:
-    """(2,) standard deviation of the error of force [N] and torque [N m], of a wrench
-    (K, 6), which is uniform over each step that exceeds the noise."""
+    """(2,) standard deviation of the rounding error of force [N] and torque [N m] of a
+    wrench (K, 6): uniform over each step that exceeds the noise."""
     return np.sqrt(np.mean(np.square(_steps(wrench)), axis=1) / 12.0)
 
 
 def _steps(wrench: Array) -> Array:
-    """(2, 3) of the channels of force and torque."""
+    """(2, 3) steps of the channels of force and torque."""
     return np.reshape([step_beyond_noise(values) for values in wrench.T], (2, 3))
 
 
 def step_beyond_noise(values: Array) -> float:
-    """Step of which all values (K,) are multiples, but for a constant; zero where there
-    is none, or where noise spans several steps."""
+    """Step of which all values (K,) are multiples, up to a constant; zero if there is
+    none, or noise spans several steps."""
     if len(values) < 4:
         return 0.0
     with np.errstate(over="ignore", invalid="ignore"):  # values of any size
@@ -167,8 +168,8 @@ def step_beyond_noise(values: Array) -> float:
 
 
 def noise_of_channel(values: Array) -> float:
-    """Standard deviation of the noise in values (K,), of `SAMPLES_FOR_NOISE` places at
-    most."""
+    """Standard deviation of the noise in values (K,), from at most `SAMPLES_FOR_NOISE`
+    places."""
     middle = np.arange(1, len(values) - 1, -(-len(values) // SAMPLES_FOR_NOISE))
     bend = values[middle - 1] - 2.0 * values[middle] + values[middle + 1]
     # the median of |x| is 0.6745 standard deviations

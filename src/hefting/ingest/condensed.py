@@ -1,10 +1,8 @@
-"""Condensed: what is needed of a recording's samples once it was understood, as sums
-over them; excitation: what a motion can tell of a body, and what it felt, as such sums:
-where gravity pointed, about which axes the sensor was accelerated.
+"""Sums over the samples of a recording: `Condensed`, all that is needed of the samples
+once they are understood, and `Excitation`, how the motion excites the parameters.
 
-The former takes the place of the samples where these are let go, and is a few tens of
-kilobytes however many they are: only the number of time scales grows, with their
-logarithm.
+`Condensed` can replace the samples. It has a few tens of kilobytes: only the number of
+time scales grows, with the logarithm of the number of samples.
 """
 
 from collections.abc import Mapping, Sequence
@@ -23,30 +21,31 @@ from hefting.estimators.sample_state import SampleState
 
 ANGULAR_ACCELERATION = slice(3, 6)
 FORCE = slice(15, 18)
-"""Columns of the features, see `hefting.core.regressor`."""
+"""Column slices of the features, see `hefting.core.regressor`."""
 
 
 @immutable
 class Excitation:
-    """Moments of the samples, and of the directions of gravity in sensor axes."""
+    """Moments of the features, and of gravity's directions in sensor axes."""
 
     moments: Moments
-    """of the features, as of one recording"""
+    """of the features of all samples"""
     directions: Array
     """(4, 4) triangular factor of [direction of gravity | 1], by weight"""
     angular_noise: float = 0.0
-    """[rad/s²] standard deviation of the angular acceleration, where it is known"""
+    """[rad/s²] standard deviation of the angular acceleration; 0 where it is not
+    known"""
 
     @classmethod
     def of(cls, measurements: Measurements) -> Self:
-        """Of samples."""
+        """From samples."""
         z = measurements
         known = 0.0 if z.noise is None else z.noise.angular_acceleration
         return cls(Moments.of(z), directions_of(z), known)
 
     @classmethod
     def of_all(cls, each: Sequence[Self], moments: Moments) -> Self:
-        """Of several recordings; `moments` are those of all together."""
+        """That of several recordings, whose common moments are `moments`."""
         rows = reduce(_stacked, [one.directions for one in each])
         return cls(moments, rows, max(one.angular_noise for one in each))
 
@@ -62,13 +61,13 @@ class Excitation:
 
     @property
     def has_gravity(self) -> bool:
-        """Whether there is any gravity."""
+        """Whether gravity is not zero throughout."""
         return bool(self.moments.factor[:, GRAVITY].any())
 
     @property
     def angular_acceleration(self) -> Array:
-        """(22, 3) virtual samples whose squares add up to the mean square of the
-        angular acceleration [rad²/s⁴], by weight."""
+        """(22, 3) virtual samples whose sum of squares is the weighted mean square of
+        the angular acceleration [rad²/s⁴]."""
         rows = self.moments.factor[:, ANGULAR_ACCELERATION]
         return rows / np.sqrt(self.weight)
 
@@ -83,8 +82,8 @@ class Excitation:
         return self._rms(self.moments.factor[:, GRAVITY])
 
     def directions_about(self, mean: bool) -> Array:
-        """(4, 3) virtual samples whose squares add up to the mean square of gravity's
-        direction or, with `mean`, of its deviation from the mean."""
+        """(4, 3) virtual samples whose sum of squares is the mean square of gravity's
+        direction or, with `mean`, its variance."""
         ones, rows = self.directions[:, 3], self.directions[:, :3]
         weight = max(float(ones @ ones), 1e-300)
         if mean:
@@ -110,7 +109,7 @@ def _stacked(first: Array, second: Array) -> Array:
 
 
 FULL = ("full",)
-"""`Estimator.sampling` of the methods that know the full model alone."""
+"""`Estimator.sampling` of methods that use the full model only."""
 
 
 @immutable
@@ -120,7 +119,7 @@ class Condensed:
     rows: int
     """number of measurements"""
     samples: float
-    """number of samples of the log that are averaged in these"""
+    """number of samples of the log, which are averaged in the measurements"""
     span: float
     """[s] from the first to the last"""
     motion_noise: MotionNoise | None
@@ -128,17 +127,16 @@ class Condensed:
     wrench_square: Array
     """(2,) sum of squares of force [N²] and torque [N² m²]"""
     counted: Moments
-    """each measurement weighs by its number of samples"""
+    """moments in which each measurement weighs as many samples as it averages"""
     directions: Array
     """(4, 4) of gravity, see `hefting.ingest.condensed.Excitation`"""
     states: Mapping[tuple[Any, ...], SampleState] = field(default_factory=dict)
-    """what methods see, by their `sampling`, with a record of time; the full model's is
-    always there"""
+    """what an estimator has seen, by its `sampling`, with a time record; that of the
+    full model is always there"""
 
     @classmethod
     def of(cls, measurements: Measurements, counts: Array) -> Self:
-        """Of measurements, in each of which so many samples `counts` (K,) are
-        averaged."""
+        """From measurements, each the average of `counts` (K,) samples."""
         z = measurements
         square = np.sum(z.wrench.reshape(-1, 2, 3) ** 2, axis=(0, 2))
         return cls(
@@ -154,18 +152,18 @@ class Condensed:
 
     @property
     def state(self) -> SampleState:
-        """That of the full model, with a record of time."""
+        """State of the full model, with a time record."""
         return self.states[FULL]
 
     def weighed(self, weight: float) -> Self:
-        """The same with so many times the weight of each measurement."""
+        """These sums with every weight multiplied by `weight`."""
         states = {key: state.scaled(weight) for key, state in self.states.items()}
         directions = weight**0.5 * self.directions
         return replace(self, directions=directions, states=states)
 
     def residual_square(self, vector: Array, bias: Array | None) -> Array:
-        """(6,) mean square of the residuals [N², N² m²] of the measurements, by their
-        number of samples, for parameters (10,) and a bias (6,) [N, N m]."""
+        """(6,) mean square of the residuals [N², N² m²], weighed by counts, for
+        parameters (10,) and a bias (6,) [N, N m]."""
         factor = self.counted.factor
         effect = FULL_MAP.reshape(-1, 10) @ np.asarray(vector, dtype=float)
         left = factor[:, WRENCH] - factor[:, MOTION] @ effect.reshape(12, 6)

@@ -1,4 +1,4 @@
-"""Conditioning: find what is wrong with a recording, by a robust fit, and estimate
+"""Conditioning: clock offset, bias, sign and outliers of a recording by a robust fit, and
 gravity's direction."""
 
 from __future__ import annotations
@@ -51,7 +51,7 @@ from hefting.motion.measure import Source
 from hefting.motion.weighting import effect_of_acceleration_errors
 
 MOST_FITTED_SAMPLES = 100_000
-"""Largest number of samples that are fitted directly. Of longer recordings block
+"""Largest number of samples that are fitted directly; of longer recordings block
 medians are fitted."""
 MOST_FITTED_BLOCKS = 10_000
 """Largest number of block medians that are fitted; of longer recordings evenly chosen
@@ -73,7 +73,7 @@ BLOCKS_FOR_GRAVITY = 5_000
 
 @immutable
 class _Found:
-    """The fit of a recording, and what else was found."""
+    """The robust fit of a recording, and what was found beside it."""
 
     fit: RobustFit
     rejected_offset: RejectedOffset | None = None
@@ -81,8 +81,7 @@ class _Found:
     few_samples: bool = False
     """whether there were too few samples to condition"""
     another_lag: float = 0.0
-    """[s] how much later the wrench may be than it was found, with about the same
-    residuals"""
+    """[s] a longer lag of the wrench with about the same residuals, less the one found"""
 
 
 def condition(
@@ -158,7 +157,7 @@ def condition(
 
 
 def _thinned(samples: Samples) -> Samples:
-    """The samples or, of long recordings, medians of some of their blocks."""
+    """The samples, or medians of some blocks of a long recording."""
     if len(samples.time) <= MOST_FITTED_SAMPLES:
         return samples
     blocks = samples.blocks()
@@ -168,7 +167,8 @@ def _thinned(samples: Samples) -> Samples:
 
 
 def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
-    """The robust fit, with the clock offset where it is free and significant."""
+    """The robust fit, with the clock offset if it is free and accepted, and with a
+    filtered motion if that is clearly better."""
     first = fit_from_scratch(samples, problem, gravity)
     found = choose_bias_and_refine_offset(samples, gravity, first)
     if (felt := felt_path(samples, found)) is not None:
@@ -187,14 +187,14 @@ def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
 
 
 def _another_lag(profile: OffsetProfile | None) -> float:
-    """[s] How much later than it was found the wrench may be as well."""
+    """See `_Found.another_lag`."""
     if profile is None or not profile.has_rival:
         return 0.0
     return profile.rival[0] - profile.offset
 
 
 def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...]:
-    """Numbers of bias knots to choose from. A bias that varies as fast as gravity would
+    """Numbers of bias knots to choose from; a bias that varies as fast as gravity would
     fit the object's weight."""
     duration = float(time[-1] - time[0])
     numbers = (1,) if path.kind == "static" else candidates(duration, 0.0)
@@ -212,8 +212,8 @@ def _numbers_of_knots(path: Path, time: Array, gravity: Array) -> tuple[int, ...
 
 
 def _estimate_gravity(samples: Samples, found: RobustFit) -> GravityEstimate | None:
-    """Gravity as the data have it, starting from the fit with gravity as given; None
-    where it is undetermined."""
+    """Gravity by a fit with its direction free, which starts from that with gravity as
+    given; None where the direction is undetermined."""
     knots = found.fit.hats.n
     blocks = samples.blocks()
     typical = replace(blocks, wrench=medians(samples.wrench, blocks.starts))
@@ -244,35 +244,27 @@ def _conclude(
     """The result, with the sign convention of `hefting.core.spatial`; `clock` and
     `tilt` as for `condition`."""
     problem, fit, uncertainty = found.fit.problem, found.fit.fit, found.fit.uncertainty
-    outliers, biased, path = found.fit.outliers, found.fit.biased, problem.path
-    sign, rejected = _sign(found.fit), found.rejected_offset
-    offset_std, tilt_std = uncertainty.offset_std, None
-    offset_left = 0.5 * found.another_lag
+    outliers, path, rejected = found.fit.outliers, problem.path, found.rejected_offset
+    sign = _sign(found.fit)
+    has_clock = clock and path.moves
+    offset_std, offset_left = uncertainty.offset_std, 0.5 * found.another_lag
     if rejected is not None:
         offset_std = rejected.std
         offset_left = rejected.left if rejected.contradictory else 0.0
+    tilt_std, curves = None, path.curves
     if tilt and not path.gravity_measured:
         tilt_std = uncertainty.tilt_std / float(np.linalg.norm(fit.gravity))
-    curves = path.curves
     if tilt_std is not None and np.isfinite(tilt_std) and curves is not None:
-        # an accelerometer beside the poses measures gravity too
+        # curves that use an accelerometer depend on gravity
         curves = smooth_poses(recording, fit.gravity, curves.alone)
-    used = (fit.weights > 0.0) * problem.blocks.count
-    mean_bias = used @ fit.bias_now / max(used.sum(), 1.0)
     result = Conditioned(
         parameters=fit.phi if sign.on_object else -fit.phi,
         covariance=uncertainty.covariance[:10, :10],
         offset=fit.offset if problem.free_offset else 0.0,
-        offset_std=offset_std if clock and path.moves else None,
+        offset_std=offset_std if has_clock else None,
         sign=sign,
-        bias=Drift(
-            fit.hats.knots,
-            fit.bias,
-            uncertainty.bias if biased else np.full_like(fit.bias, np.inf),
-            mean_bias,
-            uncertainty.rise if biased else None,
-        ),
-        biased=biased,
+        bias=_drift(found.fit),
+        biased=found.fit.biased,
         gravity=fit.gravity,
         tilt_std=tilt_std,
         tilted=found.gravity,
@@ -284,7 +276,7 @@ def _conclude(
         },
         inflation=uncertainty.inflation,
         findings=(),
-        offset_left=offset_left if clock and path.moves else 0.0,
+        offset_left=offset_left if has_clock else 0.0,
         path=path,
         curves=curves,
         outliers=outliers,
@@ -296,9 +288,20 @@ def _conclude(
     )
 
 
+def _drift(found: RobustFit) -> Drift:
+    """The bias as recorded, with infinite deviations where it is undetermined."""
+    fit, uncertainty = found.fit, found.uncertainty
+    used = (fit.weights > 0.0) * found.problem.blocks.count
+    mean = used @ fit.bias_now / max(used.sum(), 1.0)
+    std, rise = uncertainty.bias, uncertainty.rise
+    if not found.biased:
+        std, rise = np.full_like(fit.bias, np.inf), None
+    return Drift(fit.hats.knots, fit.bias, std, mean, rise)
+
+
 def _sign(found: RobustFit) -> WrenchSign:
-    """The sign convention by the sign of the mass; with t = 0 where the mass, or a bias
-    beside it, is undetermined."""
+    """The sign convention by the sign of the mass; t is 0 where the mass is undetermined
+    or no bias was determined beside it."""
     mass = float(found.fit.phi[0])
     doubtful = found.mass_is_open or not found.biased
     return WrenchSign(
@@ -310,8 +313,8 @@ def _sign(found: RobustFit) -> WrenchSign:
 def _estimate_noise(
     samples: Samples, problem: Problem, fit: Fit, outliers: Outliers
 ) -> Noise:
-    """Noise of one sample of the wrench without the effect of the motion's errors, and
-    that of the accelerations."""
+    """Noise of a sample of the wrench, less the effect of the motion's errors on its
+    residual, and noise of the accelerations."""
     used = fit.weights > 0.0
     unknowns = len(fit.phi) / 6.0 + fit.hats.n
     correction = used.sum() / max(used.sum() - unknowns, 1.0)
@@ -344,8 +347,7 @@ def _mean_squared_residual(
     medians_were_fitted = problem.blocks.starts is None and len(samples.time) > len(
         problem.time
     )
-    # a median has less noise than a sample: use the next sample instead
-    if medians_were_fitted:
+    if medians_were_fitted:  # a median has less noise than the sample next to it
         next_sample = np.minimum(
             np.searchsorted(samples.time, problem.time), len(samples.time) - 1
         )

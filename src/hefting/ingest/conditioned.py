@@ -19,17 +19,16 @@ SIGNIFICANT = 3.0
 """Number of standard deviations from zero at which a clock offset, a mass or a bias
 counts as significant."""
 SIGN_CONFIDENCE = 10.0
-"""Smallest |t| of the mass at which its sign decides the wrench's sign convention with
-certainty."""
+"""Least |t| of the mass for its sign to decide the wrench's sign convention."""
 
 
 def mass_over_std(mass: float, std: float) -> float:
-    """t of a mass [kg]; finite where there is no noise."""
+    """A mass over its standard deviation [kg], bounded where there is no noise."""
     return mass / max(std, 1e-12 * abs(mass), 1e-300)
 
 
 def mean_inflation(inflation: Array, covariance: Array) -> float:
-    """That of the ten parameters that are determined, on average; one where none is."""
+    """Mean inflation of the determined parameters; 1 if none is."""
     known = np.isfinite(covariance.diagonal()[:10])
     return float(np.mean(inflation[:10][known])) if known.any() else 1.0
 
@@ -39,19 +38,19 @@ class WrenchSign:
     """Sign convention of the recorded wrench, from the sign of the estimated mass."""
 
     on_object: bool
-    """True: the log holds what the sensor exerts on the object; False: what the object
-    exerts on it."""
+    """True if the log holds what the sensor exerts on the object; False if what the
+    object exerts on the sensor."""
     t: float
     """Mass over its standard deviation, as recorded: positive for on-object."""
 
     @property
     def certain(self) -> bool:
-        """Whether the data decide."""
+        """Whether the data determine it."""
         return abs(self.t) >= SIGN_CONFIDENCE
 
     @property
     def doubt(self) -> str:
-        """Why it is uncertain."""
+        """Reason why it is uncertain."""
         return (
             f"the mass is {abs(self.t):.1f} standard deviations from zero, and "
             f"{SIGN_CONFIDENCE:g} would tell"
@@ -65,12 +64,12 @@ class WrenchSign:
 
 @immutable
 class GravityEstimate:
-    """Gravity as estimated from the data, where its direction was given."""
+    """Gravity as estimated for information, where its direction was given."""
 
     gravity: Array
     """(3,) in world axes [m/s²]"""
     std: float
-    """rad, about each axis"""
+    """[rad] of the direction about each axis"""
 
 
 @immutable
@@ -81,54 +80,53 @@ class Conditioned:
     """(10,) by least squares on the inliers, with the sign convention of
     `hefting.core.spatial`"""
     covariance: Array
-    """(10, 10) theirs, with the uncertainty of offset, bias and gravity, for coloured
-    residuals; infinite where open"""
+    """(10, 10) of the parameters for coloured residuals, with the uncertainty of
+    offset, bias and gravity; infinite where open"""
     offset: float
-    """s the wrench is late: stamped t, it shows the motion at t - offset. Zero unless
-    significant."""
+    """[s] by which the wrench is late: stamped t, it shows the motion at t - offset.
+    Zero unless significant."""
     offset_std: float | None
-    """s; infinite where the recording does not tell, None where it was not asked or
-    there is no motion"""
+    """[s] infinite if the recording does not determine it, None if it was not asked for
+    or there is no motion"""
     sign: WrenchSign
-    """which way the sensor counts, and the mass over its standard deviation, as
-    recorded"""
+    """sign convention of the recorded wrench"""
     bias: Drift
-    """as recorded, as a function of the recording's time"""
+    """as recorded, as a function of time"""
     biased: bool
-    """whether the motion tells a bias from the object's weight; if not, none is
+    """whether the motion separates a bias from the object's weight; if not, none is
     assumed"""
     gravity: Array
-    """(3,) in world axes [m/s²]: as given, or as found"""
+    """(3,) in world axes [m/s²], as given or found"""
     tilt_std: float | None
-    """rad, of gravity's direction about each axis; infinite where the motion does not
-    tell it, None where it was given or is measured"""
+    """[rad] of gravity's direction about each axis; infinite if the motion does not
+    determine it, None if it was given or is measured"""
     tilted: GravityEstimate | None
-    """gravity as estimated for information, where it was given and that was asked for;
-    else None"""
+    """gravity as estimated for information; None if not asked for"""
     noise: Noise
-    """of the wrench, root mean square of what the model leaves; of the accelerations,
-    as smoothing says"""
+    """of the wrench, by the root mean square of the residuals; of the accelerations, by
+    smoothing"""
     rejected: Mask
     """(K,) wrench samples left out"""
     reasons: dict[str, int]
-    """how many for contact, as spikes, for saturation"""
+    """number of samples left out as contact, spikes and saturation"""
     inflation: Array
-    """(16,) variance of each parameter, and of each component of a bias, over that if
-    the residuals were white"""
+    """(16,) variance of each parameter and component of a bias over that for white
+    residuals"""
     findings: tuple[Message, ...]
-    """what was found and corrected, a sentence each"""
+    """sentences on what was found and corrected"""
     warnings: tuple[Message, ...] = ()
-    """what could not be found, and what is doubtful"""
+    """messages on what was not found, and on doubts"""
     offset_left: float = 0.0
-    """s, a significant clock offset that was not removed, as it explains too little of
-    the wrench, or half of what the wrench may be later than it was found; else zero"""
+    """[s] a significant clock offset that was not removed, as it explains too little of
+    the wrench, or half of the difference to a longer lag that fits as well; else zero
+    """
     path: Path | None = field(default=None, repr=False)
-    """the motion that was fitted: as logged, or as a wrench that passes a low-pass filter
-    feels it"""
+    """the motion that was fitted: as logged, or filtered like a low-pass filtered
+    wrench"""
     changes: Changes | None = None
-    """changes of the object that were found; None where there are none"""
+    """of the object; None if there are none"""
     curves: Curves | None = field(default=None, repr=False)
-    """the curves the motion was read from, where poses were smoothed"""
+    """smooth curves of the poses, if these were smoothed"""
     outliers: Outliers | None = field(default=None, repr=False)
     """the samples left out, by cause"""
 
@@ -138,8 +136,7 @@ class Conditioned:
 
     @property
     def autocorrelation(self) -> float:
-        """Variance of the parameters over that if the residuals were white, on
-        average."""
+        """Mean ratio of the parameters' variances to those for white residuals."""
         return mean_inflation(self.inflation, self.covariance)
 
     @property
@@ -148,7 +145,7 @@ class Conditioned:
         return np.sqrt(self.covariance.diagonal())
 
     def without_samples(self) -> "Conditioned":
-        """The same without what is as long as the recording."""
+        """The same without arrays as long as the recording."""
         return replace(
             self,
             rejected=self.rejected[:0],
@@ -160,12 +157,12 @@ class Conditioned:
 
     @property
     def kept(self) -> Mask:
-        """(K,) samples of the wrench that were not rejected; all where all were."""
+        """(K,) wrench samples that were not rejected; all if all were."""
         return np.ones_like(self.rejected) if self.rejected.all() else ~self.rejected
 
     def corrected(self, recording: Recording, drift: bool = True) -> Recording:
         """The recording with its wrench synchronised with the motion, without drift and
-        without the rejected samples.
+        rejected samples.
 
         The constant part of the bias is not removed: every estimator determines it
         along with the inertial parameters. Where every sample was rejected, all are

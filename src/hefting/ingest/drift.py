@@ -9,8 +9,9 @@ from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, freeze, interpolated
 
 SHORTEST_DRIFTING_RECORDING = 7.9
-"""[s] In shorter recordings the bias counts as constant: a drift cannot be
-distinguished from model errors. Samples of 8 s, and their averages, last a little less."""
+"""[s] In shorter recordings the bias counts as constant, as a drift is not
+distinguished from model errors. Samples of 8 s, and their averages, span a little less.
+"""
 CLOSEST_KNOTS = 12.0
 """[s] Smallest distance between knots of a drifting bias. With closer knots the bias
 would fit the object's wrench."""
@@ -27,17 +28,17 @@ class Drift:
     first and after the last."""
 
     knots: Array
-    """(n,) [s]; one: a constant bias, two: a linear drift"""
+    """(n,) [s]; one for a constant bias, two for a linear drift"""
     values: Array
     """(n, 6) bias at the knots, as recorded [N, N m]"""
     std: Array
-    """(n, 6) standard deviations; infinite where the motion cannot tell a bias from the
-    object"""
+    """(n, 6) standard deviations; infinite if the motion does not separate the bias
+    from the object"""
     mean: Array
-    """(6,) average over the samples kept"""
+    """(6,) average over the samples that were kept"""
     rise: Array | None = None
-    """(6, 6) covariance of a linear drift, last value less first [N², N² m, N² m²], in
-    which the constant bias has no part; None where it is not linear or undetermined"""
+    """(6, 6) covariance of the last value less the first of a linear drift [N², N² m,
+    N² m²]; None if it is not linear or undetermined"""
 
     def __post_init__(self):
         freeze(self, "knots", "values", "std", "mean", "rise")
@@ -62,8 +63,8 @@ class Drift:
 
 
 def candidates(duration: float, closest: float) -> tuple[int, ...]:
-    """Numbers of knots to compare, in increasing order, for a duration [s]; knots are
-    at least `closest` [s] apart."""
+    """Numbers of knots to compare, in increasing order, for a duration [s] and knots at
+    least `closest` [s] apart."""
     if not duration >= SHORTEST_DRIFTING_RECORDING:
         return (1,)
     most = min(int(duration / max(closest, CLOSEST_KNOTS)) + 1, MOST_KNOTS)
@@ -80,16 +81,15 @@ class HatFunctions:
     knots: Array
     """(n,) [s]"""
     functions: Array
-    """(K, 1) or (K, 2) values at each sample of the one or two functions that are not
-    zero there"""
+    """(K, 1) or (K, 2) values at each sample of the functions that are not zero
+    there"""
     bounds: Indices
     """(s + 1,) indices of the first sample of each interval between knots, and the
     number of samples"""
 
     @classmethod
     def over(cls, time: Array, n: int) -> "HatFunctions":
-        """`n` knots evenly over the times (K,) [s]; with none, one function that is
-        zero."""
+        """`n` knots evenly over the times (K,) [s]; one zero function for n = 0."""
         if n == 0:
             return cls(time[:1], np.zeros((len(time), 1)), np.array([0, len(time)]))
         if n == 1 or time[-1] <= time[0]:
@@ -110,11 +110,11 @@ class HatFunctions:
 
     @property
     def values(self) -> Array:
-        """(K, n) of all functions, those that are zero included."""
+        """(K, n) values of all functions, zeros included."""
         return self.combine(np.eye(self.n))
 
     def part(self, rows: slice) -> "HatFunctions":
-        """At some of the samples, in a row."""
+        """At consecutive samples."""
         start, stop, _ = rows.indices(len(self.functions))
         return HatFunctions(
             self.knots, self.functions[rows], np.clip(self.bounds, start, stop) - start
@@ -129,8 +129,8 @@ class HatFunctions:
         return out
 
     def project(self, rows: Array) -> Array:
-        """(n, d) inner product of each basis function with each column of `rows` (K, d):
-        the sum over the samples of function times row."""
+        """(n, d) inner product of each basis function with each column of `rows` (K,
+        d)."""
         if self.n == 1:
             return self.functions.T @ rows
         products = np.zeros((self.n, rows.shape[1]))

@@ -1,6 +1,6 @@
-"""Samples at which the wrench was not measured, left out before anything is made of
-them: its stream stood still, before its driver began, after it ended, or while it
-repeated its last message; or a number stands for nothing, as -9999 does."""
+"""Samples at which the wrench was not measured, which are left out first: its stream
+stalled, had not begun, had ended, or repeated its last message; or a number such as
+-9999 stands for no value."""
 
 from dataclasses import replace
 
@@ -17,34 +17,31 @@ from hefting.ingest.channels import (
 from hefting.ingest.poses import where_in_time
 
 FEWEST_REPEATED = 20
-"""Samples in a row, all six channels alike, from which on they are no chance: with noise
-of one step two channels are alike for so long once in 1e20."""
+"""Number of successive equal samples that are no chance: with noise of one step two
+channels repeat for so long once in 1e20."""
 TIMES_HELD = 10.0
-"""The same over the usual number of samples in a row: a slow stream that is logged
-faster repeats each of its values."""
+"""The same over the usual number of equal samples, as a slow stream that is logged
+faster repeats each value."""
 MANY_LEFT_OUT = 0.05
 """Share of samples left out above which a warning is given."""
 FEWEST_CHANNELS = 2
-"""Channels with noise without which nothing is told: a wrench without noise rests where
-the body does."""
+"""Least number of channels with noise for stalls to be found: a wrench without noise
+rests with the body."""
 FAR = 10.0
-"""Size of a number that stands for nothing, over that of all others."""
+"""Size of a number that stands for no value, over that of all others."""
 
 
 def without_stalled_wrench(recording: Recording) -> Recording:
-    """The recording without the samples of the wrench that a stalled stream repeated,
-    with a note or a warning of them.
-
-    A recording of static poses, whose wrench has no noise or steps larger than it, or
-    that has no such samples is returned as it is.
-    """
+    """The recording without the samples that a stalled stream of the wrench repeated,
+    and a note or warning. It is unchanged for static poses, a wrench without noise or
+    with larger steps, or if there are no such samples."""
     wrench = recording["wrench"]
     if recording.static or len(wrench) < FEWEST_REPEATED:
         return recording
     repeats = stalled(wrench.values)
     if not repeats.any() or repeats.all():
         return recording
-    samples, where = _told(wrench, repeats)
+    samples, where = _places(wrench, repeats)
     what = f"{samples} of a stream that stood still left out, {where}"
     many = repeats.mean() > MANY_LEFT_OUT
     said = (
@@ -56,9 +53,9 @@ def without_stalled_wrench(recording: Recording) -> Recording:
 
 
 def without_blank_wrench(recording: Recording) -> Recording:
-    """The recording without the samples of the wrench of which the same number, far from
-    all others, stands in several channels, with a note of them; one of static poses, or
-    without such samples, as it is."""
+    """The recording without the samples of the wrench in which the same number, far
+    from all others, is in several channels, and a note. It is unchanged for static
+    poses or without such samples."""
     wrench = recording["wrench"]
     values = wrench.values
     if recording.static or not values.size:
@@ -70,19 +67,20 @@ def without_blank_wrench(recording: Recording) -> Recording:
     blank = at.any(axis=1)
     if blank.all() or not FAR * size[~blank].max() < size.max():
         return recording
-    samples, where = _told(wrench, blank)
+    samples, where = _places(wrench, blank)
     what = f"{samples} of {values[at][0]:g} in several channels left out, {where}"
     return _without(recording, blank, note("wrench-blank", what))
 
 
-def _told(wrench: Stream, mask: Mask) -> tuple[str, str]:
-    """How many samples (K,) are left out, and where."""
+def _places(wrench: Stream, mask: Mask) -> tuple[str, str]:
+    """How many samples (K,) are left out, and where, in words."""
     samples = f"{int(mask.sum())} samples of the wrench ({100.0 * mask.mean():.2g} %)"
     return samples, where_in_time(wrench.time - wrench.time[0], mask)
 
 
 def _without(recording: Recording, mask: Mask, said: Message) -> Recording:
-    """The recording without samples of the wrench (K,), with what is said of them."""
+    """The recording without some samples of the wrench (K,), with the message
+    `said`."""
     kept = {**recording.streams, "wrench": recording["wrench"][~mask]}
     recording = replace(recording, streams=kept)
     if said.severity == "note":
@@ -91,7 +89,7 @@ def _without(recording: Recording, mask: Mask, said: Message) -> Recording:
 
 
 def stalled(values: Array) -> Mask:
-    """Mask (K,) of the values (K, 6) that are repeated for longer than chance does."""
+    """Mask (K,) of values (K, 6) that are repeated too long to be chance."""
     first = _first_of_runs(values)
     lengths = np.diff(np.append(first, len(values)))
     usual = float(np.median(lengths))
@@ -103,8 +101,8 @@ def stalled(values: Array) -> Mask:
 
 
 def _always_changes(values: Array) -> Mask:
-    """Which channels (6,) of values (K, 6) have noise of more than a step, so that they
-    change where the body rests, too."""
+    """Channels (6,) of values (K, 6) whose noise exceeds a step, so that they change at
+    rest too."""
     steps = [
         np.diff(np.unique(channel[:SAMPLES_FOR_NOISE])).min(initial=np.inf)
         for channel in values.T

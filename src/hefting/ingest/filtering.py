@@ -1,5 +1,5 @@
-"""Linear filters of evenly sampled signals, by their response to frequencies: SciPy's
-take longer to import than all mistakes to be looked for."""
+"""Linear filters of evenly sampled signals, by their frequency response. Importing
+SciPy's would take longer than searching for all mistakes."""
 
 from collections.abc import Callable
 from dataclasses import field
@@ -13,13 +13,13 @@ from hefting.core.spatial import Array, interpolated
 Complex = NDArray[np.complexfloating]
 
 DECAYS = 8.0
-"""Length of what is appended, in times in which the response decays by a factor of e:
-what is left after it is a part in 3000."""
+"""Length of the padding, in time constants of the response's decay: a part in 3000
+remains after it."""
 
 SHORTEST_LAG = 0.02
 """[s] Lag of a wrench from which on its response matters."""
 INSTANTS_PER_LAG, MOST_INSTANTS = 20, 100_000
-"""Instants at which the wrench is filtered."""
+"""Number of instants at which the wrench is filtered."""
 FEWEST_INSTANTS_PER_LAG = 3
 
 
@@ -29,20 +29,20 @@ Response = Callable[[Complex], Complex]
 
 @immutable
 class Signal:
-    """An evenly sampled signal, to go through many filters. Before it began it rested
-    at its first value."""
+    """An evenly sampled signal to be filtered repeatedly. Before its start it had its
+    first value."""
 
     values: Array
     """(K, n)"""
     rate: float
     """of the samples [Hz]"""
     _spectra: dict[int, tuple[Complex, Complex]] = field(default_factory=dict)
-    """By the length of the transform: s, and the spectrum of the change since the first
+    """By the length of the transform: s, and the spectrum of the change from the first
     value."""
 
     def change_through(self, response: Response, lasting: float) -> Array:
-        """(K, n) its change since the first value through a filter, whose response
-        decays by a factor of e in the time `lasting` [s]."""
+        """(K, n) filtered change from the first value; the response decays by a factor
+        e in the time `lasting` [s]."""
         K = len(self.values)
         extra = int(min(DECAYS * lasting * self.rate, 20 * K)) + 2
         size = 1 << (K + extra - 1).bit_length()
@@ -57,22 +57,19 @@ class Signal:
 
 @immutable
 class Ahead:
-    """Signals through filters of first order, each ahead by the lag that it has in
-    steady motion.
-
-    Before they began they changed steadily, which passes unchanged.
-    """
+    """Signals through first-order filters, each ahead by the filter's lag in steady
+    motion. Before their start they changed steadily, which passes unchanged."""
 
     grid: Array
     """(n,) [s] even instants"""
     steady: Array
-    """(n, m) the steady change of the beginning"""
+    """(n, m) steady change of the beginning"""
     rest: Signal
-    """what else the signals do, and beyond the end hold"""
+    """remainder of the signals, constant beyond the end"""
 
     @classmethod
     def of(cls, grid: Array, values: Array, longest: float) -> "Ahead":
-        """Of values (n, m) at even instants (n,), for time constants up to `longest`
+        """From values (n, m) at even instants (n,), for time constants up to `longest`
         [s]."""
         step = (grid[-1] - grid[0]) / (len(grid) - 1)
         slope = (values[1] - values[0]) / step
@@ -83,15 +80,15 @@ class Ahead:
         return cls(grid, steady, Signal(rest, 1.0 / step))
 
     def through(self, constant: float) -> Array:
-        """(n, m) through a filter with a time constant [s]."""
+        """(n, m) signals through a filter with a time constant [s]."""
         late = self.rest.change_through(lambda s: 1.0 / (1.0 + constant * s), constant)
         instants = self.grid[0] + np.arange(len(late)) / self.rest.rate
         return self.steady + interpolated(self.grid + constant, instants, late)
 
 
 def filtered(time: Array, wrench: Array, lag: float) -> Array | None:
-    """(K, 6) a wrench through a filter of first order and ahead by the lag that it has
-    in steady motion; None where the recording is too long for so short a lag."""
+    """(K, 6) a wrench through a first-order filter, ahead by the filter's lag in steady
+    motion; None if the recording is too long for such a short lag."""
     span = float(time[-1] - time[0])
     step = max(lag / INSTANTS_PER_LAG, span / MOST_INSTANTS)
     if step * FEWEST_INSTANTS_PER_LAG > lag:

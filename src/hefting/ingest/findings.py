@@ -1,4 +1,4 @@
-"""What conditioning found, as messages."""
+"""Messages on what conditioning found."""
 
 from dataclasses import dataclass
 
@@ -14,52 +14,50 @@ from hefting.ingest.robust_fit import COMMON_OFFSET
 from hefting.ingest.samples import FEWEST_POSES, FEWEST_POSES_FOR_OUTLIERS
 
 LARGEST_OFFSET_STD = 0.05
-"""[s] Standard deviation of the clock offset from which on the offset counts as
-undetermined."""
+"""[s] Standard deviation of the clock offset above which it counts as undetermined."""
 NOTICED_OFFSET = 5e-4
 """[s] Rejected clock offset below which a note is enough."""
 LARGEST_TILT_STD = 2.0
-"""[deg] Standard deviation of gravity's direction from which on a warning is given."""
+"""[deg] Standard deviation of gravity's direction above which a warning is given."""
 NOTICED_SATURATED_SHARE = 0.005
 """Share of saturated samples above which a warning is given."""
 LARGEST_SATURATED_SHARE = 0.05
-"""Share of saturated samples above which the answer is not to be used: with a tenth of
-the samples clipped a mass was found 15 % too small."""
+"""Share of saturated samples above which the answer is wrong: with a tenth of the
+samples clipped a mass was found 15 % too small."""
 MOST_NUMBERS = 5
-"""Largest number of odd poses that are told by their numbers."""
+"""Largest number of odd poses that are listed by number."""
 LARGEST_REJECTED_SHARE = 0.4
 """Share of rejected samples above which a warning is given."""
 
 
 @dataclass(frozen=True)
 class RejectedOffset:
-    """A clock offset that was found but is not significant, or does not explain the
-    wrench."""
+    """A clock offset that was found and not used: it is insignificant, or explains too
+    little of the wrench."""
 
     value: float
     """[s]"""
     std: float
     """[s]"""
     profile: OffsetProfile | None = None
-    """Of an offset that is significant, and was rejected for what its profile shows."""
+    """of a significant offset, which was rejected because of its profile"""
 
     @property
     def left(self) -> float:
-        """The part of it [s] that may be true nevertheless: of an offset that its
-        profile contradicts what drivers commonly leave."""
+        """[s] The part of it that may still be true; of an offset that its profile
+        contradicts, at most what drivers commonly leave."""
         if self.profile is None:
             return self.value
         return min(abs(self.value), COMMON_OFFSET)
 
     @property
     def known(self) -> bool:
-        """Whether it is known well enough to exclude an offset that matters."""
+        """Whether its standard deviation is small enough to exclude a relevant offset."""
         return self.std < LARGEST_OFFSET_STD
 
     @property
     def contradictory(self) -> bool:
-        """Whether it is significantly different from zero, and was rejected for
-        explaining too little."""
+        """Whether it is significant, and so was rejected for explaining too little."""
         return abs(self.value) > max(SIGNIFICANT * self.std, 1e-5)
 
 
@@ -69,8 +67,7 @@ def findings_of(
     outliers: Outliers,
     rejected: RejectedOffset | None,
 ) -> tuple[Message, ...]:
-    """What was found and corrected, and the clock offset that was `rejected`, if
-    any."""
+    """Notes on what was found and corrected, and on the `rejected` clock offset, if any."""
     said = []
     if rejected is not None and rejected.known and not rejected.contradictory:
         offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
@@ -116,7 +113,7 @@ def findings_of(
         ("spikes", odd, outliers.spike, which),
         ("saturation", "saturated sample", outliers.saturation, ""),
     ):
-        # one of a few poses is a warning (`_few_poses_warnings`)
+        # `_few_poses_warnings` has a warning for one of a few poses
         if mask.any() and not (few and code == "spikes"):
             several = "" if mask.sum() == 1 else "s"
             share = f"{100.0 * mask.mean():.2g} %"
@@ -126,7 +123,7 @@ def findings_of(
 
 
 def _numbers(mask: Mask) -> str:
-    """Numbers of some samples, counted from one."""
+    """The first numbers of the samples in a mask, counted from one, as a list in words."""
     numbers = 1 + np.flatnonzero(mask)
     more = ", ..." if len(numbers) > MOST_NUMBERS else ""
     return ", ".join(str(number) for number in numbers[:MOST_NUMBERS]) + more
@@ -135,9 +132,11 @@ def _numbers(mask: Mask) -> str:
 def warnings_of(
     found: Conditioned, rejected: RejectedOffset | None, *, tilt: bool, enough: bool
 ) -> tuple[Message, ...]:
-    """Warnings of what could not be found, and of doubtful results: with a clock offset
-    that was `rejected`, if any, with gravity's direction to be found (`tilt`), and
-    whether there were `enough` samples to condition."""
+    """Warnings of what was not found, and of doubtful results.
+
+    `rejected` is a clock offset that was not used, `tilt` whether gravity's direction was
+    to be found, and `enough` whether there were enough samples to condition.
+    """
     if enough:
         said = _clock_warnings(found, rejected)
     elif found.path is not None and found.path.kind == "static":
@@ -161,7 +160,8 @@ def warnings_of(
 
 
 def _few_poses_warnings(rejected: Mask) -> list[Message]:
-    """That one of a few static poses was left out, or that they are too few to tell."""
+    """A warning that one of a few static poses was left out, or that they are too few to
+    find it."""
     if len(rejected) < FEWEST_POSES:
         what = "too few poses to tell whether one of them is odd: none left out"
         return [warning("too-few-samples", what)]
@@ -175,8 +175,8 @@ def _few_poses_warnings(rejected: Mask) -> list[Message]:
 
 
 def _saturation_warnings(found: Conditioned) -> list[Message]:
-    """At most one, where the sensor's range hides a part of the wrench: beside the
-    samples at its end, others nearby are clipped too, and are not recognised."""
+    """A message where many samples are at the end of the sensor's range: more samples near
+    it are clipped and not recognised."""
     share = found.reasons.get("saturation", 0) / max(len(found.rejected), 1)
     if share < NOTICED_SATURATED_SHARE:
         return []
@@ -191,7 +191,7 @@ def _saturation_warnings(found: Conditioned) -> list[Message]:
 def _clock_warnings(
     found: Conditioned, rejected: RejectedOffset | None
 ) -> list[Message]:
-    """At most one warning, of the clock offset."""
+    """At most one message on a clock offset that is unknown, or was rejected."""
     unknown = warning(
         "clock-offset-unknown",
         "the motion does not tell a clock offset between wrench and motion: none assumed",
@@ -205,7 +205,7 @@ def _clock_warnings(
     if not rejected.known or not found.biased:
         return [unknown]
     if rejected.contradictory and found.path is not None:
-        if found.path.kind == "orientation":  # accelerations resemble an offset
+        if found.path.kind == "orientation":  # its neglected accelerations imitate one
             return [unknown]
         offset = f"{1e3 * rejected.value:.2g} ± {1e3 * rejected.std:.2g} ms"
         what = f"a clock offset of {offset} would explain too little of the wrench: none assumed"
@@ -216,7 +216,7 @@ def _clock_warnings(
 
 
 def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Message:
-    """Why the profile of a clock offset speaks against it."""
+    """A warning with the reason why the profile contradicts the clock offset."""
     offset = f"{1e3 * rejected.value:.3g} ms"
     doubt = profile.doubt()
     if doubt == "edge":
@@ -238,7 +238,7 @@ def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Messag
 
 
 def _gravity_warnings(found: Conditioned) -> list[Message]:
-    """At most one warning, where gravity's direction was to be found."""
+    """At most one warning that gravity's direction was not found, or hardly."""
     if found.tilt_std is None:
         what = (
             "the direction of gravity was not looked for: the accelerometer measures it"

@@ -36,21 +36,21 @@ fit counts as converged. A plain fit must change by a tenth of it."""
 
 @immutable
 class Fit:
-    """A solution, and the residuals it leaves."""
+    """A solution and its residuals."""
 
     phi: Array
-    """(10,) parameters in the sign of the recorded wrench: of negative mass for the
+    """(10,) parameters with the sign of the recorded wrench: a negative mass for the
     other sign convention"""
     hats: HatFunctions
-    """functions of time of which the bias is composed"""
+    """functions of time that compose the bias"""
     bias: Array
     """(n, 6) at the knots [N, N m]"""
     scale: Array
-    """(2,) of force [N] and torque [N m] residuals: root mean square, or that of the
-    Student t distribution"""
+    """(2,) scale of force [N] and torque [N m] residuals: root mean square, or that of
+    the Student t distribution"""
     weights: Array
-    """(B,) of the blocks: by their counts and the motion's errors, zero where rejected
-    or without known motion"""
+    """(B,) of the blocks, by their counts and the motion's errors; zero if rejected or
+    without known motion"""
     spread: Array
     """(B,) factor by which the motion's errors widen a block's residual, 1 in the
     median"""
@@ -86,7 +86,7 @@ class Fit:
 
     @property
     def start(self) -> "Start":
-        """This fit as the start of another one."""
+        """This fit as the start of another."""
         return Start(
             self.phi,
             self.offset,
@@ -138,8 +138,8 @@ def gauss_newton(
     robust : whether to weight the blocks by their residuals, as the Student t
         distribution does.
     steps : largest number of steps.
-    hold_offset : whether to keep the clock offset. It still counts as unknown in the
-        final normal equations.
+    hold_offset : whether to fix the clock offset, which is still an unknown of the final
+        normal equations.
     final : whether the motion of the solution is as accurate as an answer needs; a
         comparison needs less.
     """
@@ -195,7 +195,7 @@ def gauss_newton(
 def _offset_step(
     offset: float, found: Solution, layout: Layout, bounds: tuple[float, float]
 ) -> float:
-    """Change of the clock offset [s], limited in size and to the bounds; zero where the
+    """Change of the clock offset [s], limited in size and to `bounds`; zero if the
     offset is not free."""
     if layout.offset is None:
         return 0.0
@@ -206,7 +206,7 @@ def _offset_step(
 
 
 def _stepped_gravity(gravity: Array, found: Solution, layout: Layout) -> Array:
-    """Gravity (3,) after the step; unchanged where its direction is not free."""
+    """Gravity (3,) after the step; unchanged if its direction is not free."""
     if layout.tilt is None:
         return gravity
     return tilt_gravity(

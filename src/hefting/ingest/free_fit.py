@@ -1,4 +1,4 @@
-"""Unconstrained least squares: the parameters by the data alone, without any prior.
+"""Unconstrained least squares: the parameters from the data alone, without a prior.
 
 All fits here (with or without a bias, with gravity reversed, without a tool) are
 computed from one triangular factor of the samples' moments.
@@ -30,11 +30,11 @@ from hefting.ingest.conditioned import (
 )
 
 SMALLEST_GRAVITY_CHANGE = 0.03
-"""Root-mean-square change of gravity in sensor axes, as a share of its size, below
-which the distance of the COM is undetermined beside a free bias."""
+"""Root-mean-square change of gravity in sensor axes, relative to its size, below which
+the distance of the COM is undetermined beside a free bias."""
 TYPICAL_SIZE = 0.2
-"""[m] Size of a held object, by which an undetermined parameter is judged where no
-shape is given."""
+"""[m] Size of a held object by which undetermined parameters are judged without a
+shape."""
 
 
 @immutable
@@ -45,20 +45,20 @@ class FreeFit:
     """(10,) Parameters about the sensor origin, with the sign of the recorded
     wrench."""
     bias: Array | None
-    """(6,) [N, N m] Constant bias, or (n, 6) those of n recordings; None if it was not
+    """(6,) [N, N m] Constant bias, or (n, 6) of n recordings; None if it is not
     free."""
     covariance: Array
-    """(10, 10), or (16, 16) with a bias of one recording; includes the residuals' autocorrelation, and
-    is infinite where undetermined."""
+    """(10, 10), or (16, 16) with a bias of one recording, for autocorrelated residuals;
+    infinite where undetermined."""
     noise: Noise
     """Noise of the wrench: root-mean-square residual of a sample of unit weight."""
     inflation: Array
     """(16,) Ratio of the variance of each parameter and component of the bias to that
-    for white residuals: at least 1; contained in `covariance`."""
+    for white residuals, at least 1; included in `covariance`."""
 
     @property
     def autocorrelation(self) -> float:
-        """The `inflation` of the determined parameters, on average."""
+        """Mean `inflation` of the determined parameters."""
         return mean_inflation(self.inflation, self.covariance)
 
     @property
@@ -70,8 +70,8 @@ class FreeFit:
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is within three standard deviations of zero, or not
-        determined at all."""
+        """Whether the mass is undetermined, or within three standard deviations of
+        zero."""
         return not abs(self.mass_t) >= SIGNIFICANT
 
     def open_parameters(self, size: float) -> tuple[str, ...]:
@@ -156,7 +156,7 @@ def free_fit(state: State, free_bias: bool, inflation: Array | None = None) -> F
 
 
 def _left(parts: Sequence[Moments], fit: LeastSquares) -> Array:
-    """What a fit leaves of the virtual samples' wrench (r, 6)."""
+    """Residuals (r, 6) of the virtual samples' wrench."""
     none = np.zeros((len(parts), 6))
     biases = none if fit.bias is None else np.atleast_2d(fit.bias)
     return np.concatenate(
@@ -168,7 +168,7 @@ def _left(parts: Sequence[Moments], fit: LeastSquares) -> Array:
 
 
 def inflated(covariance: Array, ratio: Array) -> Array:
-    """A covariance (q, q) whose variances are multiplied by the first q of `ratio`."""
+    """A covariance (q, q) with variances multiplied by the first q of `ratio`."""
     root = np.sqrt(ratio[: len(covariance)])
     return covariance * root * root[:, None]
 
@@ -176,7 +176,7 @@ def inflated(covariance: Array, ratio: Array) -> Array:
 def fit_freely(
     measurements: Measurements, free_bias: bool, inflation: Array | None = None
 ) -> FreeFit:
-    """`free_fit` of `measurements` alone."""
+    """`free_fit` of `measurements`."""
     return free_fit(SampleState.of(measurements), free_bias, inflation)
 
 

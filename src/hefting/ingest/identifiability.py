@@ -1,9 +1,9 @@
-"""Identifiability: how much of a body a motion can tell, and why not the rest.
+"""Identifiability: which parameters a motion determines, and why not the others.
 
-Ranks and condition numbers speak of the motion alone; which parameters are open depends
-on the noise and on a free bias as well, so that is taken from unconstrained least
-squares (`hefting.ingest.free_fit.FreeFit`). The reasons are read off the motion: where
-gravity pointed in sensor axes, and about which axes the sensor was accelerated.
+Ranks and condition numbers depend on the motion alone. Which parameters are open
+depends on the noise and on a free bias too, and so follows from unconstrained least
+squares (`hefting.ingest.free_fit.FreeFit`). The reasons are found in the motion:
+gravity's directions in sensor axes, and the axes of angular accelerations.
 """
 
 from collections.abc import Iterable
@@ -35,7 +35,7 @@ NARROW = 0.2
 """[rad] Root-mean-square turn of gravity below which it counts as small."""
 IDLE, IDLE_SHARE = 0.005, 0.02
 """Root-mean-square angular acceleration about an axis below which it counts as zero:
-[rad/s²], and as a share of that about the axis of the largest."""
+[rad/s²], and relative to the axis of the largest one."""
 
 
 def rank(state: State | Moments, model: RigidModel = "full") -> int:
@@ -96,7 +96,8 @@ def _columns(moments: Moments, model: str, size: float = 1.0) -> Array:
 
 @immutable
 class Identifiability:
-    """What a motion can tell of a body, beside the noise of its recording."""
+    """Ranks and condition numbers of a motion, and the parameters that a recording
+    leaves open."""
 
     rank_full: int
     """of 10"""
@@ -107,10 +108,9 @@ class Identifiability:
     condition_reduced: float
     """the same of the reduced model"""
     open: dict[str, str]
-    """parameters the data leave open (`hefting.core.spatial.PARAMETERS`), each with one
-    sentence why"""
+    """open parameters (`hefting.core.spatial.PARAMETERS`), each with a sentence why"""
     summary: tuple[str, ...]
-    """the same sentences, parameters with one reason joined"""
+    """the same sentences, with parameters of one reason joined"""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; null for an infinite condition number."""
@@ -124,11 +124,9 @@ def identifiability(
     size: float,
     tool: Estimate | None = None,
 ) -> Identifiability:
-    """What measurements, or the sums over them, can tell of a body of about `size` [m],
-    of which `fit` is the unconstrained fit, beside a `tool`.
-
-    Open are `fit.open_parameters(size)`, beside a bias when the fit has one.
-    """
+    """Identifiability of a body of about `size` [m] from measurements or their sums,
+    given their unconstrained `fit` and a `tool`. Open are `fit.open_parameters(size)`;
+    with a bias if the fit has one."""
     if isinstance(motion, Measurements):
         motion = Excitation.of(motion)
     moments = motion.moments
@@ -145,14 +143,14 @@ def identifiability(
 
 @immutable
 class _Finding:
-    """One undetermined parameter, and why: a reason, or too much noise."""
+    """An undetermined parameter, and why: a reason, or noise."""
 
     subject: str
     reason: str = ""
     excess: float = 0.0
     """Ratio of the standard deviation to its limit, if noise is the reason."""
     yardstick: str = ""
-    """The limit, in words."""
+    """The limit in words."""
     remedy: str = ""
     """Advice, with {} in place of the axes."""
     axes: str = ""
@@ -184,7 +182,7 @@ def _join_findings(findings: Iterable[_Finding]) -> tuple[str, ...]:
 
 
 class _Reasons:
-    """Facts of one motion, and the reasons that follow from them."""
+    """Facts of a motion, and reasons that follow from them."""
 
     def __init__(
         self, motion: Excitation, fit: FreeFit, size: float, tool: Estimate | None
@@ -252,7 +250,7 @@ class _Reasons:
 
     def _gravity_reason(self, direction: Array | None = None) -> str | None:
         """Why gravity does not determine the mass, or the COM along `direction` (3,);
-        None if gravity is not the reason."""
+        None if it does."""
         if not self._motion.has_gravity:
             return (
                 "without gravity only acceleration shows it, and there was too little"
@@ -283,7 +281,7 @@ class _Reasons:
         return None
 
     def _open_com_directions(self) -> Array:
-        """(k, 3) orthonormal directions in which m c is undetermined when all other
+        """(k, 3) orthonormal directions in which m c is undetermined if all other
         parameters are free; at least the least determined one."""
         moments = self._motion.moments
         state = SampleState(Moments.empty(), moments, moments.samples)
@@ -350,8 +348,7 @@ class _Reasons:
         return f"angular acceleration about {name} only"
 
     def _reason_besides_noise(self, index: int) -> str | None:
-        """Why a parameter that the motion excites is undetermined; None if noise is
-        the reason."""
+        """Why a parameter that the motion excites is undetermined; None for noise."""
         if index and self._fit.mass_is_open:
             return "the mass itself is not known"
         if np.isfinite(self._std[index]):
@@ -377,8 +374,8 @@ def _length(rows: Array) -> float:
 
 
 def _align_to_axis(direction: Array) -> Array:
-    """The sensor axis within 6° of a unit vector (3,); if there is none, the vector
-    with the sign that makes its largest component positive."""
+    """The sensor axis within 6° of a unit vector (3,), else the vector with its largest
+    component positive."""
     largest = int(np.argmax(np.abs(direction)))
     if abs(direction[largest]) > 0.995:
         return np.eye(3)[largest]

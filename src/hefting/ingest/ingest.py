@@ -1,5 +1,5 @@
-"""Ingest: from a recording to all that estimators need to know of it, found once before
-any method is applied."""
+"""Ingest: all that estimators need to know of a recording, found once before any
+method."""
 
 from dataclasses import replace
 from functools import partial
@@ -99,8 +99,8 @@ def ingest(
         hint=hint,
     )
     recording, first = _read(recording, start, duration)
-    whole = recording = with_mended_times(recording, motion)
-    recording = without_blank_wrench(without_faulty_poses(recording, motion))
+    whole = with_mended_times(recording, motion)
+    recording = without_blank_wrench(without_faulty_poses(whole, motion))
     recording, given_bias = _subtract_given_bias(
         without_stalled_wrench(recording),
         bias.recorded(wrench) if isinstance(bias, BiasOfEstimate) else bias,
@@ -110,23 +110,18 @@ def ingest(
     assumed = Gravity.of(gravity)
     tilt = assumed.direction == "estimate"
     asked = bool(start) or duration is not None
+    conditioned = partial(
+        condition, gravity=assumed.vector, source=motion, tilt=tilt, hint=hint
+    )
     chosen = choose_part(
         recording,
-        condition(recording, assumed.vector, motion, tilt=tilt, hint=hint),
-        partial(
-            condition,
-            gravity=assumed.vector,
-            source=motion,
-            tilt=tilt,
-            hint=hint,
-            changes=False,
-        ),
+        conditioned(recording),
+        partial(conditioned, changes=False),
         may_be_biased=may_be_biased,
         tool=tool,
         as_given=asked,
     )
-    recording, found = chosen.recording, chosen.found
-    doubt, changes = chosen.doubt, chosen.changes
+    recording, found, changes = chosen.recording, chosen.found, chosen.changes
     left_out = left_out_of(
         whole, recording, found, changes if not asked else None, later=first
     )
@@ -166,7 +161,10 @@ def ingest(
         state = SampleState.of(z)
         fits = FreeFits.of(state, found.inflation)
     fit = fits.chosen(free_bias=free_bias)
+    doubt, pose_warnings = _doubt_and_pose_warnings(whole, recording, chosen.doubt)
     warnings = [
+        *(() if doubt is None else doubt.messages),
+        *pose_warnings,
         *_conditioning_warnings(
             recording, measured, found, may_be_biased=may_be_biased
         ),
@@ -188,21 +186,8 @@ def ingest(
     ]
     clock_error = errors_of_clock_offset(found, z, fit)
     unmodelled = acceleration_message(found, z)
-    if unmodelled is not None and doubt is None:
+    if unmodelled is not None and chosen.doubt is None:
         warnings.append(unmodelled)
-    still = still_pose_message(whole)
-    if still is not None and doubt is not None and doubt.message.code == "unexplained":
-        # beside no motion all noise counts as a change that is unexplained
-        say = error if doubt.is_fatal else warning
-        doubt = Doubt(say("pose-constant", str(still)), names_mistake=False)
-    elif still is not None:
-        warnings.insert(0, still)
-    dead = dead_channel_message(recording)
-    two = doubt is not None and doubt.second is not None
-    if dead is not None and not two:  # it accounts for what other mistakes explain
-        doubt = Doubt(dead, names_mistake=True)
-    if doubt is not None:
-        warnings[:0] = doubt.messages
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
     if not sign.on_object:
         z = replace(z, force=-z.force, torque=-z.torque)
@@ -247,8 +232,8 @@ def ingest(
 def _read(
     recording: Recording | str | Path, start: float, duration: float | None
 ) -> tuple[Recording, float]:
-    """The part of a recording, or of a log, from `start` [s] and of `duration` [s], and
-    the time [s] from the recording's first sample to that of the part."""
+    """The part of a recording or log from `start` [s] on, `duration` [s] long, and the
+    time [s] from the recording's first sample to the part's."""
     recording = as_recording(recording)
     whole = recording.start
     if start or duration is not None:
@@ -257,7 +242,7 @@ def _read(
 
 
 def check_convention(wrench: str) -> None:
-    """`InputError` for a word that does not say whom a wrench acts on."""
+    """`InputError` for a word that is no sign convention of a wrench."""
     if wrench not in ("auto", "on-object", "on-sensor"):
         raise InputError(
             f"unknown wrench convention '{wrench}'",
@@ -268,7 +253,8 @@ def check_convention(wrench: str) -> None:
 def _subtract_given_bias(
     recording: Recording, given: str | Array
 ) -> tuple[Recording, Array | None]:
-    """The recording without a bias that is given, and that."""
+    """The recording without the given bias (6,), and that bias; for a bias model's name
+    as it is, and None."""
     if isinstance(given, str):
         return recording, None
     wrench = recording["wrench"]
@@ -279,8 +265,8 @@ def _subtract_given_bias(
 def _conditioning_warnings(
     recording: Recording, measured: Measured, found: Conditioned, *, may_be_biased: bool
 ) -> list[Message]:
-    """Warnings of reader, smoother and conditioning; that of an unknown bias is given
-    with the choice of its model."""
+    """Warnings of reader, smoother and conditioning, except of an unknown bias, which
+    `choose_bias` gives."""
     warnings: list[Message] = [*recording.warnings, *measured.warnings]  # type: ignore[list-item]
     warnings += [
         message for message in found.warnings if message.code != "bias-unknown"
@@ -293,11 +279,30 @@ def _conditioning_warnings(
     return warnings
 
 
+def _doubt_and_pose_warnings(
+    whole: Recording, recording: Recording, doubt: Doubt | None
+) -> tuple[Doubt | None, list[Message]]:
+    """The doubt about a recording, which dead channels or constant poses may cause, and a
+    warning of constant poses beside another doubt."""
+    pose_warnings: list[Message] = []
+    still = still_pose_message(whole)
+    if still is not None and doubt is not None and doubt.message.code == "unexplained":
+        # without motion all noise counts as an unexplained change
+        say = error if doubt.is_fatal else warning
+        doubt = Doubt(say("pose-constant", str(still)), names_mistake=False)
+    elif still is not None:
+        pose_warnings = [still]
+    dead = dead_channel_message(recording)
+    two = doubt is not None and doubt.second is not None
+    if dead is not None and not two:  # a dead channel imitates other mistakes
+        doubt = Doubt(dead, names_mistake=True)
+    return doubt, pose_warnings
+
+
 def _choose_sign(
     wrench: str, found: Conditioned, fits: FreeFits, *, may_be_biased: bool
 ) -> WrenchSign:
-    """The sign convention of the wrench: as given or as the robust fit found it;
-    without it as the free fits do."""
+    """The sign convention as given, by the robust fit, or else by the free fits."""
     if may_be_biased and found.sign.t:
         sign = found.sign
     else:
@@ -306,7 +311,7 @@ def _choose_sign(
 
 
 def _sign_warnings(sign: WrenchSign) -> list[Message]:
-    """A warning when a sign convention that was found is uncertain."""
+    """A warning if the sign convention that was found is uncertain."""
     if sign.certain:
         return []
     what = f"the wrench's sign is uncertain ({sign.doubt}); assumed {sign.name}"
@@ -318,11 +323,8 @@ def _sign_warnings(sign: WrenchSign) -> list[Message]:
 def _systematic_covariance(
     errors: list[Array | None], tool: Estimate | None
 ) -> Array | None:
-    """(10, 10) covariance of the parameters' errors that all samples share; None where
-    there are none.
-
-    `errors` (10, n) each are those by one standard deviation of n things.
-    """
+    """(10, 10) covariance of the errors that all samples share, None if there are none:
+    of `errors` (10, n), each by one standard deviation of n causes, and of a tool."""
     parts = [E @ E.T for E in errors if E is not None]
     of_tool = tool_covariance(tool)
     parts += [] if of_tool is None else [of_tool]

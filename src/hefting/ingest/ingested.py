@@ -25,7 +25,7 @@ from hefting.motion.state import Motion
 
 @immutable
 class Ingested:
-    """A recording as estimators take it, and what was found and assumed."""
+    """A recording as estimators take it, with what was found and assumed."""
 
     log: str
     """Path of the log, or a description of its source."""
@@ -33,83 +33,81 @@ class Ingested:
     """Whether it consists of poses without time."""
     measurements: Measurements
     """With the sign convention of `hefting.core.spatial`, without a given bias and the
-    tool, with weights. Of a fast sensor they are averages over 10 ms, each with the
-    weight of its number of samples."""
+    tool. With a fast sensor they are averages over 10 ms, weighted by their numbers of
+    samples."""
     counts: Array
-    """(K,) number of samples of the log that are averaged in each of these."""
+    """(K,) number of samples of the log averaged in each measurement."""
     motion: Motion | None
-    """Smoothed motion at the same instants, with standard deviations; None where the
-    log gave it, or there is none."""
+    """Smoothed motion at the same instants, with standard deviations; None if the log
+    has the motion, or there is none."""
     source: str
-    """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+    """Source of the motion: a key of `hefting.motion.measure.DESCRIPTIONS`."""
     sign: WrenchSign
-    """Sign convention of the recorded wrench, with the t value of the mass."""
+    """Sign convention of the recorded wrench."""
     sign_found: bool
     """Whether the sign convention was found rather than given."""
     bias: BiasModel
-    """Whether a constant bias is to be estimated with the object."""
+    """Whether to estimate a constant bias with the object."""
     bias_found: bool
     """Whether the bias model was chosen rather than given."""
     given_bias: Array | None
-    """(6,) bias that was subtracted, in the sign of the recorded wrench [N, N m]; None
-    where none was given"""
+    """(6,) bias that was subtracted, with the sign of the recorded wrench [N, N m];
+    None for none."""
     conditioned: Conditioned
     """Clock offset, drift, gravity and outliers."""
     tool: Estimate | None
     """Estimate of the tool whose wrench was subtracted."""
     fit: FreeFit
-    """Unconstrained least squares of the object, with a bias according to `bias`."""
+    """Unconstrained least squares of the object, with a bias as in `bias`."""
     beside_bias: FreeFit
     """Unconstrained least squares of object and tool together with a free bias,
     whatever `bias` says."""
     alone: FreeFit
     """Unconstrained least squares of object and tool together without bias."""
     noise: Noise
-    """Root-mean-square residuals of the unconstrained fit, of one sample of the log and
+    """Root-mean-square residuals of the unconstrained fit, of a sample of the log and
     one axis."""
     within: Array
-    """(6, 6) covariance of the wrench within the averages. Added to that of their
-    residuals it gives that of a sample's residuals"""
+    """(6, 6) covariance of the wrench about the averages. Added to that of the
+    averages' residuals it gives that of a sample's."""
     systematic: Array | None
-    """(10, 10) covariance of the parameters' error due to tool and gravity's direction,
-    the same for all samples; None where there is none."""
+    """(10, 10) covariance of the parameters' error by the tool and gravity's direction,
+    which all samples share; None for none."""
     clock_error: Array | None
     """(10,) error of the parameters by one standard deviation of the clock offset; None
-    where there is no clock or no motion."""
+    without a clock or motion."""
     doubt: Doubt | None
-    """A mistake that explains the recording far better than that there is none, or that
-    much is unexplained; it is among the warnings."""
+    """A mistake that explains the recording far better, or that much is unexplained; it
+    is among the warnings."""
     gravity_std: float
-    """[m/s²] standard deviation of gravity's size; 0 where it was given"""
+    """[m/s²] Standard deviation of gravity's size; 0 if it was given."""
     gravity_error: Array | None
     """(10,) error of the parameters by one standard deviation of gravity's size; None
-    where that is exact."""
+    if that is exact."""
     warnings: tuple[Message, ...]
     read_notes: tuple[Message, ...]
-    """What reader and smoother chose and found, for the user."""
+    """Notes of reader and smoother."""
     changes: Changes | None = None
-    """Changes of the object in the log, with times since its first sample; None where
-    none were found."""
+    """Changes of the object, with times since the log's first sample; None for none."""
     left_out: tuple[Span, ...] = ()
-    """What of the log was left out, with times since its first sample."""
+    """Parts of the log that were left out, with times since its first sample."""
     log_start: float = 0.0
-    """[s] time of the first sample of the log, on the clock of the measurements"""
+    """[s] Time of the log's first sample on the clock of the measurements."""
     kept: Condensed | None = None
-    """What was found of the measurements before; they themselves may be gone then."""
+    """Sums over the measurements, if those were let go."""
 
     @property
     def notes(self) -> tuple[Message, ...]:
-        """What reader, smoother and conditioning found and did."""
+        """Notes of reader, smoother and conditioning."""
         return (*self.read_notes, *self.conditioned.findings)
 
     @cached_property
     def condensed(self) -> Condensed:
-        """What is needed of the measurements once they are understood."""
+        """Sums over the measurements that replace them once they are understood."""
         return self.kept or Condensed.of(self.measurements, self.counts)
 
     def without_samples(self) -> "Ingested":
-        """The same without measurements and all that is as long as these; what shows
-        them has nothing to show then."""
+        """The same without measurements and other arrays of their length."""
         none = np.zeros(0, dtype=int)  # copies: a view would keep all samples
         return replace(
             self,
@@ -122,7 +120,7 @@ class Ingested:
         )
 
     def weighed(self, weight: float) -> "Ingested":
-        """The same with so many times the weight of each measurement."""
+        """The same with every weight multiplied by `weight`."""
         z = self.measurements
         own = np.ones(len(z)) if z.weights is None else z.weights
         z = replace(z, weights=weight * own)
@@ -130,22 +128,22 @@ class Ingested:
 
     @property
     def has_samples(self) -> bool:
-        """Whether the measurements are there."""
+        """Whether it has its measurements."""
         return len(self.measurements) == self.rows
 
     @property
     def rows(self) -> int:
-        """Number of measurements, also where they are gone."""
+        """Number of measurements, also if those were let go."""
         return self.condensed.rows
 
     @property
     def samples(self) -> float:
-        """Number of samples of the log that are averaged in these."""
+        """Number of samples of the log that the measurements average."""
         return self.condensed.samples
 
     @property
     def motion_noise(self) -> MotionNoise | None:
-        """Errors of the accelerations, where known."""
+        """Errors of the accelerations, if known."""
         return self.condensed.motion_noise
 
     @property
@@ -155,13 +153,13 @@ class Ingested:
 
     @property
     def excitation(self) -> Excitation:
-        """What the motion can tell of a body."""
+        """How the motion excites the parameters."""
         return Excitation(self.condensed.state.full, self.condensed.directions)
 
     @property
     def weighted_by_count(self) -> Measurements:
-        """The measurements with weights of one on average for each sample of the log,
-        not for each row."""
+        """The measurements with a mean weight of one for each sample of the log, not
+        for each row."""
         z = self.measurements
         if z.weights is None:
             return z
@@ -169,9 +167,8 @@ class Ingested:
 
     @property
     def common_errors(self) -> Array | None:
-        """(10, 10) covariance of all errors of the parameters that the samples share:
-        `systematic`, and those of the clock and of gravity's size; None where there are
-        none."""
+        """(10, 10) covariance of all errors that the samples share: `systematic`, and
+        those of the clock and of gravity's size; None for none."""
         errors = [e for e in (self.clock_error, self.gravity_error) if e is not None]
         parts = [np.outer(error, error) for error in errors]
         parts += [] if self.systematic is None else [self.systematic]
@@ -179,7 +176,7 @@ class Ingested:
 
     @property
     def recordings(self) -> "tuple[Ingested, ...]":
-        """Each recording, where there are several (`hefting.ingest.joint`)."""
+        """The recordings, of which there may be several (`hefting.ingest.joint`)."""
         return (self,)
 
     @property
@@ -194,13 +191,13 @@ class Ingested:
     @property
     def covariance_with_gravity(self) -> Array | None:
         """(10, 10) covariance of the parameters by the fit that found gravity too; None
-        where gravity was given."""
+        if gravity was given."""
         c = self.conditioned
         return None if c.tilt_std is None else c.covariance
 
     @property
     def state(self) -> State:
-        """The full model's moments of the measurements, with a record of time."""
+        """State of the full model, with a time record."""
         return self.condensed.state
 
     def residual(self, vector: Array, bias: Array | None) -> Array:
@@ -214,7 +211,7 @@ class Ingested:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """What was read and assumed, as in an estimate."""
+        """What was read and assumed, for an estimate's provenance."""
         return {
             "log": self.log,
             "gravity": self.conditioned.gravity,

@@ -1,9 +1,9 @@
-"""Several recordings of one object, ingested: as one, with a clock, a sign and a bias
-of each.
+"""Several ingested recordings of one object as one, each with its own clock, sign and
+bias.
 
-The object, how it is held, the sensor's frame and the sensor are taken to be the same
-in all. Each recording is understood by itself (`hefting.ingest.ingest`), but for what
-one of them tells and another does not: whether there is a bias, and the wrench's sign.
+The object, its grasp, the sensor and its frame are assumed to be the same in all. Each
+recording is ingested by itself (`hefting.ingest.ingest`), except that whether there is
+a bias, and the wrench's sign, are taken from the recordings that determine them.
 """
 
 from collections.abc import Sequence
@@ -26,24 +26,22 @@ from hefting.ingest.systematic import common_errors, shares_of
 MOST_NAMED = 3
 """Number of recordings that an error names one by one."""
 UNEQUAL_NOISE = 1.5
-"""Ratio of the noise's variances of two recordings from which on they are weighed by
-them: smaller ones are chance, or change nothing."""
+"""Ratio of the noise variances of recordings above which they are weighted by them."""
 PAUSE = 1.0
-"""[s] Time between the samples of one recording and of the next, where they stand one
-after the other."""
+"""[s] Time between the last sample of a recording and the first of the next, where they
+are concatenated."""
 LARGEST_WEIGHT = 100.0
-"""Largest ratio of a recording's weight to one: noise-free recordings leave but
-rounding."""
+"""Largest weight of a recording: the residuals of noise-free ones are rounding errors."""
 
 
 @immutable
 class JointIngested(Ingested):
-    """Several recordings as estimators take them. What is said of one recording in
-    `Ingested` is here of all of them together; times are those of each."""
+    """Several recordings as estimators take them. Attributes of `Ingested` hold for all
+    recordings together; times are on the clock of each."""
 
     parts: tuple[Ingested, ...] = ()
     names: tuple[str, ...] = ()
-    """What each is called, in messages too."""
+    """of the recordings, as in messages"""
 
     @property
     def recordings(self) -> tuple[Ingested, ...]:
@@ -52,17 +50,17 @@ class JointIngested(Ingested):
 
     @property
     def notes(self) -> tuple[Message, ...]:
-        """Those of each, with its name."""
-        return _told([part.notes for part in self.parts], self.names)
+        """Notes of all, each with the names of its recordings."""
+        return _merged_messages([part.notes for part in self.parts], self.names)
 
     @property
     def weighted_by_count(self) -> Measurements:
-        """Of all, one after the other."""
+        """Measurements of all recordings, concatenated, see `Ingested`."""
         return _concatenated([part.weighted_by_count for part in self.parts])
 
     @property
     def has_samples(self) -> bool:
-        """Whether the measurements of all are there."""
+        """Whether every recording has its measurements."""
         return all(part.has_samples for part in self.parts)
 
     @property
@@ -77,29 +75,29 @@ class JointIngested(Ingested):
 
     @property
     def motion_noise(self) -> MotionNoise | None:
-        """Root mean square over recordings; None where one's is not known."""
+        """Root mean square over recordings; None if one is unknown."""
         return _mean_noise([part.motion_noise for part in self.parts])
 
     @property
     def wrench_rms(self) -> Array:
-        """As of one recording, over the measurements of all."""
+        """(2,) root mean square of one axis of force [N] and torque [N m], over all."""
         squares = [part.condensed.wrench_square for part in self.parts]
         return np.sqrt(np.sum(squares, axis=0) / (3.0 * max(self.rows, 1)))
 
     @property
     def excitation(self) -> Excitation:
-        """What the motions of all can tell of a body."""
+        """Excitation by the motions of all recordings."""
         each = [part.excitation for part in self.parts]
         return Excitation.of_all(each, as_one(self.state).full)
 
     @cached_property
     def state(self) -> State:
-        """The full model's moments of each, with a record of time."""
+        """The full model's moments of each recording, with a time record."""
         return join_all([part.state for part in self.parts])
 
     @property
     def covariance_with_gravity(self) -> Array | None:
-        """That of least squares over all, each with a gravity of its own."""
+        """(10, 10) covariance of least squares over all, each with its own gravity."""
         own = [part.covariance_with_gravity for part in self.parts]
         if any(C is None for C in own):
             return None
@@ -111,7 +109,7 @@ class JointIngested(Ingested):
         return shares_of(self.parts, self.fit.noise)
 
     def residual(self, vector: Array, bias: Array | None) -> Array:
-        """As of one recording; `bias` is (n, 6), one for each."""
+        """As `Ingested.residual`; `bias` is (n, 6), one for each recording."""
         own = [None] * len(self.parts) if bias is None else bias
         each = [p.residual(vector, b) for p, b in zip(self.parts, own, strict=True)]
         counts = np.array([part.samples for part in self.parts])
@@ -119,7 +117,7 @@ class JointIngested(Ingested):
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """What was read and assumed of all, and of each under ``"recordings"``."""
+        """What was read and assumed for all; under ``"recordings"`` for each."""
         own = [part.provenance for part in self.parts]
         outliers = [each["outliers"] for each in own]
         return (
@@ -152,18 +150,15 @@ class JointIngested(Ingested):
 
 
 def joint(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
-    """Recordings that were ingested, as one, each weighed by its noise; one alone is
-    itself.
-
-    Where the samples of one are gone, those of all are.
-    """
+    """Ingested recordings as one, each weighted by its noise; a single one as it is. It
+    has samples only if all of them do."""
     if len(parts) == 1:
         return parts[0]
     return with_samples(together(_weighed(parts), names))
 
 
 def with_samples(found: Ingested) -> Ingested:
-    """Recordings as one, with the samples of all where all have theirs."""
+    """Joint recordings with the samples of all, if all still have them."""
     if not (isinstance(found, JointIngested) and found.has_samples):
         return found
     return replace(
@@ -174,8 +169,8 @@ def with_samples(found: Ingested) -> Ingested:
 
 
 def together(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
-    """Recordings as one, with the weights they have, and without their samples; one
-    alone is itself."""
+    """Ingested recordings as one, with their present weights and without samples; a single
+    one as it is."""
     if len(parts) == 1:
         return parts[0]
     state = join_all([part.state for part in parts])
@@ -215,7 +210,7 @@ def together(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
         doubt=min(doubts, key=lambda doubt: not doubt.is_fatal, default=None),
         gravity_std=parts[0].gravity_std,
         gravity_error=gravity_error,
-        warnings=_told([part.warnings for part in parts], names),
+        warnings=_merged_messages([part.warnings for part in parts], names),
         read_notes=(),
         parts=tuple(parts),
         names=tuple(names),
@@ -223,15 +218,15 @@ def together(parts: Sequence[Ingested], names: Sequence[str]) -> Ingested:
 
 
 def _weighed(parts: Sequence[Ingested]) -> list[Ingested]:
-    """The recordings with weights, one on average, by their noise where that is not
-    the same."""
+    """The recordings weighted by the inverse of their noise variance, relative to the
+    pooled one, if these are unequal; the mean weight of a row is one."""
     rows = np.array([float(part.rows) for part in parts])
     own = np.array([(p.fit.noise.force, p.fit.noise.torque) for p in parts]) ** 2
     pooled = np.maximum(rows @ own / rows.sum(), 1e-300)
-    ratio = np.maximum((own / pooled).mean(axis=1), 1.0 / LARGEST_WEIGHT)
-    if ratio.max() <= UNEQUAL_NOISE * ratio.min():
+    variance = np.maximum((own / pooled).mean(axis=1), 1.0 / LARGEST_WEIGHT)
+    if variance.max() <= UNEQUAL_NOISE * variance.min():
         return list(parts)
-    weights = 1.0 / ratio
+    weights = 1.0 / variance
     weights *= rows.sum() / (rows @ weights)
     return [
         part.weighed(float(weight)) for part, weight in zip(parts, weights, strict=True)
@@ -239,7 +234,7 @@ def _weighed(parts: Sequence[Ingested]) -> list[Ingested]:
 
 
 def _concatenated(each: Sequence[Measurements]) -> Measurements:
-    """Samples of all, one recording after the other, a second between two."""
+    """The samples of all recordings in turn, `PAUSE` apart."""
 
     def rows(name: str) -> Array:
         return np.concatenate([getattr(z, name) for z in each])
@@ -263,7 +258,7 @@ def _concatenated(each: Sequence[Measurements]) -> Measurements:
 
 
 def _mean_noise(each: Sequence[MotionNoise | None]) -> MotionNoise | None:
-    """Root mean square over recordings; None where one's is not known."""
+    """Root mean square over recordings; None if one is unknown."""
     noises = [noise for noise in each if noise is not None]
     if len(noises) < len(each):
         return None
@@ -279,17 +274,17 @@ def _finite(C: Array) -> Array:
 
 
 def _all_named(names: Sequence[str]) -> str:
-    """The recordings as the place of an error."""
+    """Names of the recordings, as the place of an error."""
     if len(names) <= MOST_NAMED:
         return ", ".join(names)
     return f"{names[0]} and {len(names) - 1} more"
 
 
-def _told(
+def _merged_messages(
     each: Sequence[Sequence[Message]], names: Sequence[str]
 ) -> tuple[Message, ...]:
-    """Messages of all recordings, each with the names of those it is about; without
-    where it is about all."""
+    """Distinct messages of the recordings, each with the names of its recordings unless
+    all have it."""
     about: dict[tuple[str, str], list[str]] = {}
     first: dict[tuple[str, str], Message] = {}
     for messages, name in zip(each, names, strict=True):

@@ -1,5 +1,5 @@
-"""Which part of a recording one body was held in, and what mistake is in it; and what of a
-log was left out, and why: spans of time, to be shown beside the rest."""
+"""The part of a recording in which one body was held, and a mistake in it; and spans of
+a log that were left out, with their causes."""
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
@@ -26,11 +26,11 @@ CAUSES = {
     "touched": "touched: no free body explains the wrench",
     "other": "another object, or another grasp",
 }
-"""Why something was left out, in words."""
+"""Causes of leaving something out, in words."""
 OUTLIERS = ("contact", "spike", "saturation")
-"""Those that are samples of the wrench which `Conditioned.outliers` holds."""
+"""Causes that are masks of `Conditioned.outliers`."""
 GAP = 5.0
-"""Steps of the median length that a step is longer than where samples are missing."""
+"""Length of a step in steps of median length, above which samples are missing."""
 
 Condition = Callable[[Recording], Conditioned]
 
@@ -42,12 +42,12 @@ class Span:
     cause: str
     """A key of `CAUSES`"""
     start: float
-    """[s] since the first sample of the log, on the clock of the motion; of static
-    poses the row, counted from 0"""
+    """[s] since the log's first sample, on the clock of the motion; for static poses
+    the row, counted from 0"""
     end: float
-    """[s] the same; as `start` for a single sample"""
+    """[s] the same; equal to `start` for a single sample"""
     samples: int
-    """Samples of the stream it is about; 0 where they are missing"""
+    """Number of samples of the stream concerned; 0 if they are missing"""
 
 
 def left_out_of(
@@ -86,14 +86,14 @@ def left_out_of(
 
 
 def runs(cause: str, time: Array, mask: Mask) -> list[Span]:
-    """A span for each run of samples at `time` (K,) [s] that a mask (K,) holds."""
+    """A span for each run of samples at `time` (K,) [s] in a mask (K,)."""
     return [
         Span(cause, float(time[b]), float(time[e - 1]), e - b) for b, e in runs_of(mask)
     ]
 
 
 def _missing(time: Array) -> list[Span]:
-    """Steps between samples that are much longer than the others."""
+    """Spans of steps that are much longer than the median."""
     steps = np.diff(time)
     if not len(steps):
         return []
@@ -102,8 +102,8 @@ def _missing(time: Array) -> list[Span]:
 
 
 def _stalled_ends(whole: Recording, part: Recording, first: float) -> list[Span]:
-    """Samples of the wrench before the first and after the last one that the part kept,
-    while it has poses."""
+    """Spans of samples of the wrench, while there are poses, before the first and after
+    the last one in the part."""
     every, kept, poses = whole["wrench"], part["wrench"], part["orientation"]
     within = (every.time >= poses.time[0]) & (every.time <= poses.time[-1])
     ends = (every.time < kept.time[0]) | (every.time > kept.time[-1])
@@ -111,7 +111,7 @@ def _stalled_ends(whole: Recording, part: Recording, first: float) -> list[Span]
 
 
 def _faulty_poses(whole: Recording, part: Recording, first: float) -> list[Span]:
-    """Runs of poses of the log, while the part lasts, that the part does not have."""
+    """Spans of poses, within the part's time, that the part does not have."""
     spans: list[Span] = []
     for name in ("position", "orientation"):
         if not (whole.has(name) and part.has(name)):
@@ -127,12 +127,12 @@ def _absent(every: Stream, kept: Stream, part: Recording) -> Mask:
     inside = (every.time >= low) & (every.time <= high)
     between = (kept.time >= low) & (kept.time <= high)
     if np.array_equal(every.time[inside], kept.time[between]):
-        return np.zeros(len(inside), dtype=bool)  # most: none, without sorting them
+        return np.zeros(len(inside), dtype=bool)  # the usual case, without sorting
     return np.asarray(inside & ~np.isin(every.time, kept.time))
 
 
 def _of_changes(changes: Changes) -> list[Span]:
-    """The stretches of other objects, and those in which it was touched."""
+    """Spans of stretches with other objects, and of contacts."""
     chosen = changes.chosen
     others = [s for s in changes.stretches if s is not chosen]
     spans = [Span("other", s.start, s.end, 0) for s in others]
@@ -141,15 +141,15 @@ def _of_changes(changes: Changes) -> list[Span]:
 
 @immutable
 class ChosenPart:
-    """The recording, or the longest stretch of it with one free body."""
+    """The recording, or its stretch of one free body that is used."""
 
     recording: Recording
     found: Conditioned
-    """of that part"""
+    """conditioning of that part"""
     doubt: Doubt | None
     """a mistake in it, or that much of it is unexplained"""
     changes: Changes | None = None
-    """those of the object in the whole recording"""
+    """of the object in the whole recording"""
 
 
 def choose_part(
@@ -161,11 +161,11 @@ def choose_part(
     tool: Estimate | None,
     as_given: bool,
 ) -> ChosenPart:
-    """The stretch that is used where the object changes, with an object in the hand if
-    there is one; the whole where it does not, where a mistake explains all of it, or
-    where the part was given.
+    """The part of a recording to use: where the object changes its longest stretch, if
+    possible with an object in the hand, else all of it.
 
-    `fit` conditions a part of the recording, in which no changes are looked for.
+    All of it is used too if a mistake explains it, or the part was given. `fit` conditions
+    a part without looking for changes.
     """
     with_tool, changes = tool is not None, found.changes
     case = _case(recording, found, may_be_biased=may_be_biased)
@@ -186,7 +186,7 @@ def choose_part(
         _case(part, of_part, may_be_biased=may_be_biased), with_tool=with_tool
     )
     if doubt is not None and doubt.is_fatal:
-        # beside two mistakes at once changes are found where there are none
+        # two mistakes at once may imitate a change
         whole = doubt_of(case, with_tool=with_tool)
         if whole is not None and whole.needs_no_change:
             return ChosenPart(recording, found, whole)
@@ -196,9 +196,9 @@ def choose_part(
 def _case(
     recording: Recording, found: Conditioned, *, may_be_biased: bool
 ) -> Case | None:
-    """What mistakes in a recording are judged by: what rests alone where the rest may
-    be accelerations of a sensor whose position nobody measured. None where none could
-    be told."""
+    """The case on which mistakes are judged, None if there is none. If what is
+    unexplained may be accelerations of a sensor of unknown position, only samples at
+    rest count."""
     if found.path is None:
         return None
     case = Case.of(

@@ -1,7 +1,10 @@
-"""Times that are mended: of samples that waited in a queue, close together after a pause,
-and spread over it; and of rows that a logger lost and whose time it never gave: time that
-is made of the row number is even, yet here and there poses or joints step by two rows or
-more."""
+"""Corrected times of samples.
+
+Samples that waited in a queue arrive in a bunch after a pause: they are spread over it.
+A logger that makes its time of the row number gives lost rows no time: time is even,
+but poses or joints step by two rows or more at once. The samples after such a step get
+later times.
+"""
 
 from dataclasses import replace
 
@@ -15,57 +18,57 @@ from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ROWS_AT_A_TIME, displacement, white_noise
 
 SHORT_INTERVAL = 0.1
-"""Interval, over the usual one, below which two samples arrived together."""
+"""Interval over the usual one below which two samples arrived together."""
 FEWEST_TOGETHER = 3
-"""Samples of a bunch: two come together by jitter as well."""
+"""Fewest samples in a bunch: two arrive together by jitter as well."""
 WHOLE_PAUSE = 0.6
-"""Intervals that a pause and its bunch may last longer or shorter than as many usual
-ones."""
+"""Largest difference between the duration of a pause with its bunch and that of as many
+usual intervals, in such intervals."""
 MOST_SHORT = 0.3
-"""Share of short intervals above which the times have another cause."""
+"""Share of short intervals above which they are not taken for bunches."""
 MANY = 0.05
 """Share of rows lost above which a warning is given."""
 EVEN = 0.1
-"""Difference of two intervals, over the usual one, up to which time is even."""
+"""Largest difference of two intervals of even time, over the usual one."""
 NEIGHBOURS = np.array((-4, -3, -2, -1, 1, 2, 3, 4))
 """Places, relative to a step, of the steps that it is compared with."""
 ODD = 0.35
-"""Change of a step's length, over that of those beside it, that is looked into."""
+"""Relative difference in length from a neighbour above which a step is examined."""
 CLEAR_STEP = 10.0
-"""Length of a step, in standard deviations of the noise, from which on a row more or
-less is clear."""
+"""Length of the expected step, in standard deviations of the noise, from which on its
+multiples are distinguished."""
 STEADY = 0.2
-"""Spread of the steps beside one, over their length, up to which they foretell it."""
+"""Largest spread of a step's neighbours, over their length, for these to predict it."""
 ALONG = 0.2
-"""Part of a step across those beside it, over the part along them, of a moving body."""
+"""Largest part of a step across its neighbours, over the part along them."""
 WHOLE = 0.25
-"""Difference from a whole number of rows."""
+"""Largest difference of a step from a whole number of expected steps."""
 MOST_IN_A_ROW = 10
-"""Lost rows that a step may hold: more are a jump."""
+"""Largest number of rows lost in one step; a longer step is a jump."""
 SMALLEST_NOISE = 1e-12
 """[m] or [rad] Against division by zero."""
 OTHERS = 0.25
-"""Odd steps of another kind, over those of lost rows, up to which rows were lost: a
-stream that is read now too early, now too late, has as many that are short. In two
-recordings of a real arm there are three times as many others."""
+"""Largest number of odd steps that are no whole number of rows, over those that are,
+for rows to be lost. Where a stream is read with jitter as many steps are short as long;
+in two recordings of a real arm the ratio is three."""
 FEWEST_FOR_RHYTHM = 5
-"""Steps of lost rows from which on a rhythm is told."""
+"""Fewest steps of lost rows that may have a rhythm."""
 RHYTHM = 0.5
-"""Share of the ways from one to the next that are of the usual number of rows, or of one
-more or less, from which on poses of another clock were read evenly, and no row is lost:
-of 12 % of the rows, lost at random, it is a fifth."""
+"""Share of the distances between these steps that are within one row of the median,
+above which the poses have another clock and no row is lost. For 12 % of the rows lost
+at random it is a fifth."""
 FIRST_LOOKED_AT = 300
-"""Odd steps, of all, that are looked at first."""
+"""Number of odd steps, evenly chosen, that are examined first."""
 FIRST_FOR_DIGIT = 10_000
-"""Rows of which the smallest change is looked for first."""
+"""Number of rows in which the smallest change is first looked for."""
 PASSES = 3
-"""Times the rows of a step are counted: then beside steps of one row."""
+"""Number of times that the rows of a step are counted, beside neighbours divided by
+their own numbers of rows."""
 
 
 def with_mended_times(recording: Recording, source: Source = "auto") -> Recording:
-    """The recording with the times of samples that arrived in bunches, and of rows that
-    were lost (`with_time_of_lost_rows`, of the same arguments), with a note or a
-    warning of them."""
+    """The recording with its times corrected for bunches and for lost rows, and a note or a
+    warning; arguments as for `with_time_of_lost_rows`."""
     return with_time_of_lost_rows(_with_bunches_spread(recording), source)
 
 
@@ -96,9 +99,9 @@ def _with_bunches_spread(recording: Recording) -> Recording:
 
 
 def spread_bunches(time: Array) -> tuple[Array, Mask]:
-    """Times (K,) [s] with those of bunches spread evenly between the samples before and
-    after, and a mask (K,) of these. Bunches that follow one another last, with the pauses
-    before them, as long as their samples usually do."""
+    """Times (K,) [s] with each bunch spread evenly between the samples before and after
+    it, and the mask (K,) of the samples of bunches. A bunch with the pause before it lasts
+    about as many usual intervals as it has samples."""
     moved = np.zeros(len(time), dtype=bool)
     steps = np.diff(time)
     if len(steps) < 3:
@@ -119,12 +122,12 @@ def spread_bunches(time: Array) -> tuple[Array, Mask]:
 
 
 def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Recording:
-    """The recording with its time shifted where rows were lost, with a note or a warning
-    of them: by the steps of its poses, or of the joints where it has none.
+    """The recording with later times after each lost row, found from the steps of its poses
+    or, without these, of its joints; and with a note or a warning.
 
-    Only time that is even and that all streams share is made of the row number. A
-    recording of static poses, whose motion is logged beside its poses, or that lost no
-    row is returned as it is.
+    Only even time that all streams share may be made of the row number. The recording is
+    returned as it is if it has static poses, logs its motion beside the poses, or lost no
+    row.
 
     Parameters
     ----------
@@ -176,8 +179,8 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
 
 
 def _over_noise(values: Array, steps: Array) -> Array:
-    """(K - 1, n) steps between `values` (K, m) over the standard deviation of their
-    noise, or of their rounding, from the smallest change of a number."""
+    """(K - 1, n) steps between `values` (K, m), over the standard deviation of their white
+    noise or half of the smallest change of a number, whichever is larger."""
     white = white_noise(steps)
     for some in (values[:FIRST_FOR_DIGIT], values):
         changes = np.abs(np.diff(some, axis=0))
@@ -199,7 +202,8 @@ def _rows_lost(steps: Array) -> Indices:
 
 
 def _rows_of(steps: Array) -> Indices:
-    """(K - 1,) number of rows that each step (K - 1, n) is of, beside its neighbours."""
+    """(K - 1,) length of each step (K - 1, n) in rows, by comparison with its neighbours;
+    all 1 if too many odd steps are no whole number of rows."""
     rows = np.ones(len(steps), dtype=int)
     places = _odd_places(steps)
     for some in (places[:: 1 + len(places) // FIRST_LOOKED_AT], places):
@@ -213,14 +217,14 @@ def _rows_of(steps: Array) -> Indices:
 
 
 def _odd_places(steps: Array) -> Indices:
-    """(n,) places of the steps (K - 1, n) whose length differs from that of those beside
-    them, where these may foretell it clearly."""
+    """(n,) places of the steps (K - 1, n) whose length differs from their neighbours', where
+    these are long enough to predict it."""
     length = lengths(steps)
     low = np.minimum(length[:-2], length[2:])
     high = np.maximum(length[:-2], length[2:])
     odd = (length[1:-1] > (1.0 + ODD) * low) | (length[1:-1] < (1.0 - ODD) * high)
     odd &= high > 0.5 * CLEAR_STEP
-    # half of the neighbours are at least as far off zero as their median
+    # necessary for the median of the neighbours to be a clear step: half are as long
     reach = NEIGHBOURS.max()
     counted = np.isin(np.arange(-reach, reach + 1), NEIGHBOURS)
     beside = np.convolve(np.pad(length**2, reach, "edge"), counted, "valid")
@@ -229,11 +233,11 @@ def _odd_places(steps: Array) -> Indices:
 
 
 def _rows_at(steps: Array, places: Indices) -> Indices:
-    """(n,) number of rows that the steps at some places (n,) are of: none of a step that
-    is no whole number of rows, one where that is not clear."""
+    """(n,) lengths in rows of the steps at some places (n,): 0 for no whole number of rows,
+    1 where the neighbours do not predict it."""
     chosen = steps[places]
     near = steps[np.clip(places[:, None] + NEIGHBOURS, 0, len(steps) - 1)]
-    # their median: a sort of few numbers is faster
+    # the median by sorting, which is faster for few numbers
     ordered, half = np.sort(np.swapaxes(near, 1, 2), axis=2), len(NEIGHBOURS) // 2
     expected = ordered[:, :, half - 1 : half + 1].mean(axis=2)
     size = lengths(expected)
@@ -252,7 +256,7 @@ def _rows_at(steps: Array, places: Indices) -> Indices:
 
 
 def _has_rhythm(places: Indices) -> bool:
-    """Whether events at these places (n,) come evenly."""
+    """Whether the distances between these places (n,) are mostly alike."""
     between = np.diff(places)
     if len(places) < FEWEST_FOR_RHYTHM:
         return False

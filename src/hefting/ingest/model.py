@@ -56,7 +56,7 @@ class Layout:
     tilt: slice | None
     """(2,) of gravity's change along its two tangents; None where it is not free"""
     core: int
-    """number of these and of the ten parameters, which come first; the bias follows"""
+    """number of these and the ten parameters, which come first; the bias follows"""
 
     @classmethod
     def of(cls, *, free_offset: bool, free_gravity: bool) -> "Layout":
@@ -70,7 +70,7 @@ class Layout:
 
 @immutable
 class Problem:
-    """Wrench samples, the motion, and which unknowns are free."""
+    """Wrench samples, the motion, and the free unknowns."""
 
     path: Path
     blocks: Blocks
@@ -100,14 +100,14 @@ class Problem:
         )
 
     def every(self, most: int) -> "Problem":
-        """The problem with at most so many of its blocks, evenly chosen."""
+        """The problem with at most `most` of its blocks, evenly chosen."""
         chosen = self.blocks.every(most)
         return self if chosen is self.blocks else replace(self, blocks=chosen)
 
 
 @immutable
 class Model:
-    """The model of each block, linear about one clock offset and one direction of
+    """The model of each block, linearised about a clock offset and a direction of
     gravity."""
 
     reading: Reading
@@ -163,8 +163,7 @@ class Model:
 
     @cached_property
     def with_fixed_offset(self) -> "Model":
-        """The same model without the offset among its unknowns; it must be among
-        them."""
+        """The same model without the offset, which must be among its unknowns."""
         layout = Layout.of(free_offset=False, free_gravity=self.layout.tilt is not None)
         return replace(
             self,
@@ -223,12 +222,9 @@ def _read_motion(
 
 
 def _extrapolate(reading: Reading, time: Array, variance: Array) -> tuple[Array, Array]:
-    """Values and rates (B, 21) at times (B,) near those of a reading, by its Taylor
-    series.
-
-    The values are averages over samples whose times have the `variance` (B,) [s²], to
-    second order.
-    """
+    """Values and rates (B, 21) at times (B,) near those of a reading, by its
+    second-order Taylor series, averaged over samples whose times have the `variance`
+    (B,) [s²]."""
     step = (time - reading.time)[:, None]
     half_square = 0.5 * (step * step + variance[:, None])
     values = reading.value + step * reading.rate + half_square * reading.curvature
@@ -237,7 +233,7 @@ def _extrapolate(reading: Reading, time: Array, variance: Array) -> tuple[Array,
 
 def features_of(rows: Array, gravity: Array) -> Array:
     """(B, 12) features of readings (B, 21): a - g, alpha, vech(w w'). `gravity` is zero
-    where a - g was measured."""
+    if a - g was measured."""
     maps = np.eye(rows.shape[1], FEATURES)  # the motion's columns come first
     for axis in range(3):
         maps[WORLD_AXES_COLUMNS][3 * axis : 3 * axis + 3, axis] = -gravity
@@ -270,15 +266,12 @@ def tilt_gravity(gravity: Array, change: Array) -> Array:
 
 
 UNDETERMINED_EIGENVALUE = 1e-11
-"""Eigenvalues of the scaled normal matrix below this share of the largest one count as
-zero."""
+"""Share of the largest eigenvalue of the scaled normal matrix below which eigenvalues
+count as zero."""
 SAFE_PIVOT_RATIO = 1e-6
 """Squared ratio of the smallest to the largest Cholesky pivot above which the normal
-matrix is inverted directly.
-
-Above it no eigenvalue comes near `UNDETERMINED_EIGENVALUE`, unless many of some hundred
-unknowns lose rank together.
-"""
+matrix is inverted directly: no eigenvalue then comes near `UNDETERMINED_EIGENVALUE`,
+unless many of some hundred unknowns lose rank together."""
 
 
 @immutable
@@ -364,7 +357,7 @@ def invert(N: Array) -> tuple[Array, Mask]:
 def _invert_semidefinite(
     scaled: Array, length: Array, usable: Mask
 ) -> tuple[Array, Mask]:
-    """The same as `invert`, by eigenvalues of the scaled matrix (q, q)."""
+    """As `invert`, by eigenvalues of the scaled matrix (q, q)."""
     values, vectors = np.linalg.eigh(scaled)
     determined = np.zeros(len(values), dtype=bool)
     if values[-1] > 0.0:

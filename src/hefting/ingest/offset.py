@@ -20,29 +20,28 @@ from hefting.ingest.robust_rows import RobustRows, fit_each
 COARSE_OFFSET_STEP = 0.02
 """[s] Spacing of the clock offsets of the first grid."""
 FINE_OFFSET_STEP = 0.002
-"""[s] Spacing of the second grid, about the best of the first one. It is used for
-accelerometers, which measure vibrations too fast for the first grid."""
+"""[s] Spacing of the second grid, about the best of the first one, which is used for
+accelerometers: they measure vibrations too fast for the first grid."""
 FIRST_SCAN_RANGE = 0.2
-"""[s] Half the width of the first grid. It is doubled while the best offset is at an
+"""[s] Half the width of the first grid, which is doubled while the best offset is at an
 edge."""
 MOST_DOUBLINGS = 3
-"""Largest number of times the range of the grid is doubled."""
+"""Largest number of doublings of the grid's range."""
 UNEXPLAINED_CHANGE_SHARE = 0.5
-"""Ratio of residual scale to the wrench's standard deviation from which on the range of
+"""Ratio of residual scale to the wrench's standard deviation above which the range of
 the grid is doubled."""
 NEIGHBOURHOOD_OF_OFFSET = 0.1
-"""[s] Offsets closer to the best one than this do not compete with it."""
+"""[s] Distance from the best offset within which others do not compete with it."""
 CLEAR_LOG_LIKELIHOOD_RATIO = 25.0
-"""Logarithm of the likelihood ratio at which the best offset is taken over all distant
-ones. It is far larger than for white noise, to allow for coloured noise."""
+"""Log likelihood ratio to all distant offsets at which the best is accepted; it allows
+for coloured noise."""
 ALIKE = 2.0
-"""The same below which a search starts from the next offset towards zero, where most
-clocks are: it takes fewer steps."""
+"""Log likelihood ratio below which a search starts from the next offset towards zero,
+where most clocks are, so that it takes fewer steps."""
 LARGEST_OFFSET_SHARE = 0.15
-"""Largest clock offset looked for, as a share of the recording's duration."""
+"""Largest clock offset that is tried, as a share of the recording's duration."""
 SCANNED_BLOCKS = 200
-"""Number of blocks used in the scan for a constant bias; 50 more for each further
-knot."""
+"""Number of blocks in the scan for a constant bias; 50 more for each further knot."""
 SCAN_ITERATIONS = 4
 """Number of iterations of reweighted least squares at each offset."""
 
@@ -95,8 +94,8 @@ def _scan_widening_range(
 
 
 def _stands_out(fits: RobustRows, offsets: Array, samples: int) -> bool:
-    """Whether the best of the offsets (O,) is far more likely, for so many samples, than
-    all that are not in its neighbourhood: it is accepted even if the residuals are
+    """Whether the best of the offsets (O,) is far more likely, for a number of
+    `samples`, than all distant ones, so that it is accepted even if the residuals are
     large."""
     best = fits.best
     distant = np.abs(offsets - offsets[best]) > NEIGHBOURHOOD_OF_OFFSET
@@ -157,7 +156,7 @@ class Design:
     """
 
     known: Array
-    """(O, K, z + 6) rows, with the wrench behind them"""
+    """(O, K, z + 6) rows, followed by the wrench"""
     used: Array
     """(O, K) 1 where the motion is known, else 0"""
     maps: Array
@@ -206,11 +205,8 @@ class Design:
 
     def tilt_of(self, solution: Array) -> Array:
         """(2,) change of gravity along its tangents [m/s²] from a solution (p,); zero
-        where it is not free.
-
-        The first of a tangent's four unknowns is the product of that change with the
-        mass.
-        """
+        if it is not free. The first of a tangent's four unknowns is the mass times that
+        change."""
         if self.first_bias_column == 10:
             return np.zeros(2)
         mass = solution[0]
@@ -218,8 +214,8 @@ class Design:
 
 
 def _column_maps(width: int, tangents: int, functions: int) -> Array:
-    """`Design.maps`: the ten parameters come first, then, for each tangent of gravity,
-    its products with mass and first moment, then the bias at the knots."""
+    """`Design.maps`: ten parameters, then for each tangent of gravity its products with
+    mass and first moment, then the bias at the knots."""
     first_bias_column = 10 + 4 * tangents
     maps = np.zeros((width, 6, first_bias_column + 6 * functions))
     maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE

@@ -1,12 +1,12 @@
-"""Profile of a clock offset that was found: how well the inliers are explained at every
-offset that may be looked for, and whether that speaks for the one found.
+"""Profile of a clock offset: how well every possible offset explains the inliers, and
+whether that supports the one found.
 
-What shifting the wrench gains is the decrease of the weighted sum of squared residuals
-over their spectrum at low frequencies: twice a log likelihood ratio, in which correlated
-residuals count as the few independent ones that they amount to. A wrench that the model
-explains, and that is late, gains thousands. One that it does not explain, as that of a
-sensor mounted turned or in contact, gains some tens at offsets at which the motion
-happens to resemble itself.
+The gain of an offset is the decrease of the weighted sum of squared residuals, over
+their spectrum at low frequencies: twice a log likelihood ratio, in which correlated
+residuals count as the few independent ones that they amount to. A late wrench that the
+model explains gains thousands. One that the model does not explain, as of a sensor
+mounted turned or in contact, gains some tens at offsets at which the motion resembles
+itself.
 """
 
 from typing import Literal
@@ -27,24 +27,24 @@ from hefting.ingest.robust_fit import MOST_BLOCKS_OF_FIRST_FIT, RobustFit
 from hefting.ingest.robust_rows import normal_equations, solve_each
 
 SMALLEST_JUDGED_OFFSET = 0.01
-"""[s] Smaller offsets are not judged: they resemble no other one, and do little harm."""
+"""[s] Smaller offsets are not judged: they do little harm."""
 OFFSET_OF_UNIT_GAIN = 0.005
-"""[s] The gain that an offset must have grows with the square of the offset over this.
-Offsets of 17 ms in recordings of 18 s with an optical sensor gain 64 and 91, simulated
-ones of 50 ms of an object of 0.3 kg 2,000 and more; those invented for sensors turned by
-15° to 60° are 19 to 200 ms and gain 13 to 75."""
+"""[s] The gain that an offset must have is the square of the offset over this. Offsets
+of 17 ms in recordings of 18 s with an optical sensor gain 64 and 91, simulated ones of
+50 ms of an object of 0.3 kg 2,000 and more; those invented for sensors turned by 15° to
+60° are 19 to 200 ms and gain 13 to 75."""
 LARGEST_REQUIRED_GAIN = 300.0
-"""Gain from which on an offset of any size is believed. Offsets of 0.2 to 0.3 s in those
-recordings gain 500 to 980; of 270 simulated mistakes without one that is real, those
-beyond 40 ms which leave less than half gain 73 at most, and through play 153."""
+"""Gain from which on an offset of any size is accepted. Offsets of 0.2 to 0.3 s in
+those recordings gain 500 to 980; in 270 simulated mistakes without an offset, those
+found beyond 40 ms that leave less than half gain at most 73, and 153 for play."""
 LARGE_OFFSET = 0.1
-"""[s] Larger offsets must also explain half of what is left without them."""
+"""[s] Larger offsets must also explain half of the squared residuals."""
 LARGEST_SHARE_LEFT = 0.5
 """Largest share of the squared residuals at zero offset that a large offset may
 leave."""
 CLEAR_GAIN_SHARE = 0.2
-"""Share of its own gain by which the best offset must be better than the best one that
-is not in its neighbourhood, and in between which it is worse."""
+"""Share of its gain by which the best offset must exceed the best one outside its
+neighbourhood, with a worse one between them."""
 
 Doubt = Literal["several", "edge", "gain", "share"]
 
@@ -59,11 +59,11 @@ class OffsetProfile:
     """(O,) sum of squared residuals over the scales, and over their spectrum at low
     frequencies; infinite where the motion is known at less than half of the samples"""
     offset: float
-    """[s] the one found"""
+    """[s] the offset that was found"""
     at_zero: float
-    """such a sum of more samples, at zero offset"""
+    """the sum for more samples, at zero offset"""
     at_offset: float
-    """and at the one found"""
+    """the same at the offset found"""
 
     @property
     def best(self) -> float:
@@ -73,18 +73,18 @@ class OffsetProfile:
 
     @property
     def gain(self) -> float:
-        """What the offset found gains over zero."""
+        """Decrease of the sum from zero to the offset found."""
         return self.at_zero - self.at_offset
 
     @property
     def share_left(self) -> float:
-        """Share of the squared residuals at zero that the offset found leaves."""
+        """Share of the squared residuals at zero that remains at the offset found."""
         return self.at_offset / max(self.at_zero, 1e-300)
 
     @property
     def rival(self) -> tuple[float, float]:
-        """The best other peak [s], and what the offset found gains over it; infinite
-        where there is none."""
+        """The best other peak [s], and the gain of the offset found over it; infinite
+        if there is none."""
         inner = np.arange(1, len(self.offsets) - 1)
         square = self.square
         peak = (square[inner] <= square[inner - 1]) & (
@@ -99,7 +99,7 @@ class OffsetProfile:
 
     @property
     def at_edge(self) -> bool:
-        """Whether the offset found is at an end of the range that may be looked for."""
+        """Whether the offset found is at an end of the range that was tried."""
         return bool(
             abs(self.offset) > np.abs(self.offsets).max() - 0.5 * COARSE_OFFSET_STEP
         )
@@ -111,20 +111,20 @@ class OffsetProfile:
 
     @property
     def is_lag(self) -> bool:
-        """Whether a rival leaves no doubt that the wrench is late, and by about how
-        much: it is as late, or later, and none gains far too little. In the rise of a
-        single move the lag is told from the object's weight only in part."""
+        """Whether the wrench is late in spite of a rival: that is as late or later, and
+        no offset gains far too little. In the rise of a single move the lag is only
+        partly distinguished from the object's weight."""
         other, apart = self.rival
         enough = min(self.gain, self.gain - apart) > LARGEST_REQUIRED_GAIN
         return bool(0.0 < self.offset < other) and enough
 
     @property
     def required_gain(self) -> float:
-        """Gain that an offset of this size must have."""
+        """Gain that an offset of this size must have to be accepted."""
         return min((self.offset / OFFSET_OF_UNIT_GAIN) ** 2, LARGEST_REQUIRED_GAIN)
 
     def doubt(self) -> Doubt | None:
-        """Why the offset found is not to be believed; None where it is."""
+        """Reason not to accept the offset found; None to accept it."""
         if self.at_edge:
             return "edge"
         if self.has_rival and not self.is_lag:
@@ -137,11 +137,8 @@ class OffsetProfile:
 
 
 def profile_of(found: RobustFit) -> OffsetProfile | None:
-    """The profile of the clock offset of a fit; None of an offset too small to be
-    judged.
-
-    The weights, scales and the number of bias knots are those of the fit.
-    """
+    """Profile of a fit's clock offset, with its weights, scales and number of bias
+    knots; None for an offset too small to be judged."""
     problem, fit = found.problem, found.fit
     if abs(fit.offset) < SMALLEST_JUDGED_OFFSET:
         return None
@@ -162,7 +159,7 @@ def profile_of(found: RobustFit) -> OffsetProfile | None:
 
 def _squares(found: RobustFit, most: int, offsets: Array) -> Array:
     """(O,) sums of squared residuals of least squares at each of the offsets (O,), over
-    their spectrum at low frequencies; of at most so many blocks, scaled to all."""
+    their spectrum at low frequencies; from at most `most` blocks, scaled to all."""
     fit, stride = found.fit, -(-len(found.problem.time) // most)
     problem, weights = found.problem.every(most), fit.weights[::stride]
     design = Design.of(problem, fit.gravity, fit.hats.n, offsets, gravity_only=False)

@@ -11,9 +11,10 @@ from hefting.core.spatial import Array, Indices, Mask, median, runs_of, squared_
 CELL_DURATION = 0.05
 """[s] Duration of a cell. Contacts are found as sequences of cells."""
 FEWEST_SAMPLES_PER_CELL = 4
-"""Smallest average number of samples in a cell; cells of slower sensors last longer."""
+"""Smallest average number of samples in a cell; with slower sensors cells last
+longer."""
 AVERAGED_CELLS = (1, 4)
-"""Numbers of cells over which residuals are averaged: 1 detects short contacts, 4 weak
+"""Numbers of cells over which residuals are averaged: 1 for short contacts, 4 for weak
 ones."""
 CONTACT_PEAK = 7.0
 """Normalised residual that a contact reaches at least once. The length of six standard
@@ -26,24 +27,23 @@ SPIKE_RESIDUAL = 7.0
 MEDIAN_LENGTH_OF_THREE = 1.538
 """Median length of a vector of three standard normal components."""
 NEIGHBOURING_CELLS = 11
-"""Number of cells whose median gives the usual spread about a sample."""
+"""Number of cells whose median is the usual spread about a sample."""
 SENSOR_ERROR_SHARE = 0.04
-"""Error of an imperfect sensor, as a share of the wrench's changes. Residuals of this
-size are not outliers."""
+"""Error of an imperfect sensor, as a share of the wrench's changes, up to which
+residuals are no outliers."""
 SENSOR_DELAY = 0.003
 """[s] Error of an imperfect sensor, in units of the wrench's rate of change: sensors
 lag and ring."""
 ROWS_FOR_MEDIAN = 20_000
-"""Largest number of rows used for a median: it is then known to a hundredth of a
-standard deviation."""
+"""Largest number of rows from which a median is taken, to a hundredth of a standard
+deviation."""
 SMALLEST_SPREAD = 1e-12
 """[N, N m] Lower bound on the spread of residuals, against division by zero."""
 LARGEST_OUTLIER_SHARE = 0.6
-"""Share of outliers above which none is rejected: then the model is wrong rather than
-the samples."""
+"""Share of outliers above which none is rejected: then the model is wrong."""
 FEWEST_SATURATED_SAMPLES = 5
-"""Number of samples at the extreme value of a channel from which on the value may be
-the sensor's limit."""
+"""Number of samples at the extreme value of a channel from which on that may be the
+sensor's limit."""
 
 
 @immutable
@@ -57,12 +57,11 @@ class Outliers:
 
     @property
     def rejected(self) -> Mask:
-        """(K,) any of them."""
+        """(K,) all outliers."""
         return self.contact | self.spike | self.saturation
 
     def union(self, other: "Outliers") -> "Outliers":
-        """The outliers of this and of another set; a contact takes precedence over a
-        spike."""
+        """The outliers of both sets; a contact takes precedence over a spike."""
         contact = self.contact | other.contact
         return Outliers(
             contact,
@@ -72,7 +71,7 @@ class Outliers:
 
 
 def no_outliers(K: int) -> Outliers:
-    """None of K samples."""
+    """No outliers among K samples."""
     none = np.zeros(K, dtype=bool)
     return Outliers(none, none, none)
 
@@ -130,7 +129,7 @@ def find_outliers(
 
 def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
     """Static poses (K,) whose wrench (K, 6) is far from the predicted one (K, 6);
-    `changes` (2,) as above."""
+    `changes` (2,) as for `find_outliers`."""
     none, r = no_outliers(len(wrench)), wrench - predicted
     odd = _length(r, _spread(r, SENSOR_ERROR_SHARE * changes)) > SPIKE_RESIDUAL
     return none if np.mean(odd) > LARGEST_OUTLIER_SHARE else replace(none, spike=odd)
@@ -139,7 +138,8 @@ def find_odd_poses(wrench: Array, predicted: Array, changes: Array) -> Outliers:
 def _imperfection(
     time: Array, predicted: Array, cell: Indices, changes: Array
 ) -> Array:
-    """(C, 2) error of a good sensor in force [N] and torque [N m] in each cell."""
+    """(C, 2) error of an imperfect sensor in force [N] and torque [N m] in each
+    cell."""
     square = squared_lengths(np.gradient(predicted.T.copy(), time, axis=1).T)
     mean = (
         np.column_stack([np.bincount(cell, column) for column in square.T])
@@ -149,8 +149,8 @@ def _imperfection(
 
 
 def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
-    """Mask (K,) of the samples at which the sensor was at its limit, or would have been
-    without noise.
+    """Mask (K,) of the samples at which the sensor is at its limit, or would be without
+    noise.
 
     A channel has a limit where at least `FEWEST_SATURATED_SAMPLES` samples share its
     extreme value and the prediction (K, 6) exceeds it by five times `scale` (6,), the
@@ -175,14 +175,14 @@ def saturated(wrench: Array, predicted: Array, scale: Array) -> Mask:
 
 
 def _never_rests(values: Array) -> bool:
-    """Whether values (K,) are several, and none is shared by as many samples as a limit
-    is: those of a wrench without noise, or in coarse steps, are."""
+    """Whether values (K,) differ, and none is shared by as many samples as a limit is,
+    as in a wrench without noise or in coarse steps."""
     _, counts = np.unique(values, return_counts=True)
     return len(counts) > 1 and bool(counts.max() < FEWEST_SATURATED_SAMPLES)
 
 
 def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:
-    """Medians (C, d) of the samples r (K, d) known in each cell, and their number
+    """Medians (C, d) of the known samples r (K, d) in each cell, and their number
     (C,)."""
     order = (
         np.arange(len(cell))
@@ -199,7 +199,7 @@ def _cell_medians(r: Array, cell: Indices) -> tuple[Array, Array]:
 
 
 def _running(values: Array, weights: Array, span: int) -> Array:
-    """Averages (C, 6) over `span` cells about each."""
+    """Averages (C, 6) over `span` cells about each cell."""
     if span == 1:
         return values
     kernel = np.ones(span)
@@ -212,8 +212,9 @@ def _running(values: Array, weights: Array, span: int) -> Array:
 
 
 def _spread(values: Array, least: Array) -> Array:
-    """(2,) robust standard deviations of force and torque, of `ROWS_FOR_MEDIAN` rows at
-    most, or (..., 2) the `least` where that is larger."""
+    """(2,) robust standard deviations of force and torque, from at most
+    `ROWS_FOR_MEDIAN` rows of residuals (K, 6); or (..., 2) the `least` where that is
+    larger."""
     if not len(values):
         return least
     values = values[:: -(-len(values) // ROWS_FOR_MEDIAN)]
@@ -226,21 +227,22 @@ def _spread(values: Array, least: Array) -> Array:
 
 
 def _length(values: Array, scale: Array) -> Array:
-    """(C,) length of residuals (C, 6) over the spreads (2,) of force and torque."""
+    """(C,) length of residuals (C, 6) over the standard deviations (2,) of force and
+    torque."""
     square = squared_lengths(values) * np.maximum(scale, SMALLEST_SPREAD) ** -2.0
     return np.sqrt(square[:, 0] + square[:, 1])
 
 
 def _nearby(apart: Array, cell: Indices) -> Array:
-    """(C, 2) robust spread of force and torque about each cell; it is larger while the
-    arm moves."""
+    """(C, 2) robust spread of force and torque in the cells about each, which is larger
+    while the arm moves."""
     size = np.sqrt(squared_lengths(apart))
     typical = _cell_medians(size, cell)[0] / MEDIAN_LENGTH_OF_THREE
     return _running_median(typical)
 
 
 def _running_median(values: Array) -> Array:
-    """Medians (C, 2) of `NEIGHBOURING_CELLS` cells about each, mirrored at the ends."""
+    """(C, 2) medians of `NEIGHBOURING_CELLS` cells about each, mirrored at the ends."""
     half = NEIGHBOURING_CELLS // 2
     mirrored = np.pad(values, ((half, half), (0, 0)), mode="symmetric")
     windows = np.lib.stride_tricks.sliding_window_view(
@@ -250,8 +252,8 @@ def _running_median(values: Array) -> Array:
 
 
 def _contact_cells(size: Array) -> Mask:
-    """(C,) cells in contact: runs above `CONTACT_EDGE` whose largest exceeds
-    `CONTACT_PEAK`, of residuals of so many standard deviations (C,)."""
+    """(C,) cells in contact: runs above `CONTACT_EDGE` whose largest normalised
+    residual, of `size` (C,), exceeds `CONTACT_PEAK`."""
     touched = np.zeros(len(size), dtype=bool)
     for begin, end in runs_of(size > CONTACT_EDGE):
         touched[begin:end] = size[begin:end].max() > CONTACT_PEAK

@@ -31,7 +31,7 @@ from hefting.motion.measure import (
 from hefting.motion.state import angular_motion
 
 FEWEST_POSES_OF_PATH = 8
-"""Fewest orientations from which a motion is smoothed."""
+"""Least number of orientations for a motion to be smoothed."""
 DIFFERENTIATION_STEP = 2e-3
 """[s] Step of the numerical derivatives by time. A motion of 15 Hz advances by 0.19 rad
 of its phase in it."""
@@ -44,7 +44,7 @@ by rows."""
 
 
 Read = Callable[[Array, bool], tuple[Array, Array, Mask]]
-"""Function of times (K,), and of whether variances are needed: rows (K, 21) as of
+"""Function of times (K,) and of whether variances are needed: rows (K, 21) as in
 `Reading.value`, variances (2, K) or zeros, and a mask (K,) of known rows."""
 
 
@@ -53,8 +53,8 @@ class Reading:
     """Motion at K times in sensor axes, with its derivatives by time."""
 
     time: Array
-    """(K,) [s] Times at which the motion was evaluated: those asked for, limited to the
-    time span of the motion."""
+    """(K,) [s] Times of the values: those asked for, limited to the time span of the
+    motion."""
     value: Array
     """(K, 21): see `MOTION_COLUMNS` and `WORLD_AXES_COLUMNS`"""
     rate: Array
@@ -88,37 +88,36 @@ class Path:
     gravity_measured: bool = False
     """Whether gravity is contained in a measured specific force instead of modelled."""
     curves: Curves | None = None
-    """The smooth curves it is evaluated from, if any."""
+    """The smooth curves that it is evaluated from, if any."""
     plain: "Path | None" = None
-    """The motion as logged, where this is what a wrench feels of it through a
-    filter."""
+    """The motion as logged, if this one is filtered as a wrench is."""
 
     @property
     def smooth(self) -> bool:
-        """Whether it contains no frequencies that `hefting.ingest.blocks` would average
-        out; measured accelerations contain vibrations."""
+        """Whether averages by `hefting.ingest.blocks` keep all its frequencies;
+        measured accelerations contain vibrations."""
         return self.kind in ("smooth", "orientation")
 
     @property
     def moves(self) -> bool:
-        """Whether there is motion, relative to which the wrench may be delayed."""
+        """Whether it moves, so that the wrench may be delayed relative to it."""
         return self.kind != "static"
 
     def scaled(self, linear: float, angular: float) -> "Path":
-        """The motion with its linear accelerations multiplied by one factor, and the
-        angular ones and the squares of angular velocities by another."""
+        """The motion with linear accelerations multiplied by one factor, and angular
+        ones and squares of angular velocities by another."""
         read = partial(_read_scaled, self.read, linear, angular)
         return replace(self, read=read, curves=None)
 
     def felt(self, grid: Array, value: Array) -> "Path":
-        """The motion as a wrench feels it through a filter: with rows (n, 21), as of
-        `Reading.value`, at instants (n,) [s]."""
+        """The motion as filtered for a wrench: rows (n, 21), as in `Reading.value`, at
+        instants (n,) [s]."""
         return replace(
             self, read=partial(_read_felt, self.read, grid, value), plain=self
         )
 
     def known_at(self, time: Array) -> Mask:
-        """(K,) times [s] at which the motion is known, as in `Reading.known`."""
+        """(K,) whether the motion is known at times [s], as in `Reading.known`."""
         if self.curves is None:
             return self.at(time, spread=False).known
         inside = (time >= self.first) & (time <= self.last)
@@ -187,8 +186,7 @@ def path_of(
 
 
 def static_path(recording: Recording) -> Path:
-    """Path without motion: the static poses of a recording, or one pose that is
-    held."""
+    """Path without motion: static poses, or a pose that is held."""
     orientation = recording["orientation"]
     world = _world_to_sensor_rows(orientation.values)
     read = partial(_read_static, orientation.time, world)
@@ -231,7 +229,7 @@ def _reading_rows(
 
 
 def _pose_path(curves: Curves) -> Path:
-    """Path of poses; of an orientation alone only gravity is modelled."""
+    """Path of poses; for orientations alone only gravity is modelled."""
     poses = curves.alone
     kind = "orientation" if poses.position is None else "smooth"
     read = partial(_read_in_pieces, partial(_read_poses, poses))
@@ -258,7 +256,7 @@ def _read_felt(
 
 
 def _read_in_pieces(read: Read, time: Array, spread: bool) -> tuple[Array, Array, Mask]:
-    """The same at a few times after the other, which bounds the memory."""
+    """As `read`, for a part of the times after the other, to bound the memory."""
     if len(time) <= TIMES_EVALUATED_TOGETHER:
         return read(time, spread)
     K = len(time)
@@ -331,8 +329,8 @@ def _read_specific_force(
 
 
 def _columns_path(recording: Recording) -> Path | None:
-    """Path of the twist and acceleration columns of the log, interpolated by cubic
-    splines; None for too few samples."""
+    """Path of the log's twist and acceleration columns, interpolated by cubic splines;
+    None for too few samples."""
     from scipy.interpolate import CubicSpline
 
     from hefting.motion.spline import aligned

@@ -1,5 +1,5 @@
-"""Plausibility: errors for results that no held object can have, warnings for unlikely
-ones."""
+"""Plausibility: errors for results that are impossible for a held object, warnings for
+unlikely ones."""
 
 import numpy as np
 
@@ -19,28 +19,31 @@ wrong unit or pose."""
 HEAVIEST_OBJECT = 1000.0
 """[kg] Larger masses indicate a wrong unit of force."""
 UNUSUALLY_HEAVY = 100.0
-"""[kg] Mass above which newtons are in doubt: a wrench all in mN has the same law."""
+"""[kg] Mass above which the unit of force is in doubt: a wrench in mN fits equally
+well."""
 UNUSUALLY_LIGHT = 0.01
-"""[kg] Mass below which they are, too, where the noise is as small as of a wrench in
+"""[kg] Mass below which it is in doubt too, if the noise is as small as of a wrench in
 kN."""
 LEAST_NOISE = 1e-3
-"""[N] Less noise than that of a sensor: one of the finest, ATI's Nano17, resolves 3 mN."""
+"""[N] Noise below that of any sensor: one of the finest, ATI's Nano17, resolves 3
+mN."""
 SHORTEST_RECORDING = 0.2
-"""[s] Duration below which a wrong unit of time is likelier than so short a recording."""
+"""[s] Duration below which a wrong unit of time is likely."""
 DENSEST_MATERIAL = 23_000.0
 """[kg/m³] Upper bound on the density of a material (osmium: 22,590)."""
 
 LIGHTEST_OBJECT = 5.0
 """[kg/m³] Least mass over the volume of an object's bounding box: a hammer has 500, a
-tennis racket 50, an empty bottle 30, foam 15, an empty carton 7 to 10. A length unit ten
-times too large makes it a thousandth: of a body of up to 5,000 kg/m³ it is seen."""
+tennis racket 50, an empty bottle 30, foam 15, an empty carton 7 to 10. A length unit
+ten times too large divides it by a thousand, which shows for bodies of up to 5,000
+kg/m³."""
 DENSEST_OBJECT = 12_000.0
-"""[kg/m³] Most mass over the volume of an object's shape: lead has 11,340."""
+"""[kg/m³] Largest mass over the volume of an object's shape: lead has 11,340."""
 DENSEST_WALL = 3_000.0
-"""[kg/m³] Mass over the volume of walls around a space above which something may be in
-it: those of glass, ceramics and aluminium have less; of steel they have more."""
+"""[kg/m³] Mass over the volume of walls around a space above which the space may be
+filled: walls of glass, ceramics and aluminium have less, those of steel more."""
 WALLS_SHARE = 0.3
-"""Volume over that of the bounding box up to which a shape may be walls."""
+"""Largest volume of a shape that may be walls, over that of its bounding box."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
 """Ratio of an estimate's residual to that of unconstrained least squares above which a
 warning is given."""
@@ -49,17 +52,17 @@ COM_OUTSIDE_SHARE = 0.75
 sides, beyond which the COM is well outside. The surface of a box is at half its
 side."""
 FARTHEST_COM = 0.4
-"""[m] Distance of a COM from the sensor, without a shape, above which units are in doubt:
-static poses do not tell a force in kgf from one of a tenth of the mass, ten times as
+"""[m] Distance of a COM from the sensor, without a shape, above which units are in
+doubt: in static poses a force in kgf fits like one of a tenth of the mass, ten times as
 far away."""
 LARGEST_FOUND_TILT_STD = np.radians(10.0)
 """[rad] Standard deviation of gravity's direction above which the direction counts as
 undetermined."""
 
 UNSEEN_MASS = 3.0
-"""Standard deviations of a mass beside a tool up to which it may be none."""
+"""Standard deviations of a mass beside a tool up to which it may be zero."""
 WELL_KNOWN_SHARE = 0.1
-"""Standard deviation of that mass over the tool's below which it is told well."""
+"""Standard deviation of that mass over the tool's, below which it is well known."""
 
 
 def require_object(found: Ingested, shape: Shape | None = None) -> None:
@@ -104,8 +107,8 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
 
 
 def named_instead(obstacle: InputError, found: Ingested) -> InputError:
-    """An error that names the mistake in the recording, or of several the one that is
-    wrong alone, in the place of one that tells what came of it."""
+    """An error that names the mistake in the recording, or the only wrong one of
+    several, in place of an error that follows from it."""
     own = [mistake_in(part) for part in found.recordings]
     if all(own) and found.doubt is not None and found.doubt.is_fatal:
         return type(obstacle)("; ".join(found.doubt.messages), found.log)
@@ -114,8 +117,8 @@ def named_instead(obstacle: InputError, found: Ingested) -> InputError:
 
 
 def mistake_in(found: Ingested) -> InputError | None:
-    """What makes a recording wrong whatever others of the object tell: a mistake that
-    was named, or a wrench that no object explains."""
+    """The reason why a recording is wrong whatever others show: a named mistake, or a
+    wrench that no object explains."""
     if found.doubt is not None and found.doubt.is_fatal:
         return NotIdentifiableError("; ".join(found.doubt.messages), found.log)
     try:
@@ -127,7 +130,7 @@ def mistake_in(found: Ingested) -> InputError | None:
 
 
 def _require_mass(found: Ingested, shape: Shape | None) -> None:
-    """Raise unless the recording determines a mass that can be held; see
+    """Raise unless the recording determines the mass of an object that can be held; see
     `require_object`."""
     fit = found.fit
     bias = (
@@ -170,7 +173,7 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
 
 
 def holds_nothing(found: Ingested) -> bool:
-    """Whether the wrench is well known to be that of the tool alone."""
+    """Whether the wrench is significantly that of the tool alone."""
     if found.tool is None:
         return False
     mass, std = float(found.fit.vector[0]), float(found.fit.covariance[0, 0]) ** 0.5
@@ -211,7 +214,7 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
 
 def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     """A warning if the COM by unconstrained least squares is well outside the shape, or
-    without one farther away than those of most objects."""
+    without one farther away than in most objects."""
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(
         abs(float(fit.vector[0])), 1e-12
     )
@@ -240,9 +243,9 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
 
 
 def mass_warnings(found: Ingested) -> list[Message]:
-    """A warning of a mass that robots seldom hold: force and torque in a unit that is a
-    thousand times too large or too small fit as well. Beside a tool none is given: what
-    is held with it may weigh next to nothing."""
+    """A warning of a mass that robots seldom hold, as force and torque in a unit a
+    thousand times too large or small fit equally well. There is none beside a tool, as
+    very little may be held with it."""
     fit = found.fit
     if found.tool is not None or not fit.mass_t > 10.0:
         return []
@@ -261,8 +264,8 @@ def mass_warnings(found: Ingested) -> list[Message]:
 
 
 def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
-    """A warning if the shape is far too large or too small for what is held, or is that
-    of a vessel alone."""
+    """A warning if the shape is far too large or too small for the mass, or is that of a
+    vessel without its content."""
     if shape is None or shape.known == "reach" or not fit.mass_t > 10.0:
         return []
     mass, space = float(fit.vector[0]), float(np.prod(shape.extents))
@@ -300,11 +303,9 @@ def _is_walls(shape: Shape) -> bool:
 def misfit_warnings(
     estimate: Estimate, residual: Array, found: Ingested
 ) -> list[Message]:
-    """A warning if the estimate leaves a much larger residual than unconstrained least
-    squares.
-
-    `residual` (2,) is the root-mean-square residual of force [N] and torque [N m].
-    """
+    """A warning if the estimate's residual is much larger than that of unconstrained
+    least squares. `residual` (2,) is the root-mean-square residual of force [N] and
+    torque [N m]."""
     free = np.array((found.noise.force, found.noise.torque))
     over = residual > np.maximum(
         UNEXPLAINED_RESIDUAL_RATIO * free, 0.01 * found.wrench_rms

@@ -1,5 +1,4 @@
-"""Poses of a recording that no body can have passed: left out before anything is made
-of them."""
+"""Poses of a recording that no body can have passed, which are left out first."""
 
 from dataclasses import replace
 
@@ -17,7 +16,7 @@ LIMITS = {"position": POSITION_LIMITS, "orientation": ORIENTATION_LIMITS}
 MANY_LEFT_OUT = 0.05
 """Share of poses left out above which a warning is given."""
 MOST_LEFT_OUT = 0.5
-"""Share of glitches above which no pose is left out: then the limits do not suit the
+"""Share of glitches above which no pose is left out, as the limits do not suit the
 recording."""
 MOST_TIMES_SHOWN = 3
 """Largest number of times in a message."""
@@ -89,7 +88,7 @@ def _masks(
 
 
 def _notes(time: dict[str, Array], found: dict[str, Discontinuities]) -> list[Message]:
-    """How many poses were left out of which stream, why and where."""
+    """Notes on how many poses were left out of which stream, why and where."""
     said = []
     for name, faults in found.items():
         if faults.glitch.any():
@@ -108,7 +107,7 @@ def _notes(time: dict[str, Array], found: dict[str, Discontinuities]) -> list[Me
 
 
 def _counted(name: str, time: Array, mask: Mask) -> tuple[str, str]:
-    """How many samples of a stream are in a mask (K,), and where they are."""
+    """How many samples of a stream are in a mask (K,), and where, in words."""
     several = "" if mask.sum() == 1 else "s"
     share = _percent(float(mask.mean()))
     return f"{int(mask.sum())} {name}{several} ({share})", where_in_time(time, mask)
@@ -117,7 +116,7 @@ def _counted(name: str, time: Array, mask: Mask) -> tuple[str, str]:
 def _jump_warnings(
     time: dict[str, Array], found: dict[str, Discontinuities]
 ) -> list[Message]:
-    """Of parts of the recording between which a stream jumps."""
+    """Warnings of parts of the recording between which a stream jumps."""
     said = []
     for name, faults in found.items():
         if len(faults.jumps):
@@ -130,7 +129,7 @@ def _jump_warnings(
 
 
 def where_in_time(time: Array, mask: Mask) -> str:
-    """Where the samples of a mask (K,) are, as in "at 1.20 s, 3.00 to 3.40 s, and 4
+    """Where the samples of a mask (K,) are, in words: "at 1.20 s, 3.00 to 3.40 s, and 4
     more places"."""
     runs = runs_of(mask)
     shown = [

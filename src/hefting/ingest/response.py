@@ -1,17 +1,17 @@
-"""Response: whether a late wrench is late by a delay, or through a low-pass filter, which
-also rounds and weakens what it measures.
+"""Response: whether a late wrench is delayed, or low-pass filtered, which also rounds
+and weakens it.
 
-Sensors and drivers filter. A filter of first order with the time constant T delays a
-steady change by T, as a clock that is late by T does; but it delays a change that only
-begins less, and a wrench that swings at f it weakens by about (2 pi f T)² / 2: by 3 % at
-0.2 Hz for a filter of 0.2 s. Taken for a delay it leaves masses that are too small.
+A first-order filter of time constant T delays a steady change by T, like a late clock.
+It delays the beginning of a change less, and weakens a wrench of frequency f by about
+(2 pi f T)² / 2: by 3 % at 0.2 Hz for 0.2 s. If it is taken for a delay, masses are
+found too small.
 
-The motion's features are sent through filters of several time constants. Beside each the
-parameters, the bias and what is left of the lag are least squares; how likely each is
-follows from what it leaves of the wrench.
+The motion's features are filtered with several time constants. For each, parameters,
+bias and the remaining lag are found by least squares, and its likelihood follows from
+the residuals.
 
-A filter's tail looks like a drifting bias or like contacts, and what is then taken out is
-a part of the object's weight. So a clear one is looked for before these are: `felt_path`.
+A filter's tail resembles a drifting bias or contacts, and a part of the object's weight
+would be removed as such. A clear filter is therefore looked for first: `felt_path`.
 """
 
 from dataclasses import replace
@@ -35,46 +35,45 @@ from hefting.ingest.robust_fit import InlierFit
 from hefting.ingest.samples import Samples
 
 CONSTANTS = (0.0, 0.3, 0.5, 0.7, 0.85, 1.0, 1.2, 1.5, 2.0)
-"""Time constants that are tried, over the lag that was found for a delay: from the rise
-or the end of a move alone that is found too short."""
+"""Time constants that are tried, over the lag that was found for a delay, which the
+start or end of a single move makes too short."""
 FELT_CONSTANTS = (0.6, 1.0, 1.4, 1.8)
-"""Those that are tried before drifts and contacts are looked for."""
+"""Those that are tried before drifts and contacts are searched for."""
 EARLY = 1.1
-"""Largest time constant over the lag: poses may be late themselves, by little."""
+"""Largest time constant over the lag; poses may be slightly late themselves."""
 STEPS = 4
-"""Gauss-Newton steps of the lag beside each filter."""
+"""Number of Gauss-Newton steps of the lag for each filter."""
 REFINEMENTS = 2
-"""How often constants are tried between the likeliest and those beside it."""
+"""Number of times that constants between the likeliest and its neighbours are added."""
 MOST_SAMPLES = 2000
-"""Samples that the filters are compared on."""
+"""Number of samples on which filters are compared."""
 EVIDENCE_RATIO = 3.0
-"""By how much less a model that is not perfect tells than white noise would, in standard
-deviations."""
+"""Factor by which an imperfect model reduces the evidence, in standard deviations."""
 TYPICAL = np.repeat((5.0, 1.0, 0.2), (1, 3, 6))
-"""Parameters of heavy things [kg, kg m, kg m²]: what the motion leaves open stays within
-them."""
+"""Prior standard deviations of the parameters [kg, kg m, kg m²], those of heavy
+objects."""
 WIDE = 1e3
 """The same of the bias [N, N m] and its change [1/s]."""
 SHORTEST = 0.05
-"""[s] Lag from which on a filter is looked for here: a shorter one leaves nothing that
-drifts."""
+"""[s] Lag from which on `felt_path` looks for a filter; the tail of a shorter one does
+not resemble a drift."""
 LONGEST = 1.2
-"""[s] The longest filter's: a longer lag is that of a clock."""
+"""[s] Longest time constant; a longer lag is that of a clock."""
 CLEARLY_LESS = 0.8
-"""Size of the residuals over that beside a delay, for force and torque together, from
-which on there is a filter. In parts of 9 s of a recording through a filter of 0.6 s it is
-0.4 to 0.9."""
+"""Size of the residuals of force and torque together over that for a delay, below which
+there is a filter. In parts of 9 s of a recording with a filter of 0.6 s it is 0.4 to
+0.9."""
 MOST_BLOCKS = 2000
-"""Blocks that are compared."""
+"""Number of blocks on which filters are compared."""
 INSTANTS_PER_LAG, FEWEST_PER_LAG, MOST_INSTANTS = 20, 4, 50_000
-"""Instants at which the motion is filtered."""
+"""Numbers of instants at which the motion is filtered."""
 
 
 def felt_path(samples: Samples, found: InlierFit) -> Path | None:
-    """The motion through the filter that explains the wrench clearly better than a delay
-    does, ahead by the lag of that filter; None where there is none.
+    """The motion through the filter that explains the wrench clearly better than a delay,
+    ahead by the lag of that filter; None if there is none.
 
-    The bias is constant in both, and no sample is left out but by its weight.
+    The bias is constant, and samples are left out only by their robust weights.
     """
     problem, lag = found.problem, found.fit.offset
     if not problem.free_offset or lag < SHORTEST:
@@ -97,14 +96,14 @@ def felt_path(samples: Samples, found: InlierFit) -> Path | None:
 
 
 def _left(problem: Problem, start: Start) -> float:
-    """Size of what robust least squares leaves of force and torque together."""
+    """Size of the residuals of robust least squares, of force and torque together."""
     fit = gauss_newton(problem, start, 1, robust=True, steps=6, final=False)
     return float(np.sqrt(fit.scale.prod()))
 
 
 def instants(path: Path, lag: float) -> Array | None:
-    """(n,) [s] even instants at which a motion is filtered that is felt so late [s];
-    None of one that is too long for so short a lag."""
+    """(n,) [s] even instants at which to filter a motion for a wrench that lags by
+    `lag` [s]; None if it is too long for such a short lag."""
     lags = (path.last - path.first) / lag
     if lags * FEWEST_PER_LAG > MOST_INSTANTS:
         return None
@@ -114,28 +113,27 @@ def instants(path: Path, lag: float) -> Array | None:
 
 @immutable
 class Response:
-    """How the wrench follows the motion, beside a delay."""
+    """How the wrench follows the motion, apart from a delay."""
 
     lag: float
     """[s] of the wrench in steady motion"""
     share: float
-    """of it that is a filter's: 0 for a delay, 1 for a filter of first order"""
+    """of the lag that is due to a filter: 0 for a delay, 1 for a first-order filter"""
     share_std: float
     change: Array
-    """(K, 6) what it adds to the wrench of each sample, with the drift that was taken
-    out in its place [N, N m]"""
+    """(K, 6) contribution of the filter to the wrench of each sample, and of the drift
+    that was removed in its place [N, N m]"""
     errors: Array
-    """(10, n) E, E E' being the covariance of the parameters by what is not known of
-    it"""
+    """(10, n) E with E E' the covariance of the parameters by its uncertainty"""
 
     def corrected(self, z: Measurements) -> Measurements:
-        """The samples as a wrench that is only delayed has them."""
+        """The samples with a wrench that is only delayed."""
         return replace(
             z, force=z.force - self.change[:, :3], torque=z.torque - self.change[:, 3:]
         )
 
     def messages(self) -> list[Message]:
-        """What was found, where the residuals tell."""
+        """A note if the filter is significant."""
         if not self.share > SIGNIFICANT * self.share_std:
             return []
         return [
@@ -147,10 +145,9 @@ class Response:
 
 
 def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response | None:
-    """The response that the residuals tell, beside the clock offset that was found.
+    """The response of the wrench by the residuals, in addition to the clock offset.
 
-    None where there is no clock or no motion, or where the wrench is not late enough for
-    it to matter.
+    None without a clock or motion, or if the wrench is hardly late.
 
     Parameters
     ----------
@@ -200,7 +197,7 @@ def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response |
 
 @immutable
 class _Beside:
-    """What least squares finds beside a filter."""
+    """Least squares for one filter."""
 
     constant: float
     """[s]"""
@@ -209,21 +206,21 @@ class _Beside:
     parameters: Array
     """(10,)"""
     change: Array
-    """(K, 6) what the filter adds to the wrench [N, N m]"""
+    """(K, 6) contribution of the filter to the wrench [N, N m]"""
     score: float
     """log likelihood, up to a constant"""
 
 
 @immutable
 class _Samples:
-    """Motion and wrench."""
+    """Motion and wrench of the samples."""
 
     time: Array
     """(K,) [s] of the motion"""
     features: Array
     """(K, 12)"""
     error: Array
-    """(K, 12) by which they differ from the motion that is filtered"""
+    """(K, 12) difference from the features of the motion that is filtered"""
     wrench: Array
     """(K, 6) [N, N m]"""
     weights: Array
@@ -231,7 +228,7 @@ class _Samples:
     variance: Array
     """(6,) of the noise"""
     bias: Array
-    """(K, n) a constant and its linear drift, as far as they are free"""
+    """(K, n) constant and linear functions of time, as far as the bias is free"""
     number: float
     """of independent samples"""
 
@@ -239,7 +236,7 @@ class _Samples:
     def of(
         cls, found: Conditioned, z: Measurements, fit: FreeFit, plain: Array
     ) -> "_Samples":
-        """From samples, and the features (K, 12) of the motion that is filtered."""
+        """From samples, and features (K, 12) of the motion that is filtered."""
         weights = np.ones(len(z)) if z.weights is None else z.weights
         noise = np.repeat((fit.noise.force, fit.noise.torque), 3)
         free = 0 if fit.bias is None else 1
@@ -258,12 +255,13 @@ class _Samples:
         )
 
     def beside(self, constant: float, lag: float, grid: Array, late: Array) -> _Beside:
-        """Least squares beside a filter of a time constant [s], with samples from which
-        a `lag` [s] was removed: `late` (n, 12) are its features at instants (n,)."""
+        """Least squares for a filter of time constant `constant` [s], of samples from
+        which a `lag` [s] was removed; `late` (n, 12) are the filtered features at
+        instants `grid` (n,)."""
         parameters, more = np.zeros(10), 0.0
         some = slice(None, None, -(-len(self.time) // MOST_SAMPLES))
         rate, beside = np.gradient(late, grid, axis=0), self.bias
-        if constant > 0.0:  # of what the filter held when the motion began
+        if constant > 0.0:  # the decay of the filter's initial state
             left = np.exp(-np.maximum(self.time - grid[0], 0.0) / constant)
             beside = np.column_stack((beside, left))
         for _ in range(STEPS):
@@ -280,17 +278,17 @@ class _Samples:
         change = (x - self.features) @ (REGRESSOR_BY_FEATURE @ parameters)
         change += beside @ others
         score = -1.5 * self.number * float(np.log(square).sum())
-        if constant > 0.0:  # six numbers more, of what the filter held
+        if constant > 0.0:  # the initial state has six more unknowns
             score -= 3.0 * np.log(max(self.number, 1.0))
         return _Beside(constant, lag + more, parameters, change, score)
 
     def _solve(
         self, some: slice, x: Array, rate: Array, parameters: Array, beside: Array
     ) -> tuple[Array, Array]:
-        """Parameters (10,), the change of the lag about these parameters, and wrenches
-        (n, 6) per unit of what is `beside` (K, n), of some samples with features and
-        their rates (k, 12); and the squares of force and torque that are left, over
-        their noise (2,)."""
+        """Linearised least squares on the samples `some`, with features x and their
+        rates (k, 12): parameters (10,), the change of the lag about the given ones, and
+        wrenches (n, 6) per unit of the columns `beside` (K, n); and the residual
+        squares (2,) of force and torque over their noise."""
         n = beside.shape[1]
         known = np.hstack((x, rate, beside[some], self.wrench[some]))
         gram = known.T @ (self.weights[some, None] * known)
@@ -313,6 +311,6 @@ class _Samples:
 
 
 def _spacing(at: Array) -> Array:
-    """Weights of the trapezoid rule at places in order."""
+    """Weights of the trapezoidal rule at increasing places."""
     gaps = np.diff(at)
     return 0.5 * (np.append(gaps, 0.0) + np.append(0.0, gaps))

@@ -26,27 +26,25 @@ MOST_BLOCKS_OF_FIRST_FIT = 6_000
 """Largest number of blocks in the first robust fit and in the choice of the number of
 bias knots."""
 CLEARLY_SMALLER_SCALES = 0.99
-"""Factor of the product of the residuals' scales of force and torque from which on gravity
-the other way round is believed: with the other sign of the wrench it is the same but for
-what accelerations show."""
+"""Ratio of the product of force and torque scales below which reversed gravity is
+accepted: with the other sign of the wrench, only accelerations distinguish it."""
 MOST_KNOTS_OF_SCAN = 9
 """Largest number of bias knots in the scan for a coarse clock offset."""
 OUTLIER_ITERATIONS = 8
-"""Largest number of alternations between finding outliers and fitting the inliers."""
+"""Largest number of alternations between finding outliers and fitting inliers."""
 NEGLIGIBLE_MASK_CHANGE = 1e-3
-"""Share of samples by which two outlier masks may differ and still count as the
-same."""
+"""Share of samples by which two outlier masks may differ and count as equal."""
 OFFSET_REFINEMENTS = 2
 """Largest number of refinements of the clock offset by generalised least squares."""
 RIGID_MOTION_FREQUENCY = 15.0
-"""[Hz] Frequencies above it are not used for the clock offset: arms and sensors ring
-there, each with its own delay."""
+"""[Hz] Higher frequencies are not used for the clock offset: arms and sensors ring
+there, with different delays."""
 OFFSET_WITHOUT_EFFECT_ON_OUTLIERS = 5e-3
-"""[s] Where a smaller clock offset is removed, the outliers found with it are the
-start, and are found once more; from a larger one they are found from scratch."""
+"""[s] Clock offset up to which, when it is removed, outliers are found from those found
+with it; else they are found from scratch."""
 SMALLEST_EXPLAINED_SHARE_WITH_OFFSET = 0.8
 """Share of the wrench's variance that a fit must explain for a clock offset of more
-than `COMMON_OFFSET` to be believed."""
+than `COMMON_OFFSET` to be accepted."""
 SMALLEST_EXPLAINED_SHARE_WITH_COMMON_OFFSET = 0.5
 """The same for a smaller clock offset. In parts of recordings of a drifting sensor,
 with 0.69 to 0.76 explained, the offset was found to 3 ms."""
@@ -61,7 +59,7 @@ class InlierFit:
     """A fit to the samples that are not outliers."""
 
     problem: Problem
-    """whose blocks are those of the inliers"""
+    """with blocks of the inliers"""
     fit: Fit
     outliers: Outliers
 
@@ -74,13 +72,13 @@ class RobustFit(InlierFit):
 
     @property
     def biased(self) -> bool:
-        """Whether a bias was found beside the object."""
+        """Whether a bias was estimated."""
         return bool(self.fit.hats.functions.any())
 
     @property
     def mass_is_open(self) -> bool:
-        """Whether the mass is within three standard deviations of zero, or
-        undetermined."""
+        """Whether the mass is undetermined, or within three standard deviations of
+        zero."""
         return not abs(self.fit.phi[0]) >= SIGNIFICANT * self.uncertainty.mass_std
 
     @property
@@ -131,10 +129,7 @@ def _fit_block_medians(samples: Samples, problem: Problem, gravity: Array) -> Fi
 
 def fit_without_outliers(samples: Samples, problem: Problem, start: Fit) -> InlierFit:
     """Alternate between finding outliers and fitting the inliers, with the most freely
-    drifting bias, until both agree.
-
-    `start` is a fit to the same or to other blocks.
-    """
+    drifting bias, until they agree. `start` is a fit to the same or other blocks."""
     knots = problem.knots[-1]
     outliers = no_outliers(len(samples.time))
     if not samples.enough:
@@ -223,8 +218,7 @@ def _refine_offset(samples: Samples, found: RobustFit, middle: float) -> RobustF
 
 
 def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustFit:
-    """The fit without bias, without clock offset, and with gravity (3,) [m/s²] as
-    given."""
+    """The fit without bias and clock offset, with gravity (3,) [m/s²] as given."""
     problem = replace(found.problem, free_offset=False, free_gravity=False)
     outliers = found.outliers
     start = replace(
@@ -243,8 +237,8 @@ def _without_bias(samples: Samples, gravity: Array, found: RobustFit) -> RobustF
 def remove_offset(
     samples: Samples, gravity: Array, first: InlierFit, found: RobustFit
 ) -> RobustFit:
-    """The fit without a clock offset, where the one that was `found` after the `first`
-    fit is not significant."""
+    """The fit without a clock offset, if the one `found` after the `first` fit is not
+    used."""
     problem = replace(first.problem, free_offset=False)
     if abs(found.fit.offset) >= OFFSET_WITHOUT_EFFECT_ON_OUTLIERS:
         everything = replace(problem, blocks=samples.blocks())
@@ -329,8 +323,8 @@ def fastest_frequency(problem: Problem) -> float:
 
 
 def fit_few_samples(samples: Samples, problem: Problem, gravity: Array) -> RobustFit:
-    """A plain fit of too few samples, without offset, and without outliers but for an odd
-    pose; gravity (3,) [m/s²] as given."""
+    """A plain fit of too few samples, without offset and outliers, except an odd pose;
+    gravity (3,) [m/s²] as given."""
     time = problem.time
     start = Start(
         np.zeros(10),

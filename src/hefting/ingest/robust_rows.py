@@ -1,8 +1,8 @@
 """Robust least squares of many alternatives at once, such as clock offsets or mistakes.
 
-Every column of a design matrix, and the wrench, are linear in the known row of a
-sample, so that the normal equations of an alternative follow from its Z'WZ, as in
-`hefting.ingest.model`. The residuals of a sample follow a multivariate Student t
+The columns of the design matrix and the wrench are linear in the known row of a sample,
+so that the normal equations of an alternative follow from its Z'WZ, as in
+`hefting.ingest.model`. The residuals of a sample have a multivariate Student t
 distribution, so that contacts and spikes count little (Lange, Little & Taylor, J.
 American Statistical Association 84, 1989).
 """
@@ -17,11 +17,12 @@ from hefting.core.spatial import Array, squared_lengths
 from hefting.ingest.fit import STUDENT_DEGREES_OF_FREEDOM
 
 DAMPING = 1e-9
-"""Added to the diagonal of normal equations that were scaled to ones there: it keeps
-what the motion leaves undetermined finite."""
+"""Added to the unit diagonal of scaled normal equations, so that undetermined unknowns
+stay finite."""
 
 ALTERNATIVES_AT_A_TIME = 16
-"""Of so many what is computed in between stays in the processor's cache."""
+"""Number of alternatives processed together, whose intermediate values stay in the
+processor's cache."""
 
 
 @immutable
@@ -29,14 +30,14 @@ class RobustRows:
     """Robust fits of O alternatives to K samples."""
 
     likelihood: Array
-    """(O,) log-likelihood of one sample on average, up to a constant; -inf where the
-    motion is known at less than half of them"""
+    """(O,) mean log-likelihood of a sample, up to a constant; -inf if the motion is
+    known at less than half of the samples"""
     solution: Array
     """(O, p)"""
     scale: Array
-    """(O, 2) size of force [N] and torque [N m] residuals"""
+    """(O, 2) scale of force [N] and torque [N m] residuals"""
     weights: Array
-    """(O, K) of the samples; zero where the motion is not known"""
+    """(O, K) of the samples; zero where the motion is unknown"""
     residual: Array
     """(O, K, 6)"""
 
@@ -58,12 +59,12 @@ def fit_each(
 
     Parameters
     ----------
-    both : (O, K, z + 6) known rows, with the wrench behind them.
+    both : (O, K, z + 6) known rows, followed by the wrench.
     maps : (z, 6, p) columns of the design matrix per unit of a known row.
     used : (O, K) 1 where the motion is known, else 0.
     floor : (2,) smallest size of a residual of force [N] and torque [N m].
-    iterations : how often the samples are weighted anew.
-    start : fits of nearly the same models, whose weights are the first.
+    iterations : number of reweightings.
+    start : fits of similar models, from whose weights to begin.
     """
     O, z = len(both), both.shape[2] - 6
     flat = maps.reshape(6 * z, -1)
@@ -76,7 +77,7 @@ def fit_each(
 
 
 def fit_channels(both: Array, used: Array, floor: Array, iterations: int) -> RobustRows:
-    """The same where each channel of the wrench is any linear function of the known
+    """As `fit_each`, if each channel of the wrench is any linear function of the known
     rows: the solution (O, 6 z) holds the coefficients (z, 6)."""
 
     def solve(weights: Array, scale: Array) -> tuple[Array, Array]:
@@ -99,8 +100,8 @@ def _reweighted(
 ) -> RobustRows:
     """Least squares by iterative reweighting.
 
-    `solve` finds solutions, and the wrench per unit of the known rows (O, z, 6), from
-    weights (O, K) and scales (O, 2); the other arguments are those of `fit_each`.
+    `solve` returns solutions, and the wrench per unit of the known rows (O, z, 6), for
+    weights (O, K) and scales (O, 2); other arguments as for `fit_each`.
     """
     known, wrench = both[:, :, :-6], both[:, :, -6:]
     O, K, _ = known.shape
@@ -130,16 +131,18 @@ def _reweighted(
 
 
 def _distances(square: Array, variance: Array) -> Array:
-    """(O, K) squares of force and torque residuals (O, K, 2) in units of their variances
-    (O, 2)."""
+    """(O, K) squared residuals of force and torque (O, K, 2) over their variances (O,
+    2)."""
     return (square @ (1.0 / variance)[:, :, None])[:, :, 0]
 
 
 def normal_equations(
     both: Array, maps: Array, weights: Array, scale: Array
 ) -> tuple[Array, Array]:
-    """Normal matrices (O, p, p) and right-hand sides (O, p), for weights (O, K) and
-    residual scales (O, 2); the other arguments as for `fit_each`."""
+    """Normal matrices A'WA (O, p, p) and right-hand sides A'Wy (O, p) of the design
+    matrices A = `both` `maps` and the wrench y, from the Gram matrices of `both`. The
+    weights are (O, K), the residual scales (O, 2); other arguments as for `fit_each`.
+    """
     O, z, p = len(both), both.shape[2] - 6, maps.shape[2]
     flat, wide = maps.reshape(6 * z, p), maps.reshape(z, 6 * p)
     normal, right = np.empty((O, p, p)), np.empty((O, p))
@@ -158,7 +161,7 @@ def normal_equations(
 
 def scaled_to_ones(normal: Array) -> tuple[Array, Array]:
     """Normal matrices (O, p, p) scaled to a unit diagonal and slightly damped, and the
-    scales (O, p): one where the data do not depend on an unknown."""
+    scales (O, p): one for an unknown without information."""
     length = np.sqrt(np.maximum(np.einsum("oii->oi", normal), 0.0))
     length[length <= 1e-150] = 1.0
     scaled = normal / length[:, :, None]

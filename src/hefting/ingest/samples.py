@@ -1,9 +1,9 @@
-"""Wrench samples as recorded, and which of them a fit to their blocks does not explain.
+"""Wrench samples as recorded, and those that a fit to their blocks does not explain.
 
-Among a few static poses one is odd where the sensor was touched in it, or its orientation
-was written down wrongly. There every pose is predicted from the others by least squares.
-With r its residual and S the covariance of r, by the residuals that the others leave, r'
-S^-1 r / 6 is about as large as a variable of the F distribution where all poses are right.
+Among a few static poses one is odd if the sensor was touched in it, or its orientation
+was written down wrongly. Each pose is predicted from the others by least squares. With
+r its residual and S the covariance of r by the residuals of the others, r' S^-1 r / 6
+has about the F distribution if all poses are right.
 """
 
 from dataclasses import replace
@@ -27,19 +27,20 @@ FEWEST_SAMPLES_FOR_OUTLIERS = 40
 FEWEST_POSES_FOR_OUTLIERS = 12
 """Number of static poses below which no pose is rejected."""
 SAMPLES_AT_A_TIME = 200_000
-"""Number of samples of a long recording in which outliers are found together; it bounds
+"""Number of samples of a long recording in which outliers are found together, to bound
 the memory."""
 FEWEST_POSES = 6
-"""Fewest poses of which one may be left out: mass, COM and bias need three of the others."""
+"""Least number of poses for one to be left out: mass, COM and bias need three
+others."""
 ODD = 50.0
-"""r' S^-1 r / 6 from which on a pose is odd. Of 400 right simulated sets of 6 to 11 poses it
-is at most 12, of 1,200 choices of a real sensor's 13, of 2,800 with a mistake in all poses
-45. Of a pose that was touched with 9 N or turned by 40° it is at least 53; with 3 N it is
-above 65 in all but a twentieth of a real sensor's, turned by 20° above 30."""
+"""r' S^-1 r / 6 above which a pose is odd. It is at most 12 in 400 right simulated sets
+of 6 to 11 poses, 13 in 1,200 choices of a real sensor's, and 45 in 2,800 with a mistake
+in all poses. For a pose touched with 9 N or turned by 40° it is at least 53; with 3 N
+it is above 65 in all but a twentieth of a real sensor's, turned by 20° above 30."""
 SMALLEST_ERROR = 0.003
-"""Share of the wrench's changes below which what a pose leaves is the sensor's error."""
+"""Share of the wrench's changes up to which a residual is the sensor's error."""
 REWEIGHTINGS = 4
-"""Times that force and torque are weighted by what they leave."""
+"""Number of times that force and torque are weighted by their residuals."""
 
 
 @immutable
@@ -53,7 +54,7 @@ class Samples:
     static: bool
     """whether they are poses without time"""
     smooth: bool
-    """whether they may be averaged over blocks"""
+    """whether blocks of them may be averaged"""
 
     def blocks(self, outliers: Outliers | None = None) -> Blocks:
         """Blocks of all samples, or of the inliers."""
@@ -66,14 +67,14 @@ class Samples:
 
     @property
     def enough(self) -> bool:
-        """Whether there are enough of them to find outliers."""
+        """Whether they suffice to find outliers."""
         return len(self.time) >= (
             FEWEST_POSES_FOR_OUTLIERS if self.static else FEWEST_SAMPLES_FOR_OUTLIERS
         )
 
 
 def find_outliers_of_fit(samples: Samples, problem: Problem, fit: Fit) -> Outliers:
-    """Samples that a fit to their blocks does not explain."""
+    """Outliers of a fit to blocks of the samples."""
     changes = _wrench_changes(problem)
     predicted = problem.wrench - fit.residual
     if samples.static:
@@ -92,8 +93,7 @@ def find_outliers_of_fit(samples: Samples, problem: Problem, fit: Fit) -> Outlie
 
 
 def find_outliers_piecewise(samples: Samples, problem: Problem, fit: Fit) -> Outliers:
-    """Samples that a fit to some blocks does not explain, of a recording of any
-    length."""
+    """Outliers of a fit to some blocks of a recording of any length."""
     changes, parts = _wrench_changes(problem), []
     for start in range(0, len(samples.time), SAMPLES_AT_A_TIME):
         part = slice(start, start + SAMPLES_AT_A_TIME)
@@ -138,14 +138,13 @@ def _find_outliers_between_blocks(
 
 
 def _wrench_changes(problem: Problem) -> Array:
-    """(2,) standard deviation of force [N] and torque [N m], the norm of their three
-    components."""
+    """(2,) standard deviation of force [N] and torque [N m] vectors."""
     spread = np.std(problem.wrench - np.median(problem.wrench, axis=0), axis=0)
     return np.linalg.norm(spread.reshape(2, 3), axis=1)
 
 
 def find_odd_pose(samples: Samples, fit: Fit) -> Outliers:
-    """The pose that the others contradict most, where they do."""
+    """Mask of the pose that the others contradict most, if significantly."""
     none = no_outliers(len(samples.time))
     if not samples.static or len(samples.time) < FEWEST_POSES:
         return none
@@ -156,8 +155,8 @@ def find_odd_pose(samples: Samples, fit: Fit) -> Outliers:
 
 
 def _oddness(specific_force: Array, wrench: Array) -> Array:
-    """(K,) r' S^-1 r / 6 of each pose, from a - g (K, 3) in sensor axes [m/s²] and wrenches
-    (K, 6) with a bias."""
+    """(K,) r' S^-1 r / 6 of each pose, from a - g (K, 3) in sensor axes [m/s²] and
+    wrenches (K, 6) with a bias."""
     K = len(wrench)
     body = np.einsum("kx,xcp->kcp", specific_force, REGRESSOR_BY_FEATURE[:3, :, :4])
     A = np.concatenate((body, np.broadcast_to(np.eye(6), (K, 6, 6))), axis=2)

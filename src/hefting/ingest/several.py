@@ -1,8 +1,4 @@
-"""Several logs of one object, read and ingested.
-
-Each is understood by itself, but for what one of them tells and another does not:
-whether there is a bias, and the wrench's sign.
-"""
+"""Several logs of one object, read and ingested as in `hefting.ingest.joint`."""
 
 import os
 from collections.abc import Sequence
@@ -49,8 +45,8 @@ def ingest_all(recordings: Log | Sequence[Log], **reading: Any) -> Ingested:
 
 
 def names_of(logs: Sequence[str]) -> list[str]:
-    """What to call each: its file's name where that tells it from the others, else its
-    whole path or source; with a number where that is the same, too."""
+    """Names of the logs: file names if these differ, else whole paths or sources; with
+    numbers if those are the same too."""
     names = [Path(log).name or log for log in logs]
     names = [
         n if names.count(n) == 1 else log for n, log in zip(names, logs, strict=True)
@@ -61,8 +57,8 @@ def names_of(logs: Sequence[str]) -> list[str]:
 
 
 def what_others_tell(parts: Sequence[Ingested]) -> list[dict[str, Any]]:
-    """What to read of each recording as another tells it: a bias where one has a bias,
-    the sign where its own is uncertain."""
+    """Arguments of `ingest` for each recording that follow from the others: a bias
+    where another has one, and the sign where its own is uncertain."""
     again: list[dict[str, Any]] = [{} for _ in parts]
     biased = any(part.bias == "estimate" for part in parts)
     sure = [part.sign.name for part in parts if part.sign.certain]

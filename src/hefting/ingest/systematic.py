@@ -1,10 +1,7 @@
-"""Systematic errors of the parameters, which more samples do not lessen: by the clock
-offset, by a drift that was removed, and by gravity where its direction was estimated or
-its size is not known exactly.
-
-And such errors of several recordings taken together: those that each has of its own,
-and those that all share.
-"""
+"""Systematic errors of the parameters, which more samples do not reduce: by the clock
+offset, by a drift that was removed, and by gravity if its direction was estimated or
+its size is uncertain. For several recordings together: errors that each has of its own,
+and errors common to all."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -28,12 +25,12 @@ from hefting.motion import Measured, measure
 from hefting.motion.measure import Source
 
 OFFSET_ERROR_RATIO = 5.0
-"""Error of a clock offset over the standard deviation of the robust fit, which knows
-only of errors that its residuals show. In parts of 4 to 9 s of recordings with an
+"""Error of a clock offset over the standard deviation of the robust fit, which includes
+only errors that show in its residuals. In parts of 4 to 9 s of recordings with an
 optical, a strain-gauge and a capacitive sensor the offset was 3 to 20 such deviations
 from that of the whole."""
 UNKNOWN_OFFSET_STD = 0.02
-"""[s] Standard deviation of a clock offset that the motion does not tell: that of
+"""[s] Standard deviation of a clock offset that the motion does not determine: that of
 separate drivers for robot and sensor."""
 
 
@@ -118,7 +115,7 @@ def errors_of_gravity_size(
 
 
 def with_gravity_scaled(state: SampleState, factor: float) -> SampleState:
-    """The state of the full model for a gravity so many times as large."""
+    """State of the full model for gravity times `factor`."""
     rows = state.full.factor.copy()
     change = (factor - 1.0) * rows[:, GRAVITY]
     rows[:, 0:3] -= change
@@ -127,8 +124,8 @@ def with_gravity_scaled(state: SampleState, factor: float) -> SampleState:
 
 
 def offset_error(found: Conditioned) -> float:
-    """Standard deviation [s] of what may be left of a clock offset; zero where there is
-    no clock or no motion."""
+    """Standard deviation [s] of what is left of a clock offset; zero without a clock or
+    motion."""
     if found.offset_std is None:
         return 0.0
     known = np.isfinite(found.offset_std)
@@ -190,8 +187,8 @@ def errors_of_drift(
 
 
 def shares_of(parts: Sequence[Ingested], noise: Noise) -> list[Array]:
-    """P (10, 10) of each recording: by how much an error of its own least squares moves
-    that of all."""
+    """P (10, 10) of each recording: derivative of the joint least squares by that
+    recording's own."""
     free_bias = parts[0].bias == "estimate"
     rows = [Quadratic.of(part.state, noise, free_bias).A for part in parts]
     svd = ScaledSVD.of(np.concatenate(rows))
@@ -202,9 +199,9 @@ def shares_of(parts: Sequence[Ingested], noise: Noise) -> list[Array]:
 def common_errors(
     parts: Sequence[Ingested], noise: Noise, tool: Estimate | None
 ) -> tuple[Array | None, Array | None]:
-    """(10, 10) covariance of the errors that all samples of a recording share: those of
-    a tool in all recordings, those of each one's clock and of gravity's direction in
-    it; and the error (10,) by one standard deviation of gravity's size, in all."""
+    """(10, 10) covariance of errors that all samples of a recording share: of a tool in
+    all recordings, and of each recording's clock and gravity direction; and the error
+    (10,) by one standard deviation of gravity's size, in all."""
     shares = shares_of(parts, noise)
     of_tool = tool_covariance(tool)
     systematic = np.zeros((10, 10)) if of_tool is None else of_tool.copy()

@@ -26,7 +26,7 @@ left undetermined: that of the whole mass at a distance of one metre."""
 
 
 def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
-    """Measurements of the object alone: the wrench minus that of the tool for the same
+    """Measurements of the object alone: the wrench less that of the tool for the same
     motion.
 
     `tool` is an estimate in the same sensor frame, from a recording of the tool without
@@ -41,8 +41,8 @@ def without_tool(measurements: Measurements, tool: Estimate) -> Measurements:
 
 
 def with_tool(estimate: Estimate, tool: Estimate) -> Estimate:
-    """The estimate of object and tool together. The tool's errors count twice where it
-    was subtracted for the object's: no narrower than the truth."""
+    """Estimate of object and tool together. The tool's errors count twice if it was
+    subtracted for the object's: intervals are no narrower than right."""
     covariance, added = estimate.covariance, tool_covariance(tool)
     if covariance is not None and added is not None:
         covariance = covariance + added
@@ -65,8 +65,8 @@ def left_open(tool: Estimate | None) -> Mask:
 
 
 def tool_covariance(tool: Estimate | None) -> Array | None:
-    """(10, 10) covariance of a tool that was subtracted, for parameters it left
-    undetermined that of `UNDETERMINED_TOOL_INERTIA`; None where it has none."""
+    """(10, 10) covariance of a tool that was subtracted, with
+    `UNDETERMINED_TOOL_INERTIA` for undetermined parameters; None if it has none."""
     if tool is None or tool.covariance is None:
         return None
     undetermined = left_open(tool)
@@ -89,11 +89,8 @@ def tool_warnings(tool: Estimate) -> list[Message]:
 
 
 def load_tool(given: Estimate | Answered | str | Path) -> Estimate:
-    """The estimate of a tool, as `hefting calibrate` or `hefting identify` returns or
-    writes it.
-
-    Raises `InputError` for what is or holds no estimate, or one without mass.
-    """
+    """Estimate of a tool from what `hefting calibrate` or `hefting identify` returns or
+    writes. Raises `InputError` for what is no estimate, or has no mass."""
     tool = estimate_given(given)
     if not tool.parameters.mass > 0.0:
         raise InputError(

@@ -45,7 +45,7 @@ FORCE_AND_TORQUE = (slice(0, 3), slice(3, 6))
 
 @immutable
 class Uncertainty:
-    """Covariance of the solution of a fit, for coloured residuals."""
+    """Covariance of a fit's solution for coloured residuals."""
 
     fit: Fit
     spectrum: Array
@@ -54,15 +54,14 @@ class Uncertainty:
     """(q,) variances of the unknowns for white residuals; infinite where
     undetermined"""
     slow: float
-    """spectrum at the lowest frequencies: it determines the variance of sums of
+    """spectrum at the lowest frequencies, which determines the variance of sums of
     residuals"""
     bias: Array
     """(n, 6) standard deviations of the bias at its knots [N, N m]; infinite where
     undetermined"""
     rise: Array | None
-    """(6, 6) covariance of a linear drift: of the bias at its last knot less that at
-    its first [N², N² m, N² m²]; None where there are not two knots, or one is
-    undetermined"""
+    """(6, 6) covariance of a linear drift, the bias at its last knot less that at its
+    first [N², N² m, N² m²]; None without two determined knots"""
     step: Array
     """(q,) difference of the solution of generalised least squares from that of the
     fit"""
@@ -93,8 +92,8 @@ class Uncertainty:
 
     @property
     def offset_std(self) -> float:
-        """[s] of the offset of generalised least squares; infinite where the offset is
-        not free."""
+        """[s] of the offset of generalised least squares; infinite if it is not
+        free."""
         return (
             np.inf
             if self.layout.offset is None
@@ -103,15 +102,15 @@ class Uncertainty:
 
     @property
     def offset_step(self) -> float:
-        """[s] from the fit's offset to that of generalised least squares; zero where
-        the offset is not free."""
+        """[s] from the fit's offset to that of generalised least squares; zero if it is
+        not free."""
         return (
             0.0 if self.layout.offset is None else float(self.step[self.layout.offset])
         )
 
     @property
     def tilt_std(self) -> float:
-        """[m/s²] of gravity along each tangent, root mean square; infinite where its
+        """[m/s²] of gravity along each tangent, root mean square; infinite if its
         direction is not free."""
         if self.layout.tilt is None:
             return np.inf
@@ -125,10 +124,7 @@ class Uncertainty:
     @property
     def inflation(self) -> Array:
         """(16,) ratio of the variances of ten parameters and six bias components to
-        those for white residuals.
-
-        1 where undetermined.
-        """
+        those for white residuals; 1 where undetermined."""
         ratio = np.ones(16)
         known = np.isfinite(self.naive[:10]) & (self.naive[:10] > 0.0)
         ratio[:10][known] = (
@@ -178,8 +174,8 @@ def _covariance_of_rise(fit: Fit, slow: float) -> Array | None:
 
 
 def _undetermined(fit: Fit) -> Mask:
-    """(q,) undetermined unknowns: all of them where there are fewer than two equations
-    for each one determined."""
+    """(q,) undetermined unknowns: all if there are fewer than two equations for each
+    determined one."""
     undetermined = fit.solution.undetermined
     equations = 6 * int(np.sum(fit.weights > 0.0))
     return undetermined[: fit.model.layout.core] | (
@@ -234,8 +230,8 @@ def _generalised_step(
 
 @immutable
 class _Transforms:
-    """Fourier transforms of a segment of samples, real and imaginary parts one behind
-    the other. Frequencies but the first and last include their negatives."""
+    """Fourier transforms of a segment of samples, with real parts before imaginary
+    ones. Frequencies except the first and last include their negatives."""
 
     residual: Array
     """(2, F, 6) whitened residuals, tapered"""
@@ -282,8 +278,8 @@ def _influences(fit: Fit, segment: slice, weights: Array) -> Array:
 
 
 def _segments(K: int) -> list[slice]:
-    """Consecutive segments of equal length that cover most of K samples, at least half
-    of them."""
+    """Consecutive segments of equal length that cover most of K samples, at least
+    half."""
     length = min(K, SEGMENT_LENGTH)
     return [slice(start, start + length) for start in range(0, K - length + 1, length)]
 
@@ -294,8 +290,8 @@ def _inverse_coverage(fit: Fit, segments: list[slice]) -> float:
 
 
 def _taper(length: int) -> Array:
-    """(K,) window: one, falling to zero at the ends, so that low frequencies do not
-    leak into high ones."""
+    """(K,) window that falls from one to zero at the ends, so that low frequencies do
+    not leak into high ones."""
     from_end = np.minimum(np.arange(length) + 0.5, length - np.arange(length) - 0.5)
     u = from_end / max(TAPERED_SHARE * length, 1.0)
     return np.sin(0.5 * np.pi * np.minimum(u, 1.0))
@@ -329,15 +325,15 @@ def _leverage(Z: Array, root: Array) -> Array:
 
 
 def _weighted_gram(weights: Array, Z: Array) -> Array:
-    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, Z (2, F,
-    6, q)."""
+    """(q, q) sum of weights (F, 6) times Z Z^* over frequencies and channels, for Z (2,
+    F, 6, q)."""
     flat = (Z * np.sqrt(weights)[:, :, None]).reshape(-1, Z.shape[3])
     return flat.T @ flat
 
 
 def _average_over_neighbours(power: Array, count: Array) -> Array:
-    """Spectrum (F,): sum of the power (F,) over neighbouring frequencies over that of
-    the expected counts (F,)."""
+    """Spectrum (F,): ratio of sums over neighbouring frequencies of the power (F,) and
+    of the expected counts (F,)."""
     n = len(power)
     i = np.arange(n)
     half = np.maximum(FEWEST_AVERAGED_BINS, i // 3)

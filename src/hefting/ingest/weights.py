@@ -1,6 +1,5 @@
-"""How much each sample counts, and the noise of its motion: also of a sensor whose
-position nobody measured, so that its accelerations are not modelled, and look like many a
-mistake."""
+"""Weights of the samples, and the noise of their motion. Accelerations of a sensor of
+unknown position are not modelled, and resemble many a mistake."""
 
 import numpy as np
 
@@ -15,35 +14,34 @@ from hefting.motion.state import Motion
 from hefting.motion.weighting import lasting_variances, sample_weights
 
 REACH = 1.0
-"""[m] How far from its centre a sensor of unknown position may be that only turns."""
+"""[m] Largest distance from its axis of a sensor of unknown position that only
+turns."""
 LEVER = 0.3
-"""[m] The same, as it typically is."""
+"""[m] Typical distance."""
 SLOW = 1.0
-"""[m/s²] Acceleration that a sensor may have without turning."""
+"""[m/s²] Acceleration that such a sensor may have without turning."""
 AT_REST = 0.9
-"""Weight from which on a sample is at rest: accelerations are a third of the noise."""
+"""Weight above which a sample is at rest: its acceleration is a third of the noise."""
 LEAST_REST, FEWEST_RESTS = 0.1, 10
-"""Share and number of such samples from which on they may serve alone."""
+"""Least share and number of samples at rest for these alone to be used."""
 ENOUGH_SPREAD, NO_SPREAD = 0.25, 1e-6
-"""Variance of gravity along the sensor's axes at rest over that of all samples from
-which on they do, and share of the largest that counts as none: about a single axis
-gravity has two. Of 15 simulated recordings that stop and go the mass of 14 is held,
-to 1 % in twelve of them; with the moves, ten are of no use."""
+"""Least variance of gravity along the sensor's axes at rest, over that of all samples,
+for these alone to be used; and share of the largest variance that counts as none, as
+about a single axis gravity has two. In 15 simulated recordings that stop and go the
+mass is held in 14, to 1 % in twelve; with the moves ten are useless."""
 LEAST_NOISE = 0.02
-"""[m/s²] Noise of the force over the mass that is assumed at least."""
+"""[m/s²] Lower bound of the force's noise over the mass."""
 SMALLEST_NOISE = 1e-12
 """[N] Smallest noise, against division by zero."""
 LARGEST_SHARE = 0.04
-"""Acceleration over gravity up to which 95 % intervals of the mass hold it: simulated
-sinusoids of 1 rad/s have 0.02 to 0.04, those of 2 rad/s 0.05, and miss it a little."""
+"""Acceleration over gravity up to which 95 % intervals of the mass hold: it is 0.02 to
+0.04 in simulated sinusoids of 1 rad/s, and 0.05 in those of 2 rad/s, whose intervals
+fail slightly."""
 
 
 def weights_of(found: Conditioned, measured: Measured, counts: Array) -> Array | None:
-    """Weights (K,), one on average, by the number of samples averaged and by the errors
-    of the smoothed motion.
-
-    None where the motion is exact and nothing was averaged.
-    """
+    """Weights (K,), one on average, by the number of samples averaged and the errors of
+    the smoothed motion; None if the motion is exact and nothing was averaged."""
     motion = measured.motion
     if motion is None or len(counts) < 2:
         return None if (counts == 1.0).all() else counts / counts.mean()
@@ -60,8 +58,8 @@ def weights_of(found: Conditioned, measured: Measured, counts: Array) -> Array |
 
 
 def motion_noise_of(measured: Measured) -> MotionNoise | None:
-    """Errors of the accelerations: those of the smoother or filter or, of logged
-    accelerations, from differences."""
+    """Errors of the accelerations: those of smoother or filter, or for logged
+    accelerations by differences."""
     motion = measured.motion
     if motion is None:
         return (
@@ -76,8 +74,8 @@ def motion_noise_of(measured: Measured) -> MotionNoise | None:
 
 
 def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:
-    """Whether what is unexplained may be the acceleration of a sensor whose position
-    nobody measured: it looks like many a mistake."""
+    """Whether the residuals may be accelerations of a sensor of unknown position, which
+    resemble many a mistake."""
     path, curves = found.path, found.curves
     if path is None or path.kind != "orientation" or curves is None:
         return False
@@ -87,10 +85,9 @@ def may_be_acceleration(recording: Recording, found: Conditioned) -> bool:
 
 
 def weights_at_rest(motion: Motion, gravity: Array, mass: float, noise: float) -> Array:
-    """Weights (K,) by the acceleration of a sensor that is `LEVER` from the axis about
-    which it turns, from gravity (K, 3) in sensor axes, the mass and the noise of the
-    force: what rests counts most, and alone where it tells as much of gravity as all
-    samples do."""
+    """Weights (K,) by the acceleration of a sensor at `LEVER` from its axis, from
+    gravity (K, 3) in sensor axes, the mass and the noise of the force. Samples at rest
+    are used alone if gravity varies enough among them."""
     noise = max(noise, LEAST_NOISE * mass, SMALLEST_NOISE)
     weights = 1.0 / (1.0 + (mass * LEVER * _turning(motion) / noise) ** 2)
     rests = weights > AT_REST
@@ -113,11 +110,12 @@ def _turning(motion: Motion) -> Array:
 
 
 def acceleration_message(found: Conditioned, z: Measurements) -> Message | None:
-    """A doubt where accelerations that are not modelled are not small, and count."""
+    """A warning if accelerations that are not modelled may be large, and moving samples
+    count."""
     if found.path is None or found.path.kind != "orientation":
         return None
     if z.weights is not None and not np.all(z.weights):
-        return None  # what rests serves alone
+        return None  # only samples at rest count
     size = _acceleration(found)
     share = size / float(np.linalg.norm(STANDARD_GRAVITY))
     if share <= LARGEST_SHARE:
@@ -131,5 +129,5 @@ def acceleration_message(found: Conditioned, z: Measurements) -> Message | None:
 
 
 def _acceleration(found: Conditioned) -> float:
-    """[m/s²] What would explain the unexplained force."""
+    """[m/s²] Acceleration that would explain the residual force."""
     return 3**0.5 * found.noise.force / max(abs(float(found.parameters[0])), 1e-9)

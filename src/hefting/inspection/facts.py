@@ -1,4 +1,4 @@
-"""What a recording says of its streams, of the movement and of the wrench."""
+"""Facts about a recording's streams, movement and wrench."""
 
 from dataclasses import dataclass, replace
 
@@ -17,13 +17,13 @@ from hefting.motion.measure import DESCRIPTIONS
 from hefting.motion.state import Motion
 
 GAP = 3.0
-"""Steps longer than so many usual ones are gaps."""
+"""Ratio to the usual step above which a step is a gap."""
 
 
 @dataclass(frozen=True)
 class StreamFacts:
-    """How one stream was sampled. Of static poses only `samples` and `repeated` mean
-    something; the rest is 0."""
+    """Sampling of one stream. For static poses only `samples` and `repeated` have a
+    meaning; the rest is 0."""
 
     samples: int
     rate: float
@@ -40,20 +40,19 @@ class StreamFacts:
     gap_time: float
     """s in gaps altogether"""
     missing: float
-    """share of the samples that the rate promises and that are not there; gaps
-    included"""
+    """share of the samples expected by the rate that are missing, also in gaps"""
     jitter: float
     """s: root-mean-square deviation of the step from the nearest multiple of the usual
     one, gaps left out"""
     jitter_share: float
     """the same over the usual step"""
     repeated: float
-    """share of the samples that equal the one before in every column: held values of a
-    slower source, or rest"""
+    """share of the samples that equal the one before in every column: values that a
+    slower source held, or rest"""
 
 
 def stream_facts(stream: Stream, static: bool) -> StreamFacts:
-    """Facts of a stream; `static`: its times are only row numbers."""
+    """Facts about a stream, whose times are only row numbers if `static`."""
     n = len(stream)
     repeated = (
         float((np.diff(stream.values, axis=0) == 0.0).all(axis=1).mean())
@@ -88,10 +87,10 @@ def stream_facts(stream: Stream, static: bool) -> StreamFacts:
 
 @dataclass(frozen=True)
 class Movement:
-    """Speeds are those of the sensor origin."""
+    """Speeds of the sensor origin, and rotation."""
 
     source: str
-    """how velocities and accelerations are found, in words"""
+    """how velocities and accelerations were found, in words"""
     linear_speed: tuple[float, float] | None
     """mean and largest [m/s]; None where the position is not known"""
     above_limit: float | None
@@ -111,7 +110,7 @@ class Movement:
 
 
 def movement(recording: Recording, found: Measured | Ingested) -> Movement:
-    """How a recording moves, at the instants of its wrench."""
+    """How the sensor moves at the instants of its wrench."""
     z, motion = found.measurements, found.motion
     angular = np.linalg.norm(
         z.angular_velocity if motion is None else motion.angular_velocity, axis=1
@@ -138,9 +137,9 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
 
 
 def time_above(time: Array, values: Array, limit: float) -> float:
-    """Time [s] during which values (K,) at times (K,) [s] exceed a limit. Each step
-    counts by half for either of its two samples; one longer than `GAP` times the median
-    counts as long as the median."""
+    """Time [s] during which values (K,) at times (K,) [s] exceed a limit. Half of each
+    step belongs to either of its samples; a step of more than `GAP` medians counts as
+    one."""
     above = values > limit
     if len(time) < 2:
         return 0.0
@@ -155,8 +154,8 @@ def _mean_and_largest(values: Array) -> tuple[float, float]:
 
 
 def _widest(gravity: Array) -> float:
-    """The largest angle [rad] between two directions (K, 3), to a few degrees: of those
-    furthest along many axes."""
+    """The largest angle [rad] between two directions (K, 3), to a few degrees: between
+    those furthest along each of many axes."""
     unit = gravity / np.maximum(np.linalg.norm(gravity, axis=1, keepdims=True), 1e-300)
     k = np.arange(200) + 0.5  # evenly over the sphere
     polar, azimuth = np.arccos(1.0 - k / 100.0), np.pi * (1.0 + 5.0**0.5) * k
@@ -194,7 +193,7 @@ class Channels:
 
 @immutable
 class WrenchFacts:
-    """What the wrench says of sensor and object."""
+    """What the wrench shows of sensor and object."""
 
     mass: float
     """kg, by least squares beside a free bias, where that is determined, else
@@ -205,8 +204,8 @@ class WrenchFacts:
     """kg: mean |f| / |g| once the bias is taken away; None where the bias is not
     known"""
     bias: Array | None
-    """(6,) as recorded [N, N m], its mean where it drifts; None where the motion cannot
-    tell it from the object"""
+    """(6,) as recorded [N, N m], its mean if it drifts; None if the motion does not
+    separate it from the object"""
     bias_t: Array | None
     """(6,) the bias over its standard deviation"""
     noise: tuple[float, float]

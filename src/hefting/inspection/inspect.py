@@ -48,7 +48,7 @@ def inspect(
     start: float = 0.0,
     duration: float | None = None,
 ) -> Inspection:
-    """Collect all that can be said of a recording before an object is identified.
+    """Collect facts about a recording before an object is identified.
 
     Parameters
     ----------
@@ -103,7 +103,7 @@ def inspect(
 
 
 def _obstacle(recording: Recording) -> str:
-    """Why the recording cannot be conditioned; empty if it has all that is needed."""
+    """Why the recording cannot be conditioned; empty if it can."""
     if not recording.has("wrench"):
         return "there is no wrench"
     if not recording.has("orientation"):
@@ -174,8 +174,7 @@ def _inspection(
 
 
 def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
-    """Where the data would have gravity, or, if its direction was to be found, where it
-    is."""
+    """Gravity by the data, if it was to be found or is well determined; else None."""
     adopted = found.tilt_std is not None
     if adopted:
         std, there = found.tilt_std, found.gravity
@@ -198,28 +197,28 @@ def _quick_mass(recording: Recording, gravity: Array) -> float | None:
 
 
 def _reason(error: InputError) -> str:
-    """What is wrong, and what to do about it, without the file's name."""
+    """An error and its remedy, without the file's name."""
     return f"{error.what}; {error.fix}" if error.fix else error.what
 
 
 OFFSET = 0.005
-"""s: a clock offset worth a sentence."""
+"""[s] Clock offset above which it is mentioned."""
 FEW_HERTZ = 50.0
-"""Slower poses lose the accelerations of a hand's motion."""
+"""[Hz] Rate of poses below which accelerations of a hand's motion are lost."""
 SHORT = 5.0
-"""[s]"""
+"""[s] Duration below which a longer recording is advised."""
 SHARE = 0.02
-"""of samples missing, or left out, that is worth a sentence"""
+"""Share of samples missing, or left out, above which it is mentioned."""
 BRISK = 0.2
-"""[rad/s] on average that slow streams do not follow"""
+"""[rad/s] Mean angular speed above which a slow stream is mentioned."""
 LITTLE = 0.5
-"""[rad] that gravity should turn by in sensor axes"""
+"""[rad] Turn of gravity in sensor axes below which more is advised."""
 WEAK = 1.0
-"""SNR below which a channel shows noise more than the object."""
+"""Signal-to-noise ratio below which a channel is mentioned."""
 
 
 def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
-    """Sentences for a person, the most pressing first."""
+    """Advice in sentences, the most pressing first."""
     if "object" in found.missing:
         return _what_is_missing(found, recording)
     doubt = None if found.ingested is None else found.ingested.doubt
@@ -287,7 +286,7 @@ def _improvements(found: Inspection) -> Iterator[str]:
         and (found.static or found.duration > SHORT)
         and "m" not in found.undetermined
     )
-    # what puts the recording in doubt is said with the verdict
+    # the verdict has the reasons of doubts
     no_doubt = found.verdict.level == "good"
     if hint is not None and hint.serious and known and no_doubt:
         yield (

@@ -23,8 +23,8 @@ SCHEMA = "hefting.inspection/1"
 
 @dataclass(frozen=True)
 class GravityHint:
-    """Where the data would have gravity point; only a hint, as an imperfect sensor
-    invents some degrees."""
+    """Direction of gravity by the data; only a hint, as an imperfect sensor changes it
+    by some degrees."""
 
     angle: float
     """rad from the one assumed"""
@@ -33,12 +33,12 @@ class GravityHint:
     direction: tuple[float, float, float]
     """unit vector in world axes"""
     adopted: bool
-    """whether it was asked for, and all else rests on it; the angle then is that from
+    """whether it was asked for and used for all else; the angle then is that from
     straight down"""
 
     @property
     def serious(self) -> bool:
-        """Whether the one assumed is in doubt."""
+        """Whether the assumed direction is in doubt."""
         return not self.adopted and self.angle > max(np.radians(5.0), 5.0 * self.std)
 
 
@@ -61,29 +61,30 @@ class Inspection:
     static: bool
     streams: dict[str, StreamFacts]
     notes: tuple[str, ...]
-    """what reader and smoother chose and found"""
+    """of reader and smoother"""
     gravity: Array
     """(3,) assumed, in world axes [m/s²]"""
     quick_mass: float | None
-    """mean |f| / |g| [kg], with no regard to bias and motion; None without a wrench"""
+    """mean |f| / |g| [kg], without regard to bias and motion; None without a wrench"""
     movement: Movement | None
     conditioned: Conditioned | None
     """clocks, drift, outliers"""
     gravity_hint: GravityHint | None
     sign: WrenchSign | None
     facts: WrenchFacts | None
-    """bias, noise, SNR, and the object as least squares sees it"""
+    """bias, noise, SNR, and the object by least squares"""
     identifiability: Identifiability | None
-    """what the motion can tell of an object of `TYPICAL_SIZE`, and why not the rest"""
+    """parameters that the motion determines for an object of `TYPICAL_SIZE`, and why
+    not the rest"""
     missing: dict[str, str]
     """why there is no ``motion``, no ``conditioning`` or no ``object``"""
     advice: tuple[str, ...]
-    """what to do next, one sentence each"""
+    """what to do next, in sentences"""
     warnings: tuple[str, ...]
     changes: Changes | None = None
     """changes of the object; all findings are of the stretch chosen"""
     ingested: Ingested | None = field(default=None, repr=False)
-    """the recording as an identification would take it; None where it cannot be"""
+    """the recording as an identification would take it; None if it cannot"""
 
     def __repr__(self) -> str:
         """The verdict, what was found, and what to do next, a line each."""
@@ -105,7 +106,7 @@ class Inspection:
 
     @property
     def findings(self) -> tuple[str, ...]:
-        """What conditioning found and would put right."""
+        """What conditioning found and corrects."""
         return () if self.conditioned is None else self.conditioned.findings
 
     def to_dict(self) -> dict[str, Any]:

@@ -37,24 +37,23 @@ Integers = NDArray[np.int_]
 Mask = NDArray[np.bool_]
 
 SPLINE_DEGREE = 5
-"""Degree of the polynomials: quintic, so that the acceleration is twice
-differentiable."""
+"""Degree of the polynomials: quintic, for a twice differentiable acceleration."""
 SUPPORT = SPLINE_DEGREE + 1
 """Number of basis functions that are not zero on a knot interval."""
 FEWEST_SEGMENT_SAMPLES = 8
 """Smallest number of samples in a segment that is smoothed."""
 FIRST_KNOT_MARGIN = 0.25
-"""Knot spacings by which the first knot precedes the first sample. It keeps samples
-half a spacing apart from lying on the borders of blocks."""
+"""Knot spacings between the first knot and the first sample, so that samples half a
+spacing apart are not on the borders of blocks."""
 TIMES_EVALUATED_TOGETHER = 8192
-"""Number of samples evaluated at a time; it bounds the memory."""
+"""Number of samples evaluated at a time, to bound the memory."""
 SMALLEST_DIFFERENCE = 1e-6
 """Ratio of the objectives of a fit and of the pilot below which their difference is not
-taken for the fit's: rounding would be 1e-10 of it."""
+used, as rounding would be 1e-10 of it."""
 
 
 def _piece_coefficients() -> Array:
-    """(6, 6): coefficient of u^p (rows) in the function B_(i+j) (columns) on knot
+    """(6, 6) coefficient of u^p (rows) in the function B_(i+j) (columns) on knot
     interval i, u in [0, 1]."""
     coefficients = np.zeros((SUPPORT, SUPPORT))
     for j in range(SUPPORT):
@@ -137,12 +136,9 @@ class Knots:
         return list(pairwise(self.offset.tolist()))
 
     def locate(self, time: Array) -> tuple[Integers, Array, Mask]:
-        """Where times (K,) [s] lie among the knots.
-
-        Returns the index (K,) of the first of the six coefficients in effect, the
-        position u (K,) in the knot interval, and a mask (K,) of the times inside a
-        segment.
-        """
+        """Place of times (K,) [s] among the knots: index (K,) of the first of six
+        coefficients in effect, position u (K,) in the knot interval, and a mask (K,) of
+        the times inside a segment."""
         segment = np.zeros(1, dtype=int)  # most recordings have but one
         if len(self.first) > 1:
             segment = np.maximum(np.searchsorted(self.first, time, side="right") - 1, 0)
@@ -160,8 +156,8 @@ class Knots:
         return sum(float(np.sum(np.diff(piece, m) ** 2)) for piece in pieces)
 
     def roughened(self, coefficients: Array, m: int, penalty: float | Array) -> Array:
-        """D^m' L D^m c of coefficients (n, d), as in `Normal.solve`: by differences, as
-        of smooth curves the products of `penalty` cancel."""
+        """D^m' L D^m c of coefficients (n, d), as in `Normal.solve`; by differences, as
+        the products of `penalty` cancel for smooth curves."""
         out = np.zeros(coefficients.T.shape)
         each = np.broadcast_to(penalty, len(self.rows_of_differences(m)))
         first = 0
@@ -174,7 +170,7 @@ class Knots:
         return out.T
 
     def rows_of_differences(self, m: int) -> Integers:
-        """First coefficient of each row of D^m; none reaches over a gap."""
+        """First coefficient of each row of D^m; no row spans a gap."""
         return np.concatenate(
             [np.arange(start, stop - m) for start, stop in self.spans]
         )
@@ -215,7 +211,7 @@ def multiply(bands: Array, x: Array) -> Array:
 
 @immutable
 class Observation:
-    """Samples of a signal, or of a derivative of it."""
+    """Samples of a signal or of one of its derivatives."""
 
     time: Array
     """(K,) s"""
@@ -272,14 +268,13 @@ class Normal:
         self._set_pilot(np.zeros((self.values.shape[0], n)).T)
 
     def lift(self, bandwidth: float, dt: float) -> float:
-        """Ratio of the information with measured derivatives to that without them.
-
-        It is taken at the frequency `bandwidth` [rad/s], for samples of the signal at
-        interval `dt` [s]; 1 if no derivatives were measured.
-        """
+        """Ratio of the information with measured derivatives to that without, at the
+        frequency `bandwidth` [rad/s] for samples of the signal at interval `dt` [s]; 1
+        without derivatives."""
         return 1.0 + dt * sum(rate * bandwidth ** (2 * k) for k, rate in self._rates)
 
     def _set_pilot(self, coefficients: Array) -> None:
+        """Make a fit the pilot, from whose residuals the right-hand side is formed."""
         columns, n = coefficients.T[:, None], len(coefficients)
         residual = self.values.copy()
         for a in range(SUPPORT if coefficients.any() else 0):
@@ -295,8 +290,8 @@ class Normal:
         self.gradient = gradient.T
 
     def refine_pilot(self, m: int, penalty: float | Array) -> None:
-        """Make the fit with this penalty the pilot: sums of squares of similar fits are
-        then free of cancellation."""
+        """Make the fit with this penalty the pilot, so that sums of squares of similar
+        fits are free of cancellation."""
         self._set_pilot(self.solve(m, penalty)[0])
 
     def solve(self, m: int, penalty: float | Array) -> tuple[Array, Array]:

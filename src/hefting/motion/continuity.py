@@ -1,7 +1,7 @@
-"""Continuity of poses: which samples no moving body can have passed.
+"""Continuity of poses: samples that no moving body can have passed.
 
-Samples out of reach of the others are glitches. A value that is repeated exactly, from
-which the next step is a jump, is not that of a body at rest but of a stream that
+Samples that cannot be reached from the others are glitches. A value that is repeated
+exactly and from which the next step is a jump is not that of a body at rest: the stream
 stalled, or had not begun.
 """
 
@@ -18,15 +18,14 @@ from hefting.motion.pose_steps import (
 )
 
 HELD_TIMING_ERRORS = 2.0
-"""Errors of time stamps that a stall of the stream lasts longer than. Shorter ones are
-part of every log: in recordings at a nominal 1 kHz some last 3 to 8 ms."""
+"""Shortest stall of a stream, in errors of time stamps. Shorter ones are part of every
+log: in recordings at a nominal 1 kHz some last 3 to 8 ms."""
 
 PIECES_LOOKED_BACK = 40
-"""Number of earlier pieces from which a piece may be reached: of more faulty pieces in
-a row the chain is cut."""
+"""Number of earlier pieces from which a piece may be reached."""
 JUMP_COST = 1.0
-"""[s] Duration of poses that a jump must be worth: two parts of a recording that cannot
-be reached from each other are both kept where each is longer."""
+"""[s] Duration of the poses that a jump costs: two parts of a recording that cannot be
+reached from each other are both kept if each lasts longer."""
 
 
 @immutable
@@ -92,11 +91,9 @@ def find_discontinuities(
 
 def _frozen(runs: Runs, steps: Steps) -> Mask:
     """(K,) samples of runs of equal rows that are longer than usual, and than errors of
-    time stamps, and begin or end with a jump.
-
-    The first sample of such a run, at which the stream stalled, is not among them,
-    unless it is the first of all: the stream had not begun.
-    """
+    time stamps, and begin or end with a jump. The first sample of a run, at which the
+    stream stalled, is not included, unless it is the first of all: the stream had not
+    begun."""
     held = runs.long & (runs.end - runs.time > HELD_TIMING_ERRORS * steps.timing_error)
     if not held.any() or len(runs.first) < FEWEST_HELD_ROWS:
         return np.zeros(len(runs.of_row), dtype=bool)
@@ -112,12 +109,13 @@ def _frozen(runs: Runs, steps: Steps) -> Mask:
 
 
 class Chain:
-    """The most samples of a stream that can be reached one after the other.
+    """The longest chain of pieces of a stream, each of which can be reached from the
+    one before.
 
-    A piece is not reached from the one just before it, from which a break separates it,
-    unless this ends with a value that is held, as the body may have moved meanwhile, or
-    one of the two samples at the break may be the only fault. Where two parts are out
-    of reach of each other a jump between them costs the samples of `JUMP_COST`.
+    A piece is what is between two breaks. It is not reached from the piece just before
+    it unless that ends with a held value, as the body may have moved meanwhile, or one
+    of the two samples at the break may be the only fault. A jump between two pieces
+    costs the samples of `JUMP_COST`.
     """
 
     reached: Mask
@@ -136,7 +134,7 @@ class Chain:
         self._held = runs.long[self._last]
         duration = float(runs.end[-1] - runs.time[0])
         self._cost = JUMP_COST * float(self._samples.sum()) / duration
-        # a jump to a value that is only held is not worth it, however long that lasts
+        # no jump leads to a value that is only held, however long it lasts
         single = self._first == self._last
         most = np.where(single, 0.5 * self._cost, np.inf)
         self._samples = np.minimum(self._samples, most)
@@ -144,7 +142,8 @@ class Chain:
         self._follow()
 
     def _link(self) -> None:
-        """Find for each piece the one that it is best reached from."""
+        """Find for each piece the one from which it is best reached (dynamic
+        programming)."""
         score = self._samples.copy()
         self._before = np.full(len(score), -1)
         self._jumped = np.zeros(len(score), dtype=bool)
@@ -173,8 +172,8 @@ class Chain:
         ]
 
     def _reached_when_trimmed(self, p: int) -> bool:
-        """Whether a piece is reached from the one before without the samples at the
-        break between them."""
+        """Whether a piece is reached from the one before if both samples at the break
+        are left out."""
         length = (self._last - self._first)[p - 1 : p + 1]
         if (length < STEPS_OF_VELOCITY).any():
             return False
@@ -183,7 +182,7 @@ class Chain:
         return bool(self._steps.reaches(begin, end, first, last)[0])
 
     def _follow(self) -> None:
-        """Follow the chain with the largest score from its end."""
+        """Collect the chain of largest score from its end."""
         self.reached = np.zeros(int(self._last[-1]) + 1, dtype=bool)
         p, jumps, trimmed = int(np.argmax(self._score)), [], []
         while p >= 0:

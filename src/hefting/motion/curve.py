@@ -1,5 +1,5 @@
-"""A signal as a smooth curve: the penalised quintic spline whose bandwidth, noise and
-order have the largest likelihood."""
+"""A signal as a smooth curve: the penalised quintic spline of most likely bandwidth,
+noise and order."""
 
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -32,18 +32,18 @@ from hefting.motion.tuning import (
 )
 
 CHECKED_STRETCH, CHECKED_STRETCHES = 100, 50
-"""Number of samples in a stretch, and of stretches, of a long recording that are looked
-at to tell whether the noise is white, and whether values may be interpolated."""
+"""Number of samples in a stretch, and of stretches, of a long recording that show
+whether the noise is white, and whether values were interpolated."""
 SMOOTHER_THAN_MODEL = 0.72
-"""Share of the variance due to smoothing that is absent where the highest order is the
-most likely one: the motion is then smoother than the model. Smoothing makes (2k +
-1)/(2m) of the variance of the k-th derivative. Measured on random smooth motion of 0.5
-to 1.8 rad/s at 100 and 500 Hz, where the accelerations' errors were 0.71 to 0.83 of the
-model's standard deviations."""
+"""Factor on the variance due to smoothing if the highest order is the most likely one,
+as the motion is then smoother than the model. Smoothing makes (2k + 1)/(2m) of the
+variance of the k-th derivative. Measured on random smooth motion of 0.5 to 1.8 rad/s at
+100 and 500 Hz, where the accelerations' errors were 0.71 to 0.83 of the model's
+standard deviations."""
 
 
 STRAIGHT = 0.05
-"""Bend over the largest ones, below which there is none."""
+"""Bend relative to the largest ones, below which there is none."""
 
 
 def fresh_rows(time: Array, values: Array) -> Mask:
@@ -64,8 +64,8 @@ def fresh_rows(time: Array, values: Array) -> Mask:
 
 
 def _changed_lines(time: Array, values: Array) -> Mask:
-    """Mask (K,) of the rows that are new: of a stream that was interpolated linearly those
-    at which it bends, which are alone or two together, evenly."""
+    """Mask (K,) of the new rows of a stream that was interpolated linearly: those at
+    which it bends, which are evenly apart, alone or in pairs."""
     changed = changed_rows(values)
     if len(time) < 30:
         return changed
@@ -92,14 +92,15 @@ def _changed_lines(time: Array, values: Array) -> Mask:
 
 
 def _stretches(count: int) -> Indices:
-    """(CHECKED_STRETCHES, CHECKED_STRETCH) of so many samples, evenly apart."""
+    """(CHECKED_STRETCHES, CHECKED_STRETCH) indices of evenly spaced stretches of
+    `count` samples."""
     starts = np.linspace(0, count - CHECKED_STRETCH, CHECKED_STRETCHES).astype(int)
     return starts[:, None] + np.arange(CHECKED_STRETCH)
 
 
 def _bends(time: Array, values: Array) -> tuple[Array, Array]:
-    """Sizes (..., K - 2) of the changes of the slope between values (..., K, d) at times
-    (..., K), and those (..., K - 1) of the slope."""
+    """Sizes (..., K - 2) of the changes of the slope between values (..., K, d) at
+    times (..., K), and sizes (..., K - 1) of the slope."""
     slope = np.diff(values, axis=-2) / np.diff(time)[..., None]
     bend = np.diff(slope, axis=-2)
     if values.shape[-1] == 4:  # a steady turn is an arc
@@ -110,7 +111,7 @@ def _bends(time: Array, values: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Curve:
-    """One smoothed multi-component signal."""
+    """One smoothed signal of d components."""
 
     knots: Knots
     coefficients: Array
@@ -121,8 +122,7 @@ class Curve:
     factor: Array = field(repr=False)
     """(6, n): lower Cholesky bands of the normal equations"""
     local: LocalSmoothness | None = field(default=None, repr=False)
-    """The penalty as it varies along the curve; None where it is the same
-    everywhere."""
+    """The penalty as it varies along the curve; None if it is constant."""
 
     @classmethod
     def fit(cls, time: Array, values: Array, name: str) -> "Curve":
@@ -163,8 +163,8 @@ class Curve:
         return curve
 
     def _residual(self) -> Array:
-        """(K, d) residuals of samples of the signal: of those inside a segment, in
-        evenly spaced stretches of a long recording."""
+        """(K, d) residuals of samples of the signal inside a segment; for a long
+        recording in evenly spaced stretches."""
         time, values = self.observations[0].time, self.observations[0].values
         if len(time) > CHECKED_STRETCH * CHECKED_STRETCHES:
             chosen = _stretches(len(time)).ravel()
@@ -195,8 +195,8 @@ class Curve:
 
     @cached_property
     def covariance(self) -> Array:
-        """(6, n): lower bands of the covariance of the coefficients of one component;
-        it is the same for all components."""
+        """(6, n) lower bands of the covariance of the coefficients, the same for each
+        component."""
         slowest = self.smoothness.bandwidth
         if self.local is not None:
             slowest = min(slowest, float(np.quantile(self.local.bandwidth, 0.1)))
@@ -217,7 +217,7 @@ class Curve:
         return (*np.swapaxes(values, 1, 2), *std)
 
     def derivatives(self, at: Array, orders: tuple[int, ...]) -> Array:
-        """(n, d, L) derivatives of n orders at times (L,) [s]; NaN outside the
+        """(n, d, L) derivatives of n `orders` at times (L,) [s]; NaN outside the
         segments."""
         out = np.empty((len(orders), self.coefficients.shape[1], len(at)))
         for begin in range(0, len(at), TIMES_EVALUATED_TOGETHER):
@@ -247,7 +247,8 @@ class Curve:
         return np.where(covered, self._variances(index, u, (2,))[0], np.inf)
 
     def _neighbours(self, index: Integers) -> Array:
-        """(d, 6, L) coefficients in effect, by the index (L,) of the first of them."""
+        """(d, 6, L) coefficients in effect, from the index (L,) of the first of
+        them."""
         return self._columns.take(index + np.arange(SUPPORT)[:, None], axis=1)
 
     @cached_property
@@ -256,8 +257,8 @@ class Curve:
         return np.ascontiguousarray(self.coefficients.T)
 
     def _jump_spread(self, index: Integers, u: Array) -> Array:
-        """(L,) standard deviation that jumps add to the second derivative of one
-        component; zero where the penalty does not vary."""
+        """(L,) standard deviation of the second derivative of a component by jumps;
+        zero for a constant penalty."""
         if self.local is None:
             return np.zeros(len(index))
         rows = basis(u, 3) / self.knots.h**3

@@ -63,9 +63,9 @@ class Steady(NamedTuple):
     surplus: float
     """S/R: ratio of innovation to residual."""
     decay: Array
-    """(BLOCK * n, n) What is left of a state, sample after sample."""
+    """(BLOCK * n, n) what remains of a state after each of BLOCK samples"""
     response: Array
-    """(BLOCK * n, BLOCK) What the samples of a block make of the states at each."""
+    """(BLOCK * n, BLOCK) states by each sample of a block"""
     gains: Array
     """(lag + 1, 3) Gain of the innovation i samples later; row 0 is zero."""
     cross: Array
@@ -126,8 +126,8 @@ def _block_matrices(loop: Array, gain: Array) -> tuple[Array, Array]:
 
 @dataclass(frozen=True)
 class Track:
-    """Filter state of d components with the same covariance, and the states of the
-    samples whose motion was not yet returned."""
+    """Filter state of d components with a common covariance, and past states whose
+    motion was not yet returned."""
 
     mean: Array
     """(n, d) Present state."""
@@ -142,11 +142,8 @@ class Track:
 
     @classmethod
     def start(cls, value: Array, n: int, cold: Steady | None) -> "Track":
-        """The state after the first sample `value` (d,).
-
-        The derivatives are unknown; with `cold` they are zero and the covariance is
-        that of the settled filter.
-        """
+        """The state after the first sample `value` (d,). The derivatives are unknown;
+        with `cold` they are zero, and the covariance is that of the settled filter."""
         mean = np.zeros((n, len(value)))
         mean[0] = value
         covariance = (
@@ -231,7 +228,7 @@ class Track:
         return states
 
     def is_steady(self, steady: Steady) -> bool:
-        """Whether the covariances have settled to five digits; `block` is then
+        """Whether the covariances have settled to five digits, so that `block` is
         equivalent to `step`."""
         if len(self.past) != len(steady.gains) - 1:
             return False

@@ -22,8 +22,8 @@ from hefting.motion.spline import SmoothedPoses
 from hefting.motion.state import Motion
 
 CALIBRATION_ROUNDS = 3
-"""Number of alternations between calibrating a sensor against the curves and fitting
-the curves to it."""
+"""Number of alternations between calibrating sensors against the curves and fitting the
+curves to them."""
 CLOCK_STD = 0.02
 """[s] Prior standard deviation of a sensor's clock offset."""
 LEVER_STD = 0.05
@@ -36,16 +36,16 @@ ACCELEROMETER_BIAS_STD = 0.5
 SPECIFIC_FORCE_STEP = 0.005
 """[s] Step of the numerical derivative of the specific force."""
 LARGEST_ACCELEROMETER_BIAS = 1.5
-"""[m/s²] An accelerometer with a larger bias is not used: it measures another quantity,
-or gravity is wrong."""
+"""[m/s²] Largest bias of an accelerometer that is used: beyond, it measures another
+quantity, or gravity is wrong."""
 FEWEST_READINGS = 50
-"""Number of readings below which an inertial sensor is not used."""
+"""Least number of readings of an inertial sensor that is used."""
 CONTRADICTING_DEVIATION = 0.2
-"""Ratio of a sensor's deviation from the poses to the variation of the motion above
+"""Ratio of a sensor's deviation from the poses to the variation of the motion, above
 which it may contradict them."""
 CONTRADICTING_MAP_RATIO = 0.7
 """Ratio of the residual after a linear map of the motion to the deviation without it,
-below which a deviating sensor has other axes or units."""
+below which such a sensor has other axes or units."""
 
 
 def fuse(
@@ -199,8 +199,7 @@ class _Calibration:
 
 
 def _average_fast_readings(stream: Stream) -> Stream:
-    """The stream without repeated values; a fast one is averaged over blocks, in which
-    an arm hardly moves."""
+    """The stream without repeated values, averaged over short blocks if it is fast."""
     kept = fresh_rows(stream.time, stream.values)
     stream = stream if kept.all() else stream[kept]
     starts = block_starts(stream.time)
@@ -220,11 +219,8 @@ def _average_fast_readings(stream: Stream) -> Stream:
 def _synchronise(
     poses: SmoothedPoses, stream: Stream, delay: float
 ) -> tuple[Stream, Motion]:
-    """The readings at the times they were measured, and the motion at these times.
-
-    Times are corrected for `delay` [s]. Readings where the motion is not known are left
-    out.
-    """
+    """The readings at the times of measurement, corrected for `delay` [s], and the
+    motion then; without readings where the motion is unknown."""
     time = stream.time - delay
     stream = replace(stream, time=time)[(time >= poses.first) & (time <= poses.last)]
     motion = poses.at(stream.time, spread=False)
@@ -241,21 +237,18 @@ def _refit(
     name: str,
     round_: int,
 ) -> Curve:
-    """A curve fitted again to its samples, and to derivatives z (L, d) of them at times
-    (L,) [s], each of a `variance`; its smoothness is searched everywhere in round 0,
-    later near that of `curve`."""
+    """A curve fitted again to its samples, and to derivatives z (L, d) at times (L,)
+    [s] of a `variance`. Its smoothness is searched everywhere in round 0, later near
+    that of `curve`."""
     rates = Observation(time, z, derivative, curve.smoothness.variance / variance)
     samples, near = curve.observations[0], curve.smoothness if round_ else None
     return Curve.through((samples, rates), name, samples.time[-1], near)
 
 
 def _variance(time: Array, residual: Array, bandwidth: float) -> float:
-    """Variance of one reading if its noise were white and had the same power below the
-    bandwidth [rad/s].
-
-    It is that of the averages over cells of 1/bandwidth, times the number of readings
-    in a cell.
-    """
+    """Variance of a reading for white noise of the same power below the bandwidth
+    [rad/s]: that of averages over cells of 1/bandwidth, times the number of readings in
+    a cell."""
     cell = np.floor((time - time[0]) * bandwidth).astype(int)
     starts = np.flatnonzero(np.diff(cell, prepend=-1))
     sums = np.add.reduceat(residual - residual.mean(axis=0), starts, axis=0)
@@ -281,7 +274,7 @@ def _ridge(columns: Array, values: Array, spreads: tuple[float, ...]) -> Array:
 
 def _contradicts(readings: Array, expected: Array) -> bool:
     """Whether readings (K, 3) deviate much from the expected ones, and much less from a
-    linear map of these: a sign of other axes or units."""
+    linear map of these, as with other axes or units."""
     deviation = np.sum((readings - expected) ** 2)
     A = np.column_stack((expected, np.ones(len(expected))))
     best = np.sum((readings - A @ np.linalg.lstsq(A, readings, rcond=None)[0]) ** 2)
@@ -298,8 +291,8 @@ def _specific_force(motion: Motion, gravity: Array) -> Array:
 
 
 def _lever_columns(motion: Motion) -> Array:
-    """(K, 3, 3) [1/s²]: times a lever arm (3,), the acceleration at that point of the
-    sensor frame minus that at its origin."""
+    """(K, 3, 3) [1/s²] acceleration at a point of the sensor frame less that at its
+    origin, by the point's place (3,)."""
     w = skew(motion.angular_velocity)
     return skew(motion.angular_acceleration) + w @ w
 

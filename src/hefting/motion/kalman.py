@@ -25,19 +25,18 @@ from hefting.motion.tuning import tune
 NUMBER_OF_STATES = {"snap": 4, "acceleration": 3}
 """Number of integrators of a component, by `PoseFilter.order`."""
 LARGEST_STD_RATIO = 3.0
-"""A sample is returned once the standard deviation of its acceleration is below this
-multiple of its steady value."""
+"""Standard deviation of the acceleration over its steady value, below which samples are
+returned."""
 LONGEST_GAP = 20.0
-"""[1/bandwidth] After a longer gap between samples the filter is restarted."""
+"""[1/bandwidth] Gap between samples above which the filter is restarted."""
 SMALLEST_BLOCK = 2
-"""Smallest number of regular samples that are filtered together, which is faster from
-two on."""
+"""Smallest number of regular samples that are filtered together, which then is
+faster."""
 LARGEST_BLOCK = 50_000
-"""Largest number of regular samples that are filtered together; it bounds the
-memory."""
+"""Largest number of regular samples that are filtered together, to bound the memory."""
 MOST_LAG = 100_000
-"""Most samples that are waited for: 0.1 s at 1 MHz. Each takes some 10 microseconds and
-300 bytes once, when the filter is made."""
+"""Largest lag in samples: 0.1 s at 1 MHz. Each takes some 10 microseconds and 300 bytes
+when the filter is made."""
 
 
 @dataclass(frozen=True)
@@ -298,8 +297,8 @@ class PoseFilter:
         )
 
     def _return_samples(self, state: State, count: int, results: list) -> State:
-        """Remove the first `count` pending samples from the state; append the
-        sufficiently accurate ones to `results`."""
+        """Move the first `count` pending samples from the state to `results`, if they
+        are accurate enough."""
         if count == 0:
             return state
         usable = np.ones(count, dtype=bool)

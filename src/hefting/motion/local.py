@@ -26,20 +26,20 @@ from hefting.motion.bspline import SPLINE_DEGREE, SUPPORT, Integers, Knots, Norm
 from hefting.motion.tuning import Smoothness
 
 INVERSE_STRETCH = 64
-"""Number of coefficients in a stretch of `inverse_bands`. Shorter stretches take fewer
+"""Number of coefficients in a stretch of `inverse_bands`; shorter ones take fewer
 steps, longer ones repeat less of the overlap."""
 STRETCHES_TOGETHER = 256
-"""Number of stretches inverted side by side; it bounds the memory."""
+"""Number of stretches inverted together, to bound the memory."""
 LOCAL_ORDER = 4
-"""Order m of the local penalty. Two rows that are free let the acceleration jump; order
-3 leaves twice the error of the angular acceleration between the jumps of trapezoids."""
+"""Order m of the local penalty. Two free rows let the acceleration jump; order 3 leaves
+twice the error of the angular acceleration between the jumps of trapezoids."""
 LOCAL_KNOT_SPACING = 0.01
-"""[s] Knot spacing of a local fit, or the sampling interval where that is longer: a
-jump of the acceleration is rounded over about two of them."""
+"""[s] Knot spacing of a local fit, at least the sampling interval; a jump of the
+acceleration is rounded over about two of them."""
 FEWEST_NEIGHBOURS, MOST_NEIGHBOURS = 2, 3
-"""Rows on each side of a row that determine its variance with it: as many as span the
-time constant of the global fit. On trapezoids at 100 and 500 Hz, one to five rows give
-inertia errors that differ by a tenth."""
+"""Number of rows on each side that determine the variance of a row with it, as many as
+span the time constant of the global fit. On trapezoids at 100 and 500 Hz, one to five
+rows give inertia errors that differ by a tenth."""
 LOCAL_ROUNDS = 4
 """Rounds of the fixed-point iteration. On trapezoids the inertia's errors are the same
 after 5 and 8."""
@@ -48,17 +48,17 @@ LARGEST_STEP = 3.0
 SMALLEST_DETERMINED_SHARE = 1e-3
 """Lower bound of g_j."""
 STIFFEST_ROW = 1e4
-"""Largest lambda_j over the median; where the motion is at rest nothing bounds it."""
+"""Largest lambda_j over the median; at rest nothing else bounds it."""
 STIFFEST = 1e11
-"""Largest lambda_j over the weight of the samples of a coefficient: a stiffer row would
-lose them in rounding."""
+"""Largest lambda_j over the weight of the samples of a coefficient, so that rounding
+does not lose them."""
 LARGEST_BANDWIDTH_RATIO = 1.5
 """Largest local bandwidth over the global one. On trapezoids 1.4 suffices; the bound
-limits what a glitch of the poses can do."""
+limits the effect of glitches of the poses."""
 LARGEST_KURTOSIS = 6.0
-"""Kurtosis of the residuals of the global fit above which they are no white noise: 3.0
-to 3.5 on simulated trapezoids, 11 to 47 on two recordings of an arm whose clock
-jitters. Glitches of the poses would count as jumps of the acceleration."""
+"""Kurtosis of the residuals of the global fit above which they are not white noise: 3.0
+to 3.5 on simulated trapezoids, 11 to 47 on two recordings of an arm with a jittering
+clock. Glitches would count as jumps of the acceleration."""
 LARGEST_AUTOCORRELATION = 0.15
 """Correlation of subsequent residuals above which they are no white noise: below 0 on
 simulated trapezoids, 0.22 to 0.40 on those recordings."""
@@ -66,9 +66,9 @@ STRETCH, OVERLAP = 24, 32
 """Number of coefficients in a stretch of `inverse_bands`, and overlap of the stretches,
 during the iteration, where a tenth of the variances is precise enough."""
 JUMP_ERROR = 0.95
-"""Error of the acceleration near a jump of it, over the jerk of the curve times its
-local time constant: an average over 30 ms on each side of the corners of trapezoids at
-100 and 500 Hz."""
+"""Error of the acceleration near a jump over the jerk of the curve times its local time
+constant: an average over 30 ms on each side of the corners of trapezoids at 100 and 500
+Hz."""
 
 
 @immutable
@@ -84,9 +84,9 @@ class LocalSmoothness:
     bandwidth: Array
     """(n,) [rad/s] about the middle of each coefficient"""
     jump_time: Array
-    """(n,) [s] Time by which a jump may be displaced or rounded; zero where the
-    bandwidth is not above its median. Times the jerk it is the standard deviation that
-    jumps add to the acceleration."""
+    """(n,) [s] time by which a jump may be displaced or rounded; zero where the
+    bandwidth is at most its median. Times the jerk it is the standard deviation of the
+    acceleration by jumps."""
 
 
 def is_white(residual: Array) -> bool:
@@ -164,8 +164,8 @@ def _uniform_share(knots: Knots, uniform: Smoothness) -> float:
 def _noise_variance(
     normal: Normal, coefficients: Array, inverse: Array, d: int, floor: float
 ) -> float:
-    """Residual variance of one component, with the degrees of freedom of the fit taken
-    off."""
+    """Residual variance of one component, for the degrees of freedom that the fit
+    leaves."""
     used = float(np.vdot(inverse[0], normal.bands[0]))
     used += 2.0 * float(np.vdot(inverse[1:], normal.bands[1:]))
     square = normal.objective(coefficients, LOCAL_ORDER, 0.0)
@@ -185,8 +185,8 @@ def _difference_variances(inverse: Array, m: int) -> Array:
 
 
 def _neighbour_weights(scaled_bandwidth: float) -> Array:
-    """Weights of a row and its neighbours, for a bandwidth times knot spacing: a raised
-    cosine."""
+    """Raised-cosine weights of a row and its neighbours, for a bandwidth times knot
+    spacing."""
     wanted = round(1.0 / scaled_bandwidth)
     reach = min(max(wanted, FEWEST_NEIGHBOURS), MOST_NEIGHBOURS)
     return np.cos(0.5 * np.pi * np.arange(-reach, reach + 1) / (reach + 1)) ** 2
@@ -211,7 +211,7 @@ def inverse_bands(factor: Array, overlap: int, stretch: int = INVERSE_STRETCH) -
 def _invert_stretches(
     bands: Array, factor: Array, begins: Integers, overlap: int, stretch: int
 ) -> None:
-    """Fill in the `bands` of the stretches that begin at some coefficients."""
+    """Fill in the `bands` of the stretches that begin at the coefficients `begins`."""
     n, count = factor.shape[1], len(begins)
     length = min(stretch + overlap, n)
     stop = np.minimum(begins + stretch + overlap, n)

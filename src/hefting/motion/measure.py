@@ -1,4 +1,4 @@
-"""Recording -> Measurements: motion and wrench brought to common instants, in sensor
+"""From a recording to measurements: motion and wrench at common instants, in sensor
 axes."""
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from hefting.motion.state import Motion
 Source = Literal["auto", "columns", "smooth", "filter"]
 SOURCES = get_args(Source)
 NEGLIGIBLE_REJECTED_SHARE = 0.02
-"""Share of wrench samples outside the time of the poses that may be left out without a
+"""Share of wrench samples outside the time of the poses up to which there is no
 warning."""
 IMPLAUSIBLE_VALUE = 1e9
 """[N, N m, m/s²] Bound on wrench and gravity; larger numbers are errors of the log."""
@@ -48,7 +48,7 @@ DESCRIPTIONS = {
 """What each way to get the motion uses."""
 
 REST_GAP = 0.1
-"""[s] Gap between stretches at rest, and the least median length of those."""
+"""[s] Gap between stretches at rest, and least median length of those."""
 LARGEST_AT_REST = 2e-3
 """[m, rad] Change of a pose at rest, root mean square."""
 POSE_STREAMS = ("position", "orientation")
@@ -57,22 +57,21 @@ TWIST = ("linear_acceleration", "angular_velocity", "angular_acceleration")
 
 @immutable
 class Measured:
-    """Measurements and how their motion was found."""
+    """Measurements, and how their motion was found."""
 
     measurements: Measurements
     """At the wrench's own instants, wrench as recorded."""
     source: str
     """A key of `DESCRIPTIONS`."""
     motion: Motion | None
-    """Smoothed motion at the same instants, with standard deviations; None where the
-    log gave it."""
+    """Smoothed motion at the same instants, with standard deviations; None if the log
+    has the motion."""
     warnings: tuple[Message, ...] = ()
-    """What is not modelled, and many samples left out."""
+    """Warnings of what is not modelled, and of many samples left out."""
     notes: tuple[Message, ...] = ()
-    """What was found on the way, and a few samples left out."""
+    """Notes on what was found, and on a few samples left out."""
     rows: NDArray[np.integer] | None = None
-    """(K,) rows of the wrench's stream that the measurements are of; None where they
-    are of other instants."""
+    """(K,) rows of the wrench's stream at the measurements; None for other instants."""
 
 
 def measure(
@@ -180,13 +179,13 @@ def measure(
 
 
 def reads_columns(recording: Recording, source: Source) -> bool:
-    """Whether the motion is that of the log's own twist and acceleration columns."""
+    """Whether the motion is that of the log's twist and acceleration columns."""
     return source == "columns" or (source == "auto" and recording.has(*TWIST))
 
 
 def may_move(recording: Recording) -> bool:
-    """Whether the poses change while the wrench is measured, or an accelerometer without
-    position may have measured motion."""
+    """Whether the poses change while the wrench is measured, or an accelerometer
+    without position may have measured motion."""
     may_move_unseen = recording.has("accelerometer") and not recording.has("position")
     poses_change = any(
         (recording[name].values != recording[name].values[0]).any()
@@ -197,7 +196,7 @@ def may_move(recording: Recording) -> bool:
 
 
 def _is_of_rests(recording: Recording) -> bool:
-    """Whether the wrench was measured in stretches, in each of which the pose rests."""
+    """Whether the wrench was measured only in stretches in which the pose rests."""
     time = recording["wrench"].time
     cuts = np.flatnonzero(np.diff(time) > REST_GAP) + 1
     few = 0 < len(cuts) < len(time) / FEWEST_SEGMENT_SAMPLES
@@ -214,15 +213,14 @@ def _is_of_rests(recording: Recording) -> bool:
 
 
 def nearest_rows(time: Array, at: Array) -> NDArray[np.intp]:
-    """(L,) rows of samples at times (K,), increasing, that are nearest to times (L,)."""
+    """(L,) rows of samples at increasing times (K,) that are nearest to times (L,)."""
     return np.searchsorted(0.5 * (time[1:] + time[:-1]), at)
 
 
 def _rejection_messages(
     counts: Array, kept: Mask, of: str
 ) -> tuple[tuple[Message, ...], tuple[Message, ...]]:
-    """Warnings and notes of samples outside the time of the poses; a warning where they
-    are many."""
+    """A note, or for many a warning, of samples outside the time of the poses."""
     if kept.all():
         return (), ()
     left_out = f"{_counted(counts[~kept], of)} before the first or after the last pose left out"
@@ -300,7 +298,7 @@ def _counted(counts: Array, of: str) -> str:
 
 
 def _read_at(at: Array, stream: Stream) -> Array:
-    """A stream's values (K, d) at times inside it, linearly between its samples."""
+    """A stream's values (K, d) at times inside it, linearly interpolated."""
     if np.array_equal(stream.time, at):
         return stream.values
     return interpolated(at, stream.time, stream.values)
@@ -335,7 +333,7 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
 
 
 def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
-    """Motion as a live filter gives it (tuned on the same recording), and the wrench at
+    """Motion by a live filter that is tuned on the same recording, and the wrench at
     its instants."""
     orientation = recording["orientation"]
     time, values, position = orientation.time, orientation.values, None

@@ -19,52 +19,54 @@ from hefting.core.spatial import (
 )
 
 TIMING_ERROR = 0.005
-"""[s] Error of a pose's time stamp that is not a fault of the pose. Rows of recordings
-at a nominal 1 kHz are some milliseconds off."""
+"""[s] Error of time stamps that is tolerated. Rows of recordings at a nominal 1 kHz are
+some milliseconds off."""
 TIMING_ERROR_IN_INTERVALS = 1.5
-"""The same in sampling intervals, where these are longer: a sample that came a whole
-interval late is no fault."""
+"""The same in sampling intervals, where these are longer: a sample may come a whole
+interval late."""
 NOISE_FACTOR = 15.0
-"""Standard deviations of a component's noise by which a step may differ from that of
-its neighbours. The difference of two steps has 2.4 of them: 15 are exceeded once in
-10⁸ times."""
+"""Tolerated difference between a step and the one that its neighbour predicts, in
+standard deviations of a component's noise. The difference of two steps has 2.4 of them;
+15 are exceeded once in 10⁸ times."""
 NEIGHBOURING_STEPS = (-2, -1, 1, 2)
-"""Places, relative to a step, of the steps whose velocity may explain it. Two on each
+"""Places, relative to a step, of the steps whose velocity may explain it: two on each
 side, as one of them may end at a faulty sample."""
 NEARBY_INTERVALS = 2.5
-"""Time between two steps, in intervals of the longer one, up to which one may explain
-the other: not across a rest."""
+"""Largest time between two steps, in intervals of the longer one, for one to explain
+the other; not across a rest."""
 NEARBY = 0.02
-"""[s] The same where the intervals are shorter."""
+"""[s] The same where intervals are shorter."""
 KINK_STEPS, KINK_TIME = 3, 0.02
-"""Smallest number of steps, and time [s], of the velocities before and after a kink."""
+"""Smallest number of steps, and duration [s], of the velocities before and after a
+kink."""
 KINK_ACCELERATION = 3.0
-"""Acceleration over its limit that makes a kink. Angles that were interpolated over
-their end at 180 degrees turn for some steps at tens of radians per second."""
+"""Acceleration of a kink over the limit. Angles that were interpolated across 180
+degrees turn for some steps at tens of radians per second."""
 STEPS_OF_VELOCITY = 4
 """Largest number of steps from which the velocity at the end of a piece is found."""
 NOISE_OF_JUMP = 5.0
-"""Standard deviations of a component's noise by which the first step after a held value
-is longer than that of a body that starts from rest. A step has 1.4 of them."""
+"""Standard deviations of a component's noise that are added to the longest first step
+of a body that starts from rest, to call a step a jump. A step has 1.4 of them."""
 ACCELERATION_TIME = 0.05
 """[s] Time over which velocities are taken for the usual acceleration."""
 STARTS_OVER_USUAL = 3.0
-"""Acceleration of a start from rest over that which the moving parts of a recording
-exceed for a tenth of the time."""
+"""Largest acceleration of a start from rest, over the 90 % quantile in the moving parts
+of the recording."""
 FEWEST_HELD_ROWS = 3
 """Smallest number of equal rows that may be a stalled stream."""
 HELD_UPDATES = 2.0
-"""Number of usual runs of equal rows that a run of a stalled stream exceeds."""
+"""Length of a stalled stream's run of equal rows over the usual length."""
 ROWS_FOR_NOISE = 20_000
 """Largest number of rows from which the noise is found."""
 ROWS_AT_A_TIME = 8192
-"""Of so many what is computed in between stays in the processor's cache."""
+"""Number of rows processed together, whose intermediate values stay in the processor's
+cache."""
 SMALLEST_STEPS = 0.01
-"""Share of the steps that are taken as the smallest ones: values that were rounded
+"""Quantile of the steps that is taken for the smallest step; values that were rounded
 change by no less than their last digit."""
 ROUNDING_OVER_STEP = 0.5
-"""Standard deviation that counts as the noise of rounding, over the smallest step: a
-step of one digit along all three axes is then below that of a jump."""
+"""Noise of rounding over the smallest step. A step of one digit along all three axes is
+then no jump."""
 
 
 @immutable
@@ -173,43 +175,51 @@ class Steps:
 
     def broken(self) -> Mask:
         """(U - 1,) the steps that no velocity nearby explains."""
-        limits, n = self.limits, len(self.steps)
         length = lengths(self.steps)
-        speed = length / self.interval
-        allowed_noise = NOISE_FACTOR * self.noise
-        most = limits.speed * (self.interval + self.timing_error) + allowed_noise
-        # most steps are explained by the acceleration alone
-        suspect = np.flatnonzero(
-            length > 0.5 * limits.acceleration * self.interval**2 + allowed_noise
+        noise = NOISE_FACTOR * self.noise
+        too_fast = (
+            length > self.limits.speed * (self.interval + self.timing_error) + noise
         )
+        # the acceleration alone explains most steps
+        by_acceleration = 0.5 * self.limits.acceleration * self.interval**2 + noise
+        suspect = np.flatnonzero(length > by_acceleration)
         explained = np.zeros(len(suspect), dtype=bool)
-        middle = self.runs.end[:-1] + 0.5 * self.interval
         for place in NEIGHBOURING_STEPS:
-            other = suspect + place
-            there = (other >= 0) & (other < n)
-            other = np.clip(other, 0, n - 1)
-            there &= length[other] <= most[other]
-            dt = self.interval[suspect]
-            since = np.abs(middle[other] - middle[suspect])
-            longer = np.maximum(dt, self.interval[other])
-            there &= since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
-            expected = self.steps[other] * (dt / self.interval[other])[:, None]
-            apart = lengths(self.steps[suspect] - expected)
-            allowed = (
-                limits.acceleration * dt * since
-                + self.timing_error * speed[other]
-                + allowed_noise * np.maximum(1.0, dt / self.interval[other])
-            )
-            explained |= there & (apart <= allowed)
-        broken = np.zeros(n, dtype=bool)
+            explained |= self._explained_by(place, suspect, length, too_fast)
+        broken = np.zeros(len(self.steps), dtype=bool)
         broken[suspect] = ~explained
-        broken |= length > most
+        broken |= too_fast
         broken[self._kinks(broken)] = True
         return broken
 
+    def _explained_by(
+        self, place: int, suspect: Indices, length: Array, too_fast: Mask
+    ) -> Mask:
+        """(S,) whether the velocity of the step `place` steps later explains each of the
+        suspect steps (S,), within acceleration, errors of the time stamps and noise;
+        `length` and `too_fast` (U - 1,) are those of all steps."""
+        n, dt = len(self.steps), self.interval[suspect]
+        other = suspect + place
+        valid = (other >= 0) & (other < n)
+        other = np.clip(other, 0, n - 1)
+        other_dt = self.interval[other]
+        valid &= ~too_fast[other]
+        middle = self.runs.end[:-1] + 0.5 * self.interval
+        since = np.abs(middle[other] - middle[suspect])
+        longer = np.maximum(dt, other_dt)
+        valid &= since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
+        expected = self.steps[other] * (dt / other_dt)[:, None]
+        apart = lengths(self.steps[suspect] - expected)
+        allowed = (
+            self.limits.acceleration * dt * since
+            + self.timing_error * (length[other] / other_dt)
+            + NOISE_FACTOR * self.noise * np.maximum(1.0, dt / other_dt)
+        )
+        return valid & (apart <= allowed)
+
     def _kinks(self, broken: Mask) -> Indices:
-        """Steps before which the velocity changes by more than any acceleration does, none
-        of those near it being broken (U - 1,)."""
+        """Steps before which the velocity changes by more than any acceleration allows;
+        only where no step nearby is broken (U - 1,)."""
         several = max(KINK_STEPS, int(np.ceil(KINK_TIME / self.usual)))
         way = np.vstack((np.zeros(3), np.cumsum(self.steps, axis=0)))
         if len(way) <= 2 * several:
@@ -238,8 +248,8 @@ class Steps:
         )
 
     def usual_acceleration(self) -> float:
-        """Acceleration [m/s²] or [rad/s²] that a body at rest may start with: several
-        times that of the moving parts of this recording, within the limits."""
+        """[m/s²] or [rad/s²] Largest acceleration of a start from rest: several times
+        that of the moving parts of this recording, within the limits."""
         lag = max(int(np.ceil(ACCELERATION_TIME / self.usual)), 2)
         way = np.cumsum(self.steps, axis=0)
         if len(way) < 4 * lag:
@@ -256,8 +266,8 @@ class Steps:
         return min(usual, self.limits.acceleration)
 
     def starts_from_rest(self, interval: Array) -> Array:
-        """(R,) largest first step [m] or [rad] of a body at rest within an interval
-        (R,) [s]."""
+        """(R,) [m] or [rad] longest first step of a body that starts from rest within
+        an interval (R,) [s]."""
         late = np.minimum(self.timing_error, 0.5 * interval)
         return (
             0.5 * self.usual_acceleration() * (interval + late) ** 2
@@ -265,10 +275,10 @@ class Steps:
         )
 
     def reaches(self, begin: Indices, end: Indices, first: int, last: int) -> Mask:
-        """(B,) whether a piece, from sample `first` to `last`, is reached from earlier
-        ones, from samples `begin` (B,) to `end` (B,)."""
-        # the stream may have stalled at the value that it held: that needs a motion to
-        # show, not a single sample
+        """(B,) whether a piece of samples `first` to `last` can be reached from earlier
+        pieces of samples `begin` (B,) to `end` (B,), by their velocities on both sides.
+        """
+        # the stream may have stalled at its last value, unless only one sample follows
         time, values = self.runs.time, self.runs.values
         since = time if last > first else self.runs.end
         gap = time[first] - since[end]

@@ -14,15 +14,16 @@ from hefting.motion.spline import SmoothedPoses, fit_poses
 
 @immutable
 class Curves:
-    """Smooth curves through the poses of a recording, and how they came about."""
+    """Smooth curves through the poses of a recording."""
 
     poses: SmoothedPoses
     alone: SmoothedPoses
-    """Of the poses without those sensors, whose clocks and axes are their own."""
+    """Of the poses without inertial sensors, which have clocks and axes of their
+    own."""
     source: str
     """``"smooth"``, or ``"inertial"`` where a gyroscope or an accelerometer helped"""
     notes: tuple[Message, ...]
-    """What was found of those sensors."""
+    """Notes on those sensors."""
     warnings: tuple[Message, ...]
 
 

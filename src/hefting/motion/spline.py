@@ -1,9 +1,9 @@
-"""Smoothing of finished recordings: poses in, velocities and accelerations with
-believable spreads out.
+"""Smoothing of finished recordings: from poses to velocities and accelerations with
+realistic errors.
 
 Position, and the four components of the orientation's quaternion, are each smoothed by
-one penalised quintic spline whose bandwidth, noise level and order are the most likely
-ones (`hefting.motion.curve`).
+a penalised quintic spline of most likely bandwidth, noise level and order
+(`hefting.motion.curve`).
 """
 
 from __future__ import annotations
@@ -21,7 +21,7 @@ from hefting.motion.curve import Curve
 from hefting.motion.state import Motion, motion_from_channels, motion_from_pieces
 
 POSE_WIDTH = {"time": (), "position": (3,), "orientation": (4,)}
-"""Numbers in a sample of each array of poses."""
+"""Shape of a sample of each array of poses."""
 
 
 @dataclass(frozen=True)
@@ -33,9 +33,9 @@ class SmoothedPoses:
     """of the quaternion's four components"""
     position: Curve | None
     first: float
-    """s, where all curves have begun"""
+    """[s] latest beginning of a curve"""
     last: float
-    """s, where the first of them ends"""
+    """[s] earliest end of a curve"""
 
     def at(self, time: ArrayLike, spread: bool = True) -> Motion:
         """Motion at times (L,) [s]; NaN, of infinite deviation, inside a gap too long
@@ -71,7 +71,8 @@ class SmoothedPoses:
         return np.stack((linear, 4.0 * angular))
 
     def covers(self, time: Array) -> Mask:
-        """(L,) times [s] at which the motion is known: inside, and in no long gap."""
+        """(L,) times [s] at which the motion is known: inside, and not in a long
+        gap."""
         inside = (time >= self.first) & (time <= self.last)
         curves = (self.orientation, self.position)
         for curve in (curve for curve in curves if curve is not None):
@@ -158,8 +159,8 @@ def smooth(
 
 
 def check_poses(time, position, orientation) -> tuple[Array, Array | None, Array]:
-    """Float arrays (K,), (K, 3) or None, (K, 4) of unit length; `InputError` when they
-    do not fit."""
+    """Float arrays (K,), (K, 3) or None, (K, 4) of unit length; `InputError` if they do
+    not fit."""
     given = {"orientation": orientation}
     if position is not None:
         given["position"] = position
@@ -203,8 +204,8 @@ def _checked(
 
 
 def aligned(quaternions: Array, previous: Array | None = None) -> Array:
-    """(K, 4) quaternions, their signs such that each is near the one before (the first:
-    near `previous`)."""
+    """(K, 4) quaternions with signs such that each is near the one before, the first
+    near `previous`."""
     if len(quaternions) == 0:
         return quaternions
     flips = np.einsum("ij,ij->i", quaternions[1:], quaternions[:-1]) < 0

@@ -1,5 +1,5 @@
-"""Motion: the kinematic state of the sensor at a set of times, with the spread of its
-error."""
+"""Motion: the kinematic state of the sensor at a set of times, with the standard
+deviations of its errors."""
 
 from collections.abc import Iterable
 from dataclasses import fields, replace
@@ -83,7 +83,7 @@ class Motion:
 
     @property
     def _arrays(self) -> dict[str, Array]:
-        """Those that are known, by their names."""
+        """The arrays that exist, by name."""
         each = {field.name: getattr(self, field.name) for field in fields(self)}
         del each["bandwidth"]
         return {name: own for name, own in each.items() if own is not None}
@@ -140,15 +140,15 @@ class Motion:
 
     @property
     def noise(self) -> MotionNoise:
-        """Root-mean-square errors of the accelerations, without those at jumps, and the
-        time over which they last."""
+        """Root-mean-square errors of the accelerations, without jumps, and their
+        correlation time."""
         linear, angular = np.sqrt(lasting_variances(self).mean(axis=1))
         return MotionNoise(float(linear), float(angular), float(np.pi / self.bandwidth))
 
 
 def acceleration_variances(motion: Motion) -> Array:
-    """Variances (2, K) of linear and angular acceleration, one axis each; zero where
-    the linear one is not modelled."""
+    """Variances (2, K) of linear and angular acceleration per axis; zero for a linear
+    one that is not modelled."""
     angular = np.square(motion.angular_acceleration_std)
     linear = motion.linear_acceleration_std
     return np.stack(
@@ -173,7 +173,7 @@ def lasting_variances(motion: Motion) -> Array:
 
 
 def motion_from_pieces(time: Array, pieces: Iterable[Motion]) -> Motion:
-    """One Motion at `time` (K,) from consecutive ones, each forgotten once copied."""
+    """One Motion at `time` (K,) from consecutive ones, each released once copied."""
     arrays: dict[str, Array] = {}
     begin, bandwidth = 0, 0.0
     for piece in pieces:
@@ -227,7 +227,7 @@ def motion_from_channels(time, position, quaternion, bandwidth) -> Motion:
 
 
 def _with_jumps(std: Array, jump_std: Array | None) -> Array:
-    """(K,) standard deviation of both together."""
+    """(K,) root of the sum of both variances."""
     return std if jump_std is None else np.hypot(std, jump_std)
 
 

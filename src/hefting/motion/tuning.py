@@ -25,8 +25,8 @@ maximum."""
 MOST_REFINEMENTS = 12
 """Largest number of evaluations after the coarse scan."""
 HOPELESS = 2.0
-"""Log likelihood missing, over the range of the first three, from which on an order is
-given up: uphill it rises less and less."""
+"""Missing log likelihood, over the range of the first three values, above which an
+order is given up, as it rises less and less uphill."""
 
 
 @dataclass(frozen=True)
@@ -105,10 +105,10 @@ class Likelihood:
     ) -> Smoothness:
         """The most likely bandwidth, with h wc between two bounds.
 
-        A coarse scan, or with `near`, an h wc that is about right, only uphill from
-        there; then parabolas through the three best, until the step is below
-        `NEGLIGIBLE_BANDWIDTH_CHANGE`. Where the log likelihood `needed` is far off it is
-        not searched for.
+        A coarse scan, or with `near`, an approximate h wc, only uphill from there; then
+        parabolas through the three best, until the step is below
+        `NEGLIGIBLE_BANDWIDTH_CHANGE`. The search is given up if the log likelihood
+        `needed` is far off.
         """
         low, high = float(np.log(lowest)), float(np.log(highest))
         step = (high - low) / COARSE_STEPS
@@ -136,7 +136,7 @@ class Likelihood:
 def _next(
     tried: dict[float, Smoothness], low: float, high: float, step: float
 ) -> float:
-    """Where the maximum should be, going by the best and its neighbours."""
+    """Next place to try, from the best one and its neighbours."""
     at = sorted(tried)
     scores = [tried[x].log_likelihood for x in at]
     k = int(np.argmax(scores))
@@ -163,8 +163,8 @@ SMALLEST_SCALED_BANDWIDTH = 0.15
 LARGEST_SCALED_BANDWIDTH = 2.5
 """Upper bound of h wc in the search."""
 TUNED_COEFFICIENTS = 10_000
-"""Number of spline coefficients used to choose the smoothness; for longer recordings it
-is chosen from evenly spaced stretches."""
+"""Number of spline coefficients from which the smoothness is chosen; longer recordings
+are represented by evenly spaced stretches."""
 
 
 def tune(
@@ -233,7 +233,7 @@ def tune(
 
 
 def variance_floor(data: tuple[Observation, ...]) -> float:
-    """Smallest variance of a sample of the signal: that of rounding."""
+    """Smallest variance of a sample of the signal, by rounding."""
     return (1e-12 * max(float(np.abs(data[0].values).max()), 1e-3)) ** 2
 
 
@@ -256,7 +256,7 @@ def _most_likely_smoothness(
 
 
 def _is_gap(samples: Observation, h: float) -> Mask:
-    """Mask (K - 1,) of the intervals between samples that separate two segments."""
+    """Mask (K - 1,) of the intervals between samples that separate segments."""
     return np.diff(samples.time) > max(10.0 * h, 20.0 * samples.interval, 0.1)
 
 

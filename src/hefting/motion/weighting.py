@@ -1,5 +1,4 @@
-"""What errors of the motion do to the wrench, and how much each sample is worth for
-that.
+"""Effect of the motion's errors on the wrench, and the weights of samples by it.
 
 Errors of the linear and angular acceleration, of covariance S_k, make errors E S_k E'
 of the predicted wrench,
@@ -33,8 +32,8 @@ def effect_of_acceleration_errors(vector: ArrayLike) -> Array:
 
 
 def samples_per_error(time: Array, bandwidth: float) -> float:
-    """Samples at `time` (K,) over which an error of the motion, of `bandwidth` [rad/s],
-    lasts; at least one."""
+    """Number of samples at `time` (K,) over which an error of the motion of `bandwidth`
+    [rad/s] lasts; at least one."""
     if len(time) < 2:
         return 1.0
     return max(1.0 / (median(np.diff(time)) * bandwidth), 1.0)

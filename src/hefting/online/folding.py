@@ -1,5 +1,5 @@
-"""Folding: samples that came since a stream was last understood, put right with what
-is known since then and added one by one."""
+"""Folding: samples since a stream was last understood, corrected by that understanding
+and added one by one."""
 
 from dataclasses import replace
 from typing import Any, Self
@@ -21,16 +21,16 @@ from hefting.motion.state import motion_from_pieces
 from hefting.online.understanding import Understanding, weights_of
 
 KEPT = 6.0
-"""[s] Motion that is kept: from the understanding before last on."""
+"""[s] Duration of the motion that is kept."""
 FASTER = 1.1
-"""Ratio of bandwidths from which on a filter gives way to one that was tuned later."""
+"""Ratio of bandwidths above which a filter is replaced by one that was tuned later."""
 OUTLYING = 6.0
-"""Standard deviations of a sample's residual beyond which it is a spike."""
+"""Residual in standard deviations above which a sample is a spike."""
 
 
 @immutable
 class Follower:
-    """Motion of the sensor, followed by a fixed-lag filter."""
+    """Motion of the sensor by a fixed-lag filter."""
 
     pose_filter: PoseFilter
     state: State
@@ -39,12 +39,12 @@ class Follower:
 
     @classmethod
     def of(cls, pose_filter: PoseFilter) -> Self:
-        """Before any pose."""
+        """Without poses yet."""
         return cls(pose_filter, pose_filter.start())
 
     def is_too_slow(self, tuned: PoseFilter) -> bool:
-        """Whether a filter that was tuned later follows notably faster motion: this one
-        was tuned while the sensor rested, or had just begun to move."""
+        """Whether a later tuned filter is notably faster, as this one was tuned at rest
+        or at the beginning of motion."""
         before = self.pose_filter
         return (
             tuned.rotation_bandwidth > FASTER * before.rotation_bandwidth
@@ -52,7 +52,7 @@ class Follower:
         )
 
     def with_poses(self, position: Stream | None, orientation: Stream) -> Self:
-        """With the poses that come later than all before."""
+        """With poses that are later than all before."""
         time = orientation.time
         latest = self.state.latest
         begin = float(time[-1]) - KEPT if latest is None else latest
@@ -80,8 +80,8 @@ class Follower:
     def samples(
         self, known: Understanding, wrench: Stream, begin: float
     ) -> Measurements | None:
-        """Samples later than `begin` [s] as the estimator takes them, with the wrench
-        put right; None where there are none."""
+        """Samples after `begin` [s] as the estimator takes them, with the wrench
+        corrected; None for none."""
         if self.motion is None or not self.motion.time[-1] > begin:
             return None
         new = _since(self.motion, begin)
@@ -95,17 +95,17 @@ class Folded:
 
     estimate: Estimate | None
     state: Any = None
-    """of the estimator; None where there are no new samples"""
+    """of the estimator; None without new samples"""
     last: Any = None
-    """what the next estimate begins with, as `Estimator.prepared` gives it"""
+    """start of the next estimate, see `Estimator.prepared`"""
 
 
 def folded(
     known: Understanding, z: Measurements | None, last: Any, *, prompt: bool
 ) -> Folded:
-    """The estimate with new samples, that of before where there are none. `last` is
-    what the one before left; `prompt` is for one of the same understanding and some
-    samples less, whose noise then serves."""
+    """The estimate with new samples, or unchanged. `last` is the start that the
+    previous one left; with `prompt` it is of the same understanding and somewhat fewer
+    samples, whose noise is used."""
     before, estimator = known.estimate, known.estimator
     if z is None or not len(z) or before is None:
         return Folded(before, None, last)
@@ -136,7 +136,7 @@ def folded(
 
 
 def without_spikes(known: Understanding, z: Measurements) -> Measurements:
-    """The samples whose wrench is near to that of the object."""
+    """The samples whose wrench is near the object's."""
     expected = known.expected
     if expected is None:
         return z
@@ -147,13 +147,13 @@ def without_spikes(known: Understanding, z: Measurements) -> Measurements:
 
 
 def _since(motion: Motion, begin: float) -> Motion:
-    """The samples later than `begin` [s], which are not copied."""
+    """The samples after `begin` [s], as views."""
     return motion[int(np.searchsorted(motion.time, begin, side="right")) :]
 
 
 def _corrected(known: Understanding, wrench: Stream) -> tuple[Array, Array]:
-    """Times of the motion (N,) and wrench (N, 6) on the object, without what is known
-    of its bias."""
+    """Times of the motion (N,) and wrench (N, 6) on the object, without its known
+    bias."""
     found = known.found
     assert found is not None
     c = found.conditioned
@@ -167,8 +167,8 @@ def _corrected(known: Understanding, wrench: Stream) -> tuple[Array, Array]:
 
 
 def _drifted(bias: Drift, time: Array) -> Array:
-    """(N, 6) Change of a drifting bias at times (N,) [s], which goes on as it was after
-    its last knot."""
+    """(N, 6) change of a drifting bias at times (N,) [s], extrapolated beyond its last
+    knot."""
     ahead = np.maximum(time - bias.knots[-1], 0.0)[:, None]
     slope = np.diff(bias.values[-2:], axis=0) / np.diff(bias.knots[-2:])
     return bias.change(time) + ahead * slope
@@ -177,8 +177,8 @@ def _drifted(bias: Drift, time: Array) -> Array:
 def _measured(
     motion: Motion, time: Array, wrench: Array, known: Understanding
 ) -> Measurements:
-    """Samples of a motion but for those in a gap of the wrench; with weights, and
-    without the tool."""
+    """Samples of a motion, except in gaps of the wrench; weighted, and without the
+    tool."""
     found = known.found
     assert found is not None
     after = np.searchsorted(time, motion.time).clip(max=len(time) - 1)

@@ -1,4 +1,4 @@
-"""History: what came in lately, averaged and bounded, as a recording; and all samples as
+"""History: the recent samples, averaged and bounded, as a recording; and all samples as
 they came, for the final answer, while they fit in memory."""
 
 from collections import Counter
@@ -16,24 +16,25 @@ from hefting.online.samples import Samples, arrays_of, joined, possible
 from hefting.online.series import Series
 
 MOST_ROWS = 6_000
-"""Most rows of a stream: 30 s at 200 Hz, which are understood in some 0.7 s. The older
-half is then cut off, and goes on as a condensed part."""
+"""Largest number of rows of a stream: 30 s at 200 Hz, which take some 0.7 s to
+understand. Beyond, the older half is cut off and condensed."""
 BACKWARD, FORWARD = 1.0, 60.0
-"""[s] Stamps that go back, or ahead, by more are of another clock: those of messages
-out of order or after an interruption are nearer."""
+"""[s] Largest steps of stamps back and ahead within one clock: messages out of order or
+after an interruption make smaller ones."""
 CONFIRMED = 10
-"""Samples in succession of another clock from which on it is believed; fewer are bad
-messages."""
+"""Number of successive samples of another clock from which on it is accepted; fewer are
+bad messages."""
 STRAGGLERS, NEAR = 2.0, 0.5
-"""[s] Stamps so near to the last one before a clock jumped are of the clock before,
-unless they are so near to the newest of the clock since."""
+"""[s] Distance from the last stamp before a clock jumped within which stamps are of the
+earlier clock, unless they are within the second distance of the newest stamp since."""
 
 LONGEST_AHEAD = 1.0
-"""[s] Most that one part of a stream counts as silence of the others: after an
-interruption of all, or where parts are long, the others are on their way."""
+"""[s] Largest silence of other streams that one part of a stream counts as, since after
+an interruption, or with long parts, the others are on their way."""
 
 MOST_NUMBERS = 1_000_000
-"""Most numbers that are kept: 8 MB, one minute of wrench and poses at 1 kHz."""
+"""Largest number of numbers that are kept: 8 MB, one minute of wrench and poses at 1
+kHz."""
 
 
 class History:
@@ -62,10 +63,10 @@ class History:
         """Last stamp of each stream, and how many in succession went ahead too far."""
 
     def checked(self, samples: Samples) -> Samples | None:
-        """The samples that can be; None where they are no stream's. The others are
+        """The possible ones of some samples; None if they are of no stream. Others are
         counted.
 
-        Raises `InputError` for a stream in which each sample would be of another clock.
+        Raises `InputError` for a stream whose every sample would be of another clock.
         """
         name, arrays = samples.stream, arrays_of(samples)
         if arrays is None:
@@ -115,7 +116,7 @@ class History:
     def recording(
         self, begin: float = -np.inf, end: float = np.inf
     ) -> Recording | None:
-        """The samples from `begin` to before `end` [s]; None where there are none."""
+        """The samples from `begin` to before `end` [s]; None for none."""
         found = {
             name: series.stream(begin, end) for name, series in self.series.items()
         }
@@ -123,19 +124,19 @@ class History:
         return self.placed(streams) if streams else None
 
     def placed(self, streams: dict[str, Stream]) -> Recording:
-        """Streams as a recording, with the poses of the sensor."""
+        """Streams as a recording with the poses of the sensor."""
         whole = Recording(streams, source="live")
         if self.sensor_pose is None or "orientation" not in streams:
             return whole
         return with_given_sensor_pose(whole, self.sensor_pose)
 
     def cut(self, before: float) -> None:
-        """Forget what is earlier than `before` [s]."""
+        """Forget samples before `before` [s]."""
         for series in self.series.values():
             series.cut(before)
 
     def overflow(self) -> Recording | None:
-        """The older half, which is cut off where a stream has too many rows."""
+        """The older half, cut off, if a stream has too many rows; else None."""
         longest = max(self.series.values(), key=len, default=None)
         if longest is None or len(longest) <= MOST_ROWS:
             return None
@@ -145,7 +146,7 @@ class History:
         return older
 
     def take_all(self) -> Recording | None:
-        """All samples, which are forgotten: those of another clock follow."""
+        """All samples, which are forgotten as those of another clock follow."""
         whole = self.recording()
         self._before_jump = {n: each.latest for n, each in self.series.items()}
         self.series, self._recent = {}, {}
@@ -175,7 +176,7 @@ class History:
                 raise InputError(what, "live", fix)
 
     def _of_this_clock(self, name: str, time: Array) -> Mask:
-        """Which samples (n,) of a stream are not on their way since before a jump."""
+        """Mask (n,) of the samples of a stream that were not sent before a jump."""
         own = np.ones(len(time), dtype=bool)
         before = self._before_jump.get(name)
         newest = max(self._series(name).latest, self._begun)
@@ -186,9 +187,11 @@ class History:
         return own
 
     def _advances(self, name: str, time: Array, values: Array) -> Mask:
-        """Which samples (n,) of a stream are not of a clock that was set back: so many
-        in order between earlier ones, and of other values, are neither late nor sent
-        again."""
+        """Mask (n,) of the samples of a stream that are not of a clock that was set back.
+
+        These are `CONFIRMED` in a row or more, between earlier stamps and with other values;
+        single ones are late or were sent again.
+        """
         new = Samples(name, time, values)
         held = self._recent.get(name, Samples(name, time[:0], values[:0]))
         _, time, values = joined([held, new])[-1]
@@ -198,14 +201,7 @@ class History:
         ends = np.append(begins[1:] - 1, len(time))
         for k in np.flatnonzero(np.minimum(ends - begins, begins) >= CONFIRMED):
             first, run = begins[k], slice(begins[k], ends[k])
-            if (np.diff(time[run]) < 0.0).any():
-                continue
-            order = np.argsort(time[:first], kind="stable")
-            before = time[order]
-            at = np.searchsorted(before, time[run])
-            mixed = before[at] - time[run] < 1.5 * np.median(np.diff(before))
-            mixed &= (values[order[at]] != values[run]).any(axis=1)
-            if mixed.sum() >= CONFIRMED:
+            if _is_stamped_again(time, values, first, run):
                 good[run] = False
                 what = f"the clock of {name} went back by {newest[first] - time[first]:.1g} s"
                 why = f"{what}: samples that it stamped again are left out"
@@ -215,8 +211,8 @@ class History:
         return good[-len(new.time) :]
 
     def _jump(self, name: str, time: Array) -> tuple[Mask, Message | None]:
-        """Which samples (n,) of a stream are of the clock so far, and a message once so
-        many in succession are of another that it is one."""
+        """Mask (n,) of the samples of a stream that are of the present clock, and a
+        message once `CONFIRMED` successive ones are of another."""
         near = np.ones(len(time), dtype=bool)
         latest = self._series(name).latest
         if not np.isfinite(latest):
@@ -234,8 +230,21 @@ class History:
         return near, None
 
 
+def _is_stamped_again(time: Array, values: Array, first: int, run: slice) -> bool:
+    """Whether the samples of a run from `first` on are in order, between the stamps of
+    samples before them, and have other values than these."""
+    if (np.diff(time[run]) < 0.0).any():
+        return False
+    order = np.argsort(time[:first], kind="stable")
+    before = time[order]
+    at = np.searchsorted(before, time[run])
+    mixed = before[at] - time[run] < 1.5 * np.median(np.diff(before))
+    mixed &= (values[order[at]] != values[run]).any(axis=1)
+    return bool(mixed.sum() >= CONFIRMED)
+
+
 class Kept:
-    """The samples of a stream's whole clocks, in order of arrival."""
+    """All samples of a stream, by clock, in order of arrival."""
 
     def __init__(self) -> None:
         self._clocks: list[dict[str, _Column]] = [{}]
@@ -258,13 +267,13 @@ class Kept:
         columns[samples.stream].add(time, values)
 
     def begin_clock(self) -> None:
-        """What follows is of another clock."""
+        """Begin another clock."""
         if self.whole:
             self._clocks.append({})
 
     def clocks(self) -> list[dict[str, Stream]]:
-        """The streams of each clock that has wrench and poses, after which nothing can
-        be added; none where not all samples are there."""
+        """The streams of each clock with wrench and poses, after which nothing can be
+        added; empty if samples were dropped."""
         found: list[dict[str, Stream]] = []
         for clock in self._clocks:
             streams = {name: column.stream() for name, column in clock.items()}
@@ -283,13 +292,13 @@ class _Column:
         self._time, self._values = Growing(), Growing(width)
 
     def add(self, time: Array, values: Array) -> None:
-        """Add samples, if they are of its width."""
+        """Add samples, if they have its width."""
         if values.shape[1] == self._width:
             self._time.append(time)
             self._values.append(values)
 
     def stream(self) -> Stream | None:
-        """In order of time, each stamp once, as readers of logs take them."""
+        """In order of time, each stamp once."""
         time, values = self._time.finish(), self._values.finish()
         kept = in_order(time)
         return Stream(time[kept], values[kept]) if len(kept) else None

@@ -1,5 +1,5 @@
-"""Live identifier: samples from a robot's own loop, which never waits, and estimates at
-any time."""
+"""Live identifier: takes samples from a robot's own loop without waiting, and gives
+estimates at any time."""
 
 from __future__ import annotations
 
@@ -37,19 +37,19 @@ from hefting.robots import Robot
 from hefting.shapes import as_shape
 
 QUEUE = 20_000
-"""Most batches of samples that wait; then the oldest are dropped, and counted."""
+"""Largest number of batches of samples in the queue; beyond, the oldest are dropped and
+counted."""
 FOLLOWED_EVERY = 0.1
-"""[s] Between two looks at what came, where the next estimate is further away: little
-is then left to be filtered when that is due."""
+"""[s] Time between two looks at new samples before the next estimate is due, so that
+little is left to be filtered then."""
 LONGEST_WAIT = 0.02
-"""[s] Longest wait for the next samples, where an estimate is due: it is then of samples
-that just came, and is found while the source gathers more."""
+"""[s] Longest wait for the next samples when an estimate is due, so that it includes
+the newest ones."""
 SHORT_PERIOD = 0.06
-"""[s] Where estimates are further apart, each is found from one of just before, and
-`SHOWING` follows: there is time for two waits."""
+"""[s] Time between estimates above which each is made from samples of just before, and
+is followed by `SHOWING`."""
 SHOWING = 0.005
-"""[s] After an estimate nothing is done for so long, so that other threads can show
-it."""
+"""[s] Pause after an estimate in which other threads can show it."""
 RATES = (0.1, 100.0)
 """[Hz] Lowest and highest rate of estimates."""
 
@@ -175,17 +175,15 @@ class LiveIdentifier:
 
     @property
     def latest(self) -> LiveEstimate | None:
-        """The last live estimate; None before any sample was looked at.
-
-        Raises what made the identification stop.
-        """
+        """The last live estimate; None before any sample. Raises the error that stopped
+        the identification."""
         if self._failure is not None:
             raise self._failure
         return self._latest
 
     def wait(self, timeout: float | None = None) -> LiveEstimate | None:
-        """The next live estimate; None where none came within `timeout` [s], or the
-        identifier is closed."""
+        """The next live estimate; None after `timeout` [s], or if the identifier is
+        closed."""
         with self._changed:
             seen = self._number
             self._changed.wait_for(
@@ -196,21 +194,22 @@ class LiveIdentifier:
             return None if self._number == seen else self._latest
 
     def say(self, message: Message) -> None:
-        """Have a message on the source told with the next estimates; of the code
-        ``source-lost``, ``source-silent`` or ``source-back`` it is also their state."""
+        """Add a message on the source to the next estimates; with the code
+        ``source-lost``, ``source-silent`` or ``source-back`` it also sets their state.
+        """
         if message.code in ("source-lost", "source-silent", "source-back"):
             self._lost = message.code != "source-back"
         self._pipeline.say(message)
 
     def step(self) -> LiveEstimate | None:
-        """Take what waits, and say what is known: what the thread does by itself, for
-        streams that are played. None before any sample."""
+        """Take the samples in the queue and publish an estimate, as the thread does by
+        itself; for streams that are played. None before any sample."""
         self._pipeline.receive()
         self._step()
         return self._latest
 
     def _step(self) -> None:
-        """As `step`, but for what was understood meanwhile."""
+        """As `step`, without waiting for an understanding."""
         self._take()
         if self._pipeline.history.samples == 0 and not self._lost:
             return
@@ -252,7 +251,7 @@ class LiveIdentifier:
         self._take()
         last = self._latest
         if self._pipeline.history.samples:  # what came and was said meanwhile counts
-            last = self._pipeline.told()
+            last = self._pipeline.current()
         if self._failure is not None:
             if last is None:
                 raise self._failure
@@ -267,7 +266,7 @@ class LiveIdentifier:
             recordings = history.kept.clocks() if history.kept.whole else None
         since = self._pipeline.object_since
         found = final_estimate(last, recordings, self.settings, since)
-        self._tell(self._pipeline.doubted(found))
+        self._tell(self._pipeline.with_clock_doubt(found))
         return self._latest
 
     def __enter__(self) -> Self:
@@ -277,7 +276,8 @@ class LiveIdentifier:
         self.close()
 
     def _run(self) -> None:
-        """Tell what is known at the rate asked for, and filter what came between."""
+        """Publish estimates at the rate asked for, and filter new samples in
+        between."""
         due = time.monotonic()
         try:
             while True:
@@ -299,7 +299,7 @@ class LiveIdentifier:
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:
             self._failure = error
-        except Exception as error:  # whatever it is, who waits is told
+        except Exception as error:  # any error is raised where someone waits
             self._failure = HeftingError(f"{type(error).__name__}: {error}")
         finally:
             self._stop.set()
@@ -307,14 +307,14 @@ class LiveIdentifier:
                 self._changed.notify_all()
 
     def _wait_for_samples(self) -> None:
-        """Wait until the next samples come, if they come soon."""
+        """Wait for the next samples, up to `LONGEST_WAIT`."""
         self._came.clear()
         if not self._stop.is_set():
             self._came.wait(LONGEST_WAIT)
 
     def _take(self) -> None:
-        """Pass on the samples that wait, those of a stream together, but for those of
-        another clock: they come after the others of all streams."""
+        """Pass on the samples in the queue, those of a stream together, and those of
+        another clock after all others."""
         waiting: dict[str, list[Samples]] = {}
         for _ in range(len(self._queue)):
             for each in self._with_poses(self._queue.popleft()):
@@ -330,16 +330,16 @@ class LiveIdentifier:
                 self._pipeline.take(samples)
 
     def _with_poses(self, samples: Samples) -> Sequence[Samples]:
-        """The samples; of joint positions the poses of the sensor instead."""
+        """The samples; for joint positions the poses of the sensor instead."""
         if samples.stream != "joint_positions" or self._robot is None:
             return (samples,)
         return poses_of(samples, self._robot)
 
-    def _tell(self, told: LiveEstimate) -> None:
-        counts = dict(told.counts) | {"dropped": self._dropped}
-        state = "lost source" if self._lost else told.state
+    def _tell(self, found: LiveEstimate) -> None:
+        counts = dict(found.counts) | {"dropped": self._dropped}
+        state = "lost source" if self._lost else found.state
         with self._changed:
-            self._latest = replace(told, state=state, counts=counts)
+            self._latest = replace(found, state=state, counts=counts)
             self._number += 1
             self._changed.notify_all()
 
@@ -354,7 +354,7 @@ def _settings(
     method: Any,
     hyperparameters: dict[str, Any],
 ) -> Settings:
-    """What was said, checked as far as it can be before any sample."""
+    """The user's settings, checked as far as possible before any sample."""
     if sign not in ("auto", "on-object", "on-sensor"):
         raise InputError(
             f"unknown sign '{sign}'", "live", "use auto, on-object or on-sensor"
@@ -377,7 +377,7 @@ def _settings(
             raise InputError(
                 f"{name} cannot be asked for an accuracy", "live", f"use {others}"
             )
-        # of no recording yet: what cannot be right is told before any sample
+        # wrong settings are refused before any sample
         facts = Known("none", Noise(1.0, 1.0), None, False, None, None, known)
         estimator_knowing(kind, facts, asked | own)
     return Settings(

@@ -1,8 +1,5 @@
-"""Live estimate: what is known of the object at one time of a stream.
-
-The last one is that of `hefting.identify` on all of the stream; an accuracy that was
-asked for leaves nothing of it out.
-"""
+"""Live estimate: the estimate of the object at a time of a stream. The last one is that
+of `hefting.identify` on the whole stream, also if an accuracy was asked for."""
 
 from __future__ import annotations
 
@@ -39,16 +36,17 @@ LiveStateName = Literal[
 
 
 LEAST_SPREAD = 1.0
-"""[m/s²] Spread of the acceleration beside gravity that shows whether a body is held."""
+"""[m/s²] Spread of the acceleration less gravity above which it shows whether a body is
+held."""
 NO_ESTIMATE = "live-waiting", "live-little-motion", "live-mistaken", "live-nothing-held"
-"""Messages on why there is no estimate yet."""
+"""Codes of messages on why there is no estimate."""
 UNSEEN_SHARE = 0.05
-"""Share of the mass of the object before below which what is not told is nothing."""
+"""Share of the earlier object's mass below which nothing is held."""
 
 
 @dataclass(frozen=True, eq=False)
 class LiveEstimate:
-    """What is known of the object at one time of a stream.
+    """The estimate of the object at a time of a stream.
 
     Examples
     --------
@@ -69,21 +67,21 @@ class LiveEstimate:
     estimate: Estimate | None = None
     """None before the motion suffices."""
     object: int = 1
-    """Number of the object, which counts up where another is held."""
+    """Number of the object, which increases when another is held."""
     previous: Estimate | None = None
     """The last estimate of the object before."""
     recent: Measurements | None = field(default=None, repr=False)
-    """Samples since the stream was last looked at as a whole, put right as it was: the
-    newest that the estimate includes."""
+    """Samples since the stream was last understood, corrected by that: the newest in
+    the estimate."""
     messages: tuple[Message, ...] = ()
-    """What is to be said of the stream; those on the estimate are among its own."""
+    """Messages on the stream; the estimate has its own."""
     counts: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """``samples`` that came, ``dropped`` as they came faster than they were taken, and
     ``skipped``: a number for each reason."""
 
     @property
     def sufficient(self) -> bool:
-        """Whether the estimate is as sure as was asked for."""
+        """Whether the estimate reaches the accuracy that was asked for."""
         return self.state == "sufficient"
 
     def to_dict(self) -> dict[str, Any]:
@@ -170,14 +168,15 @@ def final_estimate(
 
 
 def state_of(estimate: Estimate) -> LiveStateName:
-    """Whether an estimate is as sure as was asked for, and may be used."""
+    """State of an estimate: whether it reaches the accuracy that was asked for, and may
+    be used."""
     enough = estimate.sufficient and estimate.verdict.usable
     return "sufficient" if enough else "identified"
 
 
 def _is_empty(z: Measurements, before: Estimate | None) -> bool:
-    """Whether the force, but for a constant one, is that of no body beside the object
-    `before`, where the motion would show it."""
+    """Whether the force, up to a constant, is that of no body compared with the object
+    `before`, although the motion would show one."""
     if before is None or not len(z):
         return False
     load = z.linear_acceleration - z.gravity
@@ -190,7 +189,7 @@ def _is_empty(z: Measurements, before: Estimate | None) -> bool:
 
 
 def _of_object_before(last: LiveEstimate, since: float | None) -> LiveEstimate:
-    """The answer for what was put down before the end."""
+    """The final estimate of an object that was put down before the end."""
     number, before = last.object - 1, last.previous
     assert before is not None
     when = "" if since is None else f" since {since:.2f} s"
@@ -207,5 +206,5 @@ def _of_object_before(last: LiveEstimate, since: float | None) -> LiveEstimate:
 
 
 def _past_waiting(last: LiveEstimate) -> tuple[Message, ...]:
-    """Messages on the stream without those on why there was no estimate."""
+    """Messages on the stream, except those on why there is no estimate."""
     return tuple(m for m in last.messages if m.code not in NO_ESTIMATE)

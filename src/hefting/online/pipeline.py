@@ -1,4 +1,4 @@
-"""Pipeline: samples of a live stream in, live estimates out, driven by the stream's own
+"""Pipeline: from samples of a live stream to live estimates, driven by the stream's own
 clock."""
 
 from collections import deque
@@ -24,31 +24,29 @@ from hefting.online.understanding import MOST_PARTS, Task, Understanding, long_e
 EVERY = 1.0
 """[s] of the stream between two understandings of its history."""
 REFERENCE_AGE = 1.5
-"""[s] Age of the understanding by which a change of the object is judged: a later one
-may have seen the other object."""
+"""[s] Age of the understanding by which a change of the object is judged, as a later
+one may include the other object."""
 NOTABLE_SHARE = 0.02
 """Share of new samples from which on the noise is found again between
 understandings."""
 FOLLOWED = ("smooth", "inertial", "orientation")
-"""Sources of motion that a filter of poses stands for between understandings."""
+"""Sources of motion that a filter of poses replaces between understandings."""
 NEEDED = ("wrench", "position", "orientation")
-"""Streams without which, once they came, no new sample counts."""
+"""Streams that, once they came, are needed for new samples to count."""
 SILENT = 2.0
-"""[s] How long one of them may be silent while others go on."""
+"""[s] Longest silence of one of them while others continue."""
 OBSTACLES: dict[str, LiveStateName] = {
     "live-nothing-held": "nothing held",
     "live-mistaken": "mistaken",
 }
-"""States by codes of what else than too little motion stands in the way."""
+"""States by the codes of obstacles other than too little motion."""
 MOST_MESSAGES = 20
-"""Most messages on the stream that are kept."""
+"""Largest number of messages on the stream that are kept."""
 
 
 class Pipeline:
-    """Samples of a stream in, live estimates out. Used by one thread.
-
-    Where they are to be `prompt`, the noise of new samples is found after an estimate
-    with them is told, not before.
+    """From samples of a stream to live estimates, for use by one thread. If estimates
+    are to be `prompt`, the noise of new samples is found after an estimate, not before.
     """
 
     def __init__(
@@ -100,18 +98,18 @@ class Pipeline:
             self.history.add(checked)
 
     def say(self, message: Message) -> None:
-        """Have a message on the stream told with the next estimates."""
+        """Add a message on the stream to the next estimates."""
         self._messages.append(message)
 
     def step(self) -> LiveEstimate:
-        """What is known now. `look` is to follow, once that is told."""
+        """The current estimate; `look` is to follow once it is published."""
         self._filter()
         self._stall = self._stall.after(self.history.series.get("wrench"))
-        return self.told()
+        return self.current()
 
     def look(self) -> None:
-        """What can wait until the estimate is told: see whether it is another object,
-        have the history understood, where it is time, and prepare the next estimate."""
+        """Do what can wait until an estimate is published: look for another object,
+        have the history understood when it is time, and prepare the next estimate."""
         self.receive()
         self._look_for_change()
         self._ask()
@@ -119,6 +117,7 @@ class Pipeline:
             self._prepare()
 
     def _ask(self) -> None:
+        """Have the history understood, if it is time and nothing is wrong with it."""
         older = self.history.overflow()
         self._older += [] if older is None else [older]
         self._older = self._older[-MOST_PARTS:]
@@ -138,7 +137,7 @@ class Pipeline:
         self._last_asked, self._asked_object = self.history.latest, self.object
 
     def receive(self) -> None:
-        """Take what was understood meanwhile, unless it is of an object before."""
+        """Take a new understanding, unless it is of an earlier object."""
         found = self._asker.answer()
         if found is None or self._asked_object != self.object:
             return
@@ -162,13 +161,13 @@ class Pipeline:
             self._fold()
 
     def follow(self) -> None:
-        """Take what was understood meanwhile, and filter the new poses."""
+        """Take a new understanding, and filter the new poses."""
         self.receive()
         self._filter()
 
     def catch_up(self) -> None:
-        """Find the estimate with all samples so far: from there it is a short way to
-        that with the next ones."""
+        """Find the estimate with all samples so far, so that the next one takes little
+        time."""
         self.follow()
         self._fold()
 
@@ -185,7 +184,7 @@ class Pipeline:
             )
 
     def _look_for_change(self) -> None:
-        """See whether new samples are of the object that was understood."""
+        """Check whether new samples are of the understood object."""
         # by which a change is judged
         reference = self._understood_by(self.history.latest - REFERENCE_AGE)
         if reference is None or reference.expected is None:
@@ -200,7 +199,8 @@ class Pipeline:
             self._begin_object(float(z.time[-1]) if onset is None else onset)
 
     def _begin_object(self, since: float) -> None:
-        """Begin anew with the samples since [s]: another object is held."""
+        """Start anew with the samples from `since` [s] on, which are of another
+        object."""
         self._previous, before = self._estimate, self.object
         self.object += 1
         self.object_since = since
@@ -216,17 +216,17 @@ class Pipeline:
 
     @property
     def _silent(self) -> dict[str, float]:
-        """Needed streams that stopped, and for how long [s]."""
+        """Needed streams that stopped, and their silence [s]."""
         silence = self.history.silence
         return {n: silence[n] for n in NEEDED if silence.get(n, 0.0) > SILENT}
 
     def _understood_by(self, end: float) -> Understanding | None:
-        """The last understanding of samples no later than `end` [s]."""
+        """The last understanding whose samples end by `end` [s]."""
         known = [each for each in self._known if each.end <= end]
         return known[-1] if known else None
 
     def _new_samples(self, known: Understanding) -> Measurements | None:
-        """Samples since an understanding, put right by it."""
+        """Samples since an understanding, corrected by it."""
         wrench = self._stream("wrench", known.end - 1.0)
         if self._follower is None or wrench is None:
             return None
@@ -237,8 +237,8 @@ class Pipeline:
         series = self.history.series.get(name)
         return None if series is None else series.stream(begin, np.inf)
 
-    def told(self) -> LiveEstimate:
-        """What is known now."""
+    def current(self) -> LiveEstimate:
+        """The current live estimate."""
         z = self._fold()
         said: list[Message] = list(self._messages)
         state = self._state(said)
@@ -252,10 +252,10 @@ class Pipeline:
             tuple(said),
             {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
         )
-        return self.doubted(found)
+        return self.with_clock_doubt(found)
 
-    def doubted(self, found: LiveEstimate) -> LiveEstimate:
-        """An estimate that is in doubt where a clock was set back."""
+    def with_clock_doubt(self, found: LiveEstimate) -> LiveEstimate:
+        """The estimate with a warning, if a clock was set back."""
         said, estimate = self.history.set_back, found.estimate
         if said is None or estimate is None:
             return found
@@ -263,8 +263,8 @@ class Pipeline:
         return replace(found, estimate=replace(estimate, warnings=own))
 
     def _fold(self) -> Measurements | None:
-        """Have the estimate with the samples since the last understanding, which are
-        returned."""
+        """Update the estimate with the samples since the last understanding, and return
+        these."""
         if not self._known:
             return None
         known = self._known[-1]
@@ -272,7 +272,7 @@ class Pipeline:
         until = self._watch.trusted_until
         if z is not None and until is not None:
             z = z[: int(np.searchsorted(z.time, until))]
-        if self._is_new(known, z):
+        if self._note_end(known, z):
             prompt = self._prompt and self._is_prepared
             self._folded = folded(known, z, self._folded.last, prompt=prompt)
             self._estimate = found = self._folded.estimate
@@ -282,14 +282,13 @@ class Pipeline:
 
     @property
     def _is_prepared(self) -> bool:
-        """Whether the noise was found by what was understood last."""
+        """Whether the noise was found by the last understanding."""
         if not self._known or self._prepared is None or self._folded.last is None:
             return False
         return self._prepared[0] is self._known[-1]
 
     def _prepare(self) -> None:
-        """Find the noise for the next estimates, where there are notably more
-        samples."""
+        """Find the noise for the next estimates, if there are notably more samples."""
         state, last, before = self._folded.state, self._folded.last, self._prepared
         if state is None or self._estimate is None or before is None:
             return
@@ -304,14 +303,15 @@ class Pipeline:
         self._folded = replace(self._folded, last=last)
         self._prepared = before[0], samples
 
-    def _is_new(self, known: Understanding, z: Measurements | None) -> bool:
-        """Whether the estimate is not yet that with these samples."""
+    def _note_end(self, known: Understanding, z: Measurements | None) -> bool:
+        """Note the understanding and the last sample of the next estimate; whether they
+        differ from those of the present one."""
         until = known.end if z is None or not len(z) else float(z.time[-1])
         before, self._until = self._until, (known, until)
         return before is None or before[0] is not known or before[1] != until
 
     def _state(self, said: list[Message]) -> LiveStateName:
-        """The state; what is to be said of it is added."""
+        """The state; its message is added to `said`."""
         if silent := self._silent:
             what = f"no {' and '.join(silent)} for {min(silent.values()):.0f} s"
             said.append(warning("source-silent", f"{what}: does its driver run?"))

@@ -1,5 +1,5 @@
-"""Process: a history is understood in another process, so that neither sampling nor the
-estimates between wait for it; or in this one, for streams that are played."""
+"""Process: understands a history in another process, so that neither sampling nor
+estimates wait for it; or in this one, for streams that are played."""
 
 import os
 import pickle
@@ -16,10 +16,10 @@ from hefting.core.threads import ONE_THREAD
 from hefting.online.understanding import Settings, Task, Understander, Understanding
 
 LENGTH = struct.Struct(">Q")
-"""Length of a message before each [bytes]."""
+"""Number of bytes of a message, before each message."""
 COMMAND = "from hefting.online.process import serve; serve()"
 NICENESS = 3
-"""Sampling goes before understanding where they share a core."""
+"""Niceness of the process: sampling has priority on a shared core."""
 
 
 class Remote:
@@ -38,7 +38,7 @@ class Remote:
 
     @property
     def busy(self) -> bool:
-        """Whether an answer is still to come."""
+        """Whether an answer is pending."""
         return self._waiting > 0
 
     def ask(self, task: Task) -> None:
@@ -48,14 +48,12 @@ class Remote:
         assert self._process is not None
         assert self._process.stdin is not None
         self._waiting = 1
-        with suppress(OSError):  # the reader tells that it is dead
+        with suppress(OSError):  # the reader reports its death
             _send(self._process.stdin, pickle.dumps(task))
 
     def answer(self) -> Understanding | None:
-        """What was found, once; None while there is nothing new.
-
-        Raises `HeftingError` where the process failed.
-        """
+        """A new answer, once; None if there is none. Raises `HeftingError` if the
+        process failed."""
         try:
             found: Any = self._answers.get_nowait()
         except queue.Empty:
@@ -108,7 +106,7 @@ def _read(
     process: "subprocess.Popen[bytes]",
     answers: "queue.SimpleQueue[Understanding | None]",
 ) -> None:
-    """Pass on what a process says, until it ends; None then."""
+    """Pass on a process's messages until it ends; then None."""
     assert process.stdout is not None
     with suppress(OSError, ValueError):
         while (message := _receive(process.stdout)) is not None:
@@ -117,7 +115,7 @@ def _read(
 
 
 def serve() -> None:
-    """Understand what comes on standard input, until that ends."""
+    """Understand the tasks on standard input until it ends."""
     given, said = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
     os.dup2(2, 1)  # whatever prints does not disturb the answers
     with suppress(OSError, AttributeError):
@@ -150,8 +148,8 @@ def _receive(stream: IO[bytes]) -> bytes | None:
 
 
 class Inline:
-    """Understands each task when it is given: for streams that are played as fast as
-    it goes."""
+    """Understands each task at once, for streams that are played as fast as
+    possible."""
 
     busy = False
 
@@ -164,6 +162,6 @@ class Inline:
         self._found = self._understand(task)
 
     def answer(self) -> Understanding | None:
-        """What was found, once."""
+        """A new answer, once."""
         found, self._found = self._found, None
         return found

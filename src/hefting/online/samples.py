@@ -1,8 +1,5 @@
-"""Samples of a live stream, and what a source of them must offer.
-
-And what becomes of any: which of them can be, several joined, and joint positions as
-poses.
-"""
+"""Samples of a live stream, the interface of their sources, and operations on samples:
+checking, joining, and poses from joint positions."""
 
 from __future__ import annotations
 
@@ -20,14 +17,14 @@ from hefting.core.spatial import Array, Mask
 from hefting.robots import Robot, with_poses
 
 APART = 1.0
-"""[s] Stamps that are further apart may be of two clocks."""
+"""[s] Distance of stamps from which on they may be of two clocks."""
 
 UNIT_NORM = 0.01
-"""Largest distance of a quaternion's norm from one, as in `hefting.Recording`."""
+"""Largest difference of a quaternion's norm from one, as in `hefting.Recording`."""
 
 LARGEST_WRENCH = 1e7
-"""[N], [N m] Larger ones come from bad messages, not from another unit: sensors of 10 kN
-in millinewtons end here."""
+"""[N], [N m] Larger values are of bad messages, not of another unit: sensors of 10 kN
+in millinewtons have this range."""
 
 
 class Samples(NamedTuple):
@@ -51,8 +48,8 @@ class Samples(NamedTuple):
 
 
 def checked(samples: Samples) -> Samples:
-    """`samples`; `InputError` for a stream that there is not, naming those there are,
-    and for values of another shape."""
+    """`samples`; `InputError` for an unknown stream, naming the known ones, and for
+    values of another shape."""
     name, time, values = samples
     if name not in COLUMNS:
         streams = ", ".join(COLUMNS)
@@ -126,7 +123,7 @@ class Source(Protocol):
 
 
 def arrays_of(samples: Samples) -> tuple[Array, Array] | None:
-    """Times (n,) and values (n, d); None where they are no stream's."""
+    """Times (n,) and values (n, d); None for arrays of other shapes."""
     columns = COLUMNS.get(samples.stream)
     time, values = np.asarray(samples.time), np.asarray(samples.values)
     if (
@@ -144,8 +141,8 @@ def arrays_of(samples: Samples) -> tuple[Array, Array] | None:
 
 
 def possible(name: str, time: Array, values: Array, skipped: Counter[str]) -> Mask:
-    """Samples (n,) that are finite, and not larger than anything is; the others are
-    counted in `skipped`."""
+    """Mask (n,) of samples that are finite and of possible size; others are counted in
+    `skipped`."""
     largest = LARGEST_WRENCH if name == "wrench" else LARGEST.get(name, np.inf)
     with np.errstate(all="ignore"):
         finite = np.isfinite(time) & np.isfinite(values).all(axis=1)
@@ -161,8 +158,7 @@ def possible(name: str, time: Array, values: Array, skipped: Counter[str]) -> Ma
 
 
 def is_apart(before: Samples, after: Samples) -> bool:
-    """Whether the stamps of `after` begin more than `APART` from the end of those
-    `before`."""
+    """Whether `after` begins more than `APART` from the end of `before`."""
     ends, begins = np.ravel(before.time)[-1:], np.ravel(after.time)[:1]
     if (
         before is after
@@ -174,8 +170,8 @@ def is_apart(before: Samples, after: Samples) -> bool:
 
 
 def joined(parts: Sequence[Samples]) -> list[Samples]:
-    """Samples of one stream, in order of arrival, in as few parts as their widths
-    allow; those that are no arrays of (n,) and (n, d) are left as they are."""
+    """Samples of one stream in order of arrival, in as few parts as their widths allow;
+    other arrays than (n,) and (n, d) are unchanged."""
     found: list[Samples] = []
     held: list[Samples] = []
     for part in parts:
@@ -187,10 +183,8 @@ def joined(parts: Sequence[Samples]) -> list[Samples]:
 
 
 def poses_of(samples: Samples, robot: Robot) -> list[Samples]:
-    """Position and orientation of the sensor by joint positions.
-
-    Raises `InputError` where these are not the robot's.
-    """
+    """Position and orientation of the sensor from joint positions. Raises `InputError`
+    if these are not the robot's."""
     # stamps may repeat here: the poses are checked as others are
     order = np.arange(len(samples.time), dtype=float)
     log = Recording({"joint_positions": Stream(order, samples.values)}, source="live")

@@ -1,5 +1,5 @@
-"""One stream of live samples: checked, averaged where it is fast, and bounded; and since when
-that of the wrench repeats its last value."""
+"""One stream of live samples, checked, averaged if it is fast, and bounded; and stalls
+of the wrench."""
 
 from __future__ import annotations
 
@@ -15,22 +15,22 @@ from hefting.core.time_order import in_order
 from hefting.ingest.faulty_wrench import FEWEST_REPEATED, stalled
 
 BIN = 0.005
-"""[s] Samples of a fast stream are averaged over so long. On recordings of a Panda at
-1 kHz the COM is then within 0.25 standard deviations of that by all samples; over 10 ms
-it is within 0.75."""
+"""[s] Duration of averages of a fast stream. On recordings of a Panda at 1 kHz the COM
+is then within 0.25 standard deviations of that by all samples; with 10 ms within 0.75.
+"""
 FAST = 250.0
-"""[Hz] Streams of a higher rate are averaged."""
+"""[Hz] Rate above which streams are averaged."""
 SAMPLES_OF_RATE = 50
-"""Samples by which the rate is judged."""
+"""Number of samples from which the rate is found."""
 ROUNDING = 1e-12
-"""Share of its values by which averages of the same value differ."""
+"""Relative difference of averages of equal values."""
 
 
 class Series:
-    """The recent samples of one stream, in order of time.
+    """The recent samples of one stream in order of time.
 
     Samples are kept as they are until their rate is known. Those of a fast stream are
-    then averaged over `BIN`; the average of a bin is there once a later bin begins.
+    then averaged over bins of `BIN`, each of which is complete once a later one begins.
     """
 
     def __init__(self, name: str, skipped: Counter[str]):
@@ -49,15 +49,15 @@ class Series:
 
     @property
     def latest(self) -> float:
-        """[s] Time of the newest sample; minus infinity before any."""
+        """[s] Time of the newest sample; minus infinity for none."""
         latest = -np.inf
         for time in (self.time, self._open_time):
             latest = max(latest, float(time[-1])) if len(time) else latest
         return latest
 
     def add(self, time: Array, values: Array) -> None:
-        """Add samples (n,), (n, d) that can be, of one clock; late and repeated ones of
-        a fast stream are counted."""
+        """Add possible samples (n,), (n, d) of one clock; late and repeated ones of a
+        fast stream are counted."""
         if not len(time):
             return
         if self._fast:
@@ -70,7 +70,7 @@ class Series:
             self._judge_rate()
 
     def cut(self, before: float) -> None:
-        """Forget what is earlier than `before` [s]."""
+        """Forget samples before `before` [s]."""
         first = int(np.searchsorted(self.time, before))
         if first:
             self.time, self.values = self.time[first:].copy(), self.values[first:]
@@ -82,7 +82,7 @@ class Series:
         )
 
     def stream(self, begin: float, end: float) -> Stream | None:
-        """The samples from `begin` to before `end` [s]; None where there are none."""
+        """The samples from `begin` to before `end` [s]; None for none."""
         first, last = np.searchsorted(self.time, (begin, end))
         if last <= first:
             return None
@@ -107,7 +107,7 @@ class Series:
         return time[kept], values[kept]
 
     def _judge_rate(self) -> None:
-        """Decide whether the stream is averaged, and average what is there."""
+        """Decide whether to average the stream, and average the present samples."""
         self._fast = bool(np.median(np.diff(self.time)) < 1.0 / FAST)
         if not self._fast:
             return
@@ -117,7 +117,7 @@ class Series:
         self._add_fast(time, values)
 
     def _add_fast(self, time: Array, values: Array) -> None:
-        """Add samples of a fast stream that come later than all before."""
+        """Add samples of a fast stream that are later than all before."""
         if not len(time):
             return
         if values.shape[1] != self._open_values.shape[1]:
@@ -154,20 +154,20 @@ class Series:
 
 @dataclass(frozen=True)
 class Stall:
-    """The last time that the wrench stood still."""
+    """The last stall of the wrench."""
 
     since: float = np.inf
-    """[s] First repeated value; infinite where it never stood still."""
+    """[s] First repeated value; infinite without a stall."""
     until: float = np.inf
-    """[s] First other value; infinite while it stands still."""
+    """[s] First other value; infinite during a stall."""
 
     @property
     def lasts(self) -> bool:
-        """Whether the wrench stands still now."""
+        """Whether the wrench is stalled now."""
         return np.isfinite(self.since) and np.isinf(self.until)
 
     def after(self, wrench: Series | None) -> Stall:
-        """With what came since."""
+        """The stall after new samples."""
         if wrench is None or len(wrench) <= FEWEST_REPEATED:
             return self
         last = wrench.values[-FEWEST_REPEATED:]

@@ -1,5 +1,5 @@
-"""Understanding: what a stream's recent history, with what was condensed before, says
-of the object and of all that samples to come need."""
+"""Understanding: what a stream's recent history and its condensed older parts show of
+the object, and what later samples are corrected by."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -42,47 +42,49 @@ from hefting.online.expected import Expected
 from hefting.shapes import Shape
 
 MOST_PARTS = 8
-"""Most condensed parts that are kept, of some 20 s at 100 Hz each; then the oldest is
+"""Largest number of condensed parts, of some 20 s at 100 Hz each; beyond, the oldest is
 forgotten."""
 SHORTEST = 1.0
-"""[s] Shorter histories are not looked at: offset and bias cannot be told apart."""
+"""[s] Shorter histories are not understood, as offset and bias are not
+distinguished."""
 FEWEST_ROWS = 30
-"""Fewest poses and wrenches that are looked at."""
+"""Least number of poses and wrenches."""
 TUNED_ON = 1_000
-"""Latest poses on which the filter is tuned."""
+"""Number of latest poses on which the filter is tuned."""
 UNKNOWN = {"bias-undetermined", "bias-unknown", "sign-uncertain"}
-"""Messages of a recording that is too poor for an answer while more will come."""
+"""Codes of messages on a recording that is too poor for an answer while more will
+come."""
 
 
 @dataclass(frozen=True)
 class Settings:
-    """What the user said of a stream."""
+    """The user's settings for a stream."""
 
     shape: Shape | None = None
     method: str | Estimator | None = None
     reading: Mapping[str, Any] = field(default_factory=dict[str, Any])
     """Arguments of `hefting.ingest.ingest.ingest`."""
     hyperparameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """Of the estimator, ``until`` among them."""
+    """Of the estimator, with ``until``."""
     sensor_pose: Array | None = None
-    """(4, 4) of the sensor in the frame whose poses come; None where that is its own."""
+    """(4, 4) pose of the sensor in the frame whose poses come; None for that frame."""
 
 
 @dataclass(frozen=True)
 class Task:
-    """What is to be understood."""
+    """A history to understand."""
 
     recording: Recording | None
     """The recent history; None before there is enough."""
     condense: tuple[Recording, ...] = ()
     """Older parts of the same object that were cut off."""
     forget: bool = False
-    """Whether another object is held since: older parts are forgotten."""
+    """Whether another object is held since, so that older parts are forgotten."""
 
 
 @immutable
 class Understanding:
-    """What was found, and what samples to come are folded with."""
+    """What was found in a history, and what later samples are folded with."""
 
     end: float
     """[s] Last sample that was used, on the clock of the motion."""
@@ -90,24 +92,24 @@ class Understanding:
     """Why there is no estimate, and what helps."""
     estimate: Estimate | None = None
     found: Ingested | None = None
-    """The recent history, without its samples."""
+    """The recent history without its samples."""
     estimator: Estimator | None = None
     others: tuple[State, ...] = ()
-    """What the estimator saw of the condensed parts."""
+    """State of the estimator for each condensed part."""
     recent: State | None = None
-    """What it saw of the recent history."""
+    """State of the estimator for the recent history."""
     weight: float = 1.0
-    """Mean weight of the samples before they were made one on average."""
+    """Mean weight of the samples before it was made one."""
     expected: Expected | None = None
-    """What new samples of the same object look like."""
+    """Prediction of samples of the same object."""
     pose_filter: PoseFilter | None = None
-    """Tuned on the latest poses; None where there are no poses of a moving sensor."""
+    """Tuned on the latest poses; None without poses of a moving sensor."""
     changed: float | None = None
-    """[s] Since when another object is held, as `hefting.ingest.changes` found."""
+    """[s] Time since which another object is held, by `hefting.ingest.changes`."""
 
 
 class Understander:
-    """Understands one history after the other; keeps the condensed parts."""
+    """Understands successive histories; keeps the condensed parts."""
 
     def __init__(self, settings: Settings):
         self._settings = settings
@@ -120,7 +122,7 @@ class Understander:
         self._parts: list[Ingested] = []
 
     def __call__(self, task: Task) -> Understanding | None:
-        """What a task says; None where its history is too short for anything."""
+        """The understanding of a task; None if its history is too short."""
         if task.forget:
             self._parts = []
         for older in task.condense:
@@ -138,13 +140,11 @@ class Understander:
             return Understanding(end, obstacle=warning("live-mistaken", what))
 
     def _understood(self, recording: Recording) -> Understanding:
-        """What the recent history, put right, says with the parts.
-
-        Raises `InputError` where it cannot be put right.
-        """
+        """The understanding of the recent history with the parts. Raises `InputError`
+        if it cannot be ingested."""
         reading = dict(self._settings.reading)
         recent = ingest(recording, **reading)
-        # of a rest the older parts tell whether there is a bias, and the sign
+        # at rest only the older parts determine whether there is a bias, and the sign
         if again := what_others_tell([*self._parts, recent])[-1]:
             recent = ingest(recording, **(reading | again))
         known = Understanding(
@@ -170,10 +170,8 @@ class Understander:
     def _identified(
         self, known: Understanding, recent: Ingested, recording: Recording
     ) -> Understanding:
-        """As `hefting.identification.partials.identify_parts`, with what is needed later.
-
-        Raises `InputError` where there is no estimate.
-        """
+        """As `hefting.identification.partials.identify_parts`, with what is needed
+        later. Raises `InputError` without an estimate."""
         unknown = [m for m in recent.warnings if m.code in UNKNOWN]
         if unknown and not self._parts:
             raise named_instead(_too_little(recent, unknown[0]), recent)
@@ -203,7 +201,7 @@ class Understander:
         )
 
     def _condense(self, recording: Recording) -> None:
-        """Keep what an older part says; nothing where it says nothing."""
+        """Condense an older part, unless it contains nothing."""
         if not long_enough(recording):
             return
         settings = {k: v for k, v in self._hyperparameters.items() if k != "until"}
@@ -221,7 +219,7 @@ class Understander:
 
 
 def long_enough(recording: Recording) -> bool:
-    """Whether there are wrenches and poses to look at."""
+    """Whether there are enough wrenches and poses."""
     return recording.has("wrench", "orientation") and all(
         len(stream) >= FEWEST_ROWS and stream.time[-1] - stream.time[0] >= SHORTEST
         for stream in (recording["wrench"], recording["orientation"])
@@ -229,7 +227,7 @@ def long_enough(recording: Recording) -> bool:
 
 
 def _changed(found: Ingested) -> float | None:
-    """[s] Start of the last stretch, where another object than before is held in it."""
+    """[s] Start of the last stretch, if another object is held in it."""
     changes = found.changes
     if changes is None or len(changes.stretches) < 2:
         return None
@@ -239,7 +237,7 @@ def _changed(found: Ingested) -> float | None:
 
 
 def _mean_weight(found: Ingested) -> float:
-    """Mean over the samples of the weight that their motion's errors give them."""
+    """Mean weight of the samples by the errors of their motion."""
     motion = found.motion
     if motion is None or found.source == "orientation" or len(motion.time) < 2:
         return 1.0
@@ -247,7 +245,7 @@ def _mean_weight(found: Ingested) -> float:
 
 
 def weights_of(found: Ingested, motion: Any) -> Array:
-    """Weights (K,) of samples by the errors of their motion, as ingest has them."""
+    """Weights (K,) of samples by the errors of their motion, as in ingest."""
     c = found.conditioned
     phi = np.where(np.isfinite(c.covariance.diagonal()), c.parameters, 0.0)
     noise = (max(c.noise.force, 1e-12), max(c.noise.torque, 1e-12))
@@ -255,10 +253,8 @@ def weights_of(found: Ingested, motion: Any) -> Array:
 
 
 def _filter(recording: Recording) -> PoseFilter | None:
-    """The filter of new poses; None where there are none to tune it on.
-
-    Poses at rest before the motion would make it slow.
-    """
+    """Filter of new poses; None without poses to tune it on. Poses at rest before the
+    motion are left out, as they would make it slow."""
     orientation = recording["orientation"][-TUNED_ON:]
     position = None
     if recording.has("position"):
@@ -275,15 +271,15 @@ def _filter(recording: Recording) -> PoseFilter | None:
 
 
 def _too_little(found: Ingested, message: Message) -> InputError:
-    """That the motion does not suffice, and what is open."""
+    """A message that the motion does not suffice, and what is open."""
     seen = identifiability(found.excitation, found.beside_bias, TYPICAL_SIZE)
     what = "; ".join(seen.summary) or str(message)
     return NotIdentifiableError(what, fix="turn the sensor to other orientations")
 
 
 def _obstacle(error: InputError, mistaken: bool = False) -> Message:
-    """Why there is no estimate, as a message; more motion does not help where the
-    samples are `mistaken`, or an error says other than that they tell too little."""
+    """A message on why there is no estimate. More motion does not help if the samples
+    are `mistaken`, or the error has another cause than too little information."""
     fix = f"; {error.fix}" if error.fix else ""
     if mistaken or not isinstance(error, NotIdentifiableError):
         return warning("live-mistaken", f"no estimate: {error.what}{fix}")

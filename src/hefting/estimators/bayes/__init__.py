@@ -54,22 +54,22 @@ MOST_PASSES = 6
 """Largest number of passes in which noise and parameters are found in turn, for a shape
 that is certain."""
 MOST_PASSES_UNCERTAIN_SHAPE = 12
-"""The same for an uncertain shape, whose distortion is found too."""
+"""The same for an uncertain shape, whose distortion is found as well."""
 LARGEST_POSE_STD = (10.0, 1.6)
-"""[m, rad] Largest standard deviations of a pose that are accepted: larger ones leave
-it undetermined."""
+"""[m, rad] Largest accepted standard deviations of a pose: beyond, it is
+undetermined."""
 NEGLIGIBLE_DISTORTION_CHANGE = 0.1
 """Change of the shape's distortion, in prior standard deviations, at which the passes
 end."""
 NEGLIGIBLE_COM_CHANGE = 0.03
 """Change of the COM about which the prior is linear, over half the shape's diagonal, at
-which the passes end: what it leaves out is of the order of its square."""
+which the passes end. The error of the linearisation is of second order."""
 UNCHANGED_COM = 0.005
-"""The same at which the first pass from an earlier estimate is the last one: less, as
-no pass before it bears it out."""
+"""The same at which the first pass from an earlier estimate is the only one; smaller,
+as no second pass confirms it."""
 UNSETTLED_DISTORTION_CHANGE = 0.5
 """Change of the shape's distortion in the last pass, in prior standard deviations,
-above which it was not found."""
+above which it has not converged."""
 NEGLIGIBLE_VARIANCE_CHANGE = 0.02
 """Relative change of the residual's variances at which the passes end."""
 
@@ -182,8 +182,8 @@ class Bayes(Estimator):
 
     @classmethod
     def settings(cls, known: Known, model: str | None = None) -> dict[str, Any]:
-        """As of every method, with the shape's own deviation; the noise it finds
-        itself."""
+        """As `Estimator.settings`, with the shape's own deviation and without the
+        noise."""
         shape = Shape.unknown() if known.shape is None else known.shape
         shape_std: float | None = shape.shape_std
         if shape.known != "object":
@@ -199,8 +199,7 @@ class Bayes(Estimator):
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """As of every method, with what is known of the shape where that is only
-        bounds."""
+        """As `Estimator.provenance`, with the kind of a shape that is only bounds."""
         found = super().provenance
         if self.sensor_accuracy is not None:
             found["sensor_accuracy"] = str(self.sensor_accuracy)
@@ -218,8 +217,8 @@ class Bayes(Estimator):
     def continued(
         self, state: State, before: Estimate | Pass | None
     ) -> tuple[Estimate, Pass]:
-        """The estimate, and the last pass to it, with which the next one begins. Errors
-        as for `estimate`."""
+        """The estimate, and the last pass to it as the start of the next. Errors as for
+        `estimate`."""
         posterior = self.posterior(state, before)
         duals = before.duals if isinstance(before, Pass) else None
         estimate, duals = self._summary(state, posterior, duals)
@@ -231,9 +230,8 @@ class Bayes(Estimator):
         return replace(last, duals=before.duals) if isinstance(before, Pass) else last
 
     def of_more(self, state: State, prepared: Pass) -> tuple[Estimate, Pass]:
-        """As for every method: the noise is that which was found before, unless the
-        residuals are larger now, or a scale's reading is in doubt. What is left is what
-        was prepared, with where the next search for a nearest body begins."""
+        """As `Estimator.of_more`, with the noise found before unless the residuals have
+        grown or a scale's reading is in doubt."""
         steps = self._passes(state)
         if prepared.noise.holds_for(steps.source.samples):
             last = steps.of_more(prepared)
@@ -272,9 +270,9 @@ class Bayes(Estimator):
     def _summary(
         self, state: State, posterior: Posterior, duals: Duals | None
     ) -> tuple[Estimate, Duals]:
-        """The estimate by its posterior, and with what the search for the next one's
-        nearest body may begin, as this one's does with `duals`. Where the samples
-        contradict the shape it is that of an object of any shape."""
+        """The estimate from its posterior, or of an object of any shape if the samples
+        contradict the shape; and the start of the next search for a nearest body, which
+        here was `duals`."""
         mixture = posterior.mixture
         nearest = nearest_body(
             posterior.prior, posterior.move, posterior.mixture, self.shape, duals
@@ -318,13 +316,13 @@ class Bayes(Estimator):
         return estimate, nearest.duals
 
     def prior_intervals(self, mass: float) -> dict[str, Array]:
-        """What the shape, or the neighbourhood of the sensor, says of a body of such a
+        """Intervals from the shape, or the neighbourhood of the sensor, of a body of a
         mass [kg], as in `Estimate.intervals`; those of the mass have no width."""
         return prior_mixture(self._prior.undistorted, mass).intervals(INTERVAL_LEVEL)
 
     def prior_covariance(self, mass: float) -> Array:
-        """Covariance (10, 10) of what the shape, or the neighbourhood of the sensor,
-        says of a body of about such a mass [kg], which it leaves next to free."""
+        """Covariance (10, 10) by the shape, or the neighbourhood of the sensor, of a
+        body of about a mass [kg], which itself is next to free."""
         return prior_mixture(self._prior.undistorted, mass, False).covariance
 
     def posterior(
@@ -366,7 +364,7 @@ class Bayes(Estimator):
         return posterior_of(state, steps, found, self.shape, settled, passes, later)
 
     def _passes(self, state: State) -> Passes:
-        """The steps by the samples of a state."""
+        """The steps of a pass for the samples of a state."""
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
         if not isinstance(state, WhitenedState):
@@ -383,7 +381,7 @@ class Bayes(Estimator):
         return Passes(source, self._prior, self.systematic, reading)
 
     def _is_settled(self, last: Pass, found: Pass) -> bool:
-        """Whether a pass changed next to nothing."""
+        """Whether the last pass changed next to nothing."""
         before, now = (
             each.noise.equations.covariance.diagonal() for each in (last, found)
         )
@@ -394,7 +392,7 @@ class Bayes(Estimator):
         )
 
     def _com_change(self, found: Pass) -> float:
-        """How far the COM is from where the prior is linear, over half the shape's
-        diagonal."""
+        """Distance of the COM from that about which the prior is linear, over half the
+        shape's diagonal."""
         off = found.center - found.com
         return float(off @ off) ** 0.5 / self._size

@@ -1,4 +1,4 @@
-"""Bounds: what is known of an object that is somewhere inside a box, of any shape and
+"""Bounds: prior of an object that is somewhere inside a box, of any shape and
 orientation.
 
 In a cube of unit sides about its middle, for 1 kg: c (3,) is the centre of mass, S
@@ -100,15 +100,15 @@ the sensor, in which bodies as above, of half to twice the size, have their cent
 mass up to 0.3 m further away than they were made to. The two last of gamma 0.16 and 0.3
 were added for large objects."""
 OFF_CENTRE_GROWTH = 1.0
-"""As `densities.OFF_CENTRE_GROWTH`, about the middle of the box: the parallel axis
-theorem, as the second moment is the same wherever the object is."""
+"""As `densities.OFF_CENTRE_GROWTH`, about the middle of the box. By the parallel axis
+theorem it is 1, as the second moment about the COM is the same anywhere in the box."""
 WIDER_COM, WIDER_MOMENTS = 1.3, 2.0
-"""Factors of gamma, and of a and b, for objects unlike those that the members were
-found by."""
+"""Factors of gamma, and of a and b, for objects unlike those to which the members were
+fitted."""
 EVEN_COM = 12.0**-0.5
-"""Least gamma for a box: that of a centre of mass anywhere in it with the same
-probability. A surer one would pull the mass where forces are doubtful and the first
-moment is not."""
+"""Least gamma for a box: that of a centre of mass uniformly distributed in it. A
+smaller one would bias the mass where forces are doubtful and the first moment is not.
+"""
 _DIAGONAL, _PRODUCTS = (3, 6, 8), (4, 5, 7)
 """Indices of S_ii and S_ij among c and xx, xy, xz, yy, yz, zz of S."""
 
@@ -116,9 +116,9 @@ _DIAGONAL, _PRODUCTS = (3, 6, 8), (4, 5, 7)
 def bounded_members(
     table: Array, sides: Array, least_gamma: float = EVEN_COM
 ) -> tuple[Array, Array]:
-    """Of a box of these sides (3,) [m]: means (j, 10) of the members for 1 kg about its
-    middle, and factors (j, 9, 9) of their covariances, the mass apart. No member has a
-    gamma of less than `least_gamma`."""
+    """For a box of `sides` (3,) [m]: means (j, 10) of the members for 1 kg about its
+    middle, and factors (j, 9, 9) of their covariances without the mass. `least_gamma`
+    is a lower bound of gamma."""
     wider = (WIDER_COM, 1.0, WIDER_MOMENTS, 1.0, WIDER_MOMENTS)
     gamma, m, variance, correlation, products = (table[:, :5] * wider).T
     gamma = np.maximum(gamma, least_gamma)
@@ -137,7 +137,7 @@ def bounded_members(
 
 
 def _onto_parameters(sides: Array) -> Array:
-    """(9, 9) takes c and S in the unit cube to the first moment and inertia of 1 kg in
+    """(9, 9) map of c and S in the unit cube to the first moment and inertia of 1 kg in
     the box."""
     onto = np.zeros((9, 9))
     onto[:3, :3] = np.diag(sides)

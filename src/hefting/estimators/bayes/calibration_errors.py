@@ -33,10 +33,10 @@ from hefting.estimators.bayes.time_samples import TimeSamples
 
 @immutable
 class CalibrationErrors:
-    """What errors of a sensor's calibration do to a recording."""
+    """Effect of errors of the sensor's calibration on the score of a recording."""
 
     score: Array
-    """(10, 10) covariance of the score by those that are constant"""
+    """(10, 10) covariance of the score by the constant errors"""
     entries: Array
     """(6, 6) standard deviations of the entries of M, with the offset that varies with
     the load and without the gain that all channels share"""
@@ -60,18 +60,19 @@ class CalibrationErrors:
         accuracy: SensorAccuracy,
         free_bias: bool,
     ) -> Self:
-        """Of a sensor that holds a body of the parameters `whole` (10,)."""
+        """Errors of a sensor of some `accuracy`, which holds a body of the parameters
+        `whole` (10,)."""
         W = equations.whitening
         precision = W.T @ W
         w = (samples.by_channel.reshape(-1, 10) @ whole).reshape(6, -1)
         A = (precision @ samples.by_channel).reshape(6, -1, 10)
-        by_entry = w @ A  # (6, 6, 10): of M[c, d]
+        by_entry = w @ A
         entries, offset = accuracy.channel_stds, accuracy.force or accuracy.torque
         if offset:
             square = float(np.sum((w.T / accuracy.scale) ** 2)) / samples.K
             if free_bias:
                 square += samples.constant_load(np.diag(1.0 / accuracy.scale), whole)
-            load = max((square / 6.0) ** 0.5, 1e-12)
+            load = max((square / 6.0) ** 0.5, 1e-12)  # root mean square of a channel
             with_load = np.outer(accuracy.offset_std, 1.0 / accuracy.scale)
             entries = np.hypot(entries, with_load / (12.0**0.5 * load))
         rows = (entries[:, :, None] * by_entry).reshape(36, 10)
@@ -102,14 +103,14 @@ class CalibrationErrors:
         return combined(time.slow[:-1], information) + time.slow[-1] * rest
 
     def residual_variances(self, time: TimeSamples) -> Array:
-        """(J + 1,) variances that the whitened residuals of a channel have at each time
-        scale, and beyond, by these errors."""
-        energy = self._left(time.scales)[1]
-        shown = energy.reshape(-1, 36) @ np.square(self.entries).ravel()
-        shown /= 6.0 * np.maximum(time.scales.counts, 1.0)
-        slow = float(self.precision.diagonal() @ self.slow**2) / 6.0
-        variances = slow * time.slow
-        variances[:-1] += shown
+        """(J + 1,) expected variances by these errors of the whitened residuals, a channel
+        on average, at each time scale and beyond."""
+        energies = self._left(time.scales)[1].reshape(-1, 36)
+        by_entries = energies @ np.square(self.entries).ravel()
+        by_entries /= 6.0 * np.maximum(time.scales.counts, 1.0)
+        by_slow_offset = float(self.precision.diagonal() @ self.slow**2) / 6.0
+        variances = by_slow_offset * time.slow
+        variances[:-1] += by_entries
         return variances
 
     def of_stretches(self, time: TimeSamples) -> Array:
@@ -126,15 +127,15 @@ class CalibrationErrors:
         return found
 
     def _left(self, groups: Groups) -> tuple[Array, Array]:
-        """What least squares leaves of each entry of M in each group: the score (g, 6,
-        6, 10), and the energy (g, 6, 6) of the whitened residuals."""
+        """Score (g, 6, 6, 10) and energy (g, 6, 6) of the whitened residuals of least
+        squares by each entry of M, per unit of it, in each group."""
         g = len(groups.counts)
         A = groups.A.reshape(g, 6 * FEATURES, 10)
         B = groups.whitened(self.precision)
         w = (A @ self.whole).reshape(g, 6, FEATURES)
-        score = w[:, None] @ B.reshape(g, 6, FEATURES, 10)  # (g, 6, 6, 10)
+        score = w[:, None] @ B.reshape(g, 6, FEATURES, 10)
         information = A.transpose(0, 2, 1) @ B
-        fitted = self.by_entry @ self.inverse  # what least squares makes of each entry
+        fitted = self.by_entry @ self.inverse  # parameters by each entry
         taken = (fitted.reshape(36, 10) @ information).reshape(g, 6, 6, 10)
         energy = self.precision.diagonal()[:, None] * np.square(w).sum(axis=2)[:, None]
         energy = energy - np.einsum("gcdi,cdi->gcd", 2.0 * score - taken, fitted)

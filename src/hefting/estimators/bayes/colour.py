@@ -56,39 +56,36 @@ matters in short records."""
 def spectrum(
     energies: Array, degrees: Array, samples: float, free_bias: bool = True
 ) -> tuple[Array, float]:
-    """Variances (J + 1,) of residuals' details at J levels, and of still longer sums;
-    and how much of each is white noise.
+    """Variances (J + 1,) of the residuals' details at J levels and of all longer sums, and
+    the variance of the white noise in each.
 
-    They allow for what the record is too short to show.
+    They are means over a family of spectra, weighed by their likelihood, and at levels of
+    which the record shows enough those of its own energies.
 
     Parameters
     ----------
     energies : (J,) sums of squared details of residuals, whitened by their covariance
         at one instant.
-    degrees : (J,) degrees of freedom of each: what is left of six a detail after the
+    degrees : (J,) degrees of freedom of the energies: six a detail, less those of the
         fit.
     samples : length of the record.
     free_bias : whether a constant bias is free; if not, the longest sums hold whatever
         seems constant.
     """
     J = len(energies)
-    table, inverse, log_table, log_prior = _family(
-        J, max(int(np.log2(max(LONGEST_CORRELATION * samples, 1.0))), 0), free_bias
-    )
-    d = np.minimum(degrees, MOST_LIKELIHOOD_DEGREES)
-    some = d > 0.0
-    E = np.where(some, energies * d / np.where(some, degrees, 1.0), 0.0)
-    total = float(d.sum())
-    scale = (E @ inverse[:J] + SCALE_DEGREES) / (total + SCALE_DEGREES)
-    log = log_prior - 0.5 * (
-        d @ log_table[:J] + (total + SCALE_DEGREES) * np.log(scale)
-    )
+    longest = max(int(np.log2(max(LONGEST_CORRELATION * samples, 1.0))), 0)
+    table, inverse, log_table, log_prior = _family(J, longest, free_bias)
+    counted = np.minimum(degrees, MOST_LIKELIHOOD_DEGREES)
+    seen = counted > 0.0
+    energy = np.where(seen, energies * counted / np.where(seen, degrees, 1.0), 0.0)
+    total = float(counted.sum()) + SCALE_DEGREES
+    level = (energy @ inverse[:J] + SCALE_DEGREES) / total
+    log = log_prior - 0.5 * (counted @ log_table[:J] + total * np.log(level))
     weights = np.exp(log - log.max())
-    weights *= scale / weights.sum()
+    weights *= level / weights.sum()
     variances, white = table @ weights, float(weights.sum())
-    variances[:J] = (energies + PRIOR_DEGREES * variances[:J]) / (
-        degrees + PRIOR_DEGREES
-    )
+    mean = PRIOR_DEGREES * variances[:J]
+    variances[:J] = (energies + mean) / (degrees + PRIOR_DEGREES)
     return variances, white
 
 
@@ -207,11 +204,11 @@ class Colour:
 def without_expected(
     variances: Array, expected: Array, white: float, degrees: Array
 ) -> Array:
-    """Variances (J + 1,) without those that errors of another kind are expected to
-    have, as far as there is more than white noise.
+    """Variances (J + 1,) less those `expected` (J + 1,) of other errors, but no less than
+    the `white` noise.
 
-    Scales at which nothing was seen, those without `degrees` (J,) of freedom, whose
-    variances follow from the others, keep the share that the slowest of those keeps.
+    Time scales without `degrees` (J,) of freedom, whose variances are inferred from the
+    others, keep the share that the slowest other one keeps.
     """
     least = np.minimum(variances, white)
     left = np.maximum(variances - expected, least)
@@ -225,42 +222,36 @@ def without_expected(
 
 
 def exceeds(energies: Array, degrees: Array) -> bool:
-    """Whether the energy of a scale (J,) is more than that of white noise by more than
-    chance."""
+    """Whether the energies (J,) of any time scale significantly exceed those of white
+    noise, which are chi-square with `degrees` (J,) of freedom."""
     enough = degrees >= FEWEST_DEGREES_FOR_CLAIM
-    return bool(
-        (energies > degrees + LARGEST_CLAIM_EXCESS * np.sqrt(2.0 * degrees))[
-            enough
-        ].any()
-    )
+    limit = degrees + LARGEST_CLAIM_EXCESS * np.sqrt(2.0 * degrees)
+    return bool((energies > limit)[enough].any())
 
 
 def response_errors(
     found: Scores, variances: Array, details: Array, phi: Array
 ) -> Array:
-    """(J + 1,) relative errors that the wrench may have in step with the motion, at
-    each time scale and beyond.
+    """(J + 1,) relative errors of the wrench in step with the motion, at each time scale
+    and beyond.
 
     Causes are a sensor whose gain depends on frequency, an arm that bends, a late
-    clock, and smoothed motion. The gain error of a scale is the part beyond
+    clock, and smoothed motion. The gain error of a scale is its part beyond
     `GAIN_CHANCE`. Towards slower scales it is assumed to decrease by no more than the
     factor `GAIN_FADE_PER_OCTAVE` an octave, unless a scale bounds its own error: by
     `GAIN_BOUND_STDS` standard deviations above the error it shows. White errors of the
-    motion attenuate the score of every detail by the same amount; that part is
-    subtracted.
+    motion attenuate the score of every detail by the same amount, which is subtracted.
     """
     signal = found.information @ phi @ phi
     score, moves = found.scores @ phi, signal > 0.0
-    told = details[moves] / (variances * signal)[moves]
-    unknown = -float(told @ score[moves]) / max(float(told @ details[moves]), 1e-300)
-    explained = max(unknown, 0.0) * details
-    score = np.maximum(np.abs(score) - explained, 0.0)
+    weights = details[moves] / (variances * signal)[moves]
+    square = max(float(weights @ details[moves]), 1e-300)
+    attenuation = -float(weights @ score[moves]) / square
+    score = np.maximum(np.abs(score) - max(attenuation, 0.0) * details, 0.0)
     seen = np.where(moves, signal, np.inf)
     gain = score / seen
-    significance = gain**2 * signal / variances
-    shown = gain * np.sqrt(
-        np.maximum(1.0 - GAIN_CHANCE / np.maximum(significance, GAIN_CHANCE), 0.0)
-    )
+    significance = np.maximum(gain**2 * signal / variances, GAIN_CHANCE)
+    shown = gain * np.sqrt(np.maximum(1.0 - GAIN_CHANCE / significance, 0.0))
     possible = gain + GAIN_BOUND_STDS * np.sqrt(variances / seen)
     possible[~moves] = np.inf
     errors = [0.0]

@@ -89,7 +89,7 @@ OFF_CENTRE_GROWTH = 0.6
 this times c c', c being the way to the real one: what is heavy at one end is no
 nearer to the middle. Of bodies as above it is 0.4 to 0.7, of hammers 0.67."""
 LENGTHS = tuple(sorted(set(MEMBERS[:, 1].tolist())))
-"""Correlation lengths among the members, as shares of the diagonal."""
+"""Correlation lengths of the members, as shares of the diagonal."""
 REFERENCE_LENGTH = 0.25
 """Correlation length whose inertia sets that of the variation within cells."""
 WITHIN_CELL_VARIANCE = 0.2
@@ -103,8 +103,8 @@ tensor."""
 
 
 def member_covariances(voxels: Voxels, diagonal: float, units: Array) -> Array:
-    """(j, 9, 9) Q of each of `MEMBERS` for 1 kg about the homogeneous COM, the mass
-    apart, over products of `units` (9,); `diagonal` [m] is that of the bounding box."""
+    """(j, 9, 9) Q of each of `MEMBERS` for 1 kg about the homogeneous COM, without the
+    mass, over products of `units` (9,); `diagonal` [m] is that of the bounding box."""
     between = {
         length: between_cells(voxels, length * diagonal)
         for length in {*LENGTHS, REFERENCE_LENGTH}
@@ -128,8 +128,8 @@ def member_covariances(voxels: Voxels, diagonal: float, units: Array) -> Array:
 
 
 def between_cells(voxels: Voxels, reach: float) -> Array:
-    """Q_l (9, 9) for 1 kg about the homogeneous COM, the mass apart; `reach` [m] is the
-    correlation length."""
+    """Q_l (9, 9) for 1 kg about the homogeneous COM, without the mass; `reach` [m] is
+    the correlation length."""
     v, M, x = voxels.cell_shares, voxels.cells[1:], voxels.cell_positions
     square = ((x[:, None] - x[None]) ** 2).sum(axis=2)
     C = np.outer(v, v) * np.exp(-0.5 * square / reach**2)
@@ -139,7 +139,7 @@ def between_cells(voxels: Voxels, reach: float) -> Array:
 
 
 def _stiffened(Q: Array, factor: Array) -> Array:
-    """Q (j, 9, 9) with the inertia's covariance, the centre of mass given, times
+    """Q (j, 9, 9) with the covariance of the inertia, given the centre of mass, times
     `factor` (j, 1, 1)."""
     values, vectors = np.linalg.eigh(Q[:, :3, :3])
     inverse = 1.0 / np.where(values > 1e-9 * values[:, -1:], values, np.inf)

@@ -18,13 +18,13 @@ from hefting.core.spatial import Array, skew, tensor_to_vector
 from hefting.shapes import Shape
 
 TYPICAL_POSE_STD = (0.003, 0.05)
-"""[m, rad] Standard deviations along and about each axis of a pose of which nothing was
-said: together 5 mm and 5 degrees."""
+"""[m, rad] Standard deviations along and about each axis that are assumed of a pose
+whose accuracy is not given: together 5 mm and 5 degrees."""
 
 
 @immutable
 class Distortions:
-    """Ways in which a shape may be wrong, each by one standard deviation."""
+    """Modes in which a shape may be wrong, each by one standard deviation."""
 
     gradients: Array
     """(d, 3, 3) B"""
@@ -35,13 +35,13 @@ class Distortions:
 
     @classmethod
     def none(cls, shape: Shape) -> Self:
-        """Of a shape that is certain."""
+        """No mode: the shape is certain."""
         return cls._of(shape, [])
 
     @classmethod
     def typical(cls, shape: Shape) -> Self:
-        """`TYPICAL_POSE_STD`, about the place in the bounding box nearest to the origin
-        of the shape's frame."""
+        """A pose with `TYPICAL_POSE_STD`, about the place in the bounding box nearest
+        to the origin of the shape's frame."""
         axes, fixed = shape.pose[:3, :3].T, _fixed_point(shape)
         move, turn = TYPICAL_POSE_STD
         modes = [(np.zeros((3, 3)), move * axis) for axis in axes]
@@ -93,20 +93,20 @@ class Distortions:
         )
 
     def by(self, scores: Array) -> "Move":
-        """The distortion by so many standard deviations (d,)."""
+        """The distortion by `scores` (d,) standard deviations of each mode."""
         A = np.eye(3) + np.tensordot(scores, self.gradients, 1)
         return Move(A, self.center + scores @ self.shifts - A @ self.center)
 
     def effects(self, body: Array, scores: Array) -> Array:
-        """(10, d) change of parameters `body` (10,) by each, to first order about the
-        distortion of these scores."""
+        """(10, d) derivative of parameters `body` (10,) by the scores (d,), at these
+        scores."""
         X, P = self.by(scores).transform, InertialParameters(body).pseudo_inertia
         half = self._changes @ P @ X.T
         return _parameters(half + half.transpose(0, 2, 1)).T
 
     def covariance(self, body: Array) -> Array:
-        """(10, 10) of parameters `body` (10,) moved by all at once, each normal: exact,
-        as what they do is quadratic in their scores."""
+        """(10, 10) covariance of parameters `body` (10,) under independent normal
+        scores: exact, as the parameters are quadratic in the scores."""
         P, dX = InertialParameters(body).pseudo_inertia, self._changes
         linear = self.effects(body, np.zeros(len(dX)))
         i, k = np.triu_indices(len(dX))
@@ -118,7 +118,7 @@ class Distortions:
 
     @cached_property
     def _changes(self) -> Array:
-        """(d, 4, 4) of the homogeneous transform, by each distortion."""
+        """(d, 4, 4) derivative of the homogeneous transform by the scores."""
         dX = np.zeros((len(self.shifts), 4, 4))
         dX[:, :3, :3] = self.gradients
         dX[:, :3, 3] = self.shifts - self.gradients @ self.center
@@ -127,7 +127,7 @@ class Distortions:
 
 @immutable
 class Move:
-    """x -> A x + t, in the sensor frame."""
+    """Affine map x -> A x + t in the sensor frame."""
 
     A: Array
     """(3, 3)"""
@@ -143,11 +143,11 @@ class Move:
 
     @cached_property
     def parameters(self) -> Array:
-        """(10, 10) takes those of a body to those of the moved one."""
+        """(10, 10) map of a body's parameters to those of the moved body."""
         return affine(self.A, self.t)
 
     def back(self, x: Array) -> Array:
-        """Where a point (3,) was before."""
+        """The inverse map of a point (3,)."""
         return np.linalg.pinv(self.A) @ (x - self.t)
 
 
@@ -161,8 +161,7 @@ def _fixed_point(shape: Shape) -> Array:
 
 
 def affine(A: Array, t: Array) -> Array:
-    """(10, 10) takes the parameters of a body to those of the same masses at A x + t
-    instead of x."""
+    """(10, 10) map of a body's parameters to those of the same masses at A x + t."""
     X = Move(A, t).transform
     both = (X[:, None, :, None] * X[None, :, None, :]).reshape(16, 16)
     return np.asarray(_TO_PARAMETERS @ both @ _TO_PSEUDO_INERTIA, dtype=float)
@@ -181,4 +180,4 @@ _TO_PSEUDO_INERTIA = np.column_stack(
 )
 """(16, 10) pseudo-inertia, row by row, of parameters"""
 _TO_PARAMETERS = _parameters(np.eye(16).reshape(16, 4, 4)).T
-"""(10, 16) the reverse, of a symmetric pseudo-inertia"""
+"""(10, 16) the reverse, for a symmetric pseudo-inertia"""

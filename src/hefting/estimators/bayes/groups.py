@@ -1,11 +1,11 @@
 """Groups of samples, by time scale or by stretch: their scores, and how well they
 agree.
 
-A group's score u = h - H phi is what it would change of the parameters phi (10,) by
-itself, in the terms of `likelihood`. Its mean is zero if the model holds and its
-covariance v G, v the variance of the noise there over that of one sample. Means of u'(v
-G)^+ u / 4 over its first four entries, mass and first moment, are ratios of Birge
-(1932): about 1 where groups differ by chance.
+A group's score u = h - H phi is its gradient of the log-likelihood at the parameters
+phi (10,), see `likelihood`. If the model holds its mean is zero and its covariance is v
+G, with v the variance of the noise in the group over that of one sample. The means of
+u'(v G)^+ u / 4 over its first four entries, mass and first moment, are Birge ratios
+(1932): about 1 if the groups differ by chance.
 """
 
 from collections.abc import Sequence
@@ -19,13 +19,12 @@ from hefting.core.regressor import FEATURES, ONE, WRENCH, full_rows
 from hefting.core.spatial import Array
 
 COMPARED_ENTRIES = 4
-"""Number of leading entries of a score that are compared: mass and first moment, which
-every motion excites."""
+"""Number of leading entries of a score that are compared: mass and first moment."""
 
 
 @immutable
 class Groups:
-    """Virtual samples of several groups, by channel."""
+    """Virtual samples of g groups, by channel."""
 
     factors: Array
     """(g, 22, 22) triangular, of their features"""
@@ -36,8 +35,8 @@ class Groups:
     def of(
         cls, factors: Sequence[Array], counts: Sequence[float], mean: Array | None
     ) -> Self:
-        """Of triangular factors (22, 22) of their features, less `mean` (22,) [their
-        own where it is (g, 22)]."""
+        """From triangular factors (g, 22, 22) of the groups' features, less a `mean`
+        (22,) for all or (g, 22) of each."""
         g = len(factors)
         R = np.array(factors).reshape(g, FEATURES, FEATURES)
         if mean is not None:
@@ -66,8 +65,9 @@ class Groups:
         return rows.transpose(0, 2, 1) @ rows
 
     def scores(self, W: Array, phi: Array, attenuation: Array | None) -> "Scores":
-        """At parameters phi (10,), the wrench whitened by W (6, 6); `attenuation` (10,
-        10) a sample is what white noise of the motion puts into G."""
+        """Scores at parameters phi (10,), with the wrench whitened by W (6, 6);
+        `attenuation` (10, 10) is the contribution of the motion's white noise to G, per
+        sample."""
         A = self.whitened(W)
         r = (W @ self.b).reshape(-1, 6 * FEATURES) - A @ phi
         T = A.transpose(0, 2, 1)
@@ -91,7 +91,7 @@ class Scores:
     """(g, 6 * 22, 10) whitened regressors, by channel"""
 
     def gain(self) -> float:
-        """How much smaller the energies of all groups would be with parameters of their
+        """Decrease of the energies of all groups together if each had parameters of its
         own."""
         size = np.sqrt(np.maximum(np.einsum("gii->gi", self.information), 0.0))
         scale = np.where(size > 0.0, size, 1.0)
@@ -102,11 +102,9 @@ class Scores:
         return float((x * np.linalg.solve(G, x[:, :, None])[:, :, 0]).sum())
 
     def birge(self, variances: Array, more: Array | None = None) -> Array:
-        """Birge ratio (g,) of each group, given the variance (g,) of its noise; 0 for a
-        group without information.
-
-        `more` (g, 10, 10) is a part of the scores' covariance beside that noise's.
-        """
+        """Birge ratio (g,) of each group for noise of variance (g,); 0 for a group
+        without information. `more` (g, 10, 10) is added to the scores' covariance by
+        noise."""
         n = COMPARED_ENTRIES
         V = variances[:, None, None] * self.information[:, :n, :n]
         if more is not None:

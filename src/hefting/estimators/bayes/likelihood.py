@@ -36,8 +36,8 @@ REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 above."""
 
 UNSEEN_MASS = 1e-6
-"""Share of the mass in directions that the samples do not see, relative to the scale of
-each parameter, from which on they leave it open."""
+"""Share of the mass in directions without information, in scaled parameters, from which
+on the samples leave it open."""
 
 
 @immutable
@@ -52,8 +52,7 @@ class Likelihood:
     """S (6, 6) of one sample's residual"""
 
     def misfit(self, phi: Array) -> float:
-        """Squared distance of parameters phi (10,) from the best, in standard
-        deviations."""
+        """Squared Mahalanobis distance of parameters phi (10,) from the maximum."""
         off = self.shift - self.precision @ phi
         root = root_of_inverse(self.precision) @ off
         return float(root @ root)
@@ -72,8 +71,8 @@ class Likelihood:
         return float(inverse[0] @ self.shift), float(inverse[0, 0])
 
     def blurred(self, C: Array) -> Self:
-        """With an error of covariance C (10, 10) in the parameters that all samples
-        share."""
+        """The likelihood with an additional error, common to all samples, of covariance
+        C (10, 10) in the parameters."""
         less = np.linalg.inv(np.eye(10) + self.precision @ C)
         precision = less @ self.precision
         return type(self)(
@@ -83,8 +82,8 @@ class Likelihood:
 
 @immutable
 class Equations:
-    """The whitened equations of all samples: G, h, H and the part of V that products of
-    noise with noise make."""
+    """Whitened normal equations of all samples: G, h, H and the part of V that is
+    quadratic in the noise."""
 
     whitening: Array
     """(6, 6) W with W'W = S^-1"""
@@ -93,8 +92,8 @@ class Equations:
     h: Array
     """(10,)"""
     attenuation: Array | None
-    """(10, 10) what the motion's white noise puts into G for each sample; None where
-    there is none"""
+    """(10, 10) contribution of the motion's white noise to G, per sample; None if there
+    is none"""
     H: Array
     """(10, 10)"""
     products: Array
@@ -104,11 +103,9 @@ class Equations:
 
     @classmethod
     def of(cls, samples: Samples, phi: Array, S: Array, S_k: Array | None) -> Self:
-        """At about the parameters phi (10,).
-
-        S (6, 6) is the covariance of the whole residual, S_k (6,) the variances of the
-        accelerations' part in it, None where there is none.
-        """
+        """At about parameters phi (10,). S (6, 6) is the covariance of the whole
+        residual, S_k (6,) the variances of the accelerations that contribute to it, or
+        None."""
         factor, failed = lapack.dpotrf(S, lower=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance is not positive definite")
@@ -133,7 +130,7 @@ class Equations:
         return max(float(((W @ R) * W).sum()) / 6.0, 1e-12)
 
     def likelihood(self, V: Array) -> Likelihood:
-        """With the covariance V (10, 10) of h - H phi."""
+        """Likelihood for a covariance V (10, 10) of the score h - H phi."""
         root = root_of_inverse(V)
         half = root @ self.H
         return Likelihood(half.T @ half, half.T @ (root @ self.h), self.covariance)
@@ -146,13 +143,11 @@ class Equations:
 
     @property
     def least_squares(self) -> Array:
-        """(10,) parameters of least squares; of directions without information the
-        smallest."""
+        """(10,) least squares; directions without information are zero."""
         return self.inverse @ self.h
 
     def white(self, inflation: float = 1.0) -> Likelihood:
-        """Likelihood for white noise, whose variance is `inflation` times the modelled
-        one."""
+        """Likelihood for white noise of `inflation` times the modelled variance."""
         if self.attenuation is None:
             return Likelihood(self.G / inflation, self.h / inflation, self.covariance)
         return self.likelihood(inflation * (self.G + self.products))
@@ -164,12 +159,12 @@ def motion_effect(phi: Array) -> Array:
 
 
 LARGEST_DEVIATION = 4.0
-"""Standard deviations between a scale and the wrench from which on they contradict each
-other: by chance 6 of 100,000 do."""
+"""Standard deviations between a scale and the wrench that count as a contradiction: by
+chance 6 in 100,000 exceed it."""
 
 
 def with_reading(likelihood: Likelihood, reading: MassReading | None) -> Likelihood:
-    """The likelihood of the wrench and of what the scale showed."""
+    """Likelihood of the wrench combined with a scale's reading."""
     if reading is None:
         return likelihood
     precision, shift = likelihood.precision.copy(), likelihood.shift.copy()
@@ -181,9 +176,9 @@ def with_reading(likelihood: Likelihood, reading: MassReading | None) -> Likelih
 def scale_doubts(
     likelihood: Likelihood, reading: MassReading | None, carried: Array | None
 ) -> tuple[Message, ...]:
-    """An error where the scale and the wrench contradict each other, and the scale is
-    not to be counted; `likelihood` is that of the wrench alone, `carried` (10,) the
-    tool that was subtracted."""
+    """An error if the scale contradicts the wrench, so that it is not used;
+    `likelihood` is of the wrench alone, `carried` (10,) the tool that was subtracted.
+    """
     if reading is None:
         return ()
     mass, variance = likelihood.mass
@@ -211,7 +206,7 @@ def scale_doubts(
 
 def gain_by_scale(equations: Equations, body: Array, limit: float) -> float:
     """Relative error of the sensor's gain, at most `limit`, if the object is `body`
-    (10,): by how much its wrench is measured too large."""
+    (10,)."""
     square = float(body @ equations.H @ body)
     ratio = float(body @ equations.h) / square - 1.0 if square > 0.0 else 0.0
     return min(max(ratio, -limit), limit)

@@ -15,23 +15,22 @@ from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.prior import Prior
 
 INTERVAL_LEVEL = 0.95
-"""Probability of the intervals that an estimate states."""
+"""Probability of the intervals of an estimate."""
 NON_NEGATIVE_NUMBERS = (0, 4, 7, 9, 10, 13, 15)
 """Indices of mass and moments of inertia among the sixteen numbers of
 `INTERVAL_QUANTITIES`."""
 _NON_NEGATIVE = np.array([i in NON_NEGATIVE_NUMBERS for i in range(16)])
 LEAST_ABOVE_ZERO = 0.25
-"""Share of an interval's width, four standard deviations, that is above zero at least
-for what cannot be negative: one of nearly no width would claim to be sure."""
+"""Least share of an interval's width, four standard deviations, that lies above zero
+for quantities that cannot be negative, so that no interval collapses."""
 NEGLIGIBLE_WEIGHT = 5e-4
-"""Total weight of the least probable members of the mixture, which are left out of the
-intervals."""
+"""Total weight of the least probable members, which the intervals neglect."""
 BEYOND_ROWS = 1e100
-"""What stands on the diagonal beyond a matrix that is factored: it keeps Cholesky's
-method from failing there, and is no result."""
+"""Value on the diagonal beyond a matrix that is factored, so that Cholesky's method
+does not fail there; it is not part of the result."""
 NUMBER_OF_DRAWS = 1000
-"""Number of draws from the posterior, for what has no closed form. The 95 % quantile of
-an error then has a standard error of 3 %."""
+"""Number of draws from the posterior, for quantities without a closed form. The 95 %
+quantile of an error then has a standard error of 3 %."""
 INTERVAL_QUANTITIES = {
     "mass": slice(0, 1),
     "center_of_mass": slice(1, 4),
@@ -52,8 +51,8 @@ class Mixture:
     factors: Array
     """(j, 10, 10) Factors X of the members' covariances X X'."""
     evidence: float = 0.0
-    """Logarithm of the samples' probability by the prior, but for what is the same for
-    every prior."""
+    """Log of the samples' probability under the prior, up to a constant that is the
+    same for every prior."""
 
     @classmethod
     def of(cls, prior: Prior, scale: float, likelihood: Likelihood) -> Self:
@@ -131,8 +130,8 @@ class Mixture:
 
     @cached_property
     def _marginals(self) -> tuple[Array, Array, Array]:
-        """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers, and
-        weights (j,)."""
+        """Means (j, 16) and standard deviations (j, 16) of the sixteen numbers of each
+        member, and its weights (j,)."""
         order = self.weights.argsort()
         kept = order[self.weights[order].cumsum().searchsorted(NEGLIGIBLE_WEIGHT) :]
         phi, X, weights = self.means[kept], self.factors[kept], self.weights[kept]
@@ -150,9 +149,9 @@ class Mixture:
 
 
 def _sixteen(phi: Array, m: Array) -> tuple[Array, Array, Array]:
-    """The sixteen numbers (j, 16) of parameters (j, 10), with the masses m (j, 1), none
-    of them zero; the COM c (j, 3), and (j, 6, 3) what takes m c to the inertia about
-    the COM that it takes away."""
+    """The sixteen numbers (j, 16) of parameters (j, 10) with masses m (j, 1), none
+    zero; the COM c (j, 3); and (j, 6, 3) derivative of the parallel-axis term by m c.
+    """
     h = phi[:, 1:4]
     c = h / m
     turned = (c @ STEINER).transpose(1, 0, 2)
@@ -161,8 +160,8 @@ def _sixteen(phi: Array, m: Array) -> tuple[Array, Array, Array]:
 
 
 def prior_mixture(prior: Prior, mass: float, is_known: bool = True) -> Mixture:
-    """A prior as a mixture for a body of known mass [kg], which it leaves next to
-    free; with that freedom where the mass is not known."""
+    """A prior for a body of about a mass [kg] as a mixture: with that mass exactly if
+    `is_known`, else with the prior's freedom."""
     factors = mass * prior.spread
     if is_known:
         factors[:, :, 0] = 0.0
@@ -174,18 +173,15 @@ def prior_mixture(prior: Prior, mass: float, is_known: bool = True) -> Mixture:
 
 
 def shaped(ends: Array) -> dict[str, Array]:
-    """Intervals with the lower and upper `ends` (2, 16): mass (2,) [kg], center_of_mass
-    (2, 3) [m], both inertia tensors (2, 3, 3) [kg m²], in sensor axes.
-
-    Mass and moments are not negative. Where nearly all of an interval is below zero, it
-    still reaches `LEAST_ABOVE_ZERO` of its width above.
-    """
+    """Intervals from `ends` (2, 16): mass (2,) [kg], center_of_mass (2, 3) [m] and both
+    inertia tensors (2, 3, 3) [kg m²] in sensor axes; mass and moments are not negative,
+    see `LEAST_ABOVE_ZERO`."""
     return _by_quantity(*_above_zero(ends))
 
 
 def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
-    """Intervals of the `ends` (2, 16), as `shaped`, that hold the body as well: it may
-    be a little outside where no mass distribution in the shape has the posterior's
+    """Intervals from `ends` (2, 16), as `shaped`, widened to include the body, which
+    may be slightly outside if no mass distribution in the shape has the posterior's
     mean."""
     low, high = _above_zero(ends)
     com, at_com = body.center_of_mass, tensor_to_vector(body.inertia_at_com)
@@ -194,8 +190,8 @@ def holding(ends: Array, body: InertialParameters) -> dict[str, Array]:
 
 
 def _above_zero(ends: Array) -> tuple[Array, Array]:
-    """Lower and upper ends (16,) of which those of mass and moments are not negative;
-    see `shaped`."""
+    """Lower and upper ends (16,), those of mass and moments not negative; see
+    `shaped`."""
     low, high = ends
     above = np.maximum(high, LEAST_ABOVE_ZERO * (high - low))
     low, high = np.where(_NON_NEGATIVE, (np.maximum(low, 0.0), above), ends)
@@ -238,7 +234,7 @@ def _factored(F: Array, precision: Array, left: Array) -> tuple[Array, Array, Ar
 
 
 def _cholesky(M: Array) -> Array:
-    """Factors (j, 10, 10) of matrices whose eigenvalues are 1 or more, but for
+    """Cholesky factors (j, 10, 10) of matrices whose eigenvalues are 1 or more, up to
     rounding."""
     try:
         return np.asarray(np.linalg.cholesky(M), dtype=float)
@@ -261,19 +257,19 @@ def _standard_normal_draws(number: int) -> Array:
 MOST_STEPS = 60
 """Largest number of Newton steps in finding an end."""
 END_TOLERANCE = 0.02
-"""Relative error of a tail's probability from which on one step more leaves, of a
-Gaussian, some 2e-5 of its standard deviation."""
+"""Relative error of a tail's probability at which the iteration ends; for a Gaussian
+the error after the last step is some 2e-5 standard deviations."""
 
 
 def mixture_ends(means: Array, stds: Array, weights: Array, tail: float) -> Array:
-    """(2, k) ends of k mixtures of Gaussians, beyond each of which is the probability
-    `tail`, less than one half.
+    """(2, k) lower and upper ends of k mixtures of Gaussians, each with the probability
+    `tail` < 1/2 beyond it.
 
-    `means` and `stds` are (j, k), `weights` (j,). Newton's method with bisection, for
-    the logarithm of the probability, which is nearly linear. The upper end is the lower
-    one of the mirrored mixture.
+    `means` and `stds` are (j, k), `weights` (j,). The log of the probability, which is
+    nearly linear, is solved by Newton's method, safeguarded by bisection. Upper ends are
+    the lower ones of the mirrored mixture.
     """
-    center = np.array((means.T, -means.T))  # (2, k, j)
+    center = np.array((means.T, -means.T))
     width = np.ascontiguousarray(stds.T)
     rate = 1.0 / width
     density = (0.5 / np.pi) ** 0.5 * rate * weights

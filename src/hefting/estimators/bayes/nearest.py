@@ -28,27 +28,29 @@ from hefting.estimators.quadratic import nonnegative_least_squares
 from hefting.shapes import Shape
 
 DISTANCE_WEIGHT = 1e4
-"""Weight of the distance from the parameters, relative to the evenness of the mass
+"""Weight w of the distance from the parameters, relative to the evenness of the mass
 distribution."""
 SMALL_WEIGHT = 30.0
-"""The same from whose solution the last one starts. Of 473 projections in the tests
-Newton's method does not reach `DUAL_TOLERANCE` in 41 without it and in 28 with it, all
-within `RELATIVE_DUAL_TOLERANCE`."""
+"""Smaller w whose solution is the start of the final one. In 473 projections of the
+tests Newton's method misses `DUAL_TOLERANCE` 41 times without it and 28 times with it,
+always within `RELATIVE_DUAL_TOLERANCE`."""
 MOST_DUAL_STEPS = 40
 """Largest number of Newton steps on each dual problem."""
 MOST_LENGTHS = 20
-"""Largest number of lengths of a step that are tried."""
+"""Largest number of step lengths that are tried."""
 LENGTH_TOLERANCE = 1e-3
 """Error of the length of a step."""
 DUAL_TOLERANCE = 1e-6
 """Largest entry of the dual's gradient at convergence: error of the parameters in
 standard deviations."""
 RELATIVE_DUAL_TOLERANCE = 1e-5
-"""The same as a share of the distance from the parameters, by which rounding grows."""
+"""The same as a share of the distance from the parameters, with which rounding
+grows."""
 NEGLIGIBLE_DUAL_CHANGE = 1e-13
 """Relative change of the dual objective that is attributed to rounding."""
 SMALLEST_SHARE = 1e-9
-"""What keeps the equations of a dual invertible, as a share of their diagonal."""
+"""Diagonal term that keeps the dual equations invertible, relative to their
+diagonal."""
 
 
 class Projection(NamedTuple):
@@ -57,10 +59,10 @@ class Projection(NamedTuple):
     masses: Array
     """(n,) [kg]"""
     distance: float
-    """squared, of their parameters from those given, in standard deviations"""
+    """squared Mahalanobis distance of their parameters from the given ones"""
     dual: Array | None
-    """(10,) z of 1 kg at each point, with which a like search may begin; None where
-    Newton's method did not converge"""
+    """(10,) z for 1 kg at each point, a start for a similar search; None if Newton's
+    method did not converge"""
 
 
 def projected(
@@ -105,9 +107,9 @@ def projected(
 
 
 def dual_of(masses: Array, points: Array, shares: Array) -> Array | None:
-    """(10,) `Projection.dual` of masses (n,) that a projection found over points (10, n)
-    with shares (n,) of the volume: where a mass is positive it is m0 v (1 + M'z). None
-    where that does not tell it."""
+    """(10,) `Projection.dual` from the masses (n,) that a projection found over points
+    (10, n) with shares (n,) of the volume: positive masses are m0 v (1 + M'z). None if
+    z is undetermined."""
     total = float(masses.sum())
     if not total > 0.0:
         return None
@@ -131,8 +133,8 @@ def _metric(C: Array, weight: float) -> Array:
 def _from_dual(
     C: Array, target: Array, M: Array, even: Array, z: Array
 ) -> tuple[Array, Array, float] | None:
-    """The solution by Newton's method from z (10,), the masses (n,) in units of m0, and
-    their squared distance; None where it does not converge."""
+    """The dual z, the masses (n,) in units of m0 and their squared distance, by
+    Newton's method from z (10,); None if it does not converge."""
     metric = _metric(C, DISTANCE_WEIGHT)
     z, error, m = _solve_dual(metric, target, M, even, z)
     distance = float(z @ metric @ z) / DISTANCE_WEIGHT
@@ -144,10 +146,8 @@ def _from_dual(
 def _solve_dual(
     C: Array, target: Array, M: Array, even: Array, z: Array
 ) -> tuple[Array, float, Array]:
-    """Newton's method from z (10,): the solution, the largest entry of the gradient
-    there, and the masses (n,) in units of m0.
-
-    The dual is ½ z'Cz - z'phi + ½ sum max(1 + M'z, 0)² v.
+    """Newton's method from z (10,): z, the largest entry of the gradient, and the
+    masses (n,) in units of m0. The dual is ½ z'Cz - z'phi + ½ sum max(1 + M'z, 0)² v.
     """
     for _ in range(MOST_DUAL_STEPS):
         slack = 1.0 + z @ M
@@ -201,8 +201,8 @@ def _length(
 
 
 def _nearest(M: Array, target: Array, C: Array) -> Array:
-    """The same without the second term, by non-negative least squares: for cases in
-    which rounding prevents the convergence of Newton's method."""
+    """Masses (n,) by non-negative least squares, without the term of evenness, where
+    rounding prevents the convergence of Newton's method."""
     values, vectors = np.linalg.eigh(C)
     W = (vectors / np.sqrt(np.maximum(values, 1e-12 * values[-1]))).T
     scale = float(np.abs(W @ target).max()) or 1.0
@@ -214,11 +214,11 @@ SUFFICIENT_CELL_DISTANCE = 0.3
 over whole cells is accepted instead of one over voxels."""
 SUFFICIENT_STATED_DISTANCE = 2.0
 """Squared Mahalanobis distance within which a mass distribution over the shape as
-stated is accepted, where nothing was said of the pose's error."""
+stated is accepted, if the pose's error was not given."""
 MOST_SLIP_STEPS = 4
-"""Largest number of steps in which an error of the pose is found more exactly."""
+"""Largest number of steps in which an error of the pose is refined."""
 NEGLIGIBLE_SLIP = 0.1
-"""Error of a pose, in prior standard deviations, for which nothing is moved."""
+"""Error of a pose, in prior standard deviations, that is neglected."""
 CELL_REACH = 3.0
 """Half the side of the box of cells about an object of unknown shape, in standard
 deviations of its mass along that side."""
@@ -229,7 +229,7 @@ standard deviations more than expected."""
 
 
 Duals = Mapping[str, Array]
-"""`Projection.dual` (10,) by where mass was looked for: ``cells``, ``moved`` cells, and
+"""`Projection.dual` (10,) by where masses were placed: ``cells``, ``moved`` cells, and
 ``voxels``."""
 
 
@@ -247,7 +247,7 @@ class Nearest:
     """of its COM in the hull, where the shape most likely is; None for a certain
     shape"""
     duals: Duals
-    """with which the search for a body that is a little different may begin"""
+    """start of the search for a similar body"""
 
 
 def nearest_body(
@@ -310,8 +310,8 @@ def nearest_body(
 
 
 def duals_of(masses: Array | None, prior: Prior) -> Duals | None:
-    """With what the search for a body may begin, by the masses (n,) in each cell of one
-    that was found before; None where they are not known, or of another shape."""
+    """Start of a search from the masses (n,) that were found before in each cell; None
+    if they are unknown or of another shape."""
     if masses is None or len(masses) != len(prior.shares):
         return None
     dual = dual_of(masses, prior.cells, prior.shares)
@@ -321,8 +321,8 @@ def duals_of(masses: Array | None, prior: Prior) -> Duals | None:
 def _without_shape(
     mean: Array, masses: Array, distance: float, duals: Duals
 ) -> Nearest:
-    """The body nearest to the mean of any shape, where no mass in the given one comes
-    near it; `masses` (n,) are scaled to its mass."""
+    """The body of any shape nearest to the mean, where no masses in the given shape
+    come near it; `masses` (n,) are scaled to its mass."""
     body = InertialParameters(mean)
     m = body.mass
     c = mean[1:4] / m
@@ -337,15 +337,15 @@ def _without_shape(
 
 
 def _slipped(prior: Prior, scores: Array) -> tuple[Prior, Move]:
-    """Cells and voxels where errors of the pose of so many standard deviations (d,) have
-    them."""
+    """Cells and voxels moved by errors of the pose of `scores` (d,) standard
+    deviations."""
     move = prior.slips.by(scores)
     return prior.placed_by(move.parameters), move
 
 
 def _nearer(prior: Prior, scores: Array, found: Array, mean: Array, C: Array) -> Array:
-    """Errors of the pose (d,) that bring the body `found` (10,) nearer to `mean`: a step
-    of Gauss and Newton, in the metric of C, with each error normal."""
+    """Errors of the pose (d,) that bring the body `found` (10,) nearer to `mean`: one
+    Gauss-Newton step in the metric of C with a normal prior of the errors."""
     there = prior.slips.by(scores)
     body = np.asarray(np.linalg.solve(there.parameters, found), dtype=float)
     X = prior.slips.effects(body, scores)
@@ -357,9 +357,9 @@ def _nearer(prior: Prior, scores: Array, found: Array, mean: Array, C: Array) ->
 
 
 def _drawn_together(prior: Prior, phi: Array) -> Prior:
-    """Cells and voxels of a box drawn together about the body of parameters phi (10,),
-    `CELL_REACH` of its standard deviations to each side but inside the box: as they
-    are, they may be larger than the whole object."""
+    """Cells and voxels of a box contracted about the body phi (10,), to `CELL_REACH` of
+    its standard deviations on each side but inside the box: the original cells may be
+    larger than the object."""
     c = phi[1:4] / phi[0]
     second = vector_second(phi) / phi[0] - np.outer(c, c)
     low, high = prior.voxels[1:4].min(axis=1), prior.voxels[1:4].max(axis=1)

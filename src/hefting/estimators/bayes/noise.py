@@ -38,26 +38,26 @@ LARGEST_RESIDUAL_RATIO = 10.0
 """Largest ratio of the mean squared residuals to those of least squares that is
 attributed to noise."""
 UNCHANGED_VARIANCE = 0.003
-"""Largest entry of the change of a sample's covariance, whitened by it, with which the
-noise is the same: a standard deviation of the parameters changes by half as much."""
+"""Change of a sample's covariance, whitened by it, up to which the noise counts as
+unchanged; standard deviations of the parameters change by half as much."""
 
 
 @immutable
 class NoiseSource:
-    """What samples and given noise tell of the noise."""
+    """A state's samples and a given noise, from which the noise of the samples is
+    found."""
 
     samples: Samples
     state: State
-    """of the estimator, which has them, and perhaps a record of time"""
+    """of the estimator, with the samples and perhaps a time record"""
     given: Array | None
     """(6, 6) known covariance of the wrench's noise; None where it is found from the
     residuals"""
     motion: MotionErrors
     carried: Array
-    """(10,) parameters of what the sensor holds besides the object, whose wrench was
-    subtracted"""
+    """(10,) parameters of a tool whose wrench was subtracted; zeros for none"""
     sensor_accuracy: SensorAccuracy | None
-    """of the sensor; None where nothing is said of it"""
+    """of the sensor; None if it is not given"""
     free_bias: bool
     """whether a constant bias is free"""
 
@@ -70,12 +70,11 @@ class NoiseSource:
         carried: Array | None,
         sensor_accuracy: SensorAccuracy | None,
     ) -> Self:
-        """Of a state; `noise` of the wrench, and what is `carried`, are None where they
-        are not known, or there is nothing.
+        """From a state, the wrench's `noise` if it is known, and a tool that is `carried`.
 
         Errors of the motion are those that the samples state, else those of `noise`,
-        else, where `noise` is None, white ones that the samples show.
-        Equations that are whitened have unit noise, all errors in it.
+        else, if `noise` is None, white ones that the samples show. A `WhitenedState` has
+        unit noise, which includes all errors.
         """
         if isinstance(state, WhitenedState):
             noise, sensor_accuracy = np.eye(6), EXACT
@@ -104,26 +103,24 @@ class NoiseSource:
 
     @cached_property
     def time(self) -> TimeSamples | None:
-        """Samples by time scale and stretch; None where the state keeps no record of
-        time."""
+        """Samples by time scale and stretch; None without a time record."""
         return TimeSamples.of(self.state, self.free_bias)
 
     @property
     def allowed(self) -> SensorAccuracy:
-        """Errors of the sensor that are allowed for: those it is said to have; where
-        nothing is said, none beside a given noise, which is taken at its word, and else
-        typical ones."""
+        """Accuracy of the sensor: the given one, else that of an exact sensor if the
+        noise is given, else a typical one."""
         if self.sensor_accuracy is not None:
             return self.sensor_accuracy
         return TYPICAL if self.given is None else EXACT
 
     def level(self) -> Array:
-        """(6, 6) covariance of the wrench's noise, before any pass."""
+        """(6, 6) covariance of the wrench's noise before the first pass."""
         return self.samples.least_residual if self.given is None else self.given
 
     def found(self, phi: Array, before: NoiseFound | None = None) -> NoiseFound:
-        """The noise, if the parameters are near phi (10,), which tell what errors of
-        the motion do to the wrench; `before` is what was found in the last pass."""
+        """The noise for parameters near phi (10,), on which the effect of the motion's
+        errors depends; `before` is that of the last pass."""
         samples, white_motion = self.samples, self.motion.white
         at, R = self._judged_at(phi, before)
         autocorrelation = 1.0 if before is None else before.autocorrelation
@@ -143,8 +140,8 @@ class NoiseSource:
         return self.judged(found, None if before is None else before.expected)
 
     def again(self, found: NoiseFound, phi: Array) -> NoiseFound | None:
-        """The noise that was found for parameters near phi (10,), judged at these; None
-        where it is another one there, or nothing but the residuals tells it."""
+        """The noise `found` for other parameters near phi (10,); None if it changes, or
+        depends on the residuals."""
         known = self.given is not None and not found.contradicted
         if not known or found.colour is not None:
             return None
@@ -157,9 +154,8 @@ class NoiseSource:
         return replace(found, residual_covariance=R, level=level, at=at)
 
     def judged(self, found: NoiseFound, expected: Array | None = None) -> NoiseFound:
-        """With what the record of time and the sensor's accuracy say of it, which
-        changes nothing of the likelihood where the noise is given and the sensor has no
-        errors; `expected` as in `NoiseFound`, where it was found before."""
+        """The noise with its colour, from the time record, and with the sensor's
+        errors; `expected` as in `NoiseFound`, from the last pass."""
         if found.colour is not None:
             return found
         equations, time, known = found.equations, self.time, self.given is not None
@@ -198,9 +194,9 @@ class NoiseSource:
         )
 
     def disagreement(self, found: NoiseFound) -> tuple[float, float]:
-        """Variance of mass and first moment between stretches over what they claim by
-        noise alone, and by noise and errors in step with the motion; zeros where there
-        are too few (`TimeSamples.disagreement`)."""
+        """Variance of mass and first moment between stretches over the claimed one: by
+        noise alone, and by noise and errors in step with the motion. Zeros for too few
+        stretches (`TimeSamples.disagreement`)."""
         time, colour = self.time, found.colour
         if time is None or colour is None or found.scores is None:
             return 0.0, 0.0
@@ -222,8 +218,8 @@ class NoiseSource:
         return time.disagreement(W, found.at, attenuation, found.scores, colour, more)
 
     def _contradicts(self, level: float, autocorrelation: float) -> bool:
-        """Whether residuals of this mean square, whitened, exceed a given noise by more
-        than chance."""
+        """Whether whitened residuals of mean square `level` significantly exceed a
+        given noise."""
         chance = (autocorrelation / (3.0 * self.samples.K)) ** 0.5
         return level > 1.0 + LARGEST_CLAIM_EXCESS * chance
 
@@ -247,14 +243,14 @@ class NoiseSource:
 
     @cached_property
     def _of_every_pass(self) -> Array:
-        """(6, 6) part of S that does not depend on a pass."""
+        """(6, 6) part of S that is the same in every pass."""
         if self.given is None:
             return self.samples.unproven(FEWEST_SAMPLES_FOR_NOISE)
         return self.given + np.diag(self.samples.floor**2)
 
     def _covariance(self, phi: Array, R: Array, autocorrelation: float) -> Array:
-        """S (6, 6), the modelled covariance of one sample's residual for parameters
-        near phi (10,), if those of least squares have the covariance R."""
+        """S (6, 6), the modelled covariance of a sample's residual for parameters near
+        phi (10,), if the residuals have the covariance R (6, 6)."""
         motion = self.motion
         S, memory = self._of_every_pass, motion.memory
         if self.given is None:
@@ -269,7 +265,7 @@ class NoiseSource:
         self, found: NoiseFound, scores: Scores, colour: Colour
     ) -> tuple[Array, float]:
         """(10, 10) part of the score's covariance by slow errors of the sensor and,
-        unless the noise is given, by those in step with the motion (`sensor_errors`);
+        unless the noise is given, by errors in step with the motion (`sensor_errors`);
         and the relative error of the body by uneven response."""
         time, G, whole = self.time, found.equations.G, found.at + self.carried
         assert time is not None

@@ -1,5 +1,5 @@
-"""Noise of all samples, as it was found: what it makes of their likelihood, and whether
-it holds for more of them; and the errors of the motion in it."""
+"""The noise that was found for all samples, its likelihood, and whether it holds for
+more samples; and the errors of the motion."""
 
 from dataclasses import replace
 from typing import Self
@@ -17,10 +17,9 @@ from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.joint_state import State
 
 LARGEST_GROWTH = 1.1
-"""Factor by which residuals of some samples more may be larger, squared and averaged
-over all samples, before their noise is another one. By chance 2 to 10 % more samples
-change them by 1.4 % (one deviation) where the noise is white, and by 4.5 % where it
-correlates by 0.9 from sample to sample: by more than this in none and 15 of 100 steps."""
+"""Growth of the mean squared residual up to which the noise that was found holds for more
+samples. By chance 2 to 10 % more samples change it by 1.4 % (one standard deviation) where
+the noise is white, and by 4.5 % where its correlation from sample to sample is 0.9."""
 
 
 @immutable
@@ -54,7 +53,7 @@ class NoiseFound:
 
     equations: Equations
     residual_covariance: Array
-    """(6, 6) of the residuals that count as noise"""
+    """(6, 6) of the residuals that are taken for noise"""
     contradicted: bool
     """whether the residuals exceed a given noise by more than chance"""
     excess: float
@@ -63,10 +62,10 @@ class NoiseFound:
     level: float
     """mean square of the residuals, whitened by the covariance that is allowed for"""
     at: Array
-    """(10,) parameters at which the noise is judged: those of least squares, or near
-    the posterior's where the motion has white errors"""
+    """(10,) parameters whose residuals are taken for noise: least squares, or near the
+    posterior if the motion has white errors"""
     scores: Scores | None = None
-    """of the time scales there; None without a record of time"""
+    """of the time scales, at these parameters; None without a time record"""
     colour: Colour | None = None
     sensor: Array | None = None
     """(10, 10) part of the score's covariance by errors of the sensor that more samples
@@ -76,8 +75,8 @@ class NoiseFound:
     calibration: CalibrationErrors | None = None
     """errors of the sensor's calibration; None where there are none"""
     expected: Array | None = None
-    """(J + 1,) variances that these have in the residuals at each time scale and
-    beyond; None where the noise is given, or there are none"""
+    """(J + 1,) variances that these errors have in the residuals at each time scale and
+    beyond; None if the noise is given or there are none"""
 
     @property
     def autocorrelation(self) -> float:
@@ -85,28 +84,32 @@ class NoiseFound:
         return 1.0 if self.colour is None else self.colour.autocorrelation
 
     def holds_for(self, samples: Samples) -> bool:
-        """Whether samples leave no larger residuals than those it was found by, as a
-        touch would."""
+        """Whether the residuals of `samples` are no larger than those the noise was found
+        from; after a touch they are."""
         now = samples.residual_covariance(samples.least_squares).diagonal()
         before = self.residual_covariance.diagonal() + samples.floor**2
         return bool((now < LARGEST_GROWTH * before).all())
 
     def of_more(self, samples: Samples, phi: Array, motion: MotionErrors) -> Self:
-        """The same noise in more samples, of parameters near phi (10,)."""
-        known = self.equations
-        equations = Equations.of(samples, phi, known.covariance, motion.white)
+        """This noise for all of more `samples`, of parameters near phi (10,).
+
+        The score's covariance by noise grows with the information, and that by errors of
+        the sensor, which are the same in all samples, with its square.
+        """
+        before = self.equations
+        equations = Equations.of(samples, phi, before.covariance, motion.white)
         colour = self.colour
         if colour is not None:
-            more = self.autocorrelation * (equations.G - known.G)
+            more = self.autocorrelation * (equations.G - before.G)
             colour = replace(colour, noise=colour.noise + more)
         sensor = self.sensor
         if sensor is not None:
-            growth = float(equations.G.trace() / known.G.trace())
+            growth = float(equations.G.trace() / before.G.trace())
             sensor = max(growth, 1.0) ** 2 * sensor
         return replace(self, equations=equations, colour=colour, sensor=sensor)
 
     def likelihood(self, inflation: float = 1.0) -> Likelihood:
-        """Likelihood of the parameters, the noise's variance so many times as large."""
+        """Likelihood of the parameters, with the noise's variance times `inflation`."""
         white = self.colour is None or self.colour.white_claimed
         if white and self.sensor is None:
             return self.equations.white(inflation)
@@ -118,6 +121,5 @@ class NoiseFound:
 
 
 def inflation_of(disagreement: float) -> float:
-    """Factor of the noise's variance for stretches that disagree by more than
-    chance."""
+    """Factor of the noise's variance for stretches that disagree significantly."""
     return disagreement if disagreement > LARGEST_STRETCH_DISAGREEMENT else 1.0

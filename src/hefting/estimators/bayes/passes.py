@@ -1,6 +1,6 @@
-"""Passes: the posterior of the parameters, and what it depends on, found in turn: the
-scale of the prior, the place of an uncertain shape, and what errors of the motion do to
-the wrench."""
+"""Passes: the posterior and the quantities that it depends on are found in turn: the
+scale of the prior, the place of an uncertain shape, and the effect of the motion's
+errors on the wrench."""
 
 from dataclasses import replace
 from functools import cached_property
@@ -27,55 +27,56 @@ from hefting.estimators.bayes.prior import Placed, Prior, prior_of
 from hefting.shapes import Shape
 
 SMALLEST_PRIOR_SCALE = 0.2
-"""Lower bound on the prior's mass, as a multiple of the rough mass: it keeps light
-objects from shrinking to zero."""
+"""Lower bound of the prior's mass over the rough mass: it keeps light objects from
+shrinking to zero."""
 LARGEST_PRIOR_SCALE = 2.0
-"""Upper bound on the prior's mass, as a multiple of the rough mass."""
+"""Upper bound of the prior's mass over the rough mass."""
 UNCHANGED_SCALE = 0.005
-"""Relative change of the prior's mass with which the prior is the same: its standard
-deviations change by as much."""
+"""Relative change of the prior's mass up to which the prior counts as unchanged."""
 SMALLEST_CENTERED_MASS = 0.1
-"""Mass of a posterior's mean, over the prior's, from which on it has a centre."""
+"""Least mass of a posterior's mean, over the prior's, for its centre of mass to be
+used."""
 MUCH_LIKELIER = 8.0
-"""`Passes.likeliest_way` from which on that is told: it is less of 359 of 360 random
-bodies (`benchmarks.bodies`) with the right shape, and with it 5 mm and 5° off."""
+"""Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
+shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
+the right shape, and with it 5 mm and 5° off."""
 SIZES = (1.0 / 2.54, 2.54)
-"""Sizes of cm over in and of in over cm; density tells ten times another size."""
+"""Factors of size of cm taken for in and of in for cm; a factor of ten shows in the
+density."""
 ANY_BODY = np.repeat((10.0, 2.0, 2.0), (1, 3, 6))
-"""(10,) standard deviations of mass, first moment [m] and inertia [m²] of a body of
-about 1 kg of which nothing is known."""
+"""(10,) prior standard deviations of mass, first moment [m] and inertia [m²] of an
+unknown body of about 1 kg."""
 
 
 @immutable
 class Pass:
-    """The posterior, and what it was found with."""
+    """The posterior of one pass, and the quantities it was found with."""
 
     placed: Placed
     """prior about the shape's distortion"""
     com: Array
-    """(3,) [m] centre of mass about which it is linear"""
+    """(3,) [m] centre of mass about which the prior is linear"""
     scale: float
-    """of the prior [kg]"""
+    """mass of the prior [kg]"""
     noise: NoiseFound
     wrench: Likelihood
-    """of the samples alone, with systematic errors"""
+    """of the samples alone, systematic errors included"""
     likelihood: Likelihood
-    """of the samples, and of what a scale showed"""
+    """of the samples and a scale's reading"""
     mixture: Mixture
     disagreement: float = 0.0
-    """of stretches of the record, beside the noise alone; 0 until it is looked for"""
+    """of stretches of the record by noise alone; 0 before it is computed"""
     inflation: float = 1.0
-    """of the noise's variance, by what of that nothing explains"""
+    """factor of the noise's variance for the disagreement that remains"""
     duals: Duals | None = None
-    """of the body nearest to an estimate, with which the search for that of the next
-    one begins"""
+    """start of the next search for the body nearest to an estimate"""
     systematic: Array | None = None
     """as in `Passes`"""
 
     @cached_property
     def measured(self) -> Array:
-        """(10,) parameters that the samples show, at which their residuals are noise:
-        the mean by the wrench alone, with that of the error which all samples share."""
+        """(10,) parameters by the samples, whose residuals are noise: the mean by the
+        wrench alone, plus the expected error that all samples share."""
         wrench, mixture = self.wrench, self.mixture
         if self.likelihood is not wrench:  # a scale contradicts the sensor's gain
             mixture = Mixture.of(self.placed.prior, self.scale, wrench)
@@ -87,12 +88,13 @@ class Pass:
 
     @property
     def distortion_change(self) -> float:
-        """Largest change of the shape's distortion, in prior standard deviations."""
+        """Largest change of the shape's distortion in the pass, in prior standard
+        deviations."""
         return float(np.abs(self.scores - self.placed.scores).max(initial=0.0))
 
     @cached_property
     def center(self) -> Array:
-        """(3,) [m] centre of mass, by this posterior; as before where that has hardly
+        """(3,) [m] centre of mass of this posterior; that of the prior if it has hardly
         any mass."""
         mean = self.mixture.mean
         if not mean[0] > SMALLEST_CENTERED_MASS * self.scale:
@@ -101,13 +103,13 @@ class Pass:
 
     @property
     def scores(self) -> Array:
-        """(d,) of the most likely distortion, by this posterior."""
+        """(d,) of the most likely distortion by this posterior."""
         return self.placed.most_likely(self.mixture.weights, self.mixture.means)
 
 
 @immutable
 class Passes:
-    """The steps of a pass, for given samples and prior."""
+    """The steps of a pass for given samples and prior."""
 
     source: NoiseSource
     prior: Prior
@@ -118,7 +120,7 @@ class Passes:
     """of a scale"""
 
     def first(self, start: Estimate | None) -> Pass:
-        """The first pass, from an earlier estimate if there is one."""
+        """The first pass; it starts from an earlier estimate if there is one."""
         phi, com = self.rough_mass * self.prior.mean, None
         if start is not None:
             phi = start.parameters.vector
@@ -130,14 +132,14 @@ class Passes:
         )
 
     def next(self, last: Pass, scores: Array) -> Pass:
-        """The pass after another, about its centre of mass and the distortion `scores`
+        """The next pass, about the centre of mass of `last` and the distortion `scores`
         (d,)."""
         placed = self.prior.about(scores, last.center)
         return self._pass(placed, last.center, last.measured, last.noise)
 
     def again(self, found: Pass) -> Pass | None:
-        """The first pass as the next one would be, where that has its prior and its
-        noise, next to exactly; None where it has not."""
+        """The first pass in place of the second, if that would have the same prior and
+        noise; else None."""
         change = self._scale(found.measured) / found.scale - 1.0
         if len(found.scores) or abs(change) > UNCHANGED_SCALE:
             return None
@@ -145,13 +147,13 @@ class Passes:
         return None if noise is None else replace(found, noise=noise)
 
     def continued(self, last: Pass) -> Pass:
-        """The first pass, from the last one by fewer samples of the same object."""
+        """The first pass, from the last pass of fewer samples of the same object."""
         noise = replace(last.noise, expected=None)  # of other time scales
         return self.next(replace(last, noise=noise), last.scores)
 
     def settled(self, last: Pass) -> Pass:
-        """The last pass, its noise larger where stretches of the record disagree by
-        more than all errors that are allowed for."""
+        """The last pass, with larger noise if stretches of the record disagree by more
+        than all errors allow."""
         noise = self.source.judged(last.noise)
         disagreement, unexplained = self.source.disagreement(noise)
         inflation = inflation_of(unexplained)
@@ -162,7 +164,7 @@ class Passes:
         )
 
     def of_more(self, last: Pass) -> Pass:
-        """The last pass, settled, for some samples more: with its prior and noise."""
+        """The last pass for some more samples, with its prior and noise, settled."""
         noise = last.noise.of_more(
             self.source.samples, last.measured, self.source.motion
         )
@@ -172,8 +174,8 @@ class Passes:
         return replace(found, disagreement=last.disagreement, inflation=last.inflation)
 
     def without_shape(self, last: Pass) -> Pass:
-        """The last pass for a body of any kind: what the samples say, where they
-        contradict the shape. What they leave open is wide."""
+        """The last pass for a body of any kind, where the samples contradict the shape.
+        What they leave open is wide."""
         prior = replace(
             last.placed.prior,
             mean=np.zeros(10),
@@ -185,13 +187,13 @@ class Passes:
         return replace(last, mixture=mixture)
 
     def evidence(self, last: Pass) -> float:
-        """Logarithm of how many times as likely the samples are as of an object of any
-        shape near the sensor."""
+        """Log of the ratio of the samples' probability with this shape to that of an
+        unknown object near the sensor."""
         return -self._gain(last, prior_of(Shape.unknown(), None, None))
 
     def likeliest_way(self, last: Pass, pose: Array) -> tuple[str, float]:
-        """Of the `ways` to give a shape of this `pose` that which makes the samples
-        `MUCH_LIKELIER`, and by how much; none of an uncertain shape."""
+        """The way to give a shape of this `pose` (`ways`) that makes the samples
+        `MUCH_LIKELIER`, and its gain in log evidence; none for an uncertain shape."""
         if len(self.prior.distortions.shifts):
             return "", 0.0
         found: dict[str, float] = {}
@@ -204,14 +206,14 @@ class Passes:
         return (best, found[best]) if found[best] > MUCH_LIKELIER else ("", 0.0)
 
     def _gain(self, last: Pass, prior: Prior) -> float:
-        """Logarithm of how many times as likely another prior makes the samples."""
+        """Gain in log evidence by another prior."""
         placed = prior.about(np.zeros(0), last.center)
         other = Mixture.of(placed.prior, last.scale, last.likelihood)
         return other.evidence - last.mixture.evidence
 
     def sensor_gain(self, last: Pass) -> float | None:
-        """Relative error of the sensor's gain by the scale, as far as its accuracy
-        allows; None where nothing was weighed."""
+        """Relative error of the sensor's gain by a scale, limited by its accuracy; None
+        without a reading."""
         if self.reading is None:
             return None
         body = last.mixture.mean
@@ -221,7 +223,7 @@ class Passes:
 
     @cached_property
     def rough_mass(self) -> float:
-        """[kg] of the object, by the scale; else by size of the wrench."""
+        """[kg] of the object, by the scale or else by the size of the wrench."""
         if self.reading is not None:
             return self.reading.mass
         level = self.source.level()
@@ -230,7 +232,7 @@ class Passes:
         )
 
     def _scale(self, phi: Array) -> float:
-        """Mass of the prior [kg] for parameters near phi (10,)."""
+        """Mass [kg] of the prior for parameters near phi (10,)."""
         rough = self.rough_mass
         return min(
             max(float(phi[0]), SMALLEST_PRIOR_SCALE * rough),
@@ -269,8 +271,8 @@ class Passes:
 
 
 def ways(pose: Array) -> dict[str, Array]:
-    """What a shape of this pose (4, 4) may be instead, as words and as the map (4, 4)
-    that takes its points there."""
+    """Other ways in which a shape of this pose (4, 4) may be meant: in words, and as
+    the map (4, 4) of its points."""
     back = inverse_pose(pose)
     x, y, z, w = quaternion_of(pose[:3, :3])
     found: dict[str, Array] = {

@@ -22,22 +22,23 @@ from hefting.estimators.joint_state import State, motion_record
 from hefting.shapes import Shape
 
 CONTRADICTING_LIKELIHOOD_DISTANCE = 100.0
-"""Squared Mahalanobis distance, for ten parameters, between the posterior mean and the
-maximum of the likelihood above which the shape contradicts the wrench."""
+"""Squared Mahalanobis distance, for ten parameters, of the posterior mean from the
+likelihood's maximum, above which the shape contradicts the wrench."""
 DOUBTFUL_SHAPE_DISTANCE = 20.0
-"""Sum of that distance and of the posterior mean's from the nearest body in the shape
-from which on the shape is in doubt. It is at most 17 of 150 right shapes in simulated
-recordings; four of 238 in real ones exceed it, each of which is in doubt anyway."""
+"""The sum of that distance and of the posterior mean's from the nearest body in the
+shape, above which the shape is in doubt. It is at most 17 for 150 right shapes in
+simulated recordings; four of 238 in real ones exceed it, which are in doubt anyway."""
 CLEAR_EVIDENCE = 5.0
-"""`Passes.evidence` from which on no other way to give the shape is looked for, which
-takes longer than an estimate: of 39 recordings with the right shape it is 5 to 34, of 117
-with wrong ones, of which 37 are named, those are at 0 at most."""
+"""`Passes.evidence` from which on no other way to give the shape is tried, which takes
+longer than an estimate. In 39 recordings with the right shape it is 5 to 34; in those
+of 117 with wrong shapes that are named it is at most 0."""
 LEAST_EVIDENCE = -4.0
-"""`Passes.evidence` below which the shape contradicts the wrench: it is more of these
-bodies with the right shape, of 358 with it 5 mm and 5° off, of 110 on real sensors."""
+"""`Passes.evidence` below which the shape contradicts the wrench. It is larger for
+these bodies with the right shape, for 358 with it 5 mm and 5° off, and for 110 on real
+sensors."""
 LARGEST_RESPONSE_SHARE = 0.5**0.5
-"""Error by uneven response, over the mass's whole standard deviation, above which it is
-the larger part of it."""
+"""Largest share of the error by uneven response in the mass's standard deviation that
+needs no warning: beyond, it is the larger part."""
 
 
 @immutable
@@ -49,53 +50,52 @@ class Posterior:
     last: Pass
     """the last pass to it"""
     prior: Prior
-    """what the shape said; a shape that is uncertain is where it most likely is"""
+    """by the shape; an uncertain shape is placed where it most likely is"""
     move: Move | None
-    """which puts it there; None for a shape that is certain"""
+    """places the shape there; None for a certain shape"""
     residual_covariance: Array
     """(6, 6) of the wrench, as modelled [N², N² m, N² m²]"""
     excess: float
-    """variance of the residuals over that of the noise claimed; 1 where it was found
-    from them"""
+    """variance of the residuals over that of the claimed noise; 1 if the noise was
+    found"""
     contradicted: bool
     """whether that is more than chance"""
     autocorrelation: float
     """variance of the parameters over that with white noise"""
     disagreement: float
-    """variance between stretches over what they claim; 0 where there are too few"""
+    """variance between stretches over the claimed one; 0 for too few stretches"""
     response: float
     """relative error of the body by errors of the wrench in step with the motion"""
     variances: Array | None
     """(J + 1,) of the residuals at each time scale, over that of one sample"""
     noise_known: bool
-    """whether there are enough samples to know the noise, or it was given"""
+    """whether the noise was given, or there are enough samples to find it"""
     coloured: bool
     """whether the noise was given as white, and the residuals are not"""
     motion: MotionErrors
     """errors of the accelerations"""
     shape_known: bool
-    """whether there is a shape, and not only the neighbourhood of the sensor"""
+    """whether there is a shape, not only the neighbourhood of the sensor"""
     misfit: float
-    """squared distance of the mean from what the samples alone say, in standard
-    deviations"""
+    """squared Mahalanobis distance of the mean from the likelihood's maximum"""
     evidence: float
-    """`Passes.evidence` of the shape, or less what one given otherwise has more"""
+    """`Passes.evidence` of the shape, less the gain of another way to give it"""
     instead: str
-    """how else the shape was given, as words, where that is much likelier"""
+    """the much likelier way in which the shape was given, in words"""
     bias: Array | None
     """(6,) wrench bias [N, N m]; None where none is free"""
     settled: bool = True
-    """whether the place of a shape that is uncertain was found"""
+    """whether the place of an uncertain shape converged"""
     passes: int = 0
-    """how often the noise was found anew"""
+    """number of passes in which the noise was found"""
     scale_doubts: tuple[Message, ...] = ()
-    """what speaks against the scale's reading"""
+    """messages on a scale's reading that contradicts the wrench"""
     sensor_gain: float | None = None
     """relative error of the sensor's gain, by a scale's reading; None without one"""
 
     @property
     def noise_found(self) -> dict[str, Any]:
-        """What the state told of its noise, for an estimate's provenance."""
+        """What was found of the noise, for an estimate's provenance."""
         found: dict[str, Any] = {
             "autocorrelation": float(self.autocorrelation),
             "disagreement": float(self.disagreement),
@@ -121,8 +121,8 @@ def posterior_of(
     passes: int = 0,
     as_given: bool = True,
 ) -> Posterior:
-    """The posterior of an object in a shape, by its last pass; unless that
-    is `as_given` for sure; for the arguments before see `Posterior`."""
+    """The posterior in a shape from the last pass. Other ways to give the shape are
+    tried unless it is `as_given` for sure; other arguments as in `Posterior`."""
     source, noise, found = steps.source, last.noise, last
     misfit = found.likelihood.misfit(found.mixture.mean)
     if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
@@ -165,8 +165,7 @@ def posterior_of(
 
 
 def contradiction(posterior: Posterior, distance: float) -> float:
-    """Squared distance [standard deviations] of the shape from the wrench, where it is
-    more than chance; else 0."""
+    """Squared distance of the shape from the wrench if it is significant, else 0."""
     return max(
         distance if distance > CONTRADICTING_SHAPE_DISTANCE else 0.0,
         posterior.misfit
@@ -176,13 +175,13 @@ def contradiction(posterior: Posterior, distance: float) -> float:
 
 
 def excludes_shape(posterior: Posterior, distance: float) -> bool:
-    """Whether the wrench contradicts the shape, or is much likelier that of another."""
+    """Whether the wrench contradicts the shape, or another one is much likelier."""
     unlikely = posterior.evidence < LEAST_EVIDENCE and not _is_accounted(posterior)
     return unlikely or contradiction(posterior, distance) > 0.0
 
 
 def _is_accounted(posterior: Posterior) -> bool:
-    """Whether noise or stretches contradict the model, whatever the shape."""
+    """Whether noise or stretches contradict the model whatever the shape is."""
     return (
         posterior.contradicted
         or posterior.coloured
@@ -191,22 +190,22 @@ def _is_accounted(posterior: Posterior) -> bool:
 
 
 def mass_is_negative(posterior: Posterior) -> bool:
-    """Whether the samples alone tell a negative mass, by more than what contradicts a
-    shape."""
+    """Whether the samples alone give a significantly negative mass."""
     mass, variance = posterior.last.likelihood.mass
     return mass < -((CONTRADICTING_LIKELIHOOD_DISTANCE * variance) ** 0.5)
 
 
 def doubtful_shape(posterior: Posterior, distance: float) -> float:
-    """Squared distance [standard deviations] of likely bodies in a shape from the
-    wrench, where it is more than a right shape leaves; else 0."""
+    """Squared distance of likely bodies in the shape from the wrench if it exceeds that
+    of right shapes, else 0."""
     both = posterior.misfit + distance
     doubtful = posterior.shape_known and both > DOUBTFUL_SHAPE_DISTANCE
     return both if doubtful and not _is_accounted(posterior) else 0.0
 
 
 def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
-    """A sentence for each doubt; `distance` is squared, as in `Nearest`."""
+    """Messages on doubts about the posterior; `distance` is squared, as in
+    `Nearest`."""
     warnings: list[Message] = []
     if not posterior.noise_known:
         warnings.append(

@@ -28,17 +28,18 @@ from hefting.estimators.bayes.voxels import Voxels
 from hefting.shapes import Shape
 
 MASS_STD = 3.0
-"""Standard deviation of the mass over the prior's: next to free."""
+"""Standard deviation of the mass over the prior's mass, which leaves it next to
+free."""
 LARGEST_DISTORTION = 3.0
 """Largest distortion of a shape along each mode, in prior standard deviations."""
 NEGLIGIBLE_MEMBER = 1e-3
-"""Posterior weight of a member up to which it does not matter where a shape is."""
+"""Posterior weight below which a member does not affect where a shape is."""
 SMALLEST_SHARE = 1e-12
-"""Least variance of a combination of parameters, as a share of that of each: what is
-smaller is rounding."""
+"""Least variance of a combination of parameters, relative to that of each; smaller ones
+are rounding errors."""
 PRIORS_KEPT = 8
-"""Number of priors that are kept, so that the next recording of the same shape needs no
-new one: of 4,000 voxels each takes 0.4 MB."""
+"""Number of priors that are cached for later recordings of the same shape; with 4,000
+voxels each takes 0.4 MB."""
 
 
 @immutable
@@ -46,13 +47,13 @@ class Prior:
     """Mixture of Gaussians for the parameters of a body of 1 kg, about the sensor's
     origin.
 
-    Where the shape is uncertain, what its distortions do is linear only about one of
-    them, and `about` another gives the same prior linear there.
+    The effect of an uncertain shape's distortions is linearised about one of them;
+    `about` linearises the same prior about another.
     """
 
     mean: Array
-    """(10,) of the homogeneous body; of its line, where a distortion is the place to be
-    linear about"""
+    """(10,) of the homogeneous body; where the prior is linear about another COM, of
+    the tangent there"""
     spread: Array
     """(j, 10, 10) F: phi = s (mean + F z), z standard normal, for a body of about s kg;
     F[:, 0] is the mass's"""
@@ -63,21 +64,21 @@ class Prior:
     shares: Array
     """(n,) of the homogeneous body's mass at each point"""
     stated_voxels: Array
-    """(10, n k) the same of smaller pieces: k to each point, one after the other; as the
+    """(10, n k) the same for k smaller pieces of each point's cell in turn, as the
     shape states them"""
     voxel_shares: Array
     """(n k,)"""
     distortions: Distortions
-    """in which ways the shape may be wrong; none for one that is certain"""
+    """modes in which the shape may be wrong; none for a certain shape"""
     slips: Distortions
-    """small errors of a pose of which nothing was said, which `spread` has already"""
+    """small errors of a pose whose accuracy is not given, which `spread` includes"""
     growth: float
-    """of the second moment with the square of the COM's way from that of `mean`:
-    `OFF_CENTRE_GROWTH`"""
+    """`OFF_CENTRE_GROWTH`: of the second moment with the squared distance of the COM
+    from that of `mean`"""
     offsets: Array | None = None
-    """(j, 10) of the members' means from `mean`; None where they have the same"""
+    """(j, 10) of the members' means from `mean`; None if they have the same mean"""
     placement: Array | None = None
-    """(10, 10) takes the voxels to where they are; None where they are as stated"""
+    """(10, 10) map of the stated voxels to where they are; None for the identity"""
 
     @classmethod
     def of(
@@ -86,11 +87,9 @@ class Prior:
         pose_std: tuple[float, float] | None = None,
         shape_std: float = 0.0,
     ) -> Self:
-        """Of a shape in the sensor frame; for its deviations see `Distortions.of`.
-
-        `pose_std` None: some members of the mixture have the pose exact, some allow for
-        a typical error.
-        """
+        """From a shape in the sensor frame; for its deviations see `Distortions.of`.
+        With `pose_std` None some members have the exact pose, and some allow for a
+        typical error."""
         voxels, com = Voxels.of(shape), shape.homogeneous.center_of_mass
         mean = shape.homogeneous.vector / shape.homogeneous.mass
         size = np.sqrt(max(float(np.trace(vector_second(voxels.mean))), 1e-12))
@@ -124,8 +123,8 @@ class Prior:
 
     @classmethod
     def of_bounds(cls, shape: Shape) -> Self:
-        """Of an object that is somewhere inside a box in the sensor frame, or, where
-        the shape says so, within reach of the sensor (`Shape.known`)."""
+        """From a box in the sensor frame that contains the object, or the neighbourhood
+        of the sensor (`Shape.known`)."""
         table, least_gamma = bounds.BOUNDS_MEMBERS, bounds.EVEN_COM
         if shape.known == "reach":
             table, least_gamma = bounds.REACH_MEMBERS, 0.0
@@ -155,9 +154,8 @@ class Prior:
         )
 
     def mean_as_stated(self, weights: Array, means: Array) -> Array:
-        """(10,) posterior mean of the parameters, given each member's weight (j,) and
-        mean (j, 10); of those with an exact pose alone, where that is more likely than
-        not."""
+        """(10,) posterior mean from the members' weights (j,) and means (j, 10); only
+        of the members with an exact pose if these are likelier than not."""
         if len(self.slips.shifts):
             exact = weights * (1.0 - MEMBERS[:, 4])
             if (total := float(exact.sum())) > 0.5:
@@ -165,20 +163,19 @@ class Prior:
         return weights @ means
 
     def likely_slips(self, weights: Array, means: Array) -> Array:
-        """(d,) posterior mean of the errors of a pose of which nothing was said, in
-        standard deviations, given each member's weight (j,) and mean (j, 10)."""
+        """(d,) posterior mean of the errors of a pose whose accuracy is not given, in
+        standard deviations, from the members' weights (j,) and means (j, 10)."""
         effects = self.slips.effects(self.mean, np.zeros(len(self.slips.shifts)))
         return _most_likely(self, effects, weights * MEMBERS[:, 4], means)
 
     @property
     def undistorted(self) -> "Prior":
-        """With distortions linear about none."""
+        """Placed without distortion, linear about none."""
         return self.about(np.zeros(len(self.distortions.shifts))).prior
 
     def about(self, scores: Array, com: Array | None = None) -> "Placed":
-        """With the distortions, linear about the one of so many standard deviations
-        (d,), and about a centre of mass `com` (3,) [m], by default the homogeneous
-        one."""
+        """Placed with the distortion `scores` (d,), linear about it and about a centre
+        of mass `com` (3,) [m], by default the homogeneous one."""
         if not len(scores):
             mean, spread = self._bent(com)
             return Placed(
@@ -209,29 +206,29 @@ class Prior:
         return Placed(prior, move, scores, effects)
 
     def placed_by(self, M: Array) -> "Prior":
-        """With cells and voxels where the linear map M (10, 10) takes them."""
+        """The prior with cells and voxels moved by the linear map M (10, 10)."""
         placement = M if self.placement is None else M @ self.placement
         return replace(self, cells=M @ self.cells, placement=placement)
 
     @cached_property
     def voxels(self) -> Array:
-        """(10, n k) parameters of 1 kg in each voxel, where they are. Most estimates do
-        not need them."""
+        """(10, n k) parameters of 1 kg in each voxel, where it is; computed when
+        needed."""
         if self.placement is None:
             return self.stated_voxels
         return self.placement @ self.stated_voxels
 
     @cached_property
     def _to_and_from_com(self) -> tuple[Array, Array]:
-        """(10, 6) what inertia about the homogeneous COM adds to the parameters, and (3,
-        10) the first moment about it."""
+        """(10, 6) parameters by the inertia about the homogeneous COM, and (3, 10)
+        first moment about it by the parameters."""
         away = affine(np.eye(3), self.mean[1:4])
         back = affine(np.eye(3), -self.mean[1:4])
         return away[:, 4:], back[1:4]
 
     def _bent(self, com: Array | None) -> tuple[Array, Array]:
-        """`mean` and `spread` where the second moment grows with the square of the
-        COM's way from the homogeneous one, linear about `com` (3,) [m]."""
+        """`mean` and `spread` for a second moment that grows with the squared distance
+        of the COM from the homogeneous one, linear about `com` (3,) [m]."""
         if com is None:
             return self.mean, self.spread
         c = com - self.mean[1:4]
@@ -249,8 +246,8 @@ class Prior:
 def prior_of(
     shape: Shape, pose_std: tuple[float, float] | None, shape_std: float | None
 ) -> Prior:
-    """`Prior.of` a shape or, without `shape_std`, `Prior.of_bounds`: made once for the
-    same shape, of which nothing may be changed in place."""
+    """`Prior.of` a shape or, without `shape_std`, `Prior.of_bounds`; cached, so that
+    nothing may be changed in place."""
     if shape_std is None:
         return Prior.of_bounds(shape)
     return Prior.of(shape, pose_std, shape_std)
@@ -258,33 +255,30 @@ def prior_of(
 
 @immutable
 class Placed:
-    """A prior for a shape that may be distorted, linear about one distortion; or for a
-    certain one."""
+    """A prior linearised about one distortion of its shape."""
 
     prior: Prior
-    """with cells and voxels where that distortion puts them"""
+    """with cells and voxels moved by the distortion"""
     move: Move | None
-    """what it does; None for a certain shape"""
+    """the distortion as a map; None for a certain shape"""
     scores: Array
-    """(d,) its standard deviations"""
+    """(d,) the distortion in standard deviations"""
     effects: Array
-    """(10, d) what one standard deviation of each does to the parameters of 1 kg"""
+    """(10, d) change of the parameters of 1 kg by one standard deviation of each
+    mode"""
 
     def most_likely(self, weights: Array, means: Array) -> Array:
-        """(d,) posterior mean of the distortion, given each member's weight (j,) and
-        mean (j, 10)."""
+        """(d,) posterior mean of the distortion from the members' weights (j,) and
+        means (j, 10)."""
         if not len(self.scores):
             return self.scores
         return _most_likely(self.prior, self.effects, weights, means)
 
 
 def _most_likely(prior: Prior, effects: Array, weights: Array, means: Array) -> Array:
-    """(d,) posterior mean of distortions z with these effects (10, d), of members of
-    posterior weights (j,), which need not sum to one, and means (j, 10).
-
-    Of a member whose parameters have the covariance Q, z is X' Q^-1 times what they
-    differ from the prior's, the mass apart.
-    """
+    """(d,) posterior mean of distortions with effects X (10, d) from the members'
+    weights (j,), of any sum, and means (j, 10): X'Q^-1 times the difference from the
+    prior's mean, without the mass, for a member of covariance Q."""
     kept = weights > NEGLIGIBLE_MEMBER
     L, X = prior.spread[kept, 1:, 1:], effects[1:]
     off = means[kept, 1:] / means[kept, :1] - prior.mean[1:]
@@ -297,7 +291,7 @@ def _most_likely(prior: Prior, effects: Array, weights: Array, means: Array) -> 
 
 
 def parallel_axis_slopes(c: Array) -> Array:
-    """(6, 3) derivative of |c|² 1 - c c', as xx, xy, xz, yy, yz, zz, by c (3,)."""
+    """(6, 3) derivative by c (3,) of |c|² 1 - c c', as xx, xy, xz, yy, yz, zz."""
     return 2.0 * STEINER @ c
 
 

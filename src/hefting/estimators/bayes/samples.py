@@ -1,4 +1,4 @@
-"""Samples: what the likelihood needs of all samples of a state."""
+"""Samples: the sums over all samples of a state that the likelihood needs."""
 
 from functools import cached_property
 from typing import Self
@@ -25,20 +25,19 @@ POOR_SENSOR_NOISE = 0.05
 """Noise of a poor sensor relative to its wrench, assumed while there are too few
 samples to measure it."""
 SEPARATE_POSE_INTERVAL = 0.5
-"""[s] Mean time between samples from which on they count as separate poses. Within a
-shorter time slow errors of a sensor are the same."""
+"""[s] Mean time between samples from which on they count as separate poses, with
+independent slow errors of the sensor."""
 SPENT_SAMPLES = 10.0 / 6.0 + 6.0
-"""Number of samples of which the residuals' covariance says nothing: those that the ten
-parameters of least squares take away, and six, of which it is singular."""
+"""Number of samples without information on the residuals' covariance: ten parameters
+take 10/6, and six leave it singular."""
 ISOTROPY_SAMPLES = 12.0
-"""Number of samples that the prior of the residuals' covariance is worth: independent
-channels, one variance for the forces and one for the torques."""
+"""Weight, in samples, of the prior of the residuals' covariance: independent channels,
+with one variance for the forces and one for the torques."""
 
 
 @immutable
 class Samples:
-    """Triangular factor of a state as 22 virtual samples, without their mean where a
-    bias is free."""
+    """Virtual samples of a state, less the mean of each recording if a bias is free."""
 
     A: Array
     """(22, 6, 10)"""
@@ -91,8 +90,8 @@ class Samples:
 
     @classmethod
     def _of_equations(cls, state: WhitenedState) -> Self:
-        """Equations of unit noise as channels of virtual samples: that of the mass
-        alone as a force, the nine others as torques; the rest is zero."""
+        """From equations of unit noise as channels of virtual samples: that of the mass
+        alone as a force, the nine others as torques, and zeros."""
         rows = np.zeros((3, 6, 11))
         rows[:, 3:] = state.mass_last[:9].reshape(3, 3, 11)
         rows[0, 0] = state.mass_last[9]
@@ -112,8 +111,7 @@ class Samples:
 
     @cached_property
     def by_channel(self) -> Array:
-        """(6, 22 * 10) the same as A, so laid out that whitening it is one matrix
-        product."""
+        """(6, 22 * 10) A by channel, so that whitening it is one matrix product."""
         return np.ascontiguousarray(self.A.transpose(1, 0, 2)).reshape(6, -1)
 
     @cached_property
@@ -138,17 +136,14 @@ class Samples:
         return self.residual_covariance(self.least_squares)
 
     def residual_covariance(self, phi: Array, spent: float = 10.0) -> Array:
-        """(6, 6) mean square of what parameters phi (10,) leave of the wrench.
-
-        `spent` equations of the 6 K are taken as fulfilled by the fit, at most three
-        quarters of them.
-        """
+        """(6, 6) mean square of the residuals at parameters phi (10,), with `spent` of
+        the 6 K equations, at most three quarters, taken off the degrees of freedom."""
         r = self.b.T - (self.by_channel.reshape(-1, 10) @ phi).reshape(6, -1)
         return (r @ r.T) / max(self.K - spent / 6.0, 0.25 * self.K)
 
     def noise_left(self, R: Array, autocorrelation: float = 1.0) -> Array:
-        """(6, 6) noise covariance that residuals of covariance R bear out, if so many
-        samples (`autocorrelation`) are worth one independent one."""
+        """(6, 6) noise covariance from residuals of covariance R (6, 6), of which
+        `autocorrelation` samples count as one."""
         levels = (R.diagonal().reshape(2, 3).sum(axis=1) / 3.0).repeat(3)
         K = max(self.K / autocorrelation - SPENT_SAMPLES, 0.0)
         S = K / (K + ISOTROPY_SAMPLES) * R
@@ -158,11 +153,8 @@ class Samples:
 
     def unproven(self, enough: int) -> Array:
         """(6, 6) covariance of the noise that fewer than `enough` samples cannot
-        exclude.
-
-        It is that of a poor sensor whose error is the same in all samples. Zero where
-        the samples are separate poses, at least `SEPARATE_POSE_INTERVAL` seconds apart.
-        """
+        exclude: that of a poor sensor with the same error in all samples. Zero for
+        separate poses, at least `SEPARATE_POSE_INTERVAL` apart."""
         if self.pace >= SEPARATE_POSE_INTERVAL:
             return np.zeros((6, 6))
         share = max(1.0 - self.K / enough, 0.0) * max(self.K, 1.0)
@@ -171,18 +163,18 @@ class Samples:
         )
 
     def bias(self, phi: Array) -> Array:
-        """(6,) the best beside parameters phi; (n, 6) those of n recordings."""
+        """(6,) best bias for parameters phi (10,); (n, 6) those of n recordings."""
         found = self.b_mean - self.A_mean @ phi
         return found[0] if len(found) == 1 else found
 
     def constant_load(self, W: Array, phi: Array) -> float:
-        """Mean square, summed over channels, of the mean wrench that parameters phi
-        (10,) need in each recording, multiplied by W (6, 6)."""
+        """Mean square, summed over channels, of each recording's mean wrench at
+        parameters phi (10,), multiplied by W (6, 6)."""
         return float(self.shares @ np.sum((self.A_mean @ phi @ W.T) ** 2, axis=1))
 
     def mass_scale(self, force_std: float) -> float:
-        """Rough mass [kg]: the force over the acceleration, whichever measure of it is
-        largest; never zero."""
+        """Rough mass [kg], never zero: the force over the largest measure of the
+        acceleration."""
         f = self.b[:, :3]
         square = float((self.d * self.d).sum()) or 1e-12
         by_size = max(float((f * f).sum()) - 3.0 * self.K * force_std**2, 0.0)
@@ -195,8 +187,8 @@ class Samples:
 
 
 def require_information(samples: Samples, state: State, free_bias: bool) -> None:
-    """`NotIdentifiableError` where the regressor without its mean, beside a free bias,
-    is zero up to rounding."""
+    """`NotIdentifiableError` if the regressor, less its mean for a free bias, is zero
+    up to rounding."""
     if isinstance(state, WhitenedState):
         size = float(np.abs(state.factor[:, :10]).max())
         size = max(size, np.finfo(float).tiny)

@@ -33,10 +33,10 @@ recordings of three real sensors hold (`benchmarks.injection`)."""
 
 @immutable
 class InStep:
-    """What errors in step with the motion do to the scores of groups of samples."""
+    """Effect of errors in step with the motion on the scores of g groups of samples."""
 
     by_gain: Array
-    """(g, 10) score of each group if every channel's wrench were wrong by itself"""
+    """(g, 10) score by an equal relative error of every channel"""
     by_entry: Array
     """(g, 36, 10) score of each group by each entry of M"""
     energy: Array
@@ -47,7 +47,7 @@ class InStep:
     @classmethod
     def of(cls, A: Array, counts: Array, whole: Array) -> Self:
         """For the parameters `whole` (10,) of all that the sensor holds, and whitened
-        regressors A (g, 6 * 22, 10) of groups of so many samples (g,)."""
+        regressors A (g, 6 * 22, 10) of groups of `counts` (g,) samples."""
         g = len(A)
         w = (A @ whole).reshape(g, 6, FEATURES)
         by_entry = (w[:, None] @ A.reshape(g, 6, FEATURES, 10)).reshape(g, 36, 10)
@@ -59,7 +59,7 @@ class InStep:
         )
 
     def factors(self, coloured: Array, gain: Array | float = 0.0) -> Array:
-        """(g, 37, 10) Y, Y'Y being the covariance of each group's score by errors in step
+        """(g, 37, 10) Y with Y'Y the covariance of each group's score by errors in step
         with the motion.
 
         `coloured` (g,) is the variance of coloured noise of a channel in each group,
@@ -73,12 +73,13 @@ class InStep:
         return found
 
     def of_each(self, coloured: Array, gain: Array | float = 0.0) -> Array:
-        """(g, 10, 10) covariance of each group's score; see `factors`."""
+        """(g, 10, 10) covariance of each group's score, see `factors`."""
         rows = self.factors(coloured, gain)
         return rows.transpose(0, 2, 1) @ rows
 
     def covariance(self, coloured: Array, gain: Array) -> Array:
-        """(10, 10) sum of `of_each`: errors of one group are independent of another's."""
+        """(10, 10) covariance of the sum of the groups' scores, whose errors are
+        independent."""
         rows = self.factors(coloured, gain).reshape(-1, 10)
         return rows.T @ rows
 

@@ -33,22 +33,20 @@ between stretches."""
 
 @immutable
 class TimeSamples:
-    """Virtual samples by time scale and by stretch, without their mean where a bias is
+    """Virtual samples by time scale and by stretch, less their mean if a bias is
     free."""
 
     scales: Groups
     stretches: Groups
     samples: float
-    """of the whole record; of several recordings that of the longest"""
+    """length of the record; of the longest one of several recordings"""
     free_bias: bool
     """whether a constant bias is free"""
 
     @classmethod
     def of(cls, state: State, free_bias: bool) -> "TimeSamples | None":
-        """Of a state; None where it has no time record, or of one sample only.
-
-        No time scale and no stretch spans two recordings.
-        """
+        """From a state; None without a time record, or for a single sample. No time
+        scale or stretch spans two recordings."""
         if isinstance(state, WhitenedState):
             return None
         states = states_by_bias(state, free_bias)
@@ -81,8 +79,8 @@ class TimeSamples:
 
     @cached_property
     def slow(self) -> Array:
-        """(J + 1,) variances of errors that vary slowly, of variance 1 at an instant,
-        at each time scale and beyond."""
+        """(J + 1,) variances at each time scale and beyond of slow errors, whose
+        variance at an instant is 1."""
         return slow_variances(
             1.0, 1.0, self.samples, len(self.scales.counts), self.free_bias
         )
@@ -95,7 +93,7 @@ class TimeSamples:
         white_claimed: bool,
         expected: Array | None = None,
     ) -> Colour:
-        """Colour of the noise for which the scales have the scores `found`.
+        """Colour of the noise, from the scores `found` of the time scales.
 
         `equations` are those of all samples; with P, the inverse of their information,
         the fit takes tr(G_j P) degrees of freedom. The residuals' mean square is
@@ -190,14 +188,14 @@ class TimeSamples:
 @immutable
 class _Grouped:
     """Factors (22, 22) and numbers of samples of one recording's time scales and
-    stretches, without their mean where a bias is free."""
+    stretches, less their mean if a bias is free."""
 
     scales: tuple[Sequence[Array], Sequence[int]]
     stretches: list[tuple[Array, int]]
 
     @classmethod
     def of(cls, state: SampleState, free_bias: bool) -> "_Grouped | None":
-        """Of a state; None where it has no time record."""
+        """From a state; None without a time record."""
         if state.record is None:
             return None
         scales, stretches = state.record.complete
@@ -213,11 +211,11 @@ class _Grouped:
 
 
 def _mean(factor: Array) -> Array:
-    """(22,) weighted mean features of a triangular factor (22, 22)."""
+    """(22,) weighted mean of the features, from their triangular factor (22, 22)."""
     ones = factor[:, ONE]
     return (ones @ factor) / max(float(ones @ ones), 1e-300)
 
 
 def _without(mean: Array, factor: Array) -> Array:
-    """The factor (22, 22) of features less their `mean` (22,)."""
+    """Triangular factor (22, 22) of the features less their `mean` (22,)."""
     return factor - factor[:, ONE, None] * mean

@@ -12,8 +12,7 @@ from hefting.shapes import Shape
 TARGET_VOXELS = 4000
 """Approximate number of voxels of a shape; there is at least one for each point."""
 MOST_CELLS = 150
-"""Number of points above which they are grouped, into about half this number of
-cells."""
+"""Number of points above which they are grouped into about half as many cells."""
 MOST_GRID_CELLS = 2_000_000
 """Largest number of grid cells in which depth is measured; it bounds the memory."""
 
@@ -21,10 +20,7 @@ MOST_GRID_CELLS = 2_000_000
 @immutable
 class Voxels:
     """A shape filled with voxels, about its homogeneous centre of mass, in sensor axes.
-
-    They are scaled slightly, so that together they have exactly the moments of the
-    homogeneous body.
-    """
+    They are scaled slightly to have exactly the moments of the homogeneous body."""
 
     parameters: Array
     """(10, N) a_f: parameters of 1 kg in each voxel."""
@@ -116,8 +112,8 @@ def _parameters_of_points(x: Array, own: Array) -> Array:
 
 
 def _cell_box(shape: Shape) -> tuple[Array, Array]:
-    """Axes (3, 3), as columns, and sides (3,) [m] of the box that represents the cell
-    of a point."""
+    """Axes (3, 3), as columns, and sides (3,) [m] of a box that represents the cell of
+    a point."""
     axes = np.array(shape.pose[:3, :3])
     if shape.cell_inertia is None:
         return axes, np.full(3, _spacing(shape))
@@ -148,8 +144,8 @@ def _spacing(shape: Shape) -> float:
 
 
 def _subdivisions(sides: Array, wanted: float) -> Indices:
-    """Numbers of boxes (3,) along the sides of a cell, for about `wanted` nearly cubic
-    ones in all; at least two along each side if eight or more are wanted."""
+    """Numbers (3,) of boxes along the sides of a cell, nearly cubic and about `wanted`
+    in all; at least two along each side if `wanted` is eight or more."""
     least = 2 if wanted >= 8.0 else 1
     pitch = (np.prod(sides) / max(wanted, 1.0)) ** (1.0 / 3.0)
     for _ in range(3):  # sides that are not cut leave more for the others
@@ -161,7 +157,7 @@ def _subdivisions(sides: Array, wanted: float) -> Indices:
 
 
 def _depth_rank(positions: Array, step: Array, volumes: Array) -> Array:
-    """(N,) share of the volume that is less deep below the surface of the solid."""
+    """(N,) share of the volume that is nearer to the surface of the solid."""
     low: Array = positions.min(axis=0)
     step = np.maximum(step, np.ptp(positions, axis=0) / 1000.0)
     while True:
@@ -204,8 +200,8 @@ def _distance_to_outside(filled: Mask, step: Array) -> Array:
 
 
 def _stretch(from_: Array, to: Array) -> Array:
-    """The symmetric (3, 3) A with A from_ A = to, which takes one second moment to
-    another with the least displacement."""
+    """The symmetric (3, 3) A with A from_ A = to: the least displacement that maps one
+    second moment to another."""
     values, vectors = np.linalg.eigh(from_)
     values = np.maximum(values, 1e-12 * max(float(values[2]), 1e-30))
     root = (vectors * np.sqrt(values)) @ vectors.T
@@ -215,8 +211,7 @@ def _stretch(from_: Array, to: Array) -> Array:
 
 
 def _group_points(x: Array, number: int) -> Indices:
-    """Index (n,) of the cubic cell of each point x (n, 3), with about `number`
-    cells."""
+    """Index (n,) of the cubic cell of each point x (n, 3), for about `number` cells."""
     low: Array = x.min(axis=0)
     sides: Array = np.maximum(np.ptp(x, axis=0), 1e-9)
     sides = np.maximum(sides, 0.02 * sides.max())

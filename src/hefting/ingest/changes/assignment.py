@@ -1,12 +1,13 @@
-"""Assignment: which of the intervals hold the same body, and which are contacts, in which
-no body explains the wrench, a body of its own in each of the others.
+"""Assignment: which intervals hold the same body, and which are contacts, in which no body
+explains the wrench.
 
-For contacts, beside the bias that all intervals share each body is eliminated from the
-normal equations of its interval. What is left of an interval is added where it has a
-body, so that all choices of intervals without one are compared at once.
+To find contacts, every interval has a body of its own, which is eliminated from its normal
+equations. Those of the bias, which all intervals share, are then sums over the intervals
+with a body, so that all choices of contacts are compared at once.
 """
 
 import itertools
+from typing import NamedTuple
 
 import numpy as np
 
@@ -29,27 +30,35 @@ from hefting.ingest.changes.cells import (
 )
 
 NO_BODY = -1
-"""Label of an interval in which no body explains the wrench."""
+"""Label of an interval without a body: a contact."""
 MOST_INTERVALS = 9
-"""Most intervals that are looked at: as a drift of the bias or a contact is divided into
-several, that is about three events. More are found where something is wrong all the
-time."""
+"""Largest number of intervals that is examined: as a drift or a contact is divided into
+several, about three events. There are more if something is wrong all the time."""
 FEWEST_CELLS_OF_REFERENCE = 15
-"""Fewest cells of the interval in which a body explains the wrench best: in shorter ones
-any wrench is explained."""
+"""Least number of cells of the interval whose residuals are the reference; a body
+explains any wrench in shorter ones."""
 DIFFERENT_BODIES = 150.0
-"""Logarithm of the likelihood ratio of two bodies to one, by the number of independent
-residuals, from which on they are different. Errors of sensors that follow the wrench
-reach 115 in 18 s of a capacitive one and 85 in 6 s of a strain-gauge one; turned or
-flipped axes, a tilted base and wrong units reach 84."""
+"""Twice the log likelihood ratio of two bodies to one, over the autocorrelation time,
+from which on they differ. Errors of sensors that follow the wrench reach 115 in 18 s of
+a capacitive one and 85 in 6 s of a strain-gauge one; turned or flipped axes, a tilted
+base and wrong units reach 84."""
 EXPLAINED_CELL = 60.0
 """Sum of the squared residuals of a cell's six channels, over their variance, up to
 which a body explains the cell."""
 CONTACT_VARIANCE = 16.0
-"""Variance of the residuals in a contact, over that where a body explains the wrench
-best: a push is four times as large as the noise of a tenth of a second, or more."""
+"""Variance of the residuals in a contact over the reference: a push is at least four
+times the noise of a tenth of a second."""
 MOST_JOINED = 6
-"""Most intervals that are taken for one contact at a time."""
+"""Largest number of successive intervals that are one contact."""
+
+
+class Part(NamedTuple):
+    """Consecutive cells in which one body explains the wrench."""
+
+    begin: int
+    end: int
+    """cell after the last"""
+    label: int
 
 
 @immutable
@@ -66,32 +75,29 @@ class Assignment:
 
     @property
     def variance(self) -> float:
-        """The larger one of force and torque, in units of the noise."""
+        """Variance of the residuals of force or torque, whichever is larger, over that of
+        the noise."""
         return float(self.fit.variance.max())
 
     @property
-    def stretches(self) -> list[tuple[int, int, int]]:
-        """First cell, cell after the last, and label of each stretch of one body, as
-        long as the body explains the cells, in order."""
-        good = [i for i, label in enumerate(self.labels) if label != NO_BODY]
-        grown: list[tuple[int, int, int]] = []
-        for i in good:
-            begin, end = self._grown(i, grown[-1][1] if grown else 0)
-            if grown and self._continues(grown[-1], begin, self.labels[i]):
-                grown[-1] = (grown[-1][0], end, self.labels[i])
+    def stretches(self) -> list[Part]:
+        """The stretches of one body each, in order, extended as long as the body explains
+        the cells."""
+        gap = max(1, round(LONGEST_TRANSITION / self.cells.interval))
+        found: list[Part] = []
+        for i, label in enumerate(self.labels):
+            if label == NO_BODY:
+                continue
+            begin, end = self._extended(i, found[-1].end if found else 0)
+            if found and found[-1].label == label and begin - found[-1].end <= gap:
+                found[-1] = Part(found[-1].begin, end, label)
             else:
-                grown.append((begin, end, self.labels[i]))
-        return grown
+                found.append(Part(begin, end, label))
+        return found
 
-    def _continues(self, before: tuple[int, int, int], begin: int, label: int) -> bool:
-        """Whether a stretch with a label that begins at a cell is the same one as that
-        before."""
-        most = max(1, round(LONGEST_TRANSITION / self.cells.interval))
-        return before[2] == label and begin - before[1] <= most
-
-    def _grown(self, i: int, lowest: int) -> Interval:
-        """Interval i with the cells before it, but none before `lowest`, and after it
-        that its body explains."""
+    def _extended(self, i: int, lowest: int) -> Interval:
+        """Interval i extended by the cells that its body explains, up to the next interval
+        with a body and down to the cell `lowest`."""
         begin, end = self.model.intervals[i]
         others = [
             first
@@ -115,8 +121,12 @@ class Assignment:
 
 
 def assign(cells: Cells) -> Assignment | None:
-    """The fewest bodies that explain the wrench, and where none does; None where there
-    are too many intervals for that."""
+    """The intervals of the cells with the fewest bodies that explain the wrench; None for
+    more than `MOST_INTERVALS`.
+
+    Contacts are left out first; then the two most similar bodies are merged, again and
+    again, until their difference is significant.
+    """
     intervals = partition(cells)
     if len(intervals) > MOST_INTERVALS:
         return None
@@ -136,8 +146,7 @@ def assign(cells: Cells) -> Assignment | None:
 
 
 def _merged(fit: JointFit, labels: list[int]) -> list[int] | None:
-    """The labels with those two bodies the same that differ least; None where there is
-    one only."""
+    """The labels with the two most similar bodies merged; None if there is only one."""
     names = sorted({label for label in labels if label != NO_BODY})
     if len(names) < 2:
         return None
@@ -147,12 +156,11 @@ def _merged(fit: JointFit, labels: list[int]) -> list[int] | None:
 
 
 def without_contacts(model: JointModel, reference: float) -> Mask:
-    """(L,) whether each interval has a body: where none has, it is a contact, in which
-    none explains the wrench beside the bias of the others.
+    """(L,) whether each interval has a body; one that has none is a contact.
 
-    One run of intervals after the other is taken for a contact, that which lowers the
-    cost most. `reference` is the variance of residuals where a body explains the
-    wrench.
+    Greedy: the run of intervals whose removal lowers the cost most is taken for a
+    contact, until none lowers it. `reference` is the variance of the residuals where a
+    body explains the wrench.
     """
     alone = SeparateBodies(model)
     held = np.ones(len(model.intervals), dtype=bool)
@@ -169,8 +177,8 @@ def without_contacts(model: JointModel, reference: float) -> Mask:
 
 
 def _with_a_contact(held: Mask) -> Mask:
-    """(N, L) the same with each run of intervals taken for a contact, but for one
-    interval at least."""
+    """(N, L) the choices with one more run of intervals without a body; one interval at
+    least keeps its body."""
     L = len(held)
     runs = itertools.combinations(range(L + 1), 2)
     others = []
@@ -183,7 +191,7 @@ def _with_a_contact(held: Mask) -> Mask:
 
 
 class SeparateBodies:
-    """Least squares of a body in each of some intervals, beside one bias."""
+    """Least squares with a body of its own in each of L intervals, and a common bias."""
 
     def __init__(self, model: JointModel) -> None:
         self.lengths = model.lengths
@@ -209,7 +217,7 @@ class SeparateBodies:
 
     def costs(self, held: Mask, reference: float) -> Array:
         """(N,) minus twice the log-likelihood of each choice `held` (N, L) of intervals
-        with a body: each interval with a variance of its own, that of contacts with
+        with a body. Each interval has a variance of its own; in contacts it is
         `CONTACT_VARIANCE` times the `reference`."""
         N, L = held.shape
         D = self.normal.shape[1]

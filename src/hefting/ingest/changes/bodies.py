@@ -1,12 +1,12 @@
-"""Bodies: one joint fit of several bodies, each in intervals of its own, beside one bias
+"""Bodies: a joint fit of several bodies, each in intervals of its own, beside one bias
 that drifts smoothly.
 
 The normal equations are composed of those of the intervals, so that another assignment
 of bodies to intervals costs one small solution.
 
-Screening tells, in closed form, whether one change may be hidden in a recording. The gain
-of a second body from cell t on is the decrease of the sum of squares by ten more columns.
-With cumulative sums it is found for all t at once, and takes about a hundredth of the
+Screening finds, in closed form, whether one change may be hidden in a recording. The
+gain of a second body from cell t on is the decrease of the sum of squares by ten more
+columns. With cumulative sums it is found for all t at once, in about a hundredth of the
 time of an identification.
 """
 
@@ -27,16 +27,17 @@ from hefting.ingest.drift import CLOSEST_KNOTS
 
 PARAMETERS = len(LARGEST_PARAMETERS)
 FEWEST_DRIFT_FUNCTIONS = 4
-"""Fewest polynomials of time of which the drift of the bias is composed, while changes
-are looked for: up to third degree. There is one more for each distance between knots of
-the drift that is found later."""
+"""Least number of polynomials of time that compose the drift of the bias while changes
+are searched for: up to third degree. There is one more for each distance between knots
+of the later drift."""
 MOST_DRIFT_FUNCTIONS = 12
+"""Largest number of these polynomials."""
 LONGEST_CORRELATION = 20.0
-"""[cells] Longest autocorrelation time that is believed."""
+"""[cells] Upper bound of the autocorrelation time."""
 
 NEGLIGIBLE_DIRECTION = 1e-6
-"""Singular value of the columns, as a share of the largest, below which a direction of
-them is left out."""
+"""Singular value of the columns relative to the largest, below which a direction is
+neglected."""
 
 
 def drift_degrees(cells: Cells) -> int:
@@ -47,8 +48,8 @@ def drift_degrees(cells: Cells) -> int:
 
 
 def bias_columns(cells: Cells, drift: int) -> Array:
-    """(M, 6, 6 drift) whitened columns of a bias that is a polynomial of time; none
-    for no bias."""
+    """(M, 6, 6 drift) whitened columns of a bias that is a polynomial of time with
+    `drift` coefficients; none for 0."""
     time = cells.time - cells.time[0]
     span = max(float(time[-1]), 1e-12)
     if not drift:
@@ -67,19 +68,19 @@ def ridge_of_bias(drift: int) -> Array:
 
 @immutable
 class JointFit:
-    """Bodies and bias by least squares in `intervals` (L of them)."""
+    """Least squares of n bodies and a bias in L intervals."""
 
     bodies: Array
     """(n, 10) parameters, with the sign of the recorded wrench"""
     covariance: Array
-    """(10 n, 10 n) theirs, for white residuals of one"""
+    """(10 n, 10 n) of the parameters, for white residuals of variance 1"""
     squares: Array
     """(L, 2) sum of the squared whitened residuals of force and torque in each
     interval"""
     equations: Array
-    """(L,) of the force, and as many of the torque, less those that the unknowns take"""
+    """(L,) degrees of freedom of the force, and as many of the torque"""
     combinations: tuple[Array | None, ...]
-    """(L) of each interval with a body the combination of the columns of
+    """(L,) for each interval with a body the combination of the columns of
     `JointModel.rows` that is the residual"""
 
     @property
@@ -96,13 +97,13 @@ class JointFit:
         return self.bodies[j] - self.bodies[i], C[a, a] + C[b, b] - C[a, b] - C[b, a]
 
     def increase(self, i: int, j: int) -> float:
-        """Increase of the sum of squares if bodies i and j are the same."""
+        """Increase of the sum of squares if bodies i and j are merged."""
         apart, covariance = self.difference(i, j)
         return float(apart @ np.linalg.solve(covariance, apart))
 
 
 class JointModel:
-    """Normal equations of intervals of cells, for any assignment of bodies to them."""
+    """Normal equations of intervals of cells for any assignment of bodies to them."""
 
     def __init__(
         self, cells: Cells, intervals: list[Interval], drift: int | None = None
@@ -134,8 +135,8 @@ class JointModel:
         return np.array([end - begin for begin, end in self.intervals], dtype=float)
 
     def fit(self, labels: list[int]) -> JointFit:
-        """The fit with body `labels[i]` in interval i; -1 is for none: the interval is
-        left out. Bodies are in the order of their labels."""
+        """Least squares with body `labels[i]` in interval i, which is left out for -1;
+        the bodies are in the order of their labels."""
         names = sorted({label for label in labels if label >= 0})
         n, p = len(names), PARAMETERS
         bias = np.arange(n * p, n * p + 6 * self.drift)
@@ -173,8 +174,7 @@ class JointModel:
         )
 
     def residuals(self, fit: JointFit) -> Array:
-        """(K, 6) whitened residuals of the cells of the intervals with a body, in
-        order."""
+        """(K, 6) whitened residuals of the cells of the intervals with a body."""
         parts = [
             self.rows[begin:end] @ x
             for (begin, end), x in zip(self.intervals, fit.combinations, strict=True)
@@ -184,18 +184,15 @@ class JointModel:
 
 
 def log_ratio(one: JointFit, other: JointFit) -> float:
-    """Twice the logarithm of the likelihood ratio of the `other` fit, with more bodies,
-    to `one`, for white residuals.
-
-    Residuals below the noise count as of its size.
-    """
+    """Twice the log likelihood ratio of the `other` fit, with more bodies, to `one`,
+    for white residuals, whose variance counts as that of the noise at least."""
     apart = np.log(np.maximum(one.variance, 1.0) / np.maximum(other.variance, 1.0))
     return float(other.equations.sum() * apart.sum())
 
 
 def autocorrelation(residuals: Array) -> float:
-    """Integrated autocorrelation time [cells] of first-order noise with the residuals'
-    (K, 6) correlation from one cell to the next."""
+    """Autocorrelation time [cells] of a first-order process with the correlation of the
+    residuals (K, 6) from one cell to the next."""
     total = max(float(np.sum(residuals * residuals)), 1e-300)
     rho = float(np.sum(residuals[1:] * residuals[:-1])) / total
     if rho >= 1.0:
@@ -204,8 +201,8 @@ def autocorrelation(residuals: Array) -> float:
 
 
 def variance_of_any_linear_function(cells: Cells) -> Array:
-    """(2,) variance of the whitened residuals of force and torque, each channel the
-    linear function of features, axes and drift that fits it best."""
+    """(2,) variance of the whitened residuals of force and torque if each channel is
+    the best linear function of features, axes and drift."""
     drift = bias_columns(cells, drift_degrees(cells))[:, 0, : drift_degrees(cells)]
     columns = np.hstack((cells.features, cells.axes, drift))
     size = np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
@@ -218,26 +215,27 @@ def variance_of_any_linear_function(cells: Cells) -> Array:
 
 SENSOR_ERROR = 0.005
 """Error of a good sensor as a share of the wrench's changes, which averaging does not
-lessen."""
+reduce."""
 MEDIAN_OF_NORMAL = 0.6745
+"""Median absolute value of a standard normal number."""
 THIRD_DIFFERENCE = np.sqrt(20.0)
-"""Standard deviation of the third difference of white noise of one."""
+"""Standard deviation of the third difference of white noise of variance 1."""
 SUSPICIOUS = 100.0
-"""Logarithm of the likelihood ratio of two bodies to one from which on changes are
-looked for. In 72 simulated recordings without a change it is at most 23, in 48 in which
-the object is picked up, put down, swapped or slips 34 to 6,500; weaker changes are below
-what tells two bodies apart from a sensor's errors anyway."""
+"""Twice the log likelihood ratio of two bodies to one from which on changes are
+searched for. In 72 simulated recordings without a change it is at most 23; in 48 in
+which the object is picked up, put down, swapped or slips it is 34 to 6,500. Weaker
+changes are not distinguished from a sensor's errors anyway."""
 UNEXPLAINED_VARIANCE = 12.0
-"""Variance of one body's residuals, in units of the noise, from which on changes are
-looked for: a contact may be where one change explains little. In recordings of three
-real sensors it is 1 to 10."""
+"""Variance of one body's residuals, over that of the noise, from which on changes are
+searched for, as one change explains little of a contact. In recordings of three real
+sensors it is 1 to 10."""
 FEWEST_CELLS_EACH_SIDE = 5
 
 
 def with_noise_scale(cells: Cells, rounding: Array) -> Cells:
-    """The cells with the scale of their noise: that of the differences between
-    neighbours' residuals, but no less than the error of a good sensor, and that of
-    `rounding` (2,) of force [N] and torque [N m]."""
+    """The cells with the scale of their noise: that of the differences of neighbouring
+    residuals, and no less than the error of a good sensor and that of `rounding` (2,),
+    of force [N] and torque [N m]."""
     changes = np.linalg.norm(np.std(cells.wrench, axis=0).reshape(2, 3), axis=1)
     smallest = 1e-9 * float(np.abs(cells.wrench).max()) + 1e-12
     floor = np.maximum(SENSOR_ERROR * changes, np.maximum(rounding, smallest))
@@ -251,8 +249,8 @@ def with_noise_scale(cells: Cells, rounding: Array) -> Cells:
 
 
 def is_suspicious(cells: Cells) -> bool:
-    """Whether two bodies, one after the other, explain much more than one, or one
-    explains little."""
+    """Whether two successive bodies explain much more than one, or one explains
+    little."""
     at = _best_change(cells)
     model = JointModel(cells, [(0, at), (at, len(cells))])
     one, two = model.fit([0, 0]), model.fit([0, 1])
@@ -276,7 +274,7 @@ def _one_body(cells: Cells) -> tuple[Array, Array, Array]:
 
 
 def _best_change(cells: Cells) -> int:
-    """The cell from which on a second body explains most."""
+    """The cell at which a second body, from there on, explains most."""
     columns, normal, residual = _one_body(cells)
     A = np.swapaxes(cells.regressor, 1, 2)
 

@@ -1,6 +1,6 @@
 """Cells: wrench and motion averaged over a tenth of a second, in which changes of the
-object are looked for; and their partition into consecutive intervals, in each of which
-one body beside one bias explains the wrench best.
+object are searched for; and their partition into intervals in each of which one body
+and one bias explain the wrench best.
 
 The normal equations of an interval are differences of cumulative sums, so all intervals
 are fitted together in closed form. The partition of least cost is found by dynamic
@@ -24,46 +24,46 @@ from hefting.ingest.path import WORLD_AXES_COLUMNS
 from hefting.ingest.samples import Samples
 
 CELL_DURATION = 0.1
-"""[s] Duration of a cell: short beside the half second to which a change is to be
-found, long beside the time over which a sensor's noise is correlated."""
+"""[s] Duration of a cell: short beside the half second to which a change is found, long
+beside the correlation time of a sensor's noise."""
 MOST_CELLS = 300
-"""Largest number of cells; those of recordings of more than half a minute last
+"""Largest number of cells; in recordings of more than half a minute they last
 longer."""
 SHORTEST_CONTACT = 0.7
-"""[s] Shorter contacts are left out, as the robust fit found them; whether a longer one
-is a contact is decided anew."""
+"""[s] Shorter contacts are left out, as found by the robust fit; longer ones are
+searched for anew."""
 SPIKE = 12.0
 """Distance from the median of a cell, in median distances, above which a block is left
 out: eight standard deviations."""
 LARGEST_PARAMETERS = np.array((30.0,) + (5.0,) * 3 + (2.0,) * 6)
-"""[kg, kg m (3), kg m² (6)] Standard deviations of the parameters' prior, so wide that
-it decides only what the motion leaves open."""
+"""[kg, kg m (3), kg m² (6)] Standard deviations of the parameters' prior, wide enough
+to decide only what the motion leaves open."""
 LARGEST_BIAS = np.repeat((50.0, 5.0), 3)
 """[N (3), N m (3)] Standard deviations of the bias's prior."""
 UNKNOWNS = 16
 """Unknowns of an interval: ten parameters and a bias."""
 MOST_BOUNDS = 60
-"""Largest number of places between which intervals are compared; the changes are then
-moved to the best cell."""
+"""Largest number of places between which intervals are compared; changes are then moved
+to the best cell."""
 SHORTEST_INTERVAL = 0.8
 """[s] Shortest interval: five equations for each unknown."""
 FEWEST_CELLS = 8
 SMALLEST_VARIANCE = 0.5
-"""Variance of a residual in units of the noise below which less is no better."""
+"""Lower bound of the variance of residuals, over that of the noise, in the cost."""
 COST_OF_INTERVAL = 60.0
-"""Cost of another interval beside `UNKNOWNS` times the logarithm of the number of
+"""Cost of another interval, in addition to `UNKNOWNS` times the log of the number of
 equations."""
 COST_OF_SKIPPED_CELL = 25.0
-"""Cost of a cell in no interval."""
+"""Cost of a cell that is in no interval."""
 LONGEST_TRANSITION = 0.3
-"""[s] Longest time between one body and the next."""
+"""[s] Longest time between two bodies."""
 
 Interval = tuple[int, int]
 
 
 @immutable
 class Cells:
-    """Averages over M cells, in order of time; cells without a good sample are left
+    """Averages over M cells in order of time; cells without a good sample are left
     out."""
 
     time: Array
@@ -79,8 +79,8 @@ class Cells:
     wrench: Array
     """(M, 6) as recorded [N, N m]"""
     scale: Array
-    """(2,) noise of the averages of force [N] and torque [N m]: the unit of whitened
-    values"""
+    """(2,) noise of the averages of force [N] and torque [N m], by which they are
+    whitened"""
 
     def __len__(self) -> int:
         return len(self.time)
@@ -148,14 +148,14 @@ def cells_of(
 
 
 def _starts(time: Array) -> Indices:
-    """First block of each cell, of blocks at `time` (B,) [s]."""
+    """First block of each cell, from blocks at `time` (B,) [s]."""
     width = max(CELL_DURATION, float(np.ptp(time)) / MOST_CELLS)
     return np.flatnonzero(np.diff(np.floor((time - time[0]) / width), prepend=-1.0))
 
 
 def _without_spikes(time: Array, wrench: Array, kept: Mask) -> Mask:
-    """A mask (B,) of the blocks kept whose wrench is not far from the median of their
-    cell, of which the robust fit leaves some where it fits badly."""
+    """Mask (B,) of the `kept` blocks whose wrench is near the median of their cell; the
+    robust fit leaves some spikes where it fits badly."""
     starts = _starts(time[kept])
     sizes = np.diff(np.append(starts, int(kept.sum())))
 
@@ -173,7 +173,7 @@ def _blocks(
     samples: Samples, problem: Problem, outliers: Outliers
 ) -> tuple[Array, Mask]:
     """The blocks' wrench (B, 6) without spikes, saturated samples and short contacts,
-    and a mask (B,) of those with a sample left."""
+    and the mask (B,) of blocks that still have samples."""
     thinned = len(outliers.contact) != len(samples.time)
     if thinned or not outliers.rejected.any():
         return problem.wrench, np.ones(len(problem.time), dtype=bool)
@@ -186,7 +186,7 @@ def _blocks(
 
 
 def has_long_contact(samples: Samples, outliers: Outliers) -> bool:
-    """Whether a contact was rejected that lasts `SHORTEST_CONTACT` or more."""
+    """Whether a rejected contact lasts `SHORTEST_CONTACT` or more."""
     return any(
         samples.time[end - 1] - samples.time[begin] >= SHORTEST_CONTACT
         for begin, end in runs_of(outliers.contact)
@@ -194,7 +194,7 @@ def has_long_contact(samples: Samples, outliers: Outliers) -> bool:
 
 
 class Intervals:
-    """Fits of one body beside a bias to intervals of M cells."""
+    """Least squares of one body and a bias in any interval of M cells."""
 
     def __init__(self, cells: Cells) -> None:
         unit = np.repeat(cells.scale, 3)
@@ -207,7 +207,7 @@ class Intervals:
         self.ridge = np.diag(np.concatenate((LARGEST_PARAMETERS, LARGEST_BIAS)) ** -2.0)
 
     def cost(self, begin: Indices, end: Indices) -> Array:
-        """(P,) of the intervals of cells from `begin` (P,) to before `end` (P,)."""
+        """(P,) costs of the intervals of cells from `begin` (P,) to before `end` (P,)."""
         grams = self.sums[end] - self.sums[begin]
         q = UNKNOWNS
         normal = grams.sum(axis=1)
@@ -227,8 +227,8 @@ class Intervals:
 
 
 def partition(cells: Cells) -> list[Interval]:
-    """Intervals of least cost, each of cells from its first to before its second number,
-    in order; cells at a change may be in none."""
+    """Intervals of least total cost in order, each (first cell, cell after its last); a few
+    cells at a change may be in none."""
     M = len(cells)
     shortest = max(FEWEST_CELLS, int(np.ceil(SHORTEST_INTERVAL / cells.interval)))
     if 2 * shortest > M:
@@ -252,34 +252,39 @@ def partition(cells: Cells) -> list[Interval]:
 def _cheapest(
     places: Indices, table: Array, penalty: float, most_skipped: int
 ) -> list[Interval]:
-    """The intervals between `places` (P,) whose costs (P, P), each with the penalty, and
-    with those of the cells skipped between them, have the least sum."""
+    """The intervals between `places` (P,) of least cost, by dynamic programming.
+
+    An interval costs its entry of `table` (P, P) and the `penalty`. Between two intervals
+    up to `most_skipped` cells may be skipped, each at `COST_OF_SKIPPED_CELL`.
+    """
     P = len(places)
-    best, came = np.full(P, np.inf), np.zeros(P, dtype=int)
-    opened, skipped_from = np.full(P, np.inf), np.zeros(P, dtype=int)
-    best[0] = opened[0] = 0.0
+    # least cost up to each place if an interval ends there, and where that one begins
+    closed, begin_of = np.full(P, np.inf), np.zeros(P, dtype=int)
+    # least cost up to each place if one begins there, and where the one before ends
+    opened, end_before = np.full(P, np.inf), np.zeros(P, dtype=int)
+    closed[0] = opened[0] = 0.0
     for j in range(1, P):
         costs = opened[:j] + table[:j, j] + penalty
-        came[j] = int(np.argmin(costs))
-        best[j] = costs[came[j]]
+        begin_of[j] = int(np.argmin(costs))
+        closed[j] = costs[begin_of[j]]
         skipped = places[j] - places[: j + 1]
-        since = best[: j + 1] + COST_OF_SKIPPED_CELL * skipped
-        since[(skipped > most_skipped)] = np.inf
-        skipped_from[j] = int(np.argmin(since))
-        opened[j] = since[skipped_from[j]]
-    found, j = [], P - 1
-    while j > 0:
-        i = int(came[j])
-        found.append((int(places[i]), int(places[j])))
-        j = int(skipped_from[i])
+        costs = closed[: j + 1] + COST_OF_SKIPPED_CELL * skipped
+        costs[skipped > most_skipped] = np.inf
+        end_before[j] = int(np.argmin(costs))
+        opened[j] = costs[end_before[j]]
+    found, end = [], P - 1
+    while end > 0:
+        begin = int(begin_of[end])
+        found.append((int(places[begin]), int(places[end])))
+        end = int(end_before[begin])
     return found[::-1]
 
 
 def _moved(
     fits: Intervals, intervals: list[Interval], reach: int, shortest: int
 ) -> list[Interval]:
-    """The intervals with each change, and the cells skipped there, within `reach` cells
-    where the two intervals beside it cost least."""
+    """The intervals with each change, and the cells skipped at it, moved by up to `reach`
+    cells to where the two intervals beside it cost least."""
     found = list(intervals)
     for i in range(len(found) - 1):
         (first, end), (begin, last) = found[i], found[i + 1]

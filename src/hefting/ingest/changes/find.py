@@ -1,17 +1,16 @@
 """Finding changes: from the robust fit of a recording to its stretches.
 
-A recording is looked at more closely only where one change would explain much more than
-none, or where a long contact was rejected. It is then divided into the intervals of
-least cost; intervals with the same body are joined; those that no body explains are
-contacts. That is told only where two bodies, or one and a contact, explain the wrench as
-well as the sensor's noise lets them.
+A recording is examined only if one change would explain much more than none, or a long
+contact was rejected. It is divided into the intervals of least cost; intervals with the
+same body are joined, and those that no body explains are contacts. The result is used
+only if the bodies and contacts explain the wrench to the sensor's noise.
 """
 
 import numpy as np
 
 from hefting.core.progress import each
 from hefting.core.spatial import Array
-from hefting.ingest.changes.assignment import NO_BODY, Assignment, assign
+from hefting.ingest.changes.assignment import NO_BODY, Assignment, Part, assign
 from hefting.ingest.changes.bodies import (
     PARAMETERS,
     JointFit,
@@ -37,32 +36,32 @@ from hefting.ingest.robust_fit import RobustFit
 from hefting.ingest.samples import Samples
 
 FEWEST_CELLS = 20
-"""Fewest cells of a recording in which changes are looked for."""
+"""Least number of cells in which changes are searched for."""
 EXPLAINED_VARIANCE = 3.0
-"""Variance of the residuals, in units of the sensor's noise, up to which the bodies
-explain the wrench. Without the contacts it is 1 in simulated recordings, and up to 5 in
+"""Variance of the residuals, over that of the sensor's noise, up to which bodies
+explain the wrench. Without contacts it is 1 in simulated recordings and up to 5 in
 those of a capacitive sensor."""
 LARGEST_VARIANCE_BESIDE_CONTACT = 8.0
-"""The same above which no contact is told."""
+"""The same above which no contact is reported."""
 BETTER_EXPLAINED = 0.8
-"""Variance of the residuals by what is wrong all the time, over that by several bodies,
-up to which the former is believed."""
+"""Variance of the residuals of any linear function of the motion over that of several
+bodies, up to which no change is reported."""
 POORLY_EXPLAINED_VARIANCE = 30.0
-"""The same above which no change is told: then something else is wrong, too."""
+"""Variance above which no change is reported, as there is another error."""
 SHORTEST_TOUCH = 0.7
 """[s] Shorter contacts are left to the robust fit."""
 LONGEST_PUSH = 3.0
-"""[s] A body between two stretches of another that is there for longer was held. Hands
-that push the object do not stay as steady as a weight."""
+"""[s] A body between two stretches of another one was held if it lasts longer: hands
+that push the object are not as steady as a weight."""
 SHORTEST_STRETCH = 1.5
-"""[s] Where no stretch is longer nothing is told."""
+"""[s] Shortest duration of the longest stretch for changes to be reported."""
 OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
-"""[s] Clock offsets that are tried where neither that of the robust fit nor none lets
-bodies explain the wrench: one body where there are two misleads the robust fit."""
+"""[s] Clock offsets that are tried if bodies explain the wrench neither at that of the
+robust fit nor at none: a fit of one body is misled by two."""
 NEGLIGIBLE_OFFSET = 0.02
-"""[s] Clock offset from which on it is tried whether without it more is explained."""
+"""[s] Clock offset above which it is tried whether none explains more."""
 MARGIN = 0.05
-"""[s] Time at each change that is left out of the stretches beside it."""
+"""[s] Time at each change that is excluded from the stretches beside it."""
 
 
 def find_changes(samples: Samples, found: RobustFit, start: float) -> Changes | None:
@@ -98,8 +97,8 @@ def _cells(samples: Samples, found: RobustFit, offset: float) -> Cells | None:
 
 
 def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment | None:
-    """The assignment at the clock offset at which bodies explain most; None where they
-    explain little."""
+    """The assignment at the clock offset at which bodies explain the wrench best; None
+    where they explain little."""
     best = assign(cells)
     if found.problem.path.moves:
         others = [0.0] if abs(found.fit.offset) > NEGLIGIBLE_OFFSET else []
@@ -114,7 +113,7 @@ def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment
 def _better(
     best: Assignment | None, samples: Samples, found: RobustFit, offsets: list[float]
 ) -> Assignment | None:
-    """That of an assignment and those at other clock offsets which explains most."""
+    """The best of an assignment and those at other clock offsets."""
     for offset in each("looking for changes of the object", offsets):
         cells = _cells(samples, found, offset)
         other = None if cells is None else assign(cells)
@@ -126,23 +125,24 @@ def _better(
 
 
 def _unexplained(assignment: Assignment) -> tuple[bool, float]:
-    """What is worse the more it is: poor residuals, then time without a body, for which
-    ten bodies more would do."""
+    """Sort key of assignments, the best first: those with small residuals by the time
+    without a body [s], less the duration; then the others by their residuals."""
+    cells = assignment.cells
     without = sum(
-        assignment.cells.last[end - 1] - assignment.cells.first[begin]
+        cells.last[end - 1] - cells.first[begin]
         for (begin, end), label in zip(
             assignment.model.intervals, assignment.labels, strict=True
         )
         if label == NO_BODY
     )
-    lost = -float(np.ptp(assignment.cells.time))
+    duration = float(np.ptp(cells.time))
     poor = assignment.variance > EXPLAINED_VARIANCE
-    return poor, assignment.variance if poor else float(without) + lost
+    return poor, assignment.variance if poor else float(without) - duration
 
 
 def _changes(found: Assignment, start: float) -> Changes | None:
-    """The stretches with their bodies; None where there is one without a contact, or no
-    contact can be told from other errors."""
+    """The stretches with their bodies, and the contacts; None where neither a change nor
+    a contact is distinguished from an error that lasts all the time."""
     parts = _without_excursions(found)
     touches = _touches(found, parts, start)
     contacts = bool(touches)
@@ -157,10 +157,10 @@ def _changes(found: Assignment, start: float) -> Changes | None:
     return Changes(tuple(stretches), tuple(touches), duration)
 
 
-def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
-    """The stretches but for short ones between two of one body, unless an object was
-    picked up or put down in between: something touched it, whatever body explains
-    that."""
+def _without_excursions(found: Assignment) -> list[Part]:
+    """The stretches without short ones between two of another body, in which something
+    touched the object. One stays if either body is a bare gripper: an object was picked
+    up or put down."""
     parts, cells = found.stretches, found.cells
     names = sorted({label for label in found.labels if label != NO_BODY})
     mass = {
@@ -169,40 +169,40 @@ def _without_excursions(found: Assignment) -> list[tuple[int, int, int]]:
     }
     kept = parts[:1]
     for i, now in enumerate(parts[1:], start=1):
-        before = kept[-1][2]
-        lighter, heavier = sorted((mass[before], mass[now[2]]))
-        returns = i + 1 < len(parts) and parts[i + 1][2] == before != now[2]
-        lasts = cells.last[now[1] - 1] - cells.first[now[0]] > LONGEST_PUSH
+        before = kept[-1].label
+        lighter, heavier = sorted((mass[before], mass[now.label]))
+        returns = i + 1 < len(parts) and parts[i + 1].label == before != now.label
+        lasts = cells.last[now.end - 1] - cells.first[now.begin] > LONGEST_PUSH
         if lasts or not (returns and lighter > BARE_SHARE * heavier):
             kept.append(now)
     return kept
 
 
-def _is_change(found: Assignment, parts: list[tuple[int, int, int]]) -> bool:
-    """Whether there are several bodies, and they explain the wrench better than what is
-    wrong all the time."""
-    if len({label for _, _, label in parts}) < 2:
+def _is_change(found: Assignment, parts: list[Part]) -> bool:
+    """Whether several bodies explain the wrench better than any linear function of the
+    motion does, which an error that lasts all the time would be."""
+    if len({part.label for part in parts}) < 2:
         return False
     otherwise = float(variance_of_any_linear_function(found.cells).max())
     return otherwise > BETTER_EXPLAINED * found.variance
 
 
 def _is_contact(found: Assignment) -> bool:
-    """Whether what no body explains can be told from what is wrong all the time."""
+    """Whether bodies and contacts explain the wrench far better than any linear function
+    of the motion does, which an error that lasts all the time would be."""
     if found.variance > LARGEST_VARIANCE_BESIDE_CONTACT:
         return False
     otherwise = float(variance_of_any_linear_function(found.cells).max())
     return otherwise > EXPLAINED_VARIANCE * max(found.variance, 1.0)
 
 
-def _touches(
-    found: Assignment, parts: list[tuple[int, int, int]], start: float
-) -> list[Touch]:
-    """What is between the stretches, and before and after them, where it lasts."""
+def _touches(found: Assignment, parts: list[Part], start: float) -> list[Touch]:
+    """The times before, between and after the stretches that last `SHORTEST_TOUCH`."""
     cells = found.cells
-    bounds = [0, *(b for begin, end, _ in parts for b in (begin, end)), len(cells)]
+    begins = [0, *(part.end for part in parts)]
+    ends = [*(part.begin for part in parts), len(cells)]
     touches = []
-    for begin, end in zip(bounds[::2], bounds[1::2], strict=True):
+    for begin, end in zip(begins, ends, strict=True):
         if end > begin:
             first, last = float(cells.first[begin]), float(cells.last[end - 1])
             if last - first >= SHORTEST_TOUCH:
@@ -212,20 +212,20 @@ def _touches(
 
 def _described(
     found: Assignment,
-    parts: list[tuple[int, int, int]],
+    parts: list[Part],
     touches: list[Touch],
     start: float,
 ) -> list[Stretch]:
-    """The stretches with the bodies in them and the events that end them."""
-    cells, labels = found.cells, [label for _, _, label in parts]
-    intervals = [(begin, end) for begin, end, _ in parts]
+    """The stretches with their bodies, by a joint fit, and the events that end them."""
+    cells, labels = found.cells, [part.label for part in parts]
+    intervals = [(part.begin, part.end) for part in parts]
     fit = JointModel(cells, intervals, drift=1).fit(labels)
     if _mass_is_open(fit):
         fit = JointModel(cells, intervals, drift=0).fit(labels)
     names = sorted(set(labels))
     sign = 1.0 if fit.bodies[np.argmax(np.abs(fit.bodies[:, 0])), 0] >= 0.0 else -1.0
     bodies = [sign * fit.bodies[names.index(label)] for label in labels]
-    times = [_times(cells, begin, end, start) for begin, end, _ in parts]
+    times = [_times(cells, begin, end, start) for begin, end in intervals]
     masses = [float(body[0]) for body in bodies]
     events = with_returns(
         _events(fit, labels, bodies, times, touches, found.tau), labels, masses
@@ -239,14 +239,14 @@ def _described(
 
 
 def _mass_is_open(fit: JointFit) -> bool:
-    """Whether the heaviest body's mass cannot be told from a bias."""
+    """Whether the heaviest body's mass is insignificant beside the bias."""
     heaviest = int(np.argmax(np.abs(fit.bodies[:, 0])))
     std = np.sqrt(fit.covariance[heaviest * PARAMETERS, heaviest * PARAMETERS])
     return bool(abs(fit.bodies[heaviest, 0]) < SIGNIFICANT * std)
 
 
 def _times(cells: Cells, begin: int, end: int, start: float) -> tuple[float, float]:
-    """Start and end of a stretch of cells [s], with a margin at a change."""
+    """Start and end [s] of a stretch of cells, without a margin at each change."""
     first = cells.first[begin] + (MARGIN if begin > 0 else 0.0)
     last = cells.last[end - 1] - (MARGIN if end < len(cells) else 0.0)
     return float(first) - start, float(last) - start
@@ -260,7 +260,7 @@ def _events(
     touches: list[Touch],
     tau: float,
 ) -> list[EventKind | None]:
-    """What ends each stretch."""
+    """The event that ends each stretch; None for the end of the recording."""
     names, events = sorted(set(labels)), []
     for i in range(len(labels) - 1):
         if labels[i] == labels[i + 1]:

@@ -1,6 +1,5 @@
-"""Stretches of a recording in each of which the same free body is held, the events between
-them, and what is said of these changes: when they were, what happened, and which part
-to use."""
+"""Stretches of a recording in which the same free body is held, the events between
+them, and messages on these changes: when and what they were, and which part to use."""
 
 from collections.abc import Sequence
 from dataclasses import replace
@@ -16,19 +15,18 @@ from hefting.core.spatial import Array
 EventKind = Literal["picked-up", "put-down", "swapped", "slipped", "touched"]
 
 BARE_SHARE = 0.2
-"""Share of the heavier body's mass up to which the lighter one is a bare gripper, or
+"""Mass over that of the heavier body up to which a body is a bare gripper, or
 nothing."""
 SIGNIFICANT = 4.0
 """Number of standard deviations from which on two masses differ."""
 SAME_MASS_SHARE = 0.05
-"""Difference of two masses, as a share of the larger, up to which they are the same:
-the errors of a sensor."""
+"""Relative difference of two masses that a sensor's errors explain."""
 
 TOOL_ALONE_SHARE = 0.02
-"""Mass beside a tool, as a share of the tool's, up to which there is nothing."""
+"""Mass held beside a tool, over the tool's, up to which nothing is held."""
 
 LONG_TOUCH_SHARE = 0.5
-"""Share of a recording above which it is said that a contact lasts so long."""
+"""Share of a recording above which the duration of a contact is reported."""
 
 
 @immutable
@@ -44,9 +42,10 @@ class Stretch:
     center_of_mass: Array | None
     """(3,) [m] in sensor axes; None where the mass is about zero"""
     event: EventKind | None
-    """what ends it; None at the end of the recording"""
+    """what ends it; None for the end of the recording"""
     bare: bool
-    """whether it is before an object was picked up, or after it was put down"""
+    """whether the gripper is empty: an object is picked up after it, or was put down
+    before"""
 
     @property
     def duration(self) -> float:
@@ -54,7 +53,7 @@ class Stretch:
         return self.end - self.start
 
     def beside(self, tool: Array) -> "Stretch":
-        """What is held beside a tool with parameters (10,)."""
+        """The stretch without a tool of parameters (10,)."""
         mass, com = self.mass - float(tool[0]), self.center_of_mass
         if abs(mass) <= TOOL_ALONE_SHARE * tool[0]:
             return replace(self, mass=0.0, center_of_mass=None, bare=True)
@@ -97,17 +96,18 @@ class Changes:
 
     @property
     def chosen(self) -> Stretch:
-        """The longest stretch; with an object in the hand, where there is one."""
+        """The longest stretch, if possible with an object in the hand."""
         held = [s for s in self.stretches if not s.bare]
         return max(held or self.stretches, key=lambda stretch: stretch.duration)
 
     @property
     def touched(self) -> float:
-        """[s] in which no body explains the wrench."""
+        """[s] Total time in which no body explains the wrench."""
         return float(np.sum([t.end - t.start for t in self.touches]))
 
     def beside(self, tool: Array) -> "Changes":
-        """The same beside a tool with parameters (10,): it alone is an empty gripper."""
+        """The changes without a tool of parameters (10,): the tool alone is an empty
+        gripper."""
         held = [stretch.beside(tool) for stretch in self.stretches]
         for i, (one, other) in enumerate(pairwise(held)):
             if one.event != "touched" and one.bare != other.bare:
@@ -120,7 +120,7 @@ class Changes:
         return [stretch.to_dict() for stretch in self.stretches]
 
     def later(self, seconds: float) -> "Changes":
-        """The same, with times since `seconds` [s] before the recording's start."""
+        """The changes with times since `seconds` [s] before the recording's start."""
 
         return replace(
             self,
@@ -156,8 +156,8 @@ def event_between(before: Array, after: Array, std_of_difference: float) -> Even
 def with_returns(
     events: Sequence[EventKind | None], labels: Sequence[int], masses: Sequence[float]
 ) -> list[EventKind | None]:
-    """Events that end stretches, where a body is replaced by another and returns: the
-    lighter of the two is then the gripper, and the heavier holds an object.
+    """Events that end stretches, corrected where a body is replaced and returns: the
+    lighter of the two is then the gripper, and the heavier includes an object.
 
     Parameters
     ----------
@@ -185,8 +185,8 @@ def center_of_mass(body: Array, heaviest: float) -> Array | None:
 
 
 def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
-    """Warnings of changes of the object; `chosen` is whether a stretch was chosen, or the
-    part was given."""
+    """Warnings of changes of the object; `chosen` is whether a stretch was chosen, not
+    given."""
     if changes is None:
         return []
     said = []
@@ -205,7 +205,7 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
 
 
 def _events(changes: Changes) -> list[str]:
-    """What happened, and when."""
+    """What happened and when, in words."""
     return [
         f"{one.event} at {0.5 * (one.end + other.start):.1f} s"
         for one, other in pairwise(changes.stretches)
@@ -214,7 +214,7 @@ def _events(changes: Changes) -> list[str]:
 
 
 def _touch(changes: Changes) -> Message:
-    """That something touches the object, and when."""
+    """That something touches the object, and when, in words."""
     when = ", ".join(f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches)
     long = changes.touched > LONG_TOUCH_SHARE * changes.duration
     much = ", more than half of the recording" if long else ""
@@ -228,7 +228,7 @@ def _touch(changes: Changes) -> Message:
 
 
 def _part(stretch: Stretch) -> str:
-    """Start and duration of a stretch, as one gives them, and the body in it."""
+    """A stretch in words: its start and duration as arguments, and its body."""
     com, held = stretch.center_of_mass, f"{stretch.mass:.3g} kg"
     if com is not None:
         held += f", COM ({', '.join(f'{1e3 * x:.0f}' for x in com)}) mm"

@@ -48,7 +48,7 @@ EXPLANATIONS = (
     elastic_mount.explain,
     short_drift.explain,
 )
-"""Mistakes that are always looked for."""
+"""Mistakes that are always searched for."""
 LINEAR_EXPLANATIONS = (
     axes_turned.explain,
     axis_flipped.explain,
@@ -61,8 +61,8 @@ LINEAR_EXPLANATIONS = (
     turned_and_tilted.explain,
     one_channel.explain,
 )
-"""Mistakes of which none explains more than free channels (`explained_by_motion`): they
-are looked for only where those explain enough."""
+"""Mistakes that explain no more than free channels do (`explained_by_motion`). They are
+searched for only where free channels explain enough."""
 LARGE_EXPLANATIONS = (
     base_axes.explain,
     position_unit.explain,
@@ -71,7 +71,7 @@ LARGE_EXPLANATIONS = (
     turned_and_tilted.explain_axes,
     pose_inverse.explain,
 )
-"""Mistakes that leave much unexplained: they are looked for only then."""
+"""Mistakes that are searched for only where much is unexplained, as they leave it."""
 OF_FEW_POSES = (
     axes_turned.explain,
     axis_flipped.explain,
@@ -85,7 +85,7 @@ OF_FEW_POSES = (
     orientation_form.explain_composed,
     pose_inverse.explain,
 )
-"""Mistakes of few unknowns: those that are looked for in a few static poses."""
+"""Mistakes of few unknowns, the only ones searched for in a few static poses."""
 BESIDE_ANOTHER = (
     axes_turned.explain,
     lever_arm.explain,
@@ -94,7 +94,7 @@ BESIDE_ANOTHER = (
     one_channel.explain,
     position_axes.explain,
 )
-"""Mistakes that are looked for beside one that is undone."""
+"""Mistakes that are searched for beside a first one, which is undone."""
 UNDONE = (
     (axis_flipped.undone, axis_flipped.explain),
     (force_unit.undone, force_unit.explain),
@@ -107,5 +107,5 @@ UNDONE = (
     (orientation_form.undone, None),
     (pose_inverse.undone, None),
 )
-"""Mistakes without unknowns, which are undone where another is looked for beside them:
-those of `BESIDE_ANOTHER`, and the ones before it in this list."""
+"""First mistakes of a pair, which have no unknowns: how each is undone, and the search by
+which it is the second mistake beside those that follow in this list."""

@@ -1,5 +1,5 @@
 """The sensor's axes are turned against the logged ones, as where it is mounted at an
-angle to the flange whose pose is logged.
+angle to the logged flange.
 
 With w the wrench as recorded and R the rotation from sensor to logged axes, R w is
 linear in R, and least squares of the parameters leaves
@@ -36,22 +36,23 @@ STEPS = 25
 FIRST_STEPS = 5
 """Steps from each start, after which the best ones are known."""
 KEPT_STARTS = 6
-"""Starts from which the ascent goes on. Of 330 recordings with mistakes of all kinds the
-rotation is that from all starts in 327; in the others another mistake explains more."""
+"""Number of starts from which the ascent continues. In 327 of 330 recordings with
+mistakes of all kinds the rotation is that from all starts; in the others another
+mistake explains more."""
 REFINEMENTS = 4
 """Gauss-Newton steps of rotation and clock offset."""
 CHANCE = 3.0
-"""Standard deviations from half a turn up to which a turn may be one."""
+"""Standard deviations from half a turn within which a turn may be one."""
 CROSS_TALK = 0.005
 """Standard deviation of a sensor's cross-talk, as on data sheets. Its antisymmetric
-part is a rotation, of so many radians over the root of two about each axis."""
+part is a rotation, of this over the root of two radians about each axis."""
 QUARTER_TURNS = SIGNED_PERMUTATIONS[np.linalg.det(SIGNED_PERMUTATIONS) > 0.0]
 """The 24 rotations of a cube, from which the best one is looked for."""
 _ROTATIONS: WeakKeyDictionary[Case, Placement] = WeakKeyDictionary()
 
 
 def explain(case: Case) -> Explanation | None:
-    """The best rotation, with its standard deviation."""
+    """The likeliest rotation, with its standard deviation."""
     found = rotation_of(case)
     covariance = found.covariance + 0.5 * CROSS_TALK**2 * np.eye(3)
     angle, axis = angle_and_axis(found.R)
@@ -70,9 +71,9 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _or_mirrored(found: Placement, std: float) -> str:
-    """What else half a turn about an axis, or about a line between two, may be, with its
-    angle known to `std` [rad]: the wrench of the other sign, with an axis mirrored or two
-    swapped."""
+    """Alternatives to half a turn about an axis, or about a line between two, whose
+    angle is known to `std` [rad]: the opposite sign of the wrench, with an axis
+    mirrored or two swapped."""
     turn = np.rint(found.R)
     if np.trace(turn) != -1.0 or np.abs(found.R - turn).max() > CHANCE * std:
         return ""
@@ -82,7 +83,7 @@ def _or_mirrored(found: Placement, std: float) -> str:
 
 
 def rotation_of(case: Case) -> Placement:
-    """The best rotation, from all starts; found once a case."""
+    """The best rotation from all starts, cached."""
     if case not in _ROTATIONS:
         R, offset, _ = rotation_at(case, case.offsets)
         _ROTATIONS[case] = find_placement(
@@ -92,8 +93,8 @@ def rotation_of(case: Case) -> Placement:
 
 
 def rotation_at(case: Case, offsets: Array) -> tuple[Array, float, float]:
-    """The rotation (3, 3) that least squares finds best at any of the clock offsets
-    (O,) [s], that offset, and how little it leaves of the wrench: larger is less."""
+    """The rotation (3, 3) of best least squares at any of the clock offsets (O,) [s],
+    that offset, and minus its squared residuals."""
     rows = newton_euler(case, case.motion_late(offsets))
     scale = np.maximum(np.std(case.wrench, axis=0).reshape(2, 3).mean(axis=1), 1e-9)
     scales = np.broadcast_to(scale, (len(offsets), 2))

@@ -8,7 +8,7 @@ import numpy as np
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.axes_turned import QUARTER_TURNS
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Rows, fit_freely
+from hefting.ingest.rivals.evidence import Rows, fit_free_channels
 from hefting.ingest.rivals.explanation import (
     FIRST_ITERATIONS,
     Explanation,
@@ -22,20 +22,20 @@ from hefting.ingest.rivals.explanation import (
 CODE = "axis-flipped"
 APART = "force and torque seem to be in different axes"
 RARITY_OF_APART = 8.0
-"""Rarity of different axes: they are many."""
+"""Rarity of force and torque in different axes, of which there are many."""
 RARITY_OF_SWAP = 15.0
-"""Rarity of two axes that are swapped: with the other sign convention it is half a turn
-of the sensor about the line between them."""
+"""Rarity of two swapped axes. With the other sign convention that is half a turn of the
+sensor about the line between them."""
 ORDERS = 4
-"""Orders of the torque's axes that are tried beside one of the force's."""
+"""Number of signed orders of the torque's axes that are tried with that of the force's."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest of all."""
+    """The likeliest change of axes, at the clock offset that conditioning found or none."""
     offsets = case.likely_offsets
     rows = newton_euler(case, case.motion_late(offsets))
     changes = _changes()
-    apart = _apart(case, rows, [matrix for _, matrix, _ in changes])
+    apart = _different_axes(case, rows, [matrix for _, matrix, _ in changes])
     changes += [(APART, matrix, RARITY_OF_APART) for matrix in apart]
     matrices = np.array([matrix for _, matrix, _ in changes])
     wrenches = np.einsum("mij,kj->mki", matrices, case.wrench)
@@ -57,9 +57,9 @@ def explain(case: Case) -> Explanation | None:
 
 
 def undone(case: Case) -> Iterator[Undone]:
-    """Each of the mistakes, except two axes of force or torque with the wrong sign."""
+    """Each of `_changes`, except two axes of force or torque with the wrong sign: with the
+    other sign convention that is the third axis and all of the other quantity."""
     for what, matrix, rarity in _changes():
-        # else named as the third axis and the other quantity, of the other sign
         if np.trace(matrix) == 2.0 and not rarity:
             continue
         other = case.with_wrench(matrix)
@@ -75,29 +75,31 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _fix(matrix: Array) -> str:
-    """What to do about a mistake that a matrix (6, 6) undoes."""
+    """Advice for a mistake that a signed permutation (6, 6) of the wrench undoes."""
     fix = "correct it where the log is written, or give the wrench's columns as "
     return f"{fix}{as_columns(matrix)} in a column map"
 
 
-def _apart(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
-    """Matrices (6, 6) that undo orders and signs of the force's axes and others of the
-    torque's, but for those that are taken.
+def _different_axes(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
+    """Signed permutations (6, 6) of the wrench that undo one order of the force's axes
+    and another of the torque's, except those in `taken`.
 
-    Of an object of mass m with its COM at c force and torque are m and m [c]x per
-    specific force: the force's order is the one nearest to the first, and those of the
-    torque make the second antisymmetric.
+    An object of mass m with its COM at c has the force m s and the torque m [c]x s for a
+    specific force s. Free channels give both matrices, (3, 3). The force's order is the
+    one that brings the first nearest to the identity, and the torque's orders are those
+    that bring the second nearest to an antisymmetric matrix.
     """
-    free = fit_freely(case, rows.known, rows.used)
+    free = fit_free_channels(case, rows.known, rows.used)
     force, torque = np.split(free.solution[free.best].reshape(-1, 6)[:3].T, 2)
-    first = QUARTER_TURNS[np.abs((QUARTER_TURNS @ force).trace(0, 1, 2)).argmax()]
+    likeness = np.abs((QUARTER_TURNS @ force).trace(0, 1, 2))
+    first = QUARTER_TURNS[likeness.argmax()]
     lever = QUARTER_TURNS @ torque
-    likeliest = np.square(lever + np.swapaxes(lever, 1, 2)).sum(axis=(1, 2)).argsort()
+    symmetric_part = np.square(lever + np.swapaxes(lever, 1, 2)).sum(axis=(1, 2))
     found: list[Array] = []
-    for second in QUARTER_TURNS[likeliest[:ORDERS]]:
+    for second in QUARTER_TURNS[symmetric_part.argsort()[:ORDERS]]:
         for sign in (1.0, -1.0):
-            undo = np.kron(np.diag((1.0, 0.0)), first)
-            undo += np.kron(np.diag((0.0, sign)), second)
+            undo = np.zeros((6, 6))
+            undo[:3, :3], undo[3:, 3:] = first, sign * second
             undo *= 1.0 if undo.sum() >= 0.0 else -1.0
             is_turn = sign > 0.0 and np.array_equal(first, second)
             if not is_turn and not any(
@@ -108,9 +110,11 @@ def _apart(case: Case, rows: Rows, taken: list[Array]) -> list[Array]:
 
 
 def _changes() -> list[tuple[str, Array, float]]:
-    """What mistakes are, matrices (6, 6) that undo them, and how rare they are. An axis of both force and
-    torque that is mirrored is none: with the other sign convention, which is free, it is
-    half a turn of the sensor about that axis."""
+    """Mistakes as clauses, the matrices (6, 6) that undo them, and their rarities.
+
+    An axis that is mirrored for force and torque alike is no mistake here: with the other
+    sign convention, which is free, it is half a turn of the sensor about that axis.
+    """
     found: list[tuple[str, Array, float]] = []
     names = ("x", "y", "z")
     for part, quantity in ((0, "force"), (3, "torque")):
@@ -131,7 +135,7 @@ def _changes() -> list[tuple[str, Array, float]]:
     for i, axis in enumerate(names):
         mirror = np.ones(3)
         mirror[i] = -1.0
-        # a torque is a pseudovector: mirrored, the two other components change sign
+        # a mirror reverses the two other components of a torque, a pseudovector
         left = np.diag(np.concatenate((mirror, -mirror)))
         what = (
             f"axes of a left-handed system, {axis} mirrored, seem to be in the poses or"

@@ -1,5 +1,5 @@
-"""The wrench is in the axes of the robot's base, as some controllers give the force at
-the tool, and not in those of the sensor."""
+"""The wrench is in the axes of the robot's base, as some controllers state the force at
+the tool, not in those of the sensor."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -23,7 +23,7 @@ FIX_ABOUT_BASE = "log it in sensor axes about the sensor's origin"
 
 
 def explain(case: Case) -> Explanation | None:
-    """The wrench turned into sensor axes, beside a constant bias in either."""
+    """The wrench turned into sensor axes, with a constant bias in both."""
     fitted, _ = over_offsets(case, lambda motion: _rows(case, motion, case.wrench))
     what = WHAT
     fix = FIX
@@ -56,13 +56,13 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _turned(axes: Array, wrench: Array) -> Array:
-    """A wrench (K, 6) in axes (K, 3, 3) of its own at each time."""
+    """A wrench (K, 6) in axes (K, 3, 3) that differ at each time."""
     return np.einsum("kij,kpj->kpi", axes, wrench.reshape(-1, 2, 3)).reshape(-1, 6)
 
 
 def _about_sensor(case: Case, time: Array, wrench: Array) -> Array:
-    """(K, 6) wrench at times (K,) [s] with the torque, if it is about the origin of the
-    world, about the sensor's."""
+    """(K, 6) wrench at times (K,) [s] with its torque, which is about the world's
+    origin, about the sensor's."""
     place = case.places(time - case.offset)
     force, torque = np.split(wrench, 2, axis=1)
     return np.hstack((force, torque - np.cross(place, force)))

@@ -1,5 +1,5 @@
-"""Gravity points elsewhere in the logged world: the base is tilted, or the world's axes
-are others than assumed."""
+"""Gravity points elsewhere in the logged world: the base is tilted, or the world has
+other axes than assumed."""
 
 from collections.abc import Iterator
 from functools import partial
@@ -32,43 +32,36 @@ CODE = "base-tilted"
 STEPS = 8
 """Gauss-Newton steps of gravity's direction from each start."""
 FIRST_STEPS = 3
-"""Of those, after which the best start is known, and whether it explains anything."""
+"""Number of steps after which the best start is chosen, and hopeless ones are given
+up."""
 LIKELIEST_STARTS = 2
-"""Starts along the axes from which gravity is found, besides the one given."""
+"""Number of starts along axes of the world, beside gravity as given."""
 LARGEST_STEP = 4.0
-"""[m/s²] Largest change of gravity along each tangent in one of them."""
+"""[m/s²] Largest change of gravity along each tangent in a step."""
 REVERSED = np.radians(175.0)
-"""[rad] Angle between gravity as given and as found from which on it is reversed."""
+"""[rad] Angle between given and found gravity above which it is reversed."""
 FAR = np.radians(30.0)
-"""[rad] Angle from which on gravity is given in numbers: so far off the axes of the world
-are others, not the base tilted."""
+"""[rad] Angle above which numbers for gravity are advised, as the world has other axes
+rather than a tilted base."""
 NEAR_AXIS = np.radians(3.0)
-"""[rad] Angle to an axis of the world below which gravity that is far from the one
-given is along it."""
+"""[rad] Angle to an axis of the world within which such gravity is taken to be along
+it."""
 SENSOR_ERROR = np.radians(0.3)
 """[rad] Standard deviation of gravity's direction by errors of the sensor alone."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The direction of gravity, from the one given and from the six along the axes."""
-    if not _may_be_told(case) or explains_nothing(case, partial(_freed, case)):
+    """The direction of gravity, from the given one and from directions along axes."""
+    if not _is_modelled(case) or explains_nothing(case, partial(_freed, case)):
         return None
-    size = float(np.linalg.norm(case.gravity))
-    starts = [case.gravity] + [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
     given, offset = fit_as_given(case)
-    motion = case.motion_late(offset)
-    along_axes = np.concatenate([motion.features(start) for start in starts[1:]])
-    used = np.repeat(motion.known, len(along_axes), axis=0)
-    rows = with_bias(case, along_axes, REGRESSOR_BY_FEATURE, used)
-    best = np.argsort(fit_rows(case, rows).likelihood)[-LIKELIEST_STARTS:]
-    others = [starts[1 + i] for i in best]
-    chosen = [starts[0]] + [x for x in others if not np.allclose(x, starts[0])]
-    found = [_from(case, np.array(start), offset, FIRST_STEPS) for start in chosen]
+    starts = [case.gravity, *_starts_along_axes(case, offset)]
+    found = [_from(case, start, offset, FIRST_STEPS) for start in starts]
     gravity, fitted, _ = max(found, key=lambda each: each[1].likelihood[0])
     if is_hopeless(case, fitted, given):
         return None
     gravity, _, _ = _from(case, gravity, offset, STEPS - FIRST_STEPS)
-    # the clock offset was that of the gravity given
+    # so far the clock offset is that of gravity as given
     _, offset = over_offsets(case, lambda m: _rows(case, m, gravity))
     gravity, fitted, std = _from(case, gravity, offset, free_offset=case.path.moves)
     angle = angle_between(case.gravity, gravity)
@@ -88,11 +81,24 @@ def explain(case: Case) -> Explanation | None:
     )
 
 
+def _starts_along_axes(case: Case, offset: float) -> list[Array]:
+    """The likeliest directions of gravity along axes of the world, at a clock offset [s],
+    other than the given one."""
+    size = float(np.linalg.norm(case.gravity))
+    starts = [size * s * e for e in np.eye(3) for s in (-1.0, 1.0)]
+    motion = case.motion_late(offset)
+    features = np.concatenate([motion.features(start) for start in starts])
+    used = np.repeat(motion.known, len(features), axis=0)
+    rows = with_bias(case, features, REGRESSOR_BY_FEATURE, used)
+    best = np.argsort(fit_rows(case, rows).likelihood)[-LIKELIEST_STARTS:]
+    return [starts[i] for i in best if not np.allclose(starts[i], case.gravity)]
+
+
 def undone(case: Case) -> Iterator[Undone]:
-    """Gravity the other way."""
-    if _may_be_told(case):
+    """Gravity reversed: weight and inertia then have opposite signs."""
+    if _is_modelled(case):
         x, y, z = 0.0 - case.gravity
-        # where it was given as everyone's
+        # as where it was given downwards, as usual
         heavier = OR_HEAVIER if case.gravity[2] < 0.0 else ""
         yield Undone(
             "gravity-reversed",
@@ -105,13 +111,13 @@ def undone(case: Case) -> Iterator[Undone]:
         )
 
 
-def _may_be_told(case: Case) -> bool:
-    """Whether gravity is modelled."""
+def _is_modelled(case: Case) -> bool:
+    """Whether gravity is modelled, not measured."""
     return not case.path.gravity_measured and bool(case.gravity.any())
 
 
 def gravity_to_give(gravity: Array, angle: float) -> str:
-    """What to give for gravity (3,), at an angle [rad] to the one that was given."""
+    """Argument to advise for gravity (3,), at an angle [rad] to the given one."""
     if not angle > FAR:
         return "`gravity`='estimate'"
     x, y, z = 0.0 + _along_axis(gravity)
@@ -119,7 +125,7 @@ def gravity_to_give(gravity: Array, angle: float) -> str:
 
 
 def _along_axis(gravity: Array) -> Array:
-    """Gravity (3,), along the axis that it is near to, if it is near to one."""
+    """Gravity (3,), exactly along an axis of the world if it nearly is."""
     size, axis = float(np.linalg.norm(gravity)), int(np.argmax(np.abs(gravity)))
     along = np.zeros(3)
     along[axis] = np.copysign(size, gravity[axis])
@@ -127,16 +133,16 @@ def _along_axis(gravity: Array) -> Array:
 
 
 def _freed(case: Case, motion: Motion) -> Rows:
-    """Rows of a body on which any force that is constant in world axes acts, at any
-    point by each of its components: those of gravity in any direction are among them."""
+    """Rows of a body on which also acts any force that is constant in world axes, each
+    component at any point; gravity in any direction is a special case."""
     axes = motion.axes.reshape(*motion.known.shape, 9)
     known = np.concatenate((motion.a, motion.rest, axes), axis=2)
     return with_bias(case, known, beside_body(_columns_of_freed()), motion.known)
 
 
 def _columns_of_freed() -> Array:
-    """(9, 6, 12) of the force's components and of their moments, by the entries (i, j)
-    of the rotation to sensor axes."""
+    """(9, 6, 12) columns of the force's components and their moments, per unit of the
+    entries (i, j) of the rotation to sensor axes."""
     columns = np.zeros((9, 6, 12))
     columns[:, :3, :3] = np.eye(9).reshape(9, 3, 3)
     for k in range(9):
@@ -159,7 +165,7 @@ def _from(
     free_offset: bool = False,
 ) -> tuple[Array, Fitted, float]:
     """Gravity (3,) that fits best near a start, its fit, and its standard deviation
-    [rad]; with the clock offset [s] free or held."""
+    [rad]; the clock offset [s] is free or fixed."""
     here = Around.of(case, partial(_rows, case, gravity=gravity), offset)
     size = float(np.linalg.norm(gravity))
     for _ in range(steps):

@@ -1,4 +1,4 @@
-"""The bias that was given, or that there is none, does not fit."""
+"""The given bias, or that there is none, is wrong."""
 
 from collections.abc import Iterator
 from dataclasses import replace
@@ -14,7 +14,7 @@ FIX = "give `bias`='estimate'"
 
 
 def explain(case: Case) -> Explanation | None:
-    """A constant bias beside the one given."""
+    """A constant bias in addition to the given one."""
     if case.biased:
         return None
     free = replace(case, biased=True)
@@ -22,8 +22,7 @@ def explain(case: Case) -> Explanation | None:
     given, _ = fit_as_given(case)
     columns = np.broadcast_to(np.eye(6), (len(case.time), 6, 6))
     step = linear_step(given, columns)
-    # the residuals of a wrong bias are all coloured: of white ones is enough to tell
-    # whether the motion determines it
+    # a wrong bias colours the residuals itself, so the deviations are those for white ones
     std = np.sqrt(np.maximum(step.white.diagonal(), 1e-300))
     force, torque = (float(np.linalg.norm(x)) for x in step.change.reshape(2, 3))
     return Explanation(
@@ -38,7 +37,7 @@ def explain(case: Case) -> Explanation | None:
 
 
 def undone(case: Case) -> Iterator[Undone]:
-    """A bias that is free."""
+    """A free bias."""
     if not case.biased:
         what = "the wrench seems to have another bias"
         yield Undone(CODE, what, FIX, replace(case, biased=True), argument="bias")

@@ -1,9 +1,9 @@
-"""A cable or hose pulls at the sensor: a force that depends on where the sensor is.
+"""A cable or hose pulls at the sensor, with a force that depends on the sensor's place.
 
 The pull is that of an isotropic spring between a point of the world and a point of the
-sensor frame, -k (p - p0), or of a weight that grows with the height of the sensor, as
-of a hanging cable. Its part along gravity can hardly be told from the object's weight,
-but for its change: of what hangs there is nothing where it is lightest.
+sensor frame, -k (p - p0), or the weight of a hanging cable, which grows with the height
+of the sensor. Only changes of its part along gravity are distinguished from the
+object's weight: a hanging cable is taken to have no weight where it is lightest.
 """
 
 from dataclasses import replace
@@ -24,18 +24,19 @@ from hefting.ingest.rivals.explanation import Explanation
 
 CODE = "cable-force"
 UNKNOWNS = 12
-"""Stiffness, pull across gravity, and the moments of both about the sensor."""
+"""Stiffness, constant pull across gravity, and the moments of all three about the
+sensor."""
 BODY_AND_PULLS = 22
-"""Unknowns of the body and the pulls, which come before those of the bias."""
+"""Number of unknowns of the body and the pulls, before those of the bias."""
 PULL = 18
-"""Index of the size of the pull that depends on the place."""
+"""Index of the pull that depends on the place."""
 GRAVE_CHANGE = 0.03
-"""Change in weight of what hangs, as a share of the object's, from which on the answer is
-wrong: how much of it hangs where it is lightest nothing tells."""
+"""Change of a hanging cable's weight, over the object's, from which on the answer is
+wrong: the weight where it is lightest is unknown."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest law, at no clock offset and at the one that was found."""
+    """The likeliest law, at no clock offset or the one that conditioning found."""
     if not case.recording.has("position"):
         return None
     times = case.time - case.likely_offsets[:, None]
@@ -69,9 +70,9 @@ def explain(case: Case) -> Explanation | None:
 
 
 def pulling_columns(case: Case) -> list[Array]:
-    """(K, 6, 4) derivatives of the wrench by the size of a spring's pull, and of what
-    hangs, and by its size times the place (3,) where it acts; at the clock offset that
-    was found."""
+    """(K, 6, 4) derivatives of the wrench by the pull of a spring, and of a hanging
+    cable, and by the pull times the place (3,) where it acts; at the clock offset that
+    conditioning found."""
     place = _place(case, case.time[None] - case.offset)
     axes, maps = case.motion_as_found.axes, _maps(1)
     spring, hanging, _ = _laws(case, place)
@@ -81,14 +82,14 @@ def pulling_columns(case: Case) -> list[Array]:
 
 
 def _place(case: Case, times: Array) -> Array:
-    """(O, K, 3) of the sensor at times (O, K), from its mean place."""
+    """(O, K, 3) [m] place of the sensor at times (O, K), relative to its mean."""
     place = case.places(times)
     return place - place.mean(axis=(0, 1))
 
 
 def _rows(case: Case, motion: Motion, place: Array) -> Rows:
-    """Rows of a body, a bias, and a pull by each of the laws, one law after the other."""
-    across = tangents_of(case.gravity)  # (2, 3)
+    """Rows of a body, a bias and a pull, for each of the laws in turn."""
+    across = tangents_of(case.gravity)
     sides = [np.broadcast_to(side, place.shape) for side in across]
     body = case.features(motion)
     known = [
@@ -107,8 +108,8 @@ def _rows(case: Case, motion: Motion, place: Array) -> Rows:
 
 
 def _laws(case: Case, place: Array) -> tuple[Array, Array, Array]:
-    """(O, K, 3) each, pull in world axes by the place: of a spring; and of what hangs, of
-    which there is none at the lowest place, or none at the highest."""
+    """Pulls (O, K, 3) in world axes as functions of the place: of a spring; and of a
+    hanging cable that has no weight at the lowest or at the highest place."""
     up = case.gravity / -np.linalg.norm(case.gravity)
     height = place @ up
     lengths = height - height.min(), height.max() - height
@@ -117,7 +118,7 @@ def _laws(case: Case, place: Array) -> tuple[Array, Array, Array]:
 
 
 def _of_weights_that_pull_down(fitted: Fitted, offsets: int) -> Fitted:
-    """The fits at so many clock offsets of each law, without those of what would hang
+    """The fits at `offsets` clock offsets of each law, without hanging cables that pull
     upwards."""
     wrong = fitted.solution[:, PULL] * fitted.solution[:, 0] < 0.0
     wrong[:offsets] = False  # of a spring
@@ -125,8 +126,8 @@ def _of_weights_that_pull_down(fitted: Fitted, offsets: int) -> Fitted:
 
 
 def _maps(pulls: int) -> Array:
-    """(3 pulls, 6, 4 pulls) columns of the size of each pull, and of its size times the
-    place (3,) where it acts."""
+    """(3 pulls, 6, 4 pulls) columns of each pull, and of the pull times the place (3,)
+    where it acts."""
     maps = np.zeros((3 * pulls, 6, 4 * pulls))
     for i in range(pulls):
         for axis, unit in enumerate(np.eye(3)):

@@ -1,5 +1,5 @@
-"""The sensor's calibration matrix is off: channels have different gains, or respond to
-one another. A gain that all channels share cannot be told from another mass."""
+"""The sensor's calibration matrix is wrong: channels have different gains, or respond
+to one another. A gain common to all channels is the same as another mass."""
 
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,17 +20,18 @@ from hefting.ingest.rivals.explanation import Explanation, fit_as_given, newton_
 GAIN, CROSS_TALK = "gain-uneven", "cross-talk"
 ALL = np.arange(36)
 GAINS = 7 * np.arange(6)
-"""Indices of the entries of the matrix, row by row, and of those that are gains."""
+"""Indices of the matrix's entries, row by row, and of the gains among them."""
 USUAL_ERROR = 0.03
 """Standard deviation of the matrix's errors, as a share of the channels' ranges."""
 DATA_SHEET_ERROR = 0.005
-"""The same of a sensor within its data sheet."""
+"""The same for a sensor within its data sheet."""
 LARGE_DATA_SHEET_ERROR = 0.01
-"""The same of one that is used in a small part of its range."""
+"""The same for one that is used in a small part of its range."""
 RANGES = np.repeat((1.0, 0.1), 3)
-"""Ranges of the channels [N, N m], up to a factor: those of common sensors."""
+"""Ranges [N, N m] of the channels of common sensors, up to a factor."""
 PASSES = 3
-"""Times the matrix is found beside a better prediction of the wrench."""
+"""Number of times that the matrix is found, each with a better prediction of the
+wrench."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -41,7 +42,7 @@ def explain(case: Case) -> Explanation | None:
 
 
 def errors_on_data_sheet(case: Case, size: float = DATA_SHEET_ERROR) -> Explanation:
-    """Errors of the size that data sheets give, which are no mistake; the effect is their
+    """Errors of a `size` as on data sheets, which are no mistake; `effect` is their
     root mean square over that size."""
     return replace(_likeliest(case, ALL, size), rarity=0.0)
 
@@ -52,8 +53,8 @@ def _likeliest(
     std: float,
     alternative: Callable[[], Explanation | None] | None = None,
 ) -> Explanation:
-    """The likeliest errors of the entries that are free, by their indices (q,), each with
-    a standard deviation as a share of the channels' ranges."""
+    """The likeliest errors of the entries with indices `free` (q,), each with a
+    standard deviation `std` as a share of the channels' ranges."""
     _, offset = fit_as_given(case)
     rows = newton_euler(case, case.motion_late(offset))
     fitted, errors, cost = fit_rows(case, rows), np.zeros(36), 0.0
@@ -63,7 +64,9 @@ def _likeliest(
         mended = case.wrench - wrench @ errors.reshape(6, 6).T
         other = Rows(rows.known, rows.maps, rows.used, mended[None])
         fitted = fit_rows(case, other, start=fitted)
-    code, what = _told(errors.reshape(6, 6), np.sqrt(np.mean(wrench**2, axis=0)))
+    code, what = _largest_error(
+        errors.reshape(6, 6), np.sqrt(np.mean(wrench**2, axis=0))
+    )
     fix = "check its calibration matrix, or weigh something known"
     return Explanation(
         code,
@@ -83,9 +86,9 @@ def _likeliest(
 def _step(
     fitted: Fitted, wrench: Array, before: Array, free: Indices, std: float
 ) -> tuple[Array, float]:
-    """Errors (q,) of the free entries, and what they cost (see `Explanation.cost`),
-    beside a prediction of the wrench (K, 6) and a fit with the errors `before` taken
-    away."""
+    """Errors (q,) of the free entries and their cost (`Explanation.cost`), given a
+    prediction of the wrench (K, 6) and a fit with the errors `before` (q,) corrected.
+    """
     columns = np.einsum("kj,ci->kcij", wrench, np.eye(6)).reshape(len(wrench), 6, 36)
     S, g = LinearPart.of(fitted).beside(columns[:, :, free])
     independent = 1.0 / correlation(fitted)
@@ -99,12 +102,13 @@ def _step(
 
 
 def _scale(std: float) -> Array:
-    """(36,) standard deviations of the entries."""
+    """(36,) standard deviations of the entries, for `std` as a share of the ranges."""
     return std * np.divide.outer(RANGES, RANGES).ravel()
 
 
-def _told(errors: Array, size: Array) -> tuple[str, str]:
-    """Code and text of the largest error beside the size (6,) of the channels."""
+def _largest_error(errors: Array, size: Array) -> tuple[str, str]:
+    """Code and text of the largest of the errors (6, 6), for channels of root mean
+    square `size` (6,)."""
     effects = np.abs(errors) * size / RANGES[:, None]
     to, of = (int(i) for i in np.unravel_index(np.argmax(effects), effects.shape))
     if to == of:

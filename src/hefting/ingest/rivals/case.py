@@ -1,4 +1,5 @@
-"""Case: what rival explanations of a recording are judged by."""
+"""Case: averages of a recording's wrench and its motion, on which explanations are
+compared."""
 
 from dataclasses import field, replace
 from functools import cached_property
@@ -15,34 +16,34 @@ from hefting.ingest.path import MOTION_COLUMNS, WORLD_AXES_COLUMNS, Path
 from hefting.motion.weighting import excess_variance, samples_per_error
 
 MOST_BLOCKS = 250
-"""Largest number of averages of the wrench that explanations are compared on."""
+"""Largest number of averages of the wrench on which explanations are compared."""
 LONGEST_AVERAGE = 0.04
-"""[s] Longest time over which samples are averaged for it; of longer recordings every so
-many averages are chosen."""
+"""[s] Longest time over which samples are averaged; of longer recordings evenly chosen
+averages are used."""
 SMALLEST_SENSOR_ERROR = 0.003
-"""Share of the wrench's changes below which what is left counts as the sensor's error
-and not as something to be explained."""
+"""Share of the wrench's changes up to which residuals count as the sensor's error."""
 AVERAGES_VARIANCE = (13.0 / 12.0) ** 2 + 2.0 / 24.0**2
-"""Variance of a mean from which its neighbours' second difference is taken (`_averages`),
-over that of the mean."""
+"""Variance of a mean corrected by its neighbours' second difference (`_averages`), over
+that of the mean."""
 LOST = 3.0 / 640.0
-"""What `_averages` leave of a mean's error, over the fourth difference of the means."""
+"""Error that is left in `_averages`, over the fourth difference of the means."""
 MOST_LOST = 0.1
-"""The same over noise and sensor's errors up to which averages may lose it; white noise
-makes 0.04. Of what a hand's tremor of 3 to 9 Hz does 40 ms lose up to a tenth, which a
-loose mass, a lever arm or a payload explained."""
+"""Largest such error over noise and sensor's errors; white noise makes 0.04. Averages
+of 40 ms lose up to a tenth of a hand's tremor of 3 to 9 Hz, which a loose mass, a lever
+arm or a payload explained."""
 COLOUR_STEP, COLOUR_AVERAGES = 0.12, 1500
-"""[s] Step of fourth differences, which have 3 % of a motion of 1 Hz; averages that are
-looked at."""
+"""[s] Step of the fourth differences, which contain 3 % of a motion of 1 Hz; number of
+averages used."""
 CLEAR_COLOUR = 1.15
-"""Ratio to the floor from which on noise is coloured: of white noise it is found to 6 %."""
+"""Ratio to the floor above which noise is coloured; of white noise it is found to 6
+%."""
 COARSE_OFFSETS = 0.02 * np.arange(-5.0, 6.0)
-"""[s] Clock offsets that are tried with every explanation, besides those near the one
+"""[s] Clock offsets that are tried with every explanation, beside those near the one
 that conditioning found."""
 FINE_OFFSETS = 0.005 * np.array((-2.0, -1.0, 0.0, 1.0, 2.0))
 """[s] Clock offsets about the best of the coarse ones."""
 ANOTHER_POSE = 0.1
-"""Change of gravity in sensor axes, as a share of it, between one rest and another: six
+"""Change of gravity in sensor axes, relative to its size, between two rests: six
 degrees. Within a rest it is a thousand times less."""
 
 
@@ -51,7 +52,7 @@ class Motion:
     """Motion at K times for each of O clock offsets, in logged sensor axes."""
 
     a: Array
-    """(O, K, 3) linear acceleration, or specific force where that was measured"""
+    """(O, K, 3) linear acceleration, or measured specific force"""
     rest: Array
     """(O, K, 9) angular acceleration and vech(w w')"""
     axes: Array
@@ -60,7 +61,8 @@ class Motion:
     """(O, K)"""
 
     def features(self, gravity: Array) -> Array:
-        """(O, K, 12) of `hefting.core.regressor`, for gravity (3,) in world axes."""
+        """(O, K, 12) motion features of `hefting.core.regressor`, for gravity (3,) in
+        world axes."""
         return np.concatenate((self.a - self.axes @ gravity, self.rest), axis=2)
 
 
@@ -77,27 +79,26 @@ class Case:
     wrench: Array
     """(K, 6) as recorded [N, N m]"""
     noise: Array
-    """(2,) standard deviation of the averages' force [N] and torque [N m] by white
+    """(2,) standard deviation of the averages' force [N] and torque [N m] for white
     noise"""
     offset: float
     """[s] clock offset that conditioning found"""
     biased: bool
-    """whether a bias is possible: False where one was given, or excluded"""
+    """whether a bias is possible: False if it was given or excluded"""
     consecutive: tuple[Array, Array]
-    """times (B,) [s] and wrenches (B, 6) of the first averages, none left out"""
+    """times (B,) [s] and wrenches (B, 6) of the first averages, without gaps"""
     worth: Array
-    """(K,) what each average counts beside errors of the motion as logged, as of
+    """(K,) weight of each average by the errors of the logged motion, as in
     `hefting.motion.weighting.sample_weights`; the same for all explanations"""
     few_offsets: tuple[float, ...] = ()
-    """[s] clock offsets to try with every explanation; none for the usual ones"""
+    """[s] clock offsets to try with every explanation; empty for the usual ones"""
     most_left: float = np.inf
-    """log-likelihood of a sample, missing to that of noise alone, above which a mistake
-    that is not fitted to the end explains too little"""
+    """missing log-likelihood per sample above which the rough fit of a mistake is given
+    up"""
     more_knots: int = 0
-    """of the bias, beside those that recordings of the same length have"""
+    """of the bias, beyond the usual number for the recording's length"""
     _late: dict[tuple[float, ...], Motion] = field(default_factory=dict, init=False)
-    """Motion by the clock offsets it was read at: many explanations read it at the
-    same ones."""
+    """Motion by clock offsets, as many explanations use the same ones."""
 
     @classmethod
     def of(
@@ -117,13 +118,13 @@ class Case:
         """
         wrench = recording["wrench"]
         blocks = Blocks.of(wrench.time, wrench.values, smooth=path.kind != "static")
-        # static poses follow no order
+        # static poses have no order
         noise = _high_frequency_noise(blocks.wrench) if path.moves else np.zeros(2)
         time, values = np.array(blocks.time), np.array(blocks.wrench)
         rounding = rounding_error(wrench.values)
         if path.moves:
             time, values, noise = _averaged(time, values, noise, rounding)
-        # neither noise of averages nor differences of samples that rest on one step
+        # values that rest on one step show no rounding
         noise = np.hypot(noise, rounding)
         step = -(-len(time) // MOST_BLOCKS)
         case = cls(
@@ -146,12 +147,12 @@ class Case:
         worth, known = 1.0 / (1.0 + lasting * excess), reading.known
         if not worth[known].any():
             return case
-        # where the motion is unknown a sample counts as the others do on average
+        # samples without known motion have the mean weight
         usual = float(worth[known].mean())
         return replace(case, worth=np.where(known, worth, usual))
 
     def every(self, nth: int) -> "Case":
-        """Of every n-th average alone."""
+        """With every n-th average only."""
         parts = {
             name: getattr(self, name)[::nth] for name in ("time", "wrench", "worth")
         }
@@ -160,17 +161,17 @@ class Case:
         return other
 
     def with_drift(self, knots: int) -> "Case":
-        """With a bias that drifts more freely, by so many knots."""
+        """With `knots` more knots of the bias."""
         other = replace(self, more_knots=knots)
         return self._of_same_motion(other)
 
     def with_gravity(self, gravity: Array) -> "Case":
-        """With gravity (3,) elsewhere, which no motion that was read depends on."""
+        """With another gravity (3,), on which the motion does not depend."""
         return self._of_same_motion(replace(self, gravity=gravity))
 
     def with_wrench(self, matrix: Array) -> "Case":
-        """With the wrench multiplied by a matrix (6, 6), which mixes no force with torque
-        but may exchange them."""
+        """With the wrench multiplied by a matrix (6, 6), which may exchange force and
+        torque but not mix them."""
         time, wrench = self.consecutive
         size = np.abs(matrix).reshape(2, 3, 2, 3).max(axis=(1, 3))
         other = replace(
@@ -182,8 +183,8 @@ class Case:
         return self._of_same_motion(other)
 
     def with_accelerations(self, linear: float, angular: float) -> "Case":
-        """With the linear accelerations multiplied by one factor, and the angular ones
-        and the squares of angular velocities by another."""
+        """With linear accelerations multiplied by one factor, and angular ones and
+        squares of angular velocities by another."""
         other = replace(self, path=self.path.scaled(linear, angular))
         for at, motion in self._late.items():
             a, rest = linear * motion.a, angular * motion.rest
@@ -196,7 +197,8 @@ class Case:
 
     @property
     def poses(self) -> int:
-        """How many poses tell something: all, or where only rests count, these."""
+        """Number of informative poses: all averages, or if only rests count the
+        different ones among these."""
         rests = self.worth > 0.0
         if not self.path.moves or rests.all():
             return len(self.time)
@@ -206,12 +208,12 @@ class Case:
 
     @property
     def relative_worth(self) -> Array:
-        """(K,) what each average counts over the usual one."""
+        """(K,) weight of each average relative to the mean."""
         return self.worth / self.worth.mean()
 
     @property
     def modelled_gravity(self) -> Array:
-        """(3,) in world axes [m/s²]; zero where the specific force was measured."""
+        """(3,) in world axes [m/s²]; zero if the specific force was measured."""
         return np.zeros(3) if self.path.gravity_measured else self.gravity
 
     def features(self, motion: Motion) -> Array:
@@ -220,7 +222,7 @@ class Case:
 
     @cached_property
     def floor(self) -> Array:
-        """(2,) smallest size of a residual of force [N] and torque [N m] that is to be
+        """(2,) smallest residual of force [N] and torque [N m] that is to be
         explained."""
         changes = np.sqrt(np.var(self.wrench, axis=0).reshape(2, 3).mean(axis=1))
         size = np.sqrt(np.mean(self.wrench**2, axis=0).reshape(2, 3).mean(axis=1))
@@ -229,15 +231,14 @@ class Case:
 
     @property
     def level(self) -> Array:
-        """(2,) size of a residual that noise explains: the floor, or more of coloured
-        noise."""
+        """(2,) residual that noise explains: the floor, or more for coloured noise."""
         coloured = self.coloured
         return np.where(coloured > CLEAR_COLOUR * self.floor, coloured, self.floor)
 
     @cached_property
     def coloured(self) -> Array:
-        """(2,) size of coloured noise, by the fourth differences of the wrench that no
-        linear function of the motion has; zero where too few are known."""
+        """(2,) size of coloured noise, which shows in fourth differences of the wrench
+        that are no linear function of the motion's; zero where too few are known."""
         time, wrench = self.consecutive
         if not self.path.moves:
             return np.zeros(2)
@@ -266,7 +267,7 @@ class Case:
 
     @property
     def likely_offsets(self) -> Array:
-        """(1,) or (2,) [s] none, and the clock offset that conditioning found."""
+        """(1,) or (2,) [s] zero, and the clock offset that conditioning found."""
         return np.unique((0.0, self.offset))
 
     @property
@@ -280,7 +281,7 @@ class Case:
         return self.motion_late(self.offset)
 
     def motion_late(self, offsets: float | Array) -> Motion:
-        """For wrenches that are late by clock offsets (O,), or by one [s]."""
+        """For wrenches that are late by clock offsets (O,) or a single one [s]."""
         each = np.atleast_1d(offsets)
         at = tuple(each.tolist())
         if at not in self._late:
@@ -299,15 +300,14 @@ class Case:
         )
 
     def places(self, times: Array) -> Array:
-        """(..., 3) [m] of the sensor as logged, at times (...) [s]."""
+        """(..., 3) [m] logged position at times (...) [s]."""
         position = self.recording["position"]
         each = [np.interp(times, position.time, x) for x in position.values.T]
         return np.stack(each, axis=-1)
 
     @cached_property
     def bias_functions(self) -> Array:
-        """(K, n) functions of time of which a bias is composed; n = 0 where none is
-        possible."""
+        """(K, n) functions of time that compose a bias; n = 0 if none is possible."""
         if not self.biased:
             return np.zeros((len(self.time), 0))
         long = self.path.moves and np.ptp(self.time) >= SHORTEST_DRIFTING_RECORDING
@@ -318,8 +318,8 @@ class Case:
 def _averaged(
     time: Array, wrench: Array, noise: Array, rounding: Array
 ) -> tuple[Array, Array, Array]:
-    """Averages of blocks at `time` (B,) with wrenches (B, 6) and noise (2,), as long as
-    they lose little of the wrench beside that and `rounding` (2,)."""
+    """Averages of blocks at `time` (B,) with wrenches (B, 6) and noise (2,): over as
+    long as they lose little of the wrench relative to noise and `rounding` (2,)."""
     together = _averaged_together(time)
     changes = np.sqrt(np.var(wrench, axis=0).reshape(2, 3).mean(axis=1))
     while together > 1:
@@ -334,7 +334,7 @@ def _averaged(
 
 
 def _averaged_together(time: Array) -> int:
-    """How many of the blocks at `time` (B,) are averaged for `MOST_BLOCKS` of them."""
+    """Number of blocks at `time` (B,) to average, for `MOST_BLOCKS` averages."""
     if len(time) <= MOST_BLOCKS:
         return 1
     interval = median(np.diff(time))
@@ -343,11 +343,11 @@ def _averaged_together(time: Array) -> int:
 
 
 def _averages(time: Array, wrench: Array, together: int) -> tuple[Array, Array]:
-    """Times (K,) and wrenches (K, 6) of so many blocks each, those at the end that are
-    fewer left out.
+    """Times (K,) and wrenches (K, 6) of `together` blocks each; a remainder at the end
+    is left out.
 
-    The mean of x(t) over a time T is x + T² x'' / 24 in its middle: that is taken away
-    by the second difference of the means, where their times are even.
+    The mean of x(t) over a time T is x + T² x'' / 24 in its middle. Where the times are
+    even the second term is removed by the second difference of the means.
     """
     K = len(time) // together
     time = time[: K * together].reshape(K, together).mean(axis=1)
@@ -362,15 +362,15 @@ def _averages(time: Array, wrench: Array, together: int) -> tuple[Array, Array]:
 
 
 def _high_frequency_noise(wrench: Array) -> Array:
-    """(2,) standard deviation of the noise of force and torque, by the second
-    differences of the wrench (B, 6), which a slow motion does not show in."""
+    """(2,) standard deviation of the noise of force and torque, from second differences
+    of the wrench (B, 6), in which a slow motion does not show."""
     if len(wrench) < 4:
         return np.zeros(2)
     return _size(np.diff(wrench, 2, axis=0)) / 6.0**0.5
 
 
 def _size(values: Array) -> Array:
-    """(2,) robust standard deviations of force and torque, of values (B, 6)."""
+    """(2,) robust standard deviations of force and torque values (B, 6)."""
     # the median of |x| is 0.6745 standard deviations
     size = np.median(np.abs(values), axis=0) / 0.6745
     return np.sqrt(np.mean(np.square(size).reshape(2, 3), axis=1))

@@ -1,4 +1,4 @@
-"""One clock runs fast: the poses' against the wrench's."""
+"""The clock of the poses runs faster or slower than that of the wrench."""
 
 import numpy as np
 
@@ -24,19 +24,19 @@ RATES = np.array(
 )
 """Relative differences of the clocks that are tried; they are refined."""
 OFFSETS = 0.04 * np.arange(-6.0, 7.0)
-"""[s] Clock offsets in the middle of the recording that are tried with each."""
+"""[s] Clock offsets in the middle of the recording that are tried with each rate."""
 FIRST_SAMPLES = 50
-"""Largest number of averages on which they are compared."""
+"""Largest number of averages on which pairs are compared."""
 FIRST_ITERATIONS = 2
-"""Reweightings by which they are compared at first."""
+"""Number of reweightings of the first comparison."""
 KEPT = 6
-"""Likeliest pairs of a rate and an offset after that, which are compared in full."""
+"""Number of likeliest pairs of a rate and an offset that are compared in full."""
 STEPS = 5
 """Gauss-Newton steps of rate and offset."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The rate by which the poses' clock is faster."""
+    """The relative rate of the poses' clock."""
     if not case.path.moves or np.ptp(case.time) < 3.0:
         return None
     rate, offset = _coarse(case)

@@ -1,4 +1,4 @@
-"""Consequence: what a mistake does to the answer, and how it is told."""
+"""Consequence: what a mistake does to the answer, and the message that says so."""
 
 from collections.abc import Iterable
 from typing import TypeVar
@@ -9,19 +9,19 @@ from hefting.core.immutable import immutable
 from hefting.core.messages import Message, error, warning
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case
+from hefting.ingest.rivals.evidence import unexplained_share
 from hefting.ingest.rivals.explanation import Explanation
-from hefting.ingest.rivals.judge import Judged, unexplained_share
+from hefting.ingest.rivals.judge import Judged
 from hefting.ingest.rivals.two_mistakes import judge, judge_alone
 from hefting.ingest.rivals.vibration import Vibration
 
 Said = TypeVar("Said", bound=str)
 LARGE_MASS_CHANGE = 0.03
-"""Change of the mass, as a share of it, from which on a mistake makes the answer
-wrong."""
+"""Relative change of the mass from which on a mistake makes the answer wrong."""
 LARGE_COM_CHANGE = 0.005
 """[m] Change of the COM from which on a mistake makes the answer wrong."""
 GRAVE_MASS_CHANGE = 0.1
-"""The same of a mistake that is possible, and not beyond doubt."""
+"""The same for a mistake that is possible, but not beyond doubt."""
 GRAVE_COM_CHANGE = 0.010
 """[m] The same."""
 LARGE_UNEXPLAINED = 0.3
@@ -31,21 +31,21 @@ NOTICED_UNEXPLAINED = 0.125
 """The same from which on the answer is in doubt. On recordings of three real sensors it
 is at most 0.1."""
 NOTICED_MULTIPLE = 8.0
-"""Residual of torque, by which the COM is found, over what noise and a sensor's errors
-leave from which on it is, too. On those recordings it is at most 5.4."""
+"""Residual of the torque over what noise and a sensor's errors leave, from which on the
+answer is in doubt too. On those recordings it is at most 5.4."""
 CLEAR_OF_NOISE = 1.3
-"""Factor on the noise that must be left behind, too: averages of little colour have so
-much more of it than their differences tell."""
+"""Factor on the noise with which both must still hold: averages of slightly coloured
+noise have more of it than their differences show."""
 STATIC_FACTOR = 2.0
-"""Both are so much larger for static poses, whose noise counts as unexplained: of one
-per second nothing tells it."""
+"""Factor on both for static poses, whose noise counts as unexplained, as one sample per
+second does not show it."""
 FEW_UNKNOWNS = 6
-"""Unknowns up to which a mistake does not imitate a change of the object."""
+"""Number of unknowns up to which a mistake does not imitate a change of the object."""
 LITTLE_UNEXPLAINED = 0.01
-"""Residual over the wrench's changes below which a mistake of many unknowns is not named
-unless it changes the answer: it imitates what is none of those that are looked for."""
+"""Residual over the wrench's changes below which a mistake of many unknowns is named
+only if it changes the answer, as it may imitate something else."""
 NEGLIGIBLE_MASS_CHANGE = 1e-3
-"""Change of the mass, as a share of it, that is no change of the answer."""
+"""Relative change of the mass that is negligible."""
 NEGLIGIBLE_COM_CHANGE = 0.5e-3
 """[m] The same of the COM."""
 SUPERSEDED = frozenset(
@@ -80,20 +80,20 @@ not help."""
 
 @immutable
 class Doubt:
-    """What is to be said of a recording that noise alone does not explain."""
+    """Messages on a recording that noise alone does not explain."""
 
     message: Message
     names_mistake: bool
-    """whether it names a mistake; else much is unexplained"""
+    """whether it names a mistake, not only that much is unexplained"""
     is_whole: bool = False
     """whether the mistake accounts for the whole recording: it has few unknowns and
     makes the answer wrong, or is beyond doubt and leaves next to nothing unexplained"""
     second: Message | None = None
-    """that of another mistake, made at once"""
+    """message on a second mistake, made at once"""
 
     @property
     def messages(self) -> tuple[Message, ...]:
-        """All that is to be said."""
+        """All messages."""
         return (self.message,) if self.second is None else (self.message, self.second)
 
     @property
@@ -103,12 +103,12 @@ class Doubt:
 
     @property
     def makes_wrong(self) -> bool:
-        """Whether a mistake is named that makes the answer wrong."""
+        """Whether it names a mistake that makes the answer wrong."""
         return self.names_mistake and self.is_fatal
 
     def without_consequences(self, said: Iterable[Said]) -> tuple[Said, ...]:
-        """Messages without those that a mistake which makes the answer wrong accounts
-        for: what they advise would not help."""
+        """Messages without those that follow from a mistake which makes the answer
+        wrong."""
         if not self.makes_wrong:
             return tuple(said)
         return tuple(m for m in said if getattr(m, "code", "") not in SUPERSEDED)
@@ -116,16 +116,16 @@ class Doubt:
     @property
     def needs_no_change(self) -> bool:
         """Whether a mistake explains the whole recording, so that no change of the
-        object is to be looked for in it."""
+        object need be searched for."""
         return self.names_mistake and self.is_whole
 
 
 def doubt_of(
     case: Case | None, *, with_tool: bool = False, pairs: bool = True
 ) -> Doubt | None:
-    """The mistake in a recording, or that much of it is unexplained; None where neither
-    is, or none could be told. What is held includes a tool where one is known. Where one
-    mistake does not explain it, two at once are looked for if `pairs`."""
+    """The mistake in a recording, or that much of it is unexplained; None for neither.
+    With a tool, the object includes it. Two mistakes at once are searched for if
+    `pairs`."""
     if case is None:
         return None
     judged = judge(case) if pairs else judge_alone(case)
@@ -171,7 +171,7 @@ def doubt_of(
 
 
 def _multiple(case: Case, judged: Judged, level: Array) -> float:
-    """The torque that is left over a level (2,) that noise explains, and that over the
+    """Residual torque over a level (2,) that noise explains, and the same over the
     multiple that is noticed."""
     # of a quantised wrench the noise is not known, nor of static poses
     if judged.given is None or not case.noise[1] > 1e-3 * case.floor[1]:
@@ -181,7 +181,8 @@ def _multiple(case: Case, judged: Judged, level: Array) -> float:
 
 
 def _is_negligible(judged: Judged, named: Explanation) -> bool:
-    """Whether a mistake of many unknowns explains next to nothing and changes nothing."""
+    """Whether a mistake of many unknowns explains next to nothing and changes
+    nothing."""
     assert judged.given is not None
     mass, com = _changes(judged.given.vector, named.vector)
     return (
@@ -195,8 +196,8 @@ def _is_negligible(judged: Judged, named: Explanation) -> bool:
 def _named(
     judged: Judged, named: Explanation, held: str
 ) -> tuple[Message, Message | None]:
-    """The mistake, the one that is made at once if there is one, and how far off the
-    answer, about what is held, is with them."""
+    """Message on the mistake and a second one, and how far off the answer, on what is
+    `held`, is."""
     assert judged.given is not None
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)

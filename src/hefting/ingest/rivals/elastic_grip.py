@@ -1,11 +1,11 @@
-"""The grip gives way under the load, as a suction cup or soft fingers do, or has slack.
+"""The grip yields to the load, as a suction cup or soft fingers do, or has slack.
 
 The centre of mass is c - C s, with the compliance C (3, 3) and the specific force s of
-the sensor in its axes, which is gravity's where it moves slowly. The force is that of
-the rigid body, the torque has m s x C s besides: of C it does not tell a part that is
-the same along all axes. Of an object with slack, which moves until it meets a stop,
-tanh(s / g0) by axes takes the place of s, with g0 a third of gravity; of one that slides
-slowly from stop to stop, the integral of s between them.
+the sensor in its axes, which is nearly that of gravity for slow motion. The force is
+that of the rigid body; the torque also has m s x C s, in which a multiple of the
+identity in C cancels. For an object with slack, which moves until it meets a stop,
+tanh(s / g0) by axes takes the place of s, with g0 a third of gravity; for one that
+slides slowly from stop to stop, the integral of s between them.
 """
 
 import numpy as np
@@ -17,15 +17,16 @@ from hefting.ingest.rivals.explanation import Explanation, at_offset, fit_as_giv
 
 CODE = "grip-elastic"
 SMALLEST_MOVE = 0.001
-"""[m] Movement of the COM that is told."""
+"""[m] Smallest movement of the COM that is reported."""
 STOPPED = 3.3
-"""[m/s²] Specific force along an axis from which on slack is used up."""
+"""[m/s²] Specific force along an axis at which slack is used up."""
 SLIDING = (0.1, 0.2, 0.4, 0.8, 1.6)
-"""[s] Times, as tried, in which `WEIGHT` slides an object from the middle to a stop."""
+"""[s] Times that are tried in which `WEIGHT` slides an object from the middle to a
+stop."""
 WEIGHT = 9.81
 """[m/s²] Specific force of gravity, about."""
 LEVI_CIVITA = np.cross(np.eye(3)[:, None], np.eye(3))
-"""(3, 3, 3) by two axes, their cross product."""
+"""(3, 3, 3) cross products of the unit vectors."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -71,7 +72,8 @@ def yielding_columns(features: Array) -> Array:
 
 
 def _rows(case: Case, motion: Motion) -> Rows:
-    """Rows of a body, of its mass times the compliance by each law, and of a bias."""
+    """Rows of a body, of its mass times the compliance by each law in turn, and of a
+    bias."""
     features = case.features(motion)[0]
     s = features[:, :3]
     laws = _laws(case, s)
@@ -81,8 +83,8 @@ def _rows(case: Case, motion: Motion) -> Rows:
 
 
 def _laws(case: Case, s: Array) -> Array:
-    """(L, K, 3) what the movement of the COM is proportional to by each law, by the
-    specific force (K, 3) [m/s²]."""
+    """(L, K, 3) driving quantity of the COM's movement by each law, from the specific
+    force (K, 3) [m/s²]."""
     stopped = np.tanh(s / STOPPED)
     share = np.diff(case.time, prepend=case.time[0])[:, None, None] * s[:, None]
     share = share / (WEIGHT * np.array(SLIDING)[:, None])
@@ -94,7 +96,8 @@ def _laws(case: Case, s: Array) -> Array:
 
 
 def _products(s: Array, law: Array) -> Array:
-    """(..., 9) products of the components of the specific force and of its law's."""
+    """(..., 9) products of the components of the specific force and of the driving
+    quantity."""
     return (s[..., :, None] * law[..., None, :]).reshape(*s.shape[:-1], 9)
 
 
@@ -104,6 +107,6 @@ YIELDING = np.concatenate((np.zeros_like(YIELDING), YIELDING), axis=1)
 
 
 def _with_isotropic(C: Array) -> Array:
-    """The compliance (3, 3) with the least part that is the same along all axes for
-    which nothing moves against its load."""
+    """The compliance (3, 3) plus the least multiple of the identity for which nothing
+    moves against its load."""
     return C - np.linalg.eigvalsh(C + C.T)[0] / 2.0 * np.eye(3)

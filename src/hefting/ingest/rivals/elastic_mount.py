@@ -1,9 +1,9 @@
-"""The mount of the sensor gives way under the load, so that it is turned against the logged
-frame: by a compliance that is the same about all axes, times the torque about some point
-of it.
+"""The sensor's mount yields to the load and turns the sensor against the logged frame,
+by a compliance that is the same about all axes, times the torque about some point of
+the mount.
 
-To first order in the turn, with its velocity neglected: the specific force s of the
-sensor is turned, by s x k (t + r x f) for a force f and a torque t.
+To first order, and without the velocity of the turn, the specific force s of the sensor
+is turned: by s x k (t + r x f) for a force f and a torque t.
 """
 
 import numpy as np
@@ -18,11 +18,13 @@ CODE = "mount-elastic"
 UNKNOWNS = 4
 """The compliance, and its product with the place of the point."""
 PASSES = 2
-"""Times the load is predicted, beside better turns."""
+"""Number of times that the load is predicted, with improved turns."""
 SMALLEST_TURN = np.radians(1.0)
-"""Turn from the mean one that is told: arms give way by some tenths of a degree."""
+"""Smallest turn from the mean one that is reported: arms yield by some tenths of a
+degree."""
 LARGEST_TURN = np.radians(10.0)
-"""Turn of a mount that nobody would miss, beyond which another object is likelier."""
+"""Largest turn of a mount that could stay unnoticed; beyond, another object is
+likelier."""
 
 
 def explain(case: Case) -> Explanation | None:

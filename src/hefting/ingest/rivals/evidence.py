@@ -24,16 +24,20 @@ from hefting.ingest.robust_rows import (
 )
 
 TYPICAL_DEVIATION = 4.46
-"""Average of 4.5 log(1 + x / 3) over x distributed as chi-squared with six degrees of
-freedom: what noise alone takes from the log-likelihood of a sample."""
+"""Mean of 4.5 log(1 + x / 3) for x of a chi-squared distribution with six degrees of
+freedom: the reduction of a sample's log-likelihood by noise alone."""
 NEGLIGIBLE_UNEXPLAINED = 0.3
-"""Log-likelihood of a sample missing to noise alone that counts as nothing."""
+"""Missing log-likelihood per sample (`missing`) that is negligible."""
 LARGEST_LEFT = 0.9
-"""Share of what noise does not explain that a first fit of a mistake may leave: of 300
-recordings with mistakes, those that were told left 0.73 at most, and half of the others
-0.99."""
+"""Share of what noise does not explain that the rough fit of a mistake may leave. In
+300 recordings with mistakes those that were named left at most 0.73, and half of the
+others 0.99."""
 ITERATIONS, MORE_ITERATIONS = 6, 2
-"""Reweightings of a robust fit, and of one that goes on from nearly the same."""
+"""Number of reweightings of a robust fit, and of one that starts from a similar fit."""
+NOISE_ALLOWANCE = 1.3
+"""Factor by which a squared residual may exceed that of the noise by chance."""
+SMALLEST_CHANGE = 1e-6
+"""Variance of a wrench over its mean square below which it counts as constant."""
 SMALLEST_FLOOR = 1e-12
 """Smallest floor of a residual, against division by zero."""
 
@@ -41,7 +45,7 @@ SMALLEST_FLOOR = 1e-12
 @immutable
 class Rows:
     """A model that is linear in its unknowns, for O alternatives (such as clock
-    offsets), of K samples."""
+    offsets) and K samples."""
 
     known: Array
     """(O, K, z) rows in which the columns are linear"""
@@ -50,16 +54,16 @@ class Rows:
     used: Array
     """(O, K) 1 where the motion is known, else 0"""
     wrench: Array | None = None
-    """(O, K, 6) wrench, where it is not the one recorded; of the same length"""
+    """(O, K, 6) wrench in place of the recorded one"""
 
     def part(self, index: slice | Indices) -> "Rows":
-        """Those of some of the alternatives."""
+        """The rows of some alternatives."""
         wrench = None if self.wrench is None else self.wrench[index]
         return Rows(self.known[index], self.maps, self.used[index], wrench)
 
     def predict(self, solution: Array) -> Array:
-        """(O, K, 6) wrench of one solution (p,) by each alternative, or of the first so
-        many unknowns."""
+        """(O, K, 6) wrench by each alternative, for the first unknowns `solution` (p,)
+        or fewer."""
         maps = self.maps[:, :, : len(solution)]
         return self.known @ (maps @ solution)
 
@@ -71,7 +75,7 @@ class Fitted(RobustRows):
     rows: Rows
 
     def of_best(self) -> Self:
-        """The fit of the most likely alternative alone."""
+        """The fit of the most likely alternative only."""
         part = slice(self.best, self.best + 1)
         return type(self)(
             self.likelihood[part],
@@ -84,8 +88,12 @@ class Fitted(RobustRows):
 
 
 def beside_body(columns: Array) -> Array:
-    """(12 + z, 6, 10 + p) columns of the ten parameters, per unit of each feature, then
-    others (z, 6, p), per unit of the known rows behind the features."""
+    """Maps (12 + z, 6, 10 + p) of a model with more unknowns than the ten parameters.
+
+    The known row of a sample holds its 12 features, then z other numbers; `columns`
+    (z, 6, p) are the derivatives of the wrench by the p further unknowns, per unit of
+    those numbers.
+    """
     z, _, p = columns.shape
     maps = np.zeros((FEATURES + z, 6, 10 + p))
     maps[:FEATURES, :, :10] = REGRESSOR_BY_FEATURE
@@ -101,8 +109,8 @@ def with_bias(
     wrench: Array | None = None,
     functions: Array | None = None,
 ) -> Rows:
-    """Rows with a bias among the unknowns, after the others: that of the case, or of
-    other functions of time (..., K, n)."""
+    """Rows of a model with a bias as its last unknowns: 6 n coefficients of n functions of
+    time, which are those of the case or `functions` (..., K, n)."""
     if functions is None:
         functions = case.bias_functions
     n = functions.shape[-1]
@@ -119,7 +127,8 @@ def with_bias(
 def fit_rows(
     case: Case, rows: Rows, iterations: int = ITERATIONS, start: Fitted | None = None
 ) -> Fitted:
-    """Robust least squares of each alternative; `start` is a fit of nearly the same."""
+    """Robust least squares of each alternative; `start` is a fit of similar rows, from
+    whose weights it begins."""
     iterations = iterations if start is None else MORE_ITERATIONS
     wrench = case.wrench if rows.wrench is None else rows.wrench
     wrench = np.broadcast_to(wrench, (*rows.known.shape[:2], 6))
@@ -130,10 +139,11 @@ def fit_rows(
     return Fitted(**vars(fits), rows=rows)
 
 
-def fit_freely(
+def fit_free_channels(
     case: Case, known: Array, used: Array | Mask, iterations: int = ITERATIONS
 ) -> RobustRows:
-    """The same where each channel is any linear function of known rows (O, K, z)."""
+    """Robust least squares of free channels: each channel of the wrench is any linear
+    function of the known rows (O, K, z), whatever a rigid body allows."""
     wrench = np.broadcast_to(case.wrench, (*known.shape[:2], 6))
     return fit_channels(
         np.concatenate((known, wrench), axis=2),
@@ -144,8 +154,8 @@ def fit_freely(
 
 
 def correlation(fitted: RobustRows) -> float:
-    """Samples that count as one, by the autocorrelation of the weighted residuals of the
-    most likely alternative; 1 for white ones."""
+    """Autocorrelation time [samples] of the weighted residuals of the likeliest
+    alternative: 1 for white noise."""
     best = fitted.best
     weights = np.sqrt(fitted.weights[best])[:, None]
     scale = np.repeat(fitted.scale[best], 3)
@@ -153,39 +163,57 @@ def correlation(fitted: RobustRows) -> float:
 
 
 def missing(case: Case, fitted: RobustRows) -> float:
-    """Log-likelihood of a sample that is missing to that of noise alone."""
+    """Mean log-likelihood of a sample if noise alone were left, less that of the best
+    alternative."""
     ideal = -TYPICAL_DEVIATION - 3.0 * float(
         np.log(np.maximum(case.level, 1e-12)).sum()
     )
     return ideal - float(fitted.likelihood[fitted.best])
 
 
+def unexplained_share(case: Case, fitted: Fitted, level: Array) -> float:
+    """Root of the residual variance of the best alternative beyond the noise `level` (2,)
+    of force [N] and torque [N m], over the variance of the wrench; the larger share of
+    the two, at most 1."""
+    fitted = fitted.of_best()
+    changes = np.var(case.wrench, axis=0).reshape(2, 3).mean(axis=1)
+    used = fitted.weights[0] > 0.0
+    square = np.square(fitted.residual[0][used]).reshape(-1, 2, 3).sum(axis=2)
+    # the median of chi-squared with three degrees of freedom is 2.37
+    left = np.maximum(np.square(fitted.scale[0]), np.median(square, axis=0) / 2.37)
+    excess = np.maximum(left - NOISE_ALLOWANCE * np.square(level), 0.0)
+    size = np.mean(case.wrench**2, axis=0).reshape(2, 3).mean(axis=1)
+    varies = changes > SMALLEST_CHANGE * size
+    share = np.where(varies, excess / np.maximum(changes, 1e-300), 0.0)
+    return float(np.sqrt(np.minimum(share, 1.0)).max())
+
+
 def is_hopeless(case: Case, first: RobustRows, given: RobustRows) -> bool:
-    """Whether a mistake that is not fitted to the end yet explains next to nothing of
-    what the recording as given leaves unexplained: it will not be told then."""
+    """Whether the `first` rough fit of a mistake leaves nearly all that the recording as
+    `given` leaves unexplained, so that the mistake need not be fitted further."""
     most = min(LARGEST_LEFT * missing(case, given), case.most_left)
     return missing(case, first) > max(most, 2.0 * NEGLIGIBLE_UNEXPLAINED)
 
 
 @immutable
 class Step:
-    """A Gauss-Newton step of unknowns in which the model is not linear."""
+    """A Gauss-Newton step of q unknowns in which the model is not linear."""
 
     change: Array
-    """(q,)"""
+    """(q,) of the unknowns"""
     white: Array
-    """(q, q) covariance, if the residuals were white"""
+    """(q, q) covariance for white residuals"""
     fitted: RobustRows
 
     @property
     def covariance(self) -> Array:
-        """(q, q), for coloured residuals."""
+        """(q, q) covariance for residuals with their autocorrelation."""
         return self.white * correlation(self.fitted)
 
 
 def linear_step(fitted: Fitted, columns: Array) -> Step:
-    """The step beside all linear unknowns of the most likely alternative, with the
-    derivative (K, 6, q) of the wrench by each unknown."""
+    """Gauss-Newton step of q unknowns together with all linear unknowns of the likeliest
+    alternative; `columns` (K, 6, q) are derivatives of the wrench by the unknowns."""
     fitted = fitted.of_best()
     rows = fitted.rows
     K, _, q = columns.shape
@@ -204,15 +232,15 @@ def linear_step(fitted: Fitted, columns: Array) -> Step:
 
 @immutable
 class LinearPart:
-    """The linear unknowns of one alternative, to be eliminated beside others; samples
-    count as if they were independent."""
+    """Weighted equations of the linear unknowns of one alternative, to eliminate these
+    from the equations of further unknowns; samples count as independent."""
 
     weights: Array
     """(K, 6) square roots of the weights of the residuals"""
     columns: Array
-    """(6 K, p) weighted, of length one"""
+    """(6 K, p) weighted columns of the design matrix, scaled to unit length"""
     normal: Array
-    """(p, p)"""
+    """(p, p) normal matrix of these"""
     residual: Array
     """(6 K,) weighted"""
 
@@ -223,7 +251,7 @@ class LinearPart:
 
     @classmethod
     def of(cls, fitted: Fitted) -> Self:
-        """Of the most likely alternative."""
+        """The equations of the likeliest alternative."""
         fitted = fitted.of_best()
         rows = fitted.rows
         weights = np.sqrt(fitted.weights[0])[:, None] / np.repeat(fitted.scale[0], 3)
@@ -237,9 +265,9 @@ class LinearPart:
         return cls(weights, A, normal, residual)
 
     def beside(self, columns: Array) -> tuple[Array, Array]:
-        """Normal matrix (q, q) and right-hand side (q,) of more unknowns, with columns
-        (K, 6, q) the derivatives of the wrench by them, and the linear ones
-        eliminated."""
+        """Normal matrix (q, q) and right-hand side (q,) of q further unknowns, from which
+        the linear ones are eliminated; `columns` (K, 6, q) are the derivatives of the
+        wrench by them."""
         A = self.columns
         B = (columns * self.weights[:, :, None]).reshape(len(A), -1)
         both = np.column_stack((B, self.residual))

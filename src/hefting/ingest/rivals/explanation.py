@@ -1,5 +1,5 @@
-"""Explanation: one way to understand a recording, fitted to it; and `Undone`, a recording
-without one mistake, in which others are looked for."""
+"""Explanations of a recording: with a mistake or without, each fitted to it; and `Undone`,
+a recording from which one mistake is removed, in which others are searched for."""
 
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import field, fields, replace
@@ -19,7 +19,7 @@ from hefting.ingest.rivals.evidence import (
     ITERATIONS,
     Fitted,
     Rows,
-    fit_freely,
+    fit_free_channels,
     fit_rows,
     is_hopeless,
     with_bias,
@@ -29,26 +29,25 @@ from hefting.ingest.robust_rows import RobustRows
 OFFSET_STEP = 2e-3
 """[s] Half of the step of the numerical derivative by the clock offset."""
 HEAVIEST_HELD = 200.0
-"""[kg] Mass above which an explanation is none, as no wrist with such a sensor holds
-it."""
+"""[kg] Largest mass that a wrist with a force-torque sensor holds."""
 _FITS_AS_GIVEN: WeakKeyDictionary[Case, tuple[Fitted, float]] = WeakKeyDictionary()
 Build = Callable[[Motion], Rows]
 """Rows of the model for the motion at O clock offsets."""
 
 FINEST_OFFSETS = 0.2 * FINE_OFFSETS
-"""[s] Clock offsets about the best of the fine ones: mistakes are refined beside it."""
+"""[s] Clock offsets about the best of the fine ones."""
 FIRST_ITERATIONS = 3
-"""Reweightings by which offsets are compared."""
+"""Number of reweightings after which clock offsets are compared."""
 INERTIAL = "gyroscope", "accelerometer", "linear_accelerometer"
-"""Streams on which the path of the poses does not depend."""
+"""Streams of inertial sensors, which are not used for the path of the poses alone."""
 _PATHS: WeakKeyDictionary[Path, dict[str, Path | None]] = WeakKeyDictionary()
-"""Motions that `with_poses` read, by that of the case and by what would be wrong: several
-searches undo the same mistakes."""
+"""Motions that `with_poses` made, by the case's motion and the mistake: several searches
+undo the same mistakes."""
 
 
 @immutable
 class Mistake:
-    """What may be wrong of a recording."""
+    """What may be wrong with a recording."""
 
     code: str
     """code of the message that names it; ``"as-given"`` for no mistake"""
@@ -75,17 +74,17 @@ class Explanation(Mistake):
     """log-likelihood that the unknowns cost, where their usual size is known; None for
     Schwarz's criterion"""
     parameters: Array | None = None
-    """(10,) of the object in the recorded wrench's sign, if it is so; None where they
-    are those of `fitted`"""
+    """(10,) of the object, with the sign of the recorded wrench, if the explanation is
+    right; None where they are those of `fitted`"""
     effect: float | None = None
     """size of the mistake over its standard deviation, where that was found"""
     alternative: Callable[[], "Explanation | None"] | None = None
-    """a larger or smaller mistake of the same kind, tried where this one is the
-    likeliest"""
+    """finds a larger or smaller mistake of the same kind, where this is the likeliest"""
     is_change: bool = False
-    """whether it is a change of the object with time, as one at an instant may be"""
+    """whether the object changes with time"""
     of_many_laws: bool = False
-    """whether another law may hold than was fitted, which then explains a part only"""
+    """whether the true law may differ from the fitted one, which then explains only a
+    part"""
 
     @property
     def vector(self) -> Array:
@@ -95,13 +94,18 @@ class Explanation(Mistake):
         return self.fitted.solution[self.fitted.best][:10]
 
     @property
+    def is_too_heavy(self) -> bool:
+        """Whether the object is heavier than a wrist holds."""
+        return abs(self.vector[0]) > HEAVIEST_HELD
+
+    @property
     def likelihood(self) -> float:
         """Log-likelihood of one sample on average, up to a constant."""
         return float(self.fitted.likelihood[self.fitted.best])
 
 
 def as_columns(matrix: Array) -> str:
-    """Columns of the wrench in a column map that a signed permutation (6, 6) makes."""
+    """Entry of a column map for the wrench times a signed permutation (6, 6)."""
     names = [
         ("-" if row.sum() < 0.0 else "") + WRENCH[np.abs(row).argmax()]
         for row in matrix
@@ -112,8 +116,8 @@ def as_columns(matrix: Array) -> str:
 def over_offsets(
     case: Case, build: Build, iterations: int = FIRST_ITERATIONS
 ) -> tuple[Fitted, float]:
-    """The fit at the likeliest clock offset near the coarse ones, which so many
-    reweightings compare, and that offset [s]."""
+    """The fit at the likeliest clock offset, and that offset [s]; `iterations` is the
+    number of reweightings after which the coarse offsets are compared."""
     if not case.path.moves:
         return fit_rows(case, build(case.motion)), 0.0
     coarse = fit_rows(case, build(case.motion), iterations)
@@ -123,14 +127,14 @@ def over_offsets(
 
 
 def newton_euler(case: Case, motion: Motion, wrench: Array | None = None) -> Rows:
-    """Rows of the model of a body as given: ten parameters and a bias."""
+    """Rows of the Newton-Euler model: ten parameters and a bias."""
     features = case.features(motion)
     return with_bias(case, features, REGRESSOR_BY_FEATURE, motion.known, wrench)
 
 
 def fit_as_given(case: Case) -> tuple[Fitted, float]:
     """The fit of the recording without a mistake at its likeliest clock offset, and that
-    offset [s]: many mistakes start from it, so it is made once a case."""
+    offset [s]. It is kept, as many mistakes start from it."""
     if case not in _FITS_AS_GIVEN:
         build = partial(newton_euler, case)
         _FITS_AS_GIVEN[case] = over_offsets(case, build, ITERATIONS)
@@ -138,8 +142,8 @@ def fit_as_given(case: Case) -> tuple[Fitted, float]:
 
 
 def explains_nothing(case: Case, build: Build) -> bool:
-    """Whether a model is hopeless at all of the coarse clock offsets, and with it every
-    mistake that is a special case of it."""
+    """Whether a model, and so every mistake that is a special case of it, is hopeless at
+    all coarse clock offsets (`is_hopeless`)."""
     quick = fit_rows(case, build(case.motion), FIRST_ITERATIONS)
     return is_hopeless(case, quick, fit_as_given(case)[0])
 
@@ -153,8 +157,8 @@ def as_given(case: Case) -> Explanation:
 def of_each_wrench(
     case: Case, rows: Rows, wrenches: Array, iterations: int = ITERATIONS
 ) -> Fitted:
-    """Fits of each of the wrenches (M, K, 6) at each of the O offsets of rows: the
-    offsets of the first wrench, then those of the next."""
+    """Fits of M wrenches (M, K, 6) at the O clock offsets of `rows`: O fits of the first
+    wrench, then O of the second."""
     M, O = len(wrenches), len(rows.known)
     known, used = np.tile(rows.known, (M, 1, 1)), np.tile(rows.used, (M, 1))
     repeated = np.repeat(wrenches, O, axis=0)
@@ -163,19 +167,19 @@ def of_each_wrench(
 
 @immutable
 class Around:
-    """A fit at a clock offset, and the model a little before and after it."""
+    """A fit at a clock offset, and the models for a numerical derivative by the offset."""
 
     fitted: Fitted
     motion: Motion
-    """at the offset first"""
+    """at the offset, then `OFFSET_STEP` before and after it, unless nothing moves"""
     rows: Rows
-    """`OFFSET_STEP` before and after it; none where nothing moves"""
+    """of the model `OFFSET_STEP` before and after the offset, unless nothing moves"""
 
     @classmethod
     def of(
         cls, case: Case, build: Build, offset: float, start: Fitted | None = None
     ) -> Self:
-        """At an offset [s]; `start` is a fit of nearly the same."""
+        """At an offset [s]; `start` is the fit of a similar model."""
         steps = np.array((0.0, -1.0, 1.0) if case.path.moves else (0.0,)) * OFFSET_STEP
         motion = case.motion_late(offset + steps)
         rows = build(motion)
@@ -195,8 +199,8 @@ def at_offset(case: Case, build: Build, offset: float) -> Fitted:
 
 
 def explained_by_motion(case: Case) -> Iterator[tuple[RobustRows, float]]:
-    """The fits of free channels at clock offsets closer and closer to the likeliest one,
-    each better than the one before, and that offset [s]."""
+    """Fits of free channels on three grids of clock offsets, each finer about the best of
+    the one before, with the best offset [s] of each grid."""
     if not case.path.moves:
         yield _fit(case, case.motion, ITERATIONS), 0.0
         return
@@ -210,6 +214,7 @@ def explained_by_motion(case: Case) -> Iterator[tuple[RobustRows, float]]:
 
 
 def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:
+    """Free channels as functions of features, orientation and the bias's functions."""
     shape = motion.known.shape
     functions = case.bias_functions
     known: list[Array] = [
@@ -217,23 +222,25 @@ def _fit(case: Case, motion: Motion, iterations: int) -> RobustRows:
         motion.axes.reshape(*shape, 9),
         np.broadcast_to(functions, (len(motion.known), *functions.shape)),
     ]
-    return fit_freely(case, np.concatenate(known, axis=2), motion.known, iterations)
+    return fit_free_channels(
+        case, np.concatenate(known, axis=2), motion.known, iterations
+    )
 
 
 @immutable
 class Undone(Mistake):
-    """A mistake without unknowns, and the recording without it."""
+    """A mistake without unknowns, and the recording from which it is removed."""
 
     case: Case
     """the recording, with the mistake undone"""
     log_scale: float = 0.0
     """log of the factor by which undoing it multiplies volumes of the wrench's space"""
     is_linear: bool = False
-    """whether free channels explain the recording with it as well as without"""
+    """whether free channels fit the recording equally well with and without it"""
 
     def explanation(self, fitted: Fitted | None = None) -> Explanation:
-        """The mistake alone, by a fit to the recording without it; by default that at the
-        likeliest clock offset."""
+        """The mistake as an explanation, by a fit to the recording without it, by default
+        one at the likeliest clock offset."""
         if fitted is None:
             fitted, _ = over_offsets(self.case, partial(newton_euler, self.case))
         own = {each.name: getattr(self, each.name) for each in fields(Mistake)}
@@ -247,8 +254,8 @@ def likeliest(each: Iterable[Undone]) -> Explanation | None:
 
 
 def with_poses(case: Case, what: str, recording: Recording) -> Case | None:
-    """The case with the poses of another recording, in which `what` would be wrong is put
-    right; None where there is no motion in them."""
+    """The case with the poses of `recording`, in which the mistake `what` is corrected;
+    None where they have no motion, or the case's motion is not of poses."""
     if case.path.kind in ("columns", "accelerometer"):
         return None
     found = _PATHS.setdefault(case.path, {})
@@ -259,7 +266,7 @@ def with_poses(case: Case, what: str, recording: Recording) -> Case | None:
 
 
 def _path_of_poses(case: Case, recording: Recording) -> Path | None:
-    """The motion by the poses alone."""
+    """The motion of the poses of a recording, without its inertial sensors."""
     if not case.path.moves:
         return static_path(recording)
     streams = recording.streams.items()

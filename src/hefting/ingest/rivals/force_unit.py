@@ -1,8 +1,8 @@
 """Force and torque in units that do not belong together.
 
-The torque gives the first moment; the force gives it too, by the accelerations of a
-turning body. With a wrong unit the two differ by its ratio. Both in units that do belong
-together, as in kgf and kgf m, only change the mass, which no recording can tell.
+The torque shows the first moment, and so does the force, by the accelerations of a turning
+body. With a wrong unit the two differ by the ratio of the units. A pair that belongs
+together, such as kgf and kgf m, only changes the mass, which no recording shows.
 """
 
 from collections.abc import Iterator
@@ -51,8 +51,8 @@ UNITS = {
     "the torque seems to be in kgf m": (1.0, 9.80665),
     "the torque seems to be in kgf cm": (1.0, 0.0980665),
 }
-"""Units of force [N] and torque [N m] that sensors give together; of those of one ratio
-the usual first."""
+"""Pairs of units of force [N] and torque [N m]; of pairs with the same ratio the most
+usual is first."""
 COMMON = (
     "the force seems to be in kgf",
     "the force seems to be in lbf",
@@ -62,13 +62,12 @@ COMMON = (
     "the torque seems to be in N mm",
     "the torque seems to be in N cm",
 )
-"""Those beside which another mistake is looked for."""
+"""First mistakes of a pair, see `UNDONE` of `hefting.ingest.rivals`."""
 LEVERS = (0.005, 0.5)
-"""[m] Distances of a held object's COM from the sensor that are usual; others count
-against a unit."""
+"""[m] Usual distances of a held object's COM from the sensor; others exclude a unit."""
 ALIKE = 3.0
-"""Log-likelihood up to which a unit is told beside the best, as kgf beside daN; with the
-mass by each, which alone tells them apart."""
+"""Log-likelihood ratio to the best unit up to which another is reported beside it, as kgf
+beside daN. Each is reported with its mass, by which the user can choose."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -77,37 +76,21 @@ def explain(case: Case) -> Explanation | None:
         return None
     if explains_nothing(case, partial(_with_maps, case, _maps_of_two_moments())):
         return None
-    found = {what: torque / force for what, (force, torque) in UNITS.items()}
-    # at the clock offset of the recording as given, and at none
-    motion = case.motion_late(case.likely_offsets)
-    quick = {
-        what: fit_rows(case, _builder(case, ratio)(motion))
-        for what, ratio in found.items()
-    }
-    masses = {
-        what: UNITS[what][0] * abs(float(fitted.solution[fitted.best][0]))
-        for what, fitted in quick.items()
-    }
-    usual = {
-        what: fitted.likelihood.max()
-        for what, fitted in quick.items()
-        if LEVERS[0] <= _lever(fitted, found[what]) <= LEVERS[1]
-        and masses[what] <= HEAVIEST_HELD
-    }
-    if not usual:
+    likelihoods, masses = _held_objects(case)
+    if not likelihoods:
         return None
-    what = max(usual, key=lambda name: round(usual[name], 6))
-    fitted = over_offsets(case, _builder(case, found[what]))[0]
+    what = max(likelihoods, key=lambda name: round(likelihoods[name], 6))
     force, torque = UNITS[what]
-    least = usual[what] - ALIKE * correlation(fitted) / len(case.time)
-    alike = [name for name in usual if usual[name] > least and name != what]
+    fitted = over_offsets(case, _builder(case, torque / force))[0]
+    least = likelihoods[what] - ALIKE * correlation(fitted) / len(case.time)
+    alike = [name for name in likelihoods if likelihoods[name] > least and name != what]
     fix = FIX
     if not alike:
         fix += f', unit = ["{force:g} N", "{torque:g} N m"]'
-    told = [f"{name} (then {masses[name]:.3g} kg)" for name in (what, *alike)]
+    said = [f"{name} (then {masses[name]:.3g} kg)" for name in (what, *alike)]
     return Explanation(
         CODE,
-        ", or ".join(told) if alike else what,
+        ", or ".join(said) if alike else what,
         fix,
         fitted,
         0,
@@ -118,8 +101,23 @@ def explain(case: Case) -> Explanation | None:
     )
 
 
+def _held_objects(case: Case) -> tuple[dict[str, float], dict[str, float]]:
+    """Log-likelihood per sample, and mass [kg], for each pair of units with which a robot
+    could hold the object, at the clock offset that conditioning found or at none."""
+    motion = case.motion_late(case.likely_offsets)
+    likelihoods: dict[str, float] = {}
+    masses: dict[str, float] = {}
+    for what, (force, torque) in UNITS.items():
+        ratio = torque / force
+        fitted = fit_rows(case, _builder(case, ratio)(motion))
+        mass = force * abs(float(fitted.solution[fitted.best][0]))
+        if LEVERS[0] <= _lever(fitted, ratio) <= LEVERS[1] and mass <= HEAVIEST_HELD:
+            likelihoods[what], masses[what] = float(fitted.likelihood.max()), mass
+    return likelihoods, masses
+
+
 def undone(case: Case) -> Iterator[Undone]:
-    """Each pair of units that are common."""
+    """Each of the `COMMON` pairs of units."""
     if not case.path.moves or case.path.kind == "orientation":
         return
     for what in COMMON:
@@ -140,15 +138,17 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _lever(fitted: Fitted, ratio: float) -> float:
-    """[m] Distance of the COM from the sensor in SI units."""
+    """[m] Distance of the COM from the sensor, for the `ratio` of the torque's unit to the
+    force's."""
     solution = fitted.solution[fitted.best]
     size = abs(float(solution[0]))
     return ratio * float(np.linalg.norm(solution[1:4])) / max(size, 1e-12)
 
 
 def _builder(case: Case, ratio: float) -> Build:
+    """Rows of a body whose first moment is in the recorded torque's unit, which is `ratio`
+    times the force's."""
     maps = REGRESSOR_BY_FEATURE.copy()
-    # the first moment of the columns is that of the recorded torque
     maps[:, :3, 1:4] *= ratio
     return partial(_with_maps, case, maps)
 
@@ -158,8 +158,8 @@ def _with_maps(case: Case, maps: Array, motion: Motion) -> Rows:
 
 
 def _maps_of_two_moments() -> Array:
-    """Columns of the ten parameters, with the force's first moment, and of the
-    torque's."""
+    """(12, 6, 13) columns of the ten parameters, whose first moment acts on the force
+    alone, and of another first moment, which acts on the torque alone."""
     maps = np.concatenate(
         (REGRESSOR_BY_FEATURE, REGRESSOR_BY_FEATURE[:, :, 1:4]), axis=2
     )

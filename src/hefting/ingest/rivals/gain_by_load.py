@@ -1,9 +1,9 @@
-"""The sensor's gain depends on the load, as near the end of an amplifier's range, or by a
-calibration that holds for one load.
+"""The sensor's gain depends on the load, as near the end of an amplifier's range, or
+with a calibration for one load.
 
-A channel that reads x reads the load and a share of x |x| or x³ more, with x counted
-from no load or from zero: there its gain is right. The share is one for the forces and
-one for the torques, as where all gauges have the same range.
+A channel that reads x has an error in proportion to x |x| or x³, with x counted from no
+load or from zero, where its gain is right. The factor is common to the forces and to
+the torques, as if all gauges had the same range.
 """
 
 import numpy as np
@@ -15,18 +15,19 @@ from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "gain-by-load"
 PASSES = 2
-"""Times the reading without noise is predicted, beside better laws."""
+"""Number of times that the reading without noise is predicted, with improved laws."""
 SMALLEST_CHANGE = 0.01
-"""Change of the gain within a recording that is told: data sheets allow half."""
+"""Change of the gain within a recording from which on it is reported; data sheets allow
+half."""
 LARGEST_CHANGE = 1.0
-"""The same from which on it is no gain any more."""
+"""Change of the gain beyond which it is another error."""
 UNKNOWNS = 2
 ERRORS = np.eye(6)[:, :, None] * np.repeat(np.eye(2), 3, axis=0)[:, None]
 """(6, 6, 2) columns of the errors of force and torque, per unit of each channel's."""
 RARITY = 15.0
-"""See `Explanation.rarity`. Gains that differ are far more common, and sensors follow such
-a law a little: of recordings of three real ones it explains a fifth of what is
-unexplained, with a log ratio of up to 3."""
+"""See `Explanation.rarity`. Different gains are far more common, and sensors follow
+such a law slightly: in recordings of three real ones it explains a fifth of what is
+unexplained, with an evidence of up to 3."""
 
 
 def explain(case: Case) -> Explanation | None:

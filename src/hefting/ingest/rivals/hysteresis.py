@@ -15,9 +15,9 @@ from hefting.ingest.rivals.explanation import (
 
 CODE = "hysteresis"
 SHARES = np.array((0.005, 0.01, 0.02, 0.03, 0.05, 0.1))
-"""Play over the range of each channel, as tried."""
+"""Play over the range of each channel that is tried."""
 PASSES = 2
-"""Times the play is found from a better prediction of the load."""
+"""Number of times that the play is found, from improved predictions of the load."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -46,7 +46,7 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _lags(load: Array, shares: Array) -> Array:
-    """(S, K, 6) what followers with play of each of the shares (S,) show less their
+    """(S, K, 6) readings of followers with play of each of the shares (S,), less their
     load (K, 6)."""
     half = 0.5 * shares[:, None] * np.ptp(load, axis=0)
     shown = np.empty((len(load), *half.shape))

@@ -1,15 +1,16 @@
-"""Judge: whether a mistake explains a recording far better than that there is none.
+"""Judge: whether a mistake explains a recording far better than the recording as given.
 
-Explanations are compared by the log-likelihood of the independent samples, less what
-their unknowns cost (Schwarz's criterion). One is named if it is far likelier than the
-recording as given, and leaves little of what that leaves unexplained. A sensor's own
-imperfections, which any unknown explains a little of, are not named: of the recordings
-of three real sensors the best mistake explains a third at most. Nor is a mistake named
-where errors as on data sheets explain the recording better, and are found no larger than
-there, or next to nothing is unexplained.
-Static poses do not tell how large these are: there a mistake may leave more, if it is far
-likelier than they. Where a bias that drifts more freely explains the recording, too, a
-mistake is named only beside it: of a sensor that creeps a turn or a cable imitates that.
+Explanations are compared by the log-likelihood of the independent samples, less a penalty
+on their unknowns (Schwarz's criterion). A mistake is named if it is far likelier than the
+recording as given and explains most of what that leaves unexplained. It is not named
+
+- for a sensor's own imperfections, of which every unknown explains a little: in recordings
+  of three real sensors the best mistake explains a third at most;
+- where calibration errors of the size on data sheets explain the recording better, or next
+  to nothing is unexplained. Static poses do not show the size of these errors: there a
+  mistake may leave more unexplained, if it is far likelier than they are;
+- where a more freely drifting bias explains the recording as well: a turned sensor or a
+  cable imitates a sensor that creeps.
 """
 
 from collections.abc import Callable
@@ -19,7 +20,6 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.progress import each as each_of
-from hefting.core.spatial import Array
 from hefting.ingest.filtering import SHORTEST_LAG
 from hefting.ingest.rivals import (
     EXPLANATIONS,
@@ -41,9 +41,9 @@ from hefting.ingest.rivals.evidence import (
     fit_rows,
     is_hopeless,
     missing,
+    unexplained_share,
 )
 from hefting.ingest.rivals.explanation import (
-    HEAVIEST_HELD,
     Explanation,
     as_given,
     explained_by_motion,
@@ -53,63 +53,56 @@ from hefting.ingest.rivals.small_mistakes import score
 from hefting.ingest.robust_rows import RobustRows
 
 FEWEST_POSES, MANY_POSES = 6, 12
-"""Fewest static poses on which explanations are compared: `OF_FEW_POSES`, and all."""
+"""Numbers of static poses from which on the mistakes of `OF_FEW_POSES`, and all mistakes,
+are tried."""
 FEWEST_SAMPLES = 60
-"""Fewest averages of the wrench of a moving sensor on which they are."""
+"""Number of averages of a moving sensor's wrench from which on mistakes are tried."""
 LEAST_CORRELATION = 4.0
-"""Samples that count as one in those on which mistakes are first looked for, where it is
-as many in all of them."""
+"""Autocorrelation time [samples] of the averages on which mistakes are first tried, where
+that of all averages is longer."""
 CLEAR_UNEXPLAINED = 0.5
-"""Log-likelihood of a sample that is missing to noise alone, from which on all
-explanations are tried."""
+"""Missing log-likelihood per sample (`missing`) from which on mistakes are tried."""
 CLEAR_CORRELATION = 1.5
-"""Samples that count as one from which on residuals are no white noise."""
+"""Autocorrelation time [samples] from which on residuals are not white."""
 CLEAR_SCORE = 15.0
-"""Improvement of the weighted square by small mistakes, in independent samples, from
-which on all explanations are tried."""
-NOISE_ALLOWANCE = 1.3
-"""Factor by which the square of a residual may exceed that of the noise by chance."""
-SMALLEST_CHANGE = 1e-6
-"""Variance of a wrench over its mean square below which it does not change."""
+"""Score of small mistakes (`small_mistakes.score`) from which on mistakes are tried."""
 LARGE_UNEXPLAINED = 0.1
-"""Residual over the wrench's changes from which on mistakes that leave much are tried."""
+"""`unexplained_share` from which on mistakes are tried, those that leave much included."""
 CLEAR_SHARE_OF_POSES = 0.05
-"""The same from which on a mistake of static poses may be named though it leaves much:
-of 480 right simulated sets beside a sensor's errors of 1 % three in four are below 0.035,
-of 150 choices of a real arm's poses all are below 0.025, and a gain of 1.3 or a tilt of
-5° are above 0.055."""
+"""The same from which on a mistake of static poses may be named though it leaves much. With
+a sensor's errors of 1 % it is below 0.035 in three of four of 480 simulated sets without
+a mistake, and below 0.025 in all of 150 choices of a real arm's poses; with a gain of 1.3
+or a tilt of 5° it is above 0.055."""
 CLEAR_EVIDENCE = 12.0
-"""Log of the ratio of likelihoods, unknowns counted, from which on a mistake is beyond
-doubt."""
+"""`evidence` from which on a mistake is beyond doubt."""
 POSSIBLE_EVIDENCE = 5.0
-"""The same from which on it is possible enough to be told."""
+"""`evidence` from which on a mistake may be named."""
 LEAST_WORTH = 0.3
-"""Share of the samples that counts at least, however wrong the motion may be: in a wrong
-unit its errors are as large as itself."""
+"""Smallest share of the samples that counts, however large the errors of the motion are:
+in a wrong unit of the motion they are overestimated."""
 EXPLAINED_SHARE = 0.5
 """Share of what is unexplained that a mistake must explain to be named."""
 EXPLAINED_IF_WHITE = 1.0 / 3.0
-"""The same of a mistake that leaves white residuals of coloured ones: nothing else is to
-be explained. Of the recordings of three real sensors none does with more than a fifth."""
+"""The same where coloured residuals become white, so that nothing is left to explain. In
+recordings of three real sensors no such mistake explains more than a fifth."""
 OVERWHELMING_EVIDENCE = 50.0
-"""The log of the ratio from which on a mistake of many laws is named though it explains
-a part only: of three real sensors none has 27."""
+"""`evidence` from which on a mistake of many laws is named though it explains only a
+part; with three real sensors it is below 27."""
 EXPLAINED_BESIDE_OTHERS = 0.2
-"""Share that such a mistake must explain, or one of static poses beside what nothing
-tells."""
+"""Share that such a mistake must explain, and so must one of static poses, or a drift."""
 EXPLAINED_BY_NOISE = -0.3
-"""Log-likelihood of a sample missing to noise alone below which noise explains more than
-all, as that of an arm that vibrates; a sensor's imperfections are below it."""
+"""Missing log-likelihood per sample below which no mistake is tried, as the noise is larger
+than the residuals, as where an arm vibrates, and hides a sensor's imperfections."""
 BOUND_MARGIN = 0.9
-"""Share of what free channels leave unexplained that counts as the least a mistake
-leaves that is linear in the motion: their clock offset is found to half a millisecond.
-Where such a mistake was named, in 119 of 612 recordings of three real sensors with one,
-they left 0.77 of what it may leave at most; in simulated ones next to nothing."""
+"""Factor on what free channels leave unexplained that makes it a lower bound for mistakes
+that are linear in the motion, as their clock offset is found to half a millisecond. In 119
+of 612 recordings of three real sensors in which such a mistake was named, free channels
+left at most 0.77 of the limit; in simulated ones next to nothing."""
 NEARLY = 0.9
 """Share of what the best mistake explains that a much simpler one must explain to be
 named in its place."""
 SIMPLER = 3
-"""Difference of unknowns that counts as much simpler."""
+"""Difference in the number of unknowns that counts as much simpler."""
 
 
 Candidates = tuple[Callable[[Case], Explanation | None], ...]
@@ -117,11 +110,11 @@ Candidates = tuple[Callable[[Case], Explanation | None], ...]
 
 @immutable
 class Judged:
-    """What was found."""
+    """The outcome of a search for mistakes."""
 
     unexplained: float
-    """residual beyond white noise over the wrench's changes, the larger of force's and
-    torque's, as given"""
+    """residual of the recording as given beyond white noise, as a share of the wrench's
+    changes; the larger share of force and torque"""
     named: Explanation | None = None
     """the mistake that explains the recording far better"""
     given: Explanation | None = None
@@ -129,15 +122,18 @@ class Judged:
     certain: bool = False
     """whether the mistake is beyond doubt"""
     whole: bool = False
-    """whether it is, and leaves next to nothing unexplained"""
+    """whether it is beyond doubt and leaves next to nothing unexplained"""
     beside: Explanation | None = None
-    """another mistake that is made at once with the one that is named"""
+    """a second mistake, where two were made at once"""
 
 
 def judge_one(case: Case) -> Judged:
-    """Look for a mistake where the recording as given is not explained by noise; where
-    none is found, beside a filter that makes the wrench as late as it is. A filter is
-    compared with such a one where that is likelier, as the answer will be corrected."""
+    """Search for one mistake, if noise does not explain the recording as given.
+
+    If there is none, the search is repeated with a motion that is filtered by the lag of
+    the wrench. A filter that is named is compared with that case where it is likelier
+    than the recording as given, because the answer is corrected for such a lag.
+    """
     found = _judge_beside_drift(case, EXPLANATIONS)
     is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
     if found.given is None or case.offset < SHORTEST_LAG:
@@ -151,44 +147,50 @@ def judge_one(case: Case) -> Judged:
         given = max((found.given, as_given(slow)), key=lambda each: each.likelihood)
         return replace(found, given=given)
     named = _judge_beside_drift(slow, ()).named
-    if named is None or not _is_told(case, found.given, named):
+    if named is None or not _is_named(case, found.given, named):
         return found
     certain = evidence(case, found.given, named) > CLEAR_EVIDENCE
     return replace(found, named=named, certain=certain)
 
 
 def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
-    """What is found, unless it is not found beside a bias that drifts more freely, where
-    that explains part of the recording, too: a turn, a gain or a cable imitates it."""
+    """Search for a mistake; one that a more freely drifting bias explains as well, which
+    a turn, a gain or a cable imitates, gives way to a drift or to none."""
     found = _judge(case, candidates)
     named, given = found.named, found.given
     if named is None or given is None or not case.path.moves:
         return found
     if named.code == short_drift.CODE:
         return found
-    before = missing(case, given.fitted)
-    part = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)
-    as_much = max(before - missing(case, named.fitted), part)
-    # with one knot more where that explains part, with two where as much as the mistake
-    for knots, needed in ((1, part), (2, as_much)):
-        freer = case.with_drift(knots)
-        if before - missing(case, as_given(freer).fitted) < needed:
-            continue
-        beside = _judge(freer, candidates).named
-        if beside is None or beside.code != named.code:
-            break
-    else:
+    if _persists_beside_drift(case, candidates, given, named):
         return found
     drift = short_drift.explain(case)
-    if drift is None or not _is_told(case, given, drift):
+    if drift is None or not _is_named(case, given, drift):
         return Judged(found.unexplained, None, given)
     certain = evidence(case, given, drift) > CLEAR_EVIDENCE
     return Judged(found.unexplained, drift, given, certain)
 
 
+def _persists_beside_drift(
+    case: Case, candidates: Candidates, given: Explanation, named: Explanation
+) -> bool:
+    """Whether the same mistake is found with one more bias knot, where that knot explains
+    part of the recording, and with two, where they explain as much as the mistake."""
+    before = missing(case, given.fitted)
+    part = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)
+    as_much = max(before - missing(case, named.fitted), part)
+    for knots, needed in ((1, part), (2, as_much)):
+        freer = case.with_drift(knots)
+        if before - missing(case, as_given(freer).fitted) < needed:
+            continue
+        again = _judge(freer, candidates).named
+        if again is None or again.code != named.code:
+            return False
+    return True
+
+
 def _judge(case: Case, candidates: Candidates) -> Judged:
-    """Look for a mistake among those that are always looked for and those that are where
-    they may explain enough."""
+    """Search for a mistake among the candidates and those `_more_candidates` adds."""
     fewest = FEWEST_SAMPLES if case.path.moves else FEWEST_POSES
     if len(case.time) < fewest or case.poses < FEWEST_POSES:
         return Judged(0.0)
@@ -201,52 +203,63 @@ def _judge(case: Case, candidates: Candidates) -> Judged:
     given = as_given(case)
     if missing(case, given.fitted) < EXPLAINED_BY_NOISE:
         return Judged(share, None, given)
-    if case.poses < MANY_POSES or any(
+    candidates = _more_candidates(case, given, share, candidates)
+    found = [explain(case) for explain in _promising(case, given, candidates)]
+    tried = [each for each in found if each is not None and not each.is_too_heavy]
+    best = _to_name(case, given, tried) if tried else None
+    if best is None:
+        return Judged(share, None, given)
+    log_odds = evidence(case, given, best)
+    sheet = errors_on_data_sheet(case)
+    little = missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
+    within_sheet = little or (sheet.effect or 0.0) < 1.0
+    if within_sheet and evidence(case, given, sheet) > log_odds:
+        return Judged(share, None, given)
+    certain = log_odds > CLEAR_EVIDENCE
+    whole = certain and missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
+    return Judged(share, best, given, certain, whole)
+
+
+def _more_candidates(
+    case: Case, given: Explanation, share: float, candidates: Candidates
+) -> Candidates:
+    """Candidates with the mistakes that may explain enough of this recording, of which a
+    `share` is unexplained as given; for few poses only those of few unknowns."""
+    few = case.poses < MANY_POSES
+    if few or any(
         _is_explained(case, given, fitted, BOUND_MARGIN)
         for fitted, _ in explained_by_motion(case)
     ):
         candidates += LINEAR_EXPLANATIONS
     if share > LARGE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
-    if case.poses < MANY_POSES:
-        candidates = tuple(each for each in candidates if each in OF_FEW_POSES)
-    found = [explain(case) for explain in _promising(case, given, candidates)]
-    tried = [each for each in found if each is not None and not is_too_heavy(each)]
-    if not tried:
-        return Judged(share, None, given)
+    return tuple(each for each in candidates if not few or each in OF_FEW_POSES)
+
+
+def _to_name(
+    case: Case, given: Explanation, tried: list[Explanation]
+) -> Explanation | None:
+    """The mistake to name: the likeliest, a much simpler one, or one of its alternatives,
+    as a turn beside a lever arm may explain too little alone; None where none may be."""
     best = max(tried, key=lambda each: evidence(case, given, each))
-    if _is_told(case, given, best):
+    if _is_named(case, given, best):
         best = _simplest(case, given, best, tried)
-    # a turn beside a lever arm may explain too little alone
-    both: list[Explanation] = []
+    found: list[Explanation] = []
     other: Explanation | None = best
     while other is not None:
         if (
-            not is_too_heavy(other)
-            and _is_told(case, given, other)
-            and (
-                other.unknowns < best.unknowns
-                or evidence(case, given, other) >= evidence(case, given, best)
-            )
+            not other.is_too_heavy
+            and _is_named(case, given, other)
+            and _is_preferable(case, given, other, best)
         ):
-            both.append(other)
+            found.append(other)
         other = None if other.alternative is None else other.alternative()
-    if not both:
-        return Judged(share, None, given)
-    best = max(both, key=lambda each: evidence(case, given, each))
-    told = evidence(case, given, best)
-    sheet = errors_on_data_sheet(case)
-    little = missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
-    usual = little or (sheet.effect or 0.0) < 1.0
-    if usual and evidence(case, given, sheet) > told:
-        return Judged(share, None, given)
-    certain = told > CLEAR_EVIDENCE
-    whole = certain and missing(case, best.fitted) < NEGLIGIBLE_UNEXPLAINED
-    return Judged(share, best, given, certain, whole)
+    return max(found, key=lambda each: evidence(case, given, each), default=None)
 
 
 def _promising(case: Case, given: Explanation, candidates: Candidates) -> Candidates:
-    """Those that may be told, by fewer averages where neighbouring ones tell the same."""
+    """The candidates that may be named, judged on every n-th average of the wrench where
+    neighbouring averages are correlated."""
     stage = "looking for mistakes in the recording"
     alike = correlation(given.fitted) / LEAST_CORRELATION
     nth = min(int(alike), len(case.time) // FEWEST_SAMPLES)
@@ -257,12 +270,12 @@ def _promising(case: Case, given: Explanation, candidates: Candidates) -> Candid
     return tuple(
         explain
         for explain in each_of(stage, candidates)
-        if _may_be_told(thin, given, explain(thin))
+        if _may_be_named(thin, given, explain(thin))
     )
 
 
-def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> bool:
-    """Whether a mistake may be named by more averages than these."""
+def _may_be_named(case: Case, given: Explanation, other: Explanation | None) -> bool:
+    """Whether a mistake may be named once more averages are used."""
     if other is None or evidence(case, given, other) < 0.5 * POSSIBLE_EVIDENCE:
         return False
     if other.of_many_laws or other.alternative is not None:
@@ -270,15 +283,9 @@ def _may_be_told(case: Case, given: Explanation, other: Explanation | None) -> b
     return _is_explained(case, given, other.fitted, BOUND_MARGIN)
 
 
-def is_too_heavy(other: Explanation) -> bool:
-    """Whether an explanation makes the object heavier than a wrist holds, or leaves it
-    so: then another mistake is to be found first."""
-    return abs(other.vector[0]) > HEAVIEST_HELD
-
-
 def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
-    """Whether the recording as given leaves what noise does not: much of the wrench's
-    changes, residuals that are no white noise, or what a small mistake would leave."""
+    """Whether the fit of the recording as given leaves a large `share` of the wrench's
+    changes, coloured residuals, or residuals that a small mistake would explain."""
     if share > LARGE_UNEXPLAINED:
         return True
     # static poses are few: a search costs little, and their noise is not known
@@ -289,61 +296,68 @@ def _is_worth_a_search(case: Case, fitted: Fitted, share: float) -> bool:
 
 
 def evidence(case: Case, given: Explanation, other: Explanation) -> float:
-    """Log of the ratio of likelihoods to that of the recording as given, less the cost
-    of unknowns."""
+    """Log likelihood ratio of an explanation to the recording as given, less the cost of
+    its unknowns."""
     samples = independent_samples(case, other)
     return samples * (other.likelihood - given.likelihood) - cost_of(other, samples)
 
 
 def independent_samples(case: Case, other: Explanation) -> float:
-    """How many samples count as independent, by what an explanation leaves."""
+    """Number of independent samples, by the autocorrelation of the residuals."""
     fitted = other.fitted
     worth = max(float(case.worth.sum()), LEAST_WORTH * len(case.time))
     return max(worth / correlation(fitted), 2.0)
 
 
 def cost_of(other: Explanation, samples: float) -> float:
-    """Log-likelihood that the unknowns of an explanation cost beside so many independent
-    samples, and that it is rare."""
+    """Penalty on the log-likelihood for the unknowns of an explanation, given the number
+    of independent samples, and for its rarity."""
     cost = other.cost
     if cost is None:
         cost = 0.5 * other.unknowns * float(np.log(samples))
     return cost + other.rarity
 
 
-def _is_told(case: Case, given: Explanation, other: Explanation) -> bool:
-    """Whether a mistake is to be named."""
-    told = evidence(case, given, other)
-    if not told > POSSIBLE_EVIDENCE:
+def _is_named(case: Case, given: Explanation, other: Explanation) -> bool:
+    """Whether a mistake is likely enough, and explains enough, to be named."""
+    log_odds = evidence(case, given, other)
+    if not log_odds > POSSIBLE_EVIDENCE:
         return False
     if other.effect is not None and not other.effect > 3.0:
         return False
     left, before = missing(case, other.fitted), missing(case, given.fitted)
     explains_part = left < (1.0 - EXPLAINED_BESIDE_OTHERS) * before
-    if other.of_many_laws and told > OVERWHELMING_EVIDENCE:
+    if other.of_many_laws and log_odds > OVERWHELMING_EVIDENCE:
         return explains_part
     if _is_explained(case, given, other.fitted):
         return True
     if case.path.moves or not explains_part:
         return False
-    # of static poses nothing tells how much noise and the sensor's errors leave
+    # the residuals of static poses do not separate noise from the sensor's errors
     share = unexplained_share(case, given.fitted, case.floor)
     if not share > CLEAR_SHARE_OF_POSES:
         return False
     errors = errors_on_data_sheet(case, LARGE_DATA_SHEET_ERROR)
-    return told > CLEAR_EVIDENCE + max(evidence(case, given, errors), 0.0)
+    return log_odds > CLEAR_EVIDENCE + max(evidence(case, given, errors), 0.0)
 
 
 def _is_explained(
     case: Case, given: Explanation, fitted: RobustRows, share: float = 1.0
 ) -> bool:
-    """Whether a fit, or one that leaves a `share` of what it does, leaves little
-    unexplained."""
+    """Whether a fit leaves little unexplained, or would if it left a `share` of that."""
     left, before = share * missing(case, fitted), missing(case, given.fitted)
     needed = EXPLAINED_SHARE
     if case.path.moves and _is_white(fitted) and not _is_white(given.fitted):
         needed = EXPLAINED_IF_WHITE
     return left < NEGLIGIBLE_UNEXPLAINED or left < (1.0 - needed) * before
+
+
+def _is_preferable(
+    case: Case, given: Explanation, other: Explanation, best: Explanation
+) -> bool:
+    """Whether an explanation has fewer unknowns than the best one, or is as likely."""
+    simpler = other.unknowns < best.unknowns
+    return simpler or evidence(case, given, other) >= evidence(case, given, best)
 
 
 def _is_white(fitted: RobustRows) -> bool:
@@ -354,8 +368,8 @@ def _is_white(fitted: RobustRows) -> bool:
 def _simplest(
     case: Case, given: Explanation, best: Explanation, tried: list[Explanation]
 ) -> Explanation:
-    """The likeliest of those with the fewest unknowns that explain nearly as much as
-    the best one: flexible explanations imitate simple ones, and a little besides."""
+    """The likeliest mistake with far fewer unknowns that explains nearly as much as the
+    best one, else the best: flexible explanations imitate simple ones."""
     before = missing(case, given.fitted)
     needed = NEARLY * (before - missing(case, best.fitted))
     simpler = [
@@ -363,22 +377,6 @@ def _simplest(
         for each in tried
         if each.unknowns < best.unknowns - SIMPLER
         and before - missing(case, each.fitted) > needed
-        and _is_told(case, given, each)
+        and _is_named(case, given, each)
     ]
     return max(simpler, key=lambda each: evidence(case, given, each), default=best)
-
-
-def unexplained_share(case: Case, fitted: Fitted, level: Array) -> float:
-    """Residual of the best alternative beyond a level (2,) that noise explains, over the
-    wrench's changes; the larger of force's and torque's."""
-    fitted = fitted.of_best()
-    changes = np.var(case.wrench, axis=0).reshape(2, 3).mean(axis=1)
-    used = fitted.weights[0] > 0.0
-    square = np.square(fitted.residual[0][used]).reshape(-1, 2, 3).sum(axis=2)
-    # the median of chi-squared with three degrees of freedom is 2.37
-    left = np.maximum(np.square(fitted.scale[0]), np.median(square, axis=0) / 2.37)
-    excess = np.maximum(left - NOISE_ALLOWANCE * np.square(level), 0.0)
-    size = np.mean(case.wrench**2, axis=0).reshape(2, 3).mean(axis=1)
-    varies = changes > SMALLEST_CHANGE * size
-    share = np.where(varies, excess / np.maximum(changes, 1e-300), 0.0)
-    return float(np.sqrt(np.minimum(share, 1.0)).max())

@@ -1,5 +1,5 @@
-"""The sensor is elsewhere than the logged frame, with the same axes: the pose is that of
-a flange behind it, or the torque is about a point of the tool."""
+"""The sensor is displaced from the logged frame, with the same axes: the pose is that
+of a flange behind it, or the torque is about a point of the tool."""
 
 import numpy as np
 
@@ -16,10 +16,10 @@ from hefting.ingest.rivals.placement import (
 
 CODE = "lever-arm"
 STEPS = 5
-"""Gauss-Newton steps of the point and the clock offset."""
+"""Number of Gauss-Newton steps of the point and the clock offset."""
 CHANCE = 3.0
-"""Distance [standard deviations] of the point from the line to the COM that is chance:
-torques of another gain had up to 1.5, lever arms of 120 mm 14 and more."""
+"""Distance, in standard deviations, of the point from the line to the COM that is
+chance: up to 1.5 for torques of another gain, 14 and more for lever arms of 120 mm."""
 
 
 def explain(case: Case) -> Explanation | None:

@@ -1,8 +1,8 @@
 """The object changes gradually: it leaks or is filled, or creeps in the gripper.
 
-Mass and first moment are those at the start, the middle and the end of the recording,
-and linear in time between; the inertia is one. Of static poses, which are seldom many,
-both change at one of them.
+Mass and first moment are piecewise linear in time, with knots at the start, the middle
+and the end of the recording; the inertia is constant. In static poses, which are seldom
+many, mass and first moment change once, at one of the poses.
 """
 
 import numpy as np
@@ -21,20 +21,20 @@ from hefting.ingest.rivals.explanation import (
 
 CODE = "object-changing"
 KNOTS = 3
-"""Instants between which mass and first moment are linear in time."""
+"""Number of knots of mass and first moment."""
 LARGEST_LEFT = 0.8
-"""Share of what noise does not explain that a change may leave at the clock offset of the
-recording as given; it is then looked for at others. Half of it is told."""
+"""Largest share of what noise does not explain that a change may leave at the clock offset
+of the recording as given, for other clock offsets to be tried."""
 SMALLEST_MASS_CHANGE = 0.02
-"""Change of the mass, as a share of it, that is told: gains of sensors drift by less."""
+"""Smallest relative change of the mass that is reported: gains of sensors drift by less."""
 FEWEST_POSES = 4
-"""Static poses on each side of a change: fewer may be odd ones."""
+"""Fewest static poses on each side of a change: fewer may be outliers."""
 SMALLEST_MOVE = 0.002
-"""[m] Movement of the COM that is told."""
+"""[m] Smallest movement of the COM that is reported."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest change."""
+    """The likeliest change; None where a bias that drifts alike is likelier."""
     if not case.path.moves:
         return _at_a_pose(case)
     hats = HatFunctions.over(case.time, KNOTS).values
@@ -46,11 +46,11 @@ def explain(case: Case) -> Explanation | None:
     drifting = at_offset(case, lambda motion: _with_drift(case, motion, hats), offset)
     if drifting.likelihood[0] >= fitted.likelihood.max():
         return None
-    return _told(fitted, KNOTS)
+    return _explanation(fitted, KNOTS)
 
 
 def _at_a_pose(case: Case) -> Explanation | None:
-    """The same at one of static poses, which are taken to be in order."""
+    """The likeliest change between two of the static poses, whose rows are in order."""
     pose = np.arange(len(case.time))
     firsts = pose[FEWEST_POSES : 1 - FEWEST_POSES, None]
     after = pose >= firsts
@@ -62,34 +62,27 @@ def _at_a_pose(case: Case) -> Explanation | None:
     first = np.searchsorted(
         case.recording["wrench"].time, case.time[firsts[fitted.best, 0]]
     )
-    return _told(fitted, 2, f" from row {first + 1} on")
+    return _explanation(fitted, 2, f" from row {first + 1} on")
 
 
-def _told(fitted: Fitted, n: int, at: str = "") -> Explanation | None:
-    """What changes, of mass and COM that which the wrench shows more of, of n bodies one
-    after the other; None for a change that is too small. `at` is where it does at once."""
+def _explanation(fitted: Fitted, n: int, at: str = "") -> Explanation | None:
+    """The change between n successive bodies: of the mass or of the COM, whichever changes
+    the wrench more; None if it is too small. `at` says where a sudden change is."""
     inertia, rest = np.split(fitted.solution[fitted.best], [6])
     bodies = rest[: 4 * n].reshape(n, 4)
     if bodies[:, 0].min() <= 0.0 <= bodies[:, 0].max():
         return None
     mass, com = np.abs(bodies[:, 0]), bodies[:, 1:] / bodies[:, :1]
+    mass_change = np.ptp(mass)
     moved = float(np.linalg.norm(com - com[0], axis=1).max())
-    scale = fitted.scale[fitted.best]
-    if np.ptp(mass) / scale[0] > mass.max() * moved / scale[1]:
-        if np.ptp(mass) < SMALLEST_MASS_CHANGE * mass.max():
+    force_scale, torque_scale = fitted.scale[fitted.best]
+    if mass_change / force_scale > mass.max() * moved / torque_scale:
+        if mass_change < SMALLEST_MASS_CHANGE * mass.max():
             return None
-        fix = "close it"
-        middle = f", {mass[1]:.3g} kg in its middle"
-        what = (
-            f"the object seems to be {mass[0]:.3g} kg at the start of the recording"
-            f"{'' if at else middle} and {mass[-1]:.3g} kg "
-        )
-        what += at.strip() or (
-            "at its end, as one that leaks or is filled, or by a sensor whose gain drifts"
-        )
-    elif moved < SMALLEST_MOVE:
-        return None
+        fix, what = "close it", _mass_change(mass, at)
     else:
+        if moved < SMALLEST_MOVE:
+            return None
         fix = "grip it tighter"
         what = f"the object seems to move by {1e3 * moved:.0f} mm in the gripper"
         what += at or ", little by little"
@@ -106,9 +99,20 @@ def _told(fitted: Fitted, n: int, at: str = "") -> Explanation | None:
     )
 
 
+def _mass_change(mass: Array, at: str) -> str:
+    """A clause on masses (n,) [kg] that are held one after the other."""
+    start = f"the object seems to be {mass[0]:.3g} kg at the start of the recording"
+    if at:
+        return f"{start} and {mass[-1]:.3g} kg {at.strip()}"
+    return (
+        f"{start}, {mass[1]:.3g} kg in its middle and {mass[-1]:.3g} kg at its end, as one "
+        "that leaks or is filled, or by a sensor whose gain drifts"
+    )
+
+
 def _rows(case: Case, motion: Motion, functions: Array) -> Rows:
-    """Rows of an inertia, of a mass and first moment for each of the functions of time
-    (..., K, n), which add up to one, and of a bias."""
+    """Rows of a constant inertia, of a mass and first moment for each of n functions of
+    time (..., K, n), whose sum is one, and of a bias."""
     features, n = case.features(motion), functions.shape[-1]
     known = functions[..., None] * features[..., None, :]
     O, K = known.shape[:2]
@@ -122,7 +126,7 @@ def _rows(case: Case, motion: Motion, functions: Array) -> Rows:
 
 
 def _with_drift(case: Case, motion: Motion, functions: Array) -> Rows:
-    """Rows of one body, and of a bias that is composed of the same functions."""
+    """Rows of one constant body, and of a bias composed of the same functions."""
     O = max(functions[..., 0, 0].size, len(motion.known))
     features = case.features(motion)
     known = np.broadcast_to(features, (O, *features.shape[1:]))

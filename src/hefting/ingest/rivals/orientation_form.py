@@ -23,22 +23,22 @@ FORMS = (
 """Forms, and orders of Euler angles, in which controllers of robots give orientations."""
 
 EULER = {"xyz": "roll, pitch, yaw", "XYZ": "angles about turning axes x, y, z"}
-"""Angles that are taken for one another by who composes quaternions or matrices of them,
-as one capital letter tells them apart."""
+"""Angles about fixed and turning axes, as one capital letter distinguishes them, that
+are confused when quaternions or matrices are composed."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest form of the angles as they were logged."""
+    """The likeliest form of the logged angles."""
     return likeliest(_forms(case))
 
 
 def explain_order(case: Case) -> Explanation | None:
-    """The poses with the quaternion's parts in the other order."""
+    """Quaternions with their parts in the other order."""
     return likeliest(_orders(case))
 
 
 def explain_composed(case: Case) -> Explanation | None:
-    """The quaternions composed of their angles about the other axes, fixed or turning."""
+    """Quaternions composed from their angles about the other axes, fixed or turning."""
     return likeliest(_composed(case))
 
 
@@ -50,7 +50,7 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _forms(case: Case) -> Iterator[Undone]:
-    """Forms of the angles as they were logged."""
+    """Each other form of the logged angles."""
     angles = case.recording.angles
     if angles is None or case.recording.sensor_pose is not None:
         return
@@ -86,7 +86,7 @@ def _forms(case: Case) -> Iterator[Undone]:
 
 
 def _orders(case: Case) -> Iterator[Undone]:
-    """The quaternion's parts in the other order."""
+    """Quaternions with their parts in the other order."""
     orientation = case.recording["orientation"]
     q = np.roll(orientation.values, -1, axis=1)
     what = "the quaternions seem to be logged as w, x, y, z"

@@ -1,5 +1,5 @@
-"""Placement: where the sensor is in the logged frame, by Gauss-Newton steps of its turn,
-its place and the clock offset, and what to type for it.
+"""Placement: where the sensor is in the logged frame, by Gauss-Newton steps of its
+turn, its place and the clock offset; and how to correct it.
 
 A point r of the turning frame has the acceleration a + alpha x r + w x (w x r). The
 wrench about it is that of a body held there.
@@ -29,31 +29,32 @@ from hefting.ingest.rivals.explanation import (
 )
 
 LARGEST_LEVER = 0.5
-"""[m] Largest distance of a sensor from the logged frame: points beyond are found where
+"""[m] Largest distance of a sensor from the logged frame; a larger one is found where
 force and torque do not belong together."""
 SMALL_LEVER = 0.005
-"""[m] Distance up to which a sensor counts as at the logged frame's origin, where a pose
-that was given puts it elsewhere."""
+"""[m] Distance up to which a sensor counts as at the logged frame's origin, in spite of
+a pose that was given."""
 LARGEST_STEP = 0.3
 """[rad, m] Largest turn about, and change of the place along, each axis in one step."""
 LARGEST_OFFSET_STEP = 0.02
 """[s] Largest change of the clock offset in one step."""
 ROUND_ANGLE = np.radians(0.5)
-"""[rad] Standard deviation up to which an angle is known well enough to be rounded to a
-whole number of degrees."""
+"""[rad] Largest standard deviation of an angle that is rounded to whole degrees."""
 
 CONVERGED = 0.03
-"""Step over its standard deviation, as of white residuals, from which on none follows."""
+"""Step over its standard deviation for white residuals, below which the iteration
+ends."""
 STEPS = 6
 """Gauss-Newton steps of turn, place and clock offset."""
 FIRST_STEPS = 2
-"""Of those, from which on what explains nothing is not refined: of a lever and a turn that
-explained half and more after all, these had explained a quarter and a third."""
+"""Number of steps after which a placement that explains nothing is given up. A lever
+and a turn that explained half in the end had explained a quarter and a third by then.
+"""
 
 
 @immutable
 class Placement:
-    """The sensor in the logged frame."""
+    """Pose of the sensor in the logged frame, and the fit with it."""
 
     R: Array
     """(3, 3) rotation from sensor to logged axes"""
@@ -71,7 +72,7 @@ class Placement:
 
     @property
     def parameters(self) -> Array:
-        """(10,) in the sensor's axes, with the COM as seen from its origin."""
+        """(10,) in the sensor's axes, about its origin."""
         vector = self.fitted.solution[self.fitted.best][:10]
         J = self.R.T @ vector_to_tensor(vector[4:]) @ self.R
         return np.concatenate((vector[:1], self.R.T @ vector[1:4], tensor_to_vector(J)))
@@ -90,10 +91,10 @@ def find_placement(
 ) -> Placement:
     """The likeliest placement near a rotation and a clock offset [s].
 
-    `turns`, `moves` and `tilts`: whether the rotation, the place and gravity's direction
-    are free; a place that is not is the logged frame's origin, and the direction is
-    looked for near `gravity` (3,), by default that of the case. One that explains
-    nothing after a few steps is left at that.
+    `turns`, `moves` and `tilts` say whether the rotation, the place and gravity's
+    direction are free. A place that is not free is the logged frame's origin. The
+    direction is searched for near `gravity` (3,), by default that of the case. The
+    iteration ends early where the placement explains nothing.
     """
     given, _ = fit_as_given(case)
     if gravity is not None:
@@ -103,22 +104,17 @@ def find_placement(
     parts = np.cumsum((3 * turns, 3 * moves, 2 * tilts))
     size = float(np.linalg.norm(case.gravity))
     for taken in range(steps):
-        fitted, motion = here.fitted, here.motion
+        fitted = here.fitted
         if taken >= FIRST_STEPS and is_hopeless(case, fitted, given):
             break
         columns = []
         if turns:
-            # a turn by d changes the turned wrench by d x w, which the fit is to follow
-            predicted = _turned(case, R)[0] - fitted.residual[0]
-            blocks = skew(predicted.reshape(-1, 3))
-            columns.append(blocks.reshape(len(predicted), 6, 3))
+            columns.append(_turn_columns(case, R, here))
         if moves:
-            effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]  # (3, 6)
-            columns.append(np.einsum("kxj,xc->kcj", _arms(motion)[0], effect))
+            columns.append(_acceleration_columns(here, _arms(here.motion)[0]))
         if tilts:
-            along = size * (motion.axes[0] @ tangents_of(case.gravity).T)
-            effect = REGRESSOR_BY_FEATURE[:3] @ fitted.solution[0, :10]
-            columns.append(-np.einsum("kxt,xc->kct", along, effect))
+            along = size * (here.motion.axes[0] @ tangents_of(case.gravity).T)
+            columns.append(-_acceleration_columns(here, along))
         if case.path.moves:
             columns.append(here.offset_columns)
         step = linear_step(fitted, np.concatenate(columns, axis=2))
@@ -141,22 +137,37 @@ def find_placement(
     return Placement(R, point, offset, here.fitted, known, case.gravity)
 
 
+def _turn_columns(case: Case, R: Array, here: Around) -> Array:
+    """(K, 6, 3) derivative of the wrench by a turn of the sensor: d x w for a turn d of a
+    wrench w, without the residual."""
+    predicted = _turned(case, R)[0] - here.fitted.residual[0]
+    return skew(predicted.reshape(-1, 3)).reshape(len(predicted), 6, 3)
+
+
+def _acceleration_columns(here: Around, change: Array) -> Array:
+    """(K, 6, n) derivative of the wrench by n unknowns that change the acceleration by
+    `change` (K, 3, n) each."""
+    effect = REGRESSOR_BY_FEATURE[:3] @ here.fitted.solution[0, :10]
+    return np.einsum("kxj,xc->kcj", change, effect)
+
+
 def moved(motion: Motion, point: Array) -> Motion:
-    """The motion of a point (3,) of the moving frame."""
+    """The motion of the point (3,) [m] of the moving frame."""
     return Motion(
         motion.a + _arms(motion) @ point, motion.rest, motion.axes, motion.known
     )
 
 
 def _arms(motion: Motion) -> Array:
-    """(O, K, 3, 3) acceleration of points by their place: [alpha]x + [w]x [w]x."""
+    """(O, K, 3, 3) derivative of a point's acceleration by its place: [alpha]x + [w]x
+    [w]x."""
     S = vector_to_tensor(motion.rest[..., 3:])
     turning = S - np.trace(S, axis1=-2, axis2=-1)[..., None, None] * np.eye(3)
     return skew(motion.rest[..., :3]) + turning
 
 
 def _turned(case: Case, R: Array) -> Array:
-    """(1, K, 6) wrench in logged axes."""
+    """(1, K, 6) the recorded wrench turned by R into logged axes."""
     return (case.wrench.reshape(-1, 2, 3) @ R.T).reshape(1, -1, 6)
 
 
@@ -168,7 +179,7 @@ def _builder(case: Case, R: Array, point: Array) -> Build:
 
 
 def seen_from_log(vector: Array, point: Array) -> Array:
-    """Parameters (10,) with the COM as seen from the logged frame's origin, for a sensor
+    """Parameters (10,) with the COM relative to the logged frame's origin, for a sensor
     at a point (3,) in the same axes."""
     seen = vector.copy()
     seen[1:4] += vector[0] * point
@@ -176,7 +187,8 @@ def seen_from_log(vector: Array, point: Array) -> Array:
 
 
 def turn_text(R: Array, std: float) -> str:
-    """Angle with its standard deviation [rad], and axis."""
+    """A rotation in words: its angle with the standard deviation [rad], and its
+    axis."""
     angle, axis = angle_and_axis(R)
     x, y, z = np.round(axis, 2) + 0.0  # no -0.00
     return (
@@ -192,7 +204,7 @@ def place_text(point: Array, std: Array) -> str:
 
 
 def angle_and_axis(R: Array) -> tuple[float, Array]:
-    """Angle [rad] and axis (3,) of a rotation; z where it is none."""
+    """Angle [rad] and axis (3,) of a rotation (3, 3); z for the identity."""
     vector = rotation_vector(R)
     angle = float(np.linalg.norm(vector))
     return angle, vector / angle if angle > 0.0 else np.array((0.0, 0.0, 1.0))
@@ -205,11 +217,11 @@ def advice(
     turn_covariance: Array | None = None,
     otherwise: str = "",
 ) -> str:
-    """What to type for a sensor that is turned by R and at a point of the logged frame,
-    beside what was given of its pose; `otherwise` is what else may be done about a pose.
+    """Advice for a sensor that is turned by R and at a `point` of the logged frame, in
+    combination with a pose that was given.
 
-    It is a whole number of degrees about an axis where that is within the deviation of
-    the turn, by its covariance (3, 3) in logged axes; else the pose.
+    It is a turn by whole degrees about an axis if that agrees with the covariance (3, 3)
+    of the turn in logged axes, else a pose, with `otherwise` as an alternative.
     """
     if case.path.gravity_measured:  # the poses do not say how the accelerometer moves
         return "give wrench and accelerometer in the same axes, about the same point"
@@ -231,14 +243,14 @@ def advice(
 
 
 def _number(value: float, digits: int) -> str:
-    """A number of so many decimals, without those that are zero."""
+    """A number with at most so many decimals, without trailing zeros."""
     text = f"{value:.{digits}f}".rstrip("0").rstrip(".")
     return "0" if text == "-0" else text
 
 
 def _round_turn(R: Array, covariance: Array) -> str | None:
-    """A whole number of degrees about an axis; None where that is not within the
-    deviation."""
+    """A turn by whole degrees about a sensor axis, as text; None if it differs
+    significantly from R, or R is not known well enough."""
     angle, axis = angle_and_axis(R)
     degrees = round(float(np.degrees(angle)))
     main = int(np.argmax(np.abs(axis)))
@@ -255,8 +267,8 @@ def _round_turn(R: Array, covariance: Array) -> str | None:
 def turned_and_moved(
     case: Case, code: str, R: Array, offset: float
 ) -> Explanation | None:
-    """Both, from a rotation (3, 3) and a clock offset [s], under the code of the one that
-    explains more alone."""
+    """A sensor that is both turned and moved, found from a rotation (3, 3) and a clock
+    offset [s]; `code` is that of the one which explains more alone."""
     if not case.path.moves or case.path.kind == "orientation":
         return None
     found = find_placement(case, R, offset, turns=True, moves=True, steps=STEPS)

@@ -13,7 +13,7 @@ CODE = "pose-inverse"
 
 
 def explain(case: Case) -> Explanation | None:
-    """The inverse poses; or with the orientation inverted alone."""
+    """The likelier of inverse poses and inverse orientations."""
     return likeliest(undone(case))
 
 

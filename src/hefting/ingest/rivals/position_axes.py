@@ -1,5 +1,5 @@
-"""Positions in other axes than the orientations: columns that are swapped or have the
-wrong sign, or positions in another frame of the world."""
+"""Positions in other axes than the orientations: columns swapped or with the wrong
+sign, or another frame of the world."""
 
 import itertools
 from dataclasses import replace
@@ -13,11 +13,11 @@ from hefting.ingest.rivals.explanation import Explanation, newton_euler, over_of
 
 CODE = "position-axes"
 THIRD = 3
-"""Every so many samples are enough to begin with."""
+"""Step between the samples on which axes are first compared."""
 FIRST_ITERATIONS = 2
-"""Reweightings by which the axes are compared on them."""
+"""Number of reweightings of that comparison."""
 SMALL_ADVANTAGE = 5.0
-"""Log-likelihood of all samples by which other axes may be likelier than simpler ones."""
+"""Log likelihood ratio of all samples by which other axes must exceed simpler ones."""
 SIGNED_PERMUTATIONS = np.array(
     [
         np.array(signs)[:, None] * np.array(order)
@@ -64,8 +64,8 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _in_axes(motion: Motion, axes: Array) -> Motion:
-    """The motion with the positions in each of other axes of the world (A, 3, 3), at one
-    clock offset, or in one at each of the offsets."""
+    """The motion with positions in each of other axes of the world (A, 3, 3), at one
+    clock offset or at one for each."""
     in_world = np.swapaxes(motion.axes, -1, -2) @ motion.a[..., None]
     a = (motion.axes @ (axes[:, None] @ in_world))[..., 0]
     count = len(a)

@@ -7,7 +7,7 @@ from hefting.ingest.rivals.explanation import Explanation, Undone, likeliest
 
 CODE = "position-unit"
 UNITS = {"millimetres": 1e-3, "centimetres": 1e-2, "inches": 0.0254, "feet": 0.3048}
-"""Units of length in which positions are logged [m]."""
+"""Units of length [m] in which positions may be logged."""
 
 
 def explain(case: Case) -> Explanation | None:
@@ -16,12 +16,12 @@ def explain(case: Case) -> Explanation | None:
 
 
 def undone(case: Case) -> Iterator[Undone]:
-    """Each unit that is common."""
+    """Each common unit."""
     return _each(case, "millimetres", "centimetres")
 
 
 def _each(case: Case, *units: str) -> Iterator[Undone]:
-    """Each of the units, where accelerations are those of positions."""
+    """Each of the units, if accelerations are derivatives of positions."""
     if not case.recording.has("position") or case.path.kind != "smooth":
         return
     for unit in units:

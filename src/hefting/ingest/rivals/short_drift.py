@@ -1,4 +1,4 @@
-"""The bias drifts in a recording that is too short for it to be taken out."""
+"""The bias drifts in a recording that is too short for a drift to be removed."""
 
 import numpy as np
 

@@ -1,8 +1,8 @@
 """A part of the object swings in it, such as a liquid or something loose.
 
-A mass on an isotropic damped spring follows the specific force s of its container: its
-place x obeys x'' + 2 z w x' + w² x = s. Against a rigid mass the wrench lacks m x'' and
-has the torque of its weight about another place.
+The part is a mass m on an isotropic damped spring, driven by the specific force s of its
+container: its displacement x obeys x'' + 2 z w x' + w² x = s. Compared with a rigid mass
+the force lacks m x'', and the torque of the weight acts at the displaced place.
 """
 
 import numpy as np
@@ -24,26 +24,26 @@ from hefting.ingest.rivals.explanation import Explanation, at_offset, newton_eul
 
 CODE = "sloshing"
 FREQUENCIES = np.geomspace(0.6, 4.0, 20)
-"""[Hz] Frequencies that are tried."""
+"""[Hz] Frequencies that are tried first."""
 USUAL_DAMPING = 0.1
-"""Damping ratio beside which they are."""
+"""Damping ratio z with which they are tried."""
 WIDTHS = (1.08, 1.02)
-"""Factors of frequency about the best that are tried next; of damping their eighth
+"""Factors by which the best frequency is then varied, and the damping by their eighth
 powers."""
 RATE = 100.0
 """[Hz] Rate at which the motion of the loose mass is computed."""
 MOST_INSTANTS = 12_000
 """Largest number of instants of that motion."""
 SMALLEST_PART = 0.05
-"""Share of the weighted square that one of those frequencies must explain: of 200
-recordings with mistakes, those where something swung explained 0.2 at least."""
+"""Share of the weighted squared residuals that one of the first frequencies must explain.
+In 200 recordings with mistakes it was 0.2 and more where something swung."""
 UNKNOWNS = 6
-"""Mass, place, frequency and damping."""
+"""Mass, place (3), frequency and damping of the loose part."""
 
 
 def explain(case: Case) -> Explanation | None:
-    """The likeliest frequency and damping: by the score of a loose mass beside the fit
-    of a rigid body."""
+    """The frequency and damping at which a loose mass improves the fit of a rigid body
+    most."""
     if not case.path.moves:
         return None
     driven = _Driven.of(case)
@@ -65,7 +65,7 @@ def explain(case: Case) -> Explanation | None:
     fitted = fit_rows(case, _rows(case, driven.swinging(*best)))
     solution = fitted.solution[fitted.best]
     part = -solution[10] / (solution[0] or np.inf)
-    if not 0.0 < part < 1.0:  # no mass of the object's
+    if not 0.0 < part < 1.0:  # it is no part of the object's mass
         return None
     what = (
         f"some of the object seems to swing at {best[0]:.2g} Hz, as a liquid or a loose "
@@ -77,17 +77,18 @@ def explain(case: Case) -> Explanation | None:
 
 @immutable
 class _Driven:
-    """The specific force that drives a loose mass."""
+    """The specific force that drives a loose mass, on a grid of G even instants."""
 
     specific: Signal
     """(G, 3) in sensor axes [m/s²]"""
     before: Indices
-    """(K,) the instant of it before each sample of the wrench"""
+    """(K,) index of the last instant before each sample of the wrench"""
     beyond: Array
-    """(K, 1) distance of the sample from that, in intervals"""
+    """(K, 1) time from that instant to the sample, in intervals of the grid"""
 
     @classmethod
     def of(cls, case: Case) -> "_Driven":
+        """Of a case, at the clock offset that conditioning found."""
         time = case.time - case.offset
         count = int(np.clip((time[-1] - time[0]) * RATE, 8, MOST_INSTANTS)) + 2
         grid = np.linspace(time[0], time[-1], count)
@@ -99,8 +100,8 @@ class _Driven:
         return cls(specific, before, (places - before)[:, None])
 
     def swinging(self, frequency: float, damping: float) -> Array:
-        """(K, 6) acceleration of a loose mass, and torque of its weight by its
-        displacement, per kilogram."""
+        """(K, 6) acceleration of a loose mass [m/s²] and, per kilogram, torque of its
+        weight by its displacement, for a frequency [Hz] and a damping ratio."""
         place, acceleration = swing(self.specific, frequency, damping)
         ends = []
         for instant in (self.before, self.before + 1):
@@ -110,7 +111,8 @@ class _Driven:
 
 
 def _score(rigid: LinearPart, swinging: Array) -> float:
-    """Improvement of the weighted square of a rigid body's fit by a loose mass."""
+    """Decrease of the weighted squared residuals of a rigid body's fit by a loose mass of
+    the motion `swinging` (K, 6)."""
     columns = swinging @ _maps().reshape(6, -1)
     S, g = rigid.beside(columns.reshape(len(swinging), 6, 4))
     length = np.sqrt(np.maximum(S.diagonal(), 1e-300))
@@ -127,8 +129,8 @@ def _rows(case: Case, swinging: Array) -> Rows:
 
 
 def swing(specific: Signal, frequency: float, damping: float) -> tuple[Array, Array]:
-    """Place (K, 3) [m] and acceleration (K, 3) of a loose mass that was at rest at
-    first, driven by a specific force (K, 3)."""
+    """Displacement (K, 3) [m] and acceleration (K, 3) [m/s²] of a loose mass that is at
+    rest at the start, for a frequency [Hz] and a damping ratio."""
     w = 2.0 * np.pi * frequency
 
     def response(s: Complex) -> Complex:
@@ -140,12 +142,11 @@ def swing(specific: Signal, frequency: float, damping: float) -> tuple[Array, Ar
 
 
 def _maps() -> Array:
-    """(6, 6, 4) columns of a loose mass, and of that times its place, per unit of its
-    acceleration and of the torque of its weight."""
+    """(6, 6, 4) derivatives of the wrench by a loose mass and by its first moment, per
+    unit of its acceleration (3,) and of the torque (3,) of its weight."""
     maps = np.zeros((6, 6, 4))
     for axis, unit in enumerate(np.eye(3)):
         maps[axis, axis, 0] = -1.0
-        # c x (-e) is [e]x c
         maps[axis, 3:, 1:] = skew(unit)
         maps[3 + axis, 3 + axis, 0] = 1.0
     return maps

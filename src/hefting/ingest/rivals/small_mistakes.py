@@ -1,5 +1,5 @@
-"""Small mistakes: whether a first step of any of them improves a fit by more than chance,
-so that explanations are worth a search."""
+"""Small mistakes: whether a first step of any of them improves a fit significantly, so
+that a search for mistakes is worth while."""
 
 import itertools
 
@@ -14,8 +14,8 @@ from hefting.ingest.rivals.evidence import Fitted, LinearPart, correlation
 
 
 def score(case: Case, fitted: Fitted) -> float:
-    """Largest improvement of the weighted square, over the samples that count as one,
-    by a first step of any of the small mistakes."""
+    """Largest decrease of the weighted squared residuals by a first step of any small
+    mistake, over the autocorrelation time."""
     columns, groups = _small_mistakes(case, fitted)
     S, g = LinearPart.of(fitted).beside(columns)
     # as for columns of length one, so that none is divided by zero

@@ -1,10 +1,11 @@
-"""Time in another unit, or of samples at another rate than assumed.
+"""Time in another unit, or samples at another rate than assumed.
 
-Accelerations from poses go with the inverse square of the unit of time, and gravity does
-not: the object seems to have another mass where it is accelerated than where it is
-weighed. Where it seems heavier so, a payload that the controller subtracts does the same:
-time is told beside it, or where samples are further apart than any are. Of a payload much
-heavier than the object it seems to have hardly any mass where it is accelerated.
+Accelerations from poses are proportional to the inverse square of the unit of time, and
+gravity is not: the object seems to have another mass by its acceleration than by its
+weight. If it seems heavier by acceleration, a payload that the controller subtracts
+does the same: time is named beside it, or alone if samples are unusually far apart.
+With a payload much heavier than the object it seems to have hardly any mass by
+acceleration.
 """
 
 from collections.abc import Iterator
@@ -30,23 +31,24 @@ CODE = "time-unit"
 MILLISECONDS = 1e-3
 """[s]"""
 RATIOS = (2.0, 2.5, 3.0, 4.0, 5.0, 8.0, 10.0)
-"""Of the rates at which arms and sensors are usually sampled: 50, 100, 125, 200, 250,
-400, 500 and 1000 Hz. Smaller ones are like a payload that the controller takes away."""
+"""Ratios of the rates at which arms and sensors are usually sampled: 50, 100, 125, 200,
+250, 400, 500 and 1000 Hz. Smaller ones are like a payload that the controller
+subtracts."""
 COMMON = frozenset((2.0, 5.0, 10.0, 0.5, MILLISECONDS))
-"""[s] Units beside which another mistake is looked for."""
+"""[s] Units that are first mistakes of a pair."""
 SHORTEST_INTERVALS = {MILLISECONDS: 0.2, 0.5: 0.0}
-"""[s] Interval between samples, as recorded, below which a unit of less than a second is
-not tried; that of the others is `RARE_INTERVAL`."""
+"""[s] Least recorded interval between samples for a unit of less than a second to be
+tried; for the others it is `RARE_INTERVAL`."""
 LARGEST_INERTIAL = 4.0
-"""Ratio above which the object has less than 1/16 of its mass where it is accelerated, as
-one lighter than the payload that is subtracted."""
+"""Ratio above which the object has less than 1/16 of its mass by acceleration, as one
+lighter than the payload that is subtracted."""
 RARE_INTERVAL = 0.05
-"""[s] Samples are rarely so far apart."""
+"""[s] Interval that samples rarely exceed."""
 
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest unit [s] of the recorded time."""
-    if not _may_be_told(case) or explains_nothing(
+    if not _is_from_poses(case) or explains_nothing(
         case, partial(wrench_compensated.freed, case)
     ):
         return None
@@ -63,12 +65,13 @@ def explain(case: Case) -> Explanation | None:
 
 def undone(case: Case) -> Iterator[Undone]:
     """Each unit."""
-    if _may_be_told(case):
+    if _is_from_poses(case):
         for unit in COMMON.intersection(_units(case)):
             yield _undone(case, unit)
 
 
 def _undone(case: Case, unit: float) -> Undone:
+    """The recording with time in a unit [s]."""
     fix = "give time in seconds, of samples at the rate at which they were taken"
     if unit == MILLISECONDS:
         fix = 'give time in seconds, or unit = "ms" of it in a column map'
@@ -83,13 +86,13 @@ def _undone(case: Case, unit: float) -> Undone:
     )
 
 
-def _may_be_told(case: Case) -> bool:
-    """Whether all accelerations are those of poses."""
+def _is_from_poses(case: Case) -> bool:
+    """Whether all accelerations are derivatives of poses."""
     return case.path.kind == "smooth" and not case.path.gravity_measured
 
 
 def _units(case: Case) -> list[float]:
-    """Units [s] that time may be in, of samples at such intervals."""
+    """Units [s] in which time may be, given the intervals between samples."""
     interval = median(np.diff(case.recording["wrench"].time))
     faster = (MILLISECONDS, *(1.0 / ratio for ratio in RATIOS))
     return [
@@ -99,7 +102,7 @@ def _units(case: Case) -> list[float]:
 
 
 def _what(unit: float) -> str:
-    """What time in a unit [s] seems to do."""
+    """Clause that time is in a unit [s]."""
     if unit == MILLISECONDS:
         return "be in milliseconds"
     size, way = max(unit, 1.0 / unit), "fast" if unit < 1.0 else "slow"

@@ -1,5 +1,5 @@
-"""Sensor and world are both in other axes than the logged ones: a marker that is glued on
-as it comes, in a motion capture with y up; or poses by joints whose zeros are off."""
+"""Both sensor and world have other axes than the logged ones: a marker attached at any
+angle in a motion capture with y up, or poses by joints with wrong zeros."""
 
 from functools import partial
 
@@ -24,14 +24,14 @@ from hefting.ingest.rivals.placement import (
 )
 
 CLEAR = 3.0
-"""Standard deviations from which on a turn is none of a sensor's errors."""
+"""Standard deviations from which on a turn is larger than a sensor's errors."""
 STEPS = 8
 """Gauss-Newton steps of turn, gravity's direction and clock offset."""
 
 
 def explain(case: Case) -> Explanation | None:
     """The likeliest turn, with gravity's direction near the one given."""
-    if not _may_be_told(case):
+    if not _is_modelled(case):
         return None
     turned = rotation_of(case)
     return _explain(case, turned.R, turned.offset, case.gravity)
@@ -39,7 +39,7 @@ def explain(case: Case) -> Explanation | None:
 
 def explain_axes(case: Case) -> Explanation | None:
     """The likeliest turn, with gravity near an axis of the world."""
-    if not _may_be_told(case):
+    if not _is_modelled(case):
         return None
     size = float(np.linalg.norm(case.gravity))
     directions = [size * s * e for e in np.eye(3) for s in (1.0, -1.0)]
@@ -52,8 +52,8 @@ def explain_axes(case: Case) -> Explanation | None:
     return _explain(case, R, offset, gravity)
 
 
-def _may_be_told(case: Case) -> bool:
-    """Whether no acceleration is left out of the model, which looks like a tilt."""
+def _is_modelled(case: Case) -> bool:
+    """Whether all accelerations are modelled; neglected ones look like a tilt."""
     return not (case.path.gravity_measured or case.path.kind == "orientation")
 
 

@@ -1,10 +1,11 @@
-"""Two mistakes: one without unknowns is undone, and another looked for beside it.
+"""Two mistakes: a first one without unknowns is undone, and a second one is searched
+for beside it.
 
-Of a first log several things may be wrong at once: quaternions with w first and forces in
-kgf. Each alone then explains little, or another mistake imitates both. Free channels tell
-beforehand beside which of those that are undone another may explain enough. Of a real
-sensor, whose imperfections are not explained, pairs leave 15 to 40 % of what is
-unexplained as given, of simulated ones next to nothing.
+Several things may be wrong with a first log, such as quaternions with w first and
+forces in kgf. Each alone then explains little, or another mistake imitates both. Free
+channels show beforehand beside which first mistakes a second may explain enough. With a
+real sensor, whose imperfections remain, pairs leave 15 to 40 % of what is unexplained
+as given, in simulated recordings next to nothing.
 """
 
 from collections.abc import Callable, Iterator
@@ -30,35 +31,35 @@ from hefting.ingest.rivals.judge import (
     Judged,
     cost_of,
     independent_samples,
-    is_too_heavy,
     judge_one,
 )
 from hefting.ingest.rivals.vibration import Vibration
 
 LARGE_UNEXPLAINED = 0.2
-"""Residual over the wrench's changes from which on two mistakes are looked for: of pairs
-of common ones in a recording of a real sensor it is 0.23 and more."""
+"""Residual over the wrench's changes from which on two mistakes are searched for: for
+pairs of common ones in a recording of a real sensor it is 0.23 and more."""
 ENOUGH_EXPLAINED = 0.25
-"""Share of what is unexplained up to which one mistake may leave it and no second is
-looked for."""
+"""Share of what is unexplained up to which one mistake may leave it without a search
+for a second."""
 LARGEST_LEFT = 0.5
-"""Share of what is unexplained that two mistakes may leave to be named."""
+"""Largest share of what is unexplained that two mistakes may leave to be named."""
 LARGEST_AT_FIRST = 1.6
-"""What a second mistake that is not fitted to the end may leave, over that."""
+"""What the rough fit of a second mistake may leave, over that."""
 LARGEST_LEFT_OF_ONE = 0.4
-"""Share of what one mistake leaves unexplained that another beside it may leave: beside a
-right one, in two recordings of a real sensor, its imperfections leave 0.55."""
+"""Largest share of what one mistake leaves unexplained that another beside it may
+leave: beside a right one, in two recordings of a real sensor, imperfections leave 0.55.
+"""
 LARGEST_LEFT_OF_ANOTHER = 0.8
-"""The same where it is none of the two."""
+"""The same if that one is neither of the two."""
 RARITY_OF_TWO = 5.0
-"""Rarity of two mistakes at once, of which there are some 150 times as many as of one."""
+"""Rarity of two mistakes at once, of which there are some 150 times as many pairs."""
 FARTHEST_COM = 1.0
-"""[m] Distance of an object's COM from the sensor beyond which two mistakes explain
-nothing."""
+"""[m] Largest distance of an object's COM from the sensor with two mistakes."""
 CLEAR_EFFECT = 3.0
-"""Standard deviations from which on a second mistake is there."""
+"""Standard deviations from which on a second mistake is significant."""
 
 _ALONE: WeakKeyDictionary[Case, Judged] = WeakKeyDictionary()
+"""Results of `judge_alone`."""
 
 Explain = Callable[[Case], Explanation | None]
 
@@ -68,15 +69,15 @@ class Pair:
     """Two mistakes at once."""
 
     undone: Undone
-    """the first"""
+    """the first mistake, and the recording without it"""
     explain: Explain
-    """looks for the second"""
+    """finds the second mistake"""
     second: Explanation
-    """that, fitted to the recording without the first"""
+    """the second mistake, fitted to the recording without the first"""
 
     @classmethod
     def of(cls, undone: Undone, explain: Explain) -> "Pair | None":
-        """Both, where there is a second one."""
+        """The pair, or None where there is no second mistake beside the first."""
         second = explain(undone.case)
         if second is None or second.code == undone.code or not _is_held(second):
             return None
@@ -86,28 +87,28 @@ class Pair:
 
     @property
     def left(self) -> float:
-        """Log-likelihood of a sample that is missing to noise alone."""
+        """Log-likelihood per sample that is missing, see `evidence.missing`."""
         return missing(self.undone.case, self.second.fitted)
 
     @property
     def samples(self) -> float:
-        """How many samples count as independent."""
+        """Number of independent samples."""
         return independent_samples(self.undone.case, self.second)
 
     def value(self, samples: float) -> float:
-        """Log-likelihood of so many independent samples, less what the mistakes cost."""
+        """Log-likelihood of a number of independent samples, less the mistakes' cost."""
         cost = cost_of(self.second, samples) + self.undone.rarity + RARITY_OF_TWO
         return samples * (self.second.likelihood + self.undone.log_scale) - cost
 
 
 def _is_held(second: Explanation) -> bool:
-    """Whether the object is one that a wrist holds."""
+    """Whether a wrist can hold the object: its mass, and the distance of its COM."""
     mass, moment = abs(second.vector[0]), np.linalg.norm(second.vector[1:4])
-    return not is_too_heavy(second) and bool(moment < FARTHEST_COM * mass)
+    return not second.is_too_heavy and bool(moment < FARTHEST_COM * mass)
 
 
 def judge_alone(case: Case) -> Judged:
-    """Look for one mistake, once a case."""
+    """Search for one mistake; the result is kept for the life of the case."""
     if case not in _ALONE:
         found = judge_one(case)
         if found.named is not None:  # an alternative would keep the case alive
@@ -117,13 +118,12 @@ def judge_alone(case: Case) -> Judged:
 
 
 def judge(case: Case) -> Judged:
-    """Look for one mistake, and for two at once where one leaves much that is no
-    vibration."""
+    """Search for one mistake and, where it leaves much that is no vibration, for two."""
     found = judge_alone(case)
     if found.given is None or not _is_worth_a_search(case, found, found.given):
         return found
     pair = _likeliest(case, found.given)
-    if pair is None or not _is_told(case, found, pair):
+    if pair is None or not _is_named(case, found, pair):
         return found
     first, second = pair.undone.explanation(), None
     alone = missing(pair.undone.case, first.fitted)
@@ -137,25 +137,28 @@ def judge(case: Case) -> Judged:
 
 
 def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
-    """Whether two mistakes may be told: much is unexplained, by the best one and by a
-    bias that drifts in a short recording too, and not as of a vibration."""
+    """Whether to search for two mistakes: much is left unexplained by one mistake, by a
+    bias drift in a short recording, and by a vibration."""
     if found.whole or not found.unexplained > LARGE_UNEXPLAINED:
         return False
     if case.poses < MANY_POSES:
         return False
-    enough = ENOUGH_EXPLAINED * missing(case, given.fitted)
-    if found.named is not None and missing(case, found.named.fitted) < enough:
+    little = ENOUGH_EXPLAINED * missing(case, given.fitted)
+    if found.named is not None and missing(case, found.named.fitted) < little:
         return False
-    drift, enough = short_drift.explain(case), max(enough, NEGLIGIBLE_UNEXPLAINED)
-    if drift is not None and missing(case, drift.fitted) < enough:
+    drift = short_drift.explain(case)
+    little = max(little, NEGLIGIBLE_UNEXPLAINED)
+    if drift is not None and missing(case, drift.fitted) < little:
         return False
     vibration = Vibration.of(case) if case.path.moves else None
     left = found.unexplained
-    return (left if vibration is None else vibration.beside(left)) > LARGE_UNEXPLAINED
+    if vibration is not None:
+        left = vibration.beside(left)
+    return left > LARGE_UNEXPLAINED
 
 
-def _is_told(case: Case, found: Judged, pair: Pair) -> bool:
-    """Whether two mistakes are to be named in place of none or of one."""
+def _is_named(case: Case, found: Judged, pair: Pair) -> bool:
+    """Whether to name the pair in place of no mistake, or of the one that was named."""
     assert found.given is not None
     if not pair.left < _most_left(case, found.given):
         return False
@@ -172,12 +175,16 @@ def _is_told(case: Case, found: Judged, pair: Pair) -> bool:
 
 
 def _most_left(case: Case, given: Explanation) -> float:
-    """What two mistakes may leave unexplained."""
+    """Log-likelihood per sample that may be missing with two mistakes."""
     return max(NEGLIGIBLE_UNEXPLAINED, LARGEST_LEFT * missing(case, given.fitted))
 
 
 def _likeliest(case: Case, given: Explanation) -> Pair | None:
-    """The likeliest pair, found by fewer averages; None where there is none."""
+    """The likeliest pair of mistakes; None where there is none.
+
+    All pairs are fitted to every n-th average of the wrench, and the likeliest one to all
+    averages. A first mistake is skipped where even free channels leave too much beside it.
+    """
     nth = max(len(case.time) // FEWEST_SAMPLES, 1)
     most = _most_left(case, given)
     offset_as_given = _clock_offset(case, most)
@@ -189,12 +196,8 @@ def _likeliest(case: Case, given: Explanation) -> Pair | None:
         if offset is None:
             continue
         few = tuple(np.unique((0.0, case.offset, offset)).tolist())
-        undone = replace(
-            undone,
-            case=replace(
-                undone.case, few_offsets=few, most_left=LARGEST_AT_FIRST * most
-            ),
-        )
+        other = replace(undone.case, few_offsets=few, most_left=LARGEST_AT_FIRST * most)
+        undone = replace(undone, case=other)
         thin = replace(undone, case=undone.case.every(nth))
         pairs = (Pair.of(thin, explain) for explain in others)
         found += [(p, undone) for p in pairs if p is not None and p.left < most]
@@ -206,7 +209,8 @@ def _likeliest(case: Case, given: Explanation) -> Pair | None:
 
 
 def _all(case: Case) -> Iterator[tuple[Undone, list[Explain]]]:
-    """Mistakes that are undone, and those that are looked for beside each."""
+    """Each first mistake, undone, with the searches for a second one beside it: those of
+    `BESIDE_ANOTHER`, and of the kinds that come before it in `UNDONE`."""
     others: list[Explain] = [*BESIDE_ANOTHER]
     for undone, explain in each_of("looking for two mistakes at once", UNDONE):
         for each in undone(case):
@@ -216,8 +220,8 @@ def _all(case: Case) -> Iterator[tuple[Undone, list[Explain]]]:
 
 
 def _clock_offset(case: Case, most: float) -> float | None:
-    """The likeliest clock offset [s] with free channels; None where they leave more than
-    two mistakes may."""
+    """The likeliest clock offset [s] with free channels; None where even they leave more
+    than `most` unexplained."""
     found = None
     for fitted, offset in explained_by_motion(case):
         found = offset if missing(case, fitted) < most else None

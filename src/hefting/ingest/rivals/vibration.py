@@ -15,36 +15,38 @@ from hefting.ingest.rivals.explanation import fit_as_given
 LOWEST_FREQUENCY = 3.0
 """[Hz] Below it arms with an object move, and liquids in it swing."""
 BAND = 0.1
-"""Half of the width of a vibration's band, as a share of its frequency."""
+"""Half width of a vibration's band relative to its frequency."""
 LEAST_SHARE = 0.5
-"""Of the variance that is left, in that band: of white noise it is a fifth at most."""
+"""Least share of the residual variance in that band: of white noise it is at most a
+fifth."""
 WIDEST = 4.0
-"""Largest over smallest frequency of a band that holds nine tenths of what is above the
-motion's: of 5 to 15 Hz it is 3, of white noise above 10."""
+"""Largest ratio of the frequencies that bound nine tenths of what is above the
+motion's: for 5 to 15 Hz it is 3, for white noise above 10."""
 MOST_BLOCKS = 6_000
-"""Blocks of the wrench, the first ones, that are looked at: a minute."""
+"""Largest number of blocks of the wrench that are used, the first ones: a minute."""
 FEWEST_BLOCKS = 64
+"""Least number of blocks."""
 
 
 @dataclass(frozen=True)
 class Vibration:
-    """The vibration in what a body leaves of the wrench."""
+    """A vibration in the residuals of a body's wrench."""
 
     frequency: float
-    """[Hz]; the median of a band's"""
+    """[Hz] median of the band"""
     force: float
     """[N] amplitude, over all axes"""
     share: float
-    """of the variance that is left"""
+    """of the residual variance"""
 
     def beside(self, unexplained: float) -> float:
-        """What of an unexplained residual is no vibration."""
+        """The part of an unexplained residual that is no vibration."""
         return unexplained * (1.0 - self.share) ** 0.5
 
     @classmethod
     def of(cls, case: Case) -> Self | None:
-        """Of the recording as given, each channel about the line that fits it; None
-        where there are too few samples, or most of what is left is elsewhere."""
+        """From the recording as given, with each channel detrended; None for too few
+        samples, or if most of the residual is elsewhere."""
         time, residual = _residual(case)
         if len(time) < FEWEST_BLOCKS:
             return None

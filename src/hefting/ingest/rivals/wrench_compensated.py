@@ -1,7 +1,9 @@
-"""The controller subtracts the weight of a payload: of all of the object, of a part of
-it, or of more, as of a heavier object before it; or adds it, by the wrong sign.
+"""The controller subtracts the weight of a payload from the wrench: all of the object's
+weight, a part of it, or more, as of a heavier object before it. Or it adds the weight,
+with the wrong sign.
 
-Gravity then acts on another mass and first moment than acceleration does.
+The model has a mass and first moment on which gravity acts, beside those on which
+acceleration acts.
 """
 
 from collections.abc import Iterator
@@ -30,14 +32,14 @@ from hefting.ingest.rivals.explanation import (
 CODE = "wrench-compensated"
 FIX = "set its payload to zero before recording"
 SMALLEST_SHARE = 0.005
-"""Smallest share of the object's weight that is told: less is none."""
+"""Smallest share of the object's weight that is reported."""
 SMALL_SHARE = 0.05
-"""Share below which the mass that is missing has to be seen by itself. Soft grips and
-liquids were taken for up to 0.02."""
+"""Share below which the missing mass itself must be significant. Soft grips and liquids
+were taken for a share of up to 0.02."""
 LARGEST_SHARE = 100.0
-"""Largest share of the object's weight that a controller takes away: that of a tool of
-3 kg, of an object of 30 g. Of 2 it is gravity the wrong way round, which has no unknowns
-and is told instead."""
+"""Largest share of the object's weight that a controller subtracts: that of a tool of
+3 kg, for an object of 30 g. A share of 2 is gravity reversed, which has no unknowns and is
+reported instead."""
 ADDED = 0.25, 5.0
 """Smallest and largest share of the object's weight that a controller is said to add: a
 filter of 18 Hz and averages of 40 ms weaken what a trembling hand does as 0.17 does."""
@@ -52,8 +54,8 @@ OR_HEAVIER = ", or the controller to subtract a payload heavier than the object"
 
 
 def explain(case: Case) -> Explanation | None:
-    """The share of the object's weight that is missing, or there twice."""
-    if not _may_be_told(case):
+    """The share of the object's weight that is missing, or that was added."""
+    if not _is_observable(case):
         return None
     build = partial(freed, case)
     if explains_nothing(case, build):
@@ -89,7 +91,8 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _is_alike(solution: Array, share: float) -> bool:
-    """Whether as much of the first moment is missing as of the mass, as by time."""
+    """Whether the same `share` of the first moment as of the mass is missing, as where
+    time runs too fast."""
     missing = solution[1:4] - solution[11:14]
     apart = np.linalg.norm(missing - share * solution[1:4])
     return bool(apart < ALIKE * abs(share) * np.linalg.norm(solution[1:4]))
@@ -97,14 +100,14 @@ def _is_alike(solution: Array, share: float) -> bool:
 
 def undone(case: Case) -> Iterator[Undone]:
     """All of the weight subtracted: as if there were no gravity."""
-    if _may_be_told(case) and not case.path.gravity_measured:
+    if _is_observable(case) and not case.path.gravity_measured:
         what = "all of the object's weight seems to be missing in the wrench, as where the controller subtracts it"
         other = case.with_gravity(np.zeros(3))
         yield Undone(CODE, what, FIX, other, is_linear=True)
 
 
-def _may_be_told(case: Case) -> bool:
-    """Whether gravity and accelerations are told apart."""
+def _is_observable(case: Case) -> bool:
+    """Whether both gravity and accelerations act on the object."""
     moves = case.path.moves and case.path.kind != "orientation"
     return moves and bool(case.gravity.any())
 
@@ -119,17 +122,20 @@ def freed(case: Case, motion: Motion) -> Rows:
 
 
 def _effect(fitted: Fitted) -> float:
-    """The mass that is missing, over its standard deviation: no payload is without one,
-    but an object that sags has another moment by gravity than by acceleration."""
+    """The missing mass over its standard deviation.
+
+    Every payload has a mass; an object that only sags has another first moment by gravity
+    than by acceleration, and the same mass.
+    """
     found = fitted.of_best()
     rows = found.rows
     missing = found.solution[0, 10] - found.solution[0, 0]
-    # the wrench by it and its moment, where gravity acts on the same mass and moment as acceleration
-    columns = np.einsum("kz,zcp->kcp", rows.known[0], rows.maps[:, :, 10:14])
-    maps = rows.maps.copy()
-    maps[:, :, :4] += maps[:, :, 10:14]
-    tied = replace(
-        found, rows=replace(rows, maps=np.delete(maps, range(10, 14), axis=2))
-    )
-    variance = linear_step(tied, columns).covariance[0, 0]
+    # of one body, on which gravity and acceleration act alike, and of what gravity acts
+    # on besides: the covariance of the latter is that of the missing mass and moment
+    weighed = rows.maps[:, :, 10:14]
+    maps = np.delete(rows.maps, range(10, 14), axis=2)
+    maps[:, :, :4] += weighed
+    one_body = replace(found, rows=replace(rows, maps=maps))
+    columns = np.einsum("kz,zcp->kcp", rows.known[0], weighed)
+    variance = linear_step(one_body, columns).covariance[0, 0]
     return float(abs(missing) / np.sqrt(max(variance, 1e-300)))

@@ -1,4 +1,4 @@
-"""The wrench was low-pass filtered: its fast part is weaker, and late."""
+"""The wrench was low-pass filtered: its fast part is weaker and late."""
 
 from dataclasses import replace
 
@@ -24,9 +24,9 @@ ORDERS = (1, 2)
 RATE = 50.0
 """[Hz] Rate at which the motion is filtered: far above the cut-off frequencies."""
 FIRST_ITERATIONS = 2
-"""Reweightings by which it is told whether any explains something."""
+"""Number of reweightings of the first comparison."""
 KEPT = 8
-"""Likeliest filters after that, which are compared in full."""
+"""Number of likeliest filters that are compared in full."""
 MOST_INSTANTS = 6000
 """Largest number of instants of the filtered motion."""
 
@@ -54,8 +54,8 @@ def explain(case: Case) -> Explanation | None:
 
 
 def as_filtered(case: Case) -> Case | None:
-    """The case with its motion through a filter of the wrench's lag; None where it is too
-    long for that."""
+    """The case with its motion filtered by the wrench's lag; None if it is too long for
+    that."""
     lag, path = case.offset, case.path
     step = max(0.1 * lag, 5e-5 * (path.last - path.first))
     grid = np.arange(path.first, path.last, step)
@@ -64,8 +64,8 @@ def as_filtered(case: Case) -> Case | None:
 
 
 def _rows(case: Case) -> tuple[list[tuple[int, float]], Rows | None]:
-    """Orders and bandwidths, and the rows of each; None where the motion is filtered at
-    too low a rate for any."""
+    """Orders and bandwidths, and the rows of each; None if the motion is filtered at
+    too low a rate."""
     first = case.time[0] - 1.0 / RATE
     count = int(np.clip((case.time[-1] - first) * RATE, 8, MOST_INSTANTS)) + 2
     grid = np.linspace(first, case.time[-1] + 1.0 / RATE, count)
