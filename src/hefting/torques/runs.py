@@ -7,7 +7,7 @@ much between the runs is said by the standard deviations of two nuisances that t
 loaded samples alone have.
 
 How friction grows with the load depends on the torques of the rigid bodies, which are
-sought. So the rows are folded some times: first with the published arm's, then with those
+sought. So the rows are folded several times: first with the published arm's, then with those
 that were found.
 """
 
