@@ -140,8 +140,7 @@ class Measurements:
                     f"has shape {array.shape}, expected {shape}",
                     where=f"Measurements.{name}",
                 )
-            flat = array.ravel()
-            if not isfinite(flat.dot(flat)):  # quick; squares may overflow
+            if not isfinite(np.vdot(array, array)):  # quick; squares may overflow
                 rows = np.argwhere(~np.isfinite(array))
                 if len(rows):
                     raise InputError(

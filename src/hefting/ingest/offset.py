@@ -140,11 +140,11 @@ def _fit_at_offsets(
 
 def _to_start_from(fits: RobustRows, offsets: Array, samples: int) -> int:
     """Index of the most likely of the offsets (O,) of a grid about zero, or of the next
-    towards zero."""
+    towards zero where that is about as likely."""
     best = fits.best
     nearer = best - int(np.sign(offsets[best]))
-    lost = samples * float(fits.likelihood[best] - fits.likelihood[nearer])
-    return nearer if lost < ALIKE else best
+    enough = fits.likelihood[best] - ALIKE / samples
+    return nearer if fits.likelihood[nearer] > enough else best
 
 
 @immutable

@@ -54,36 +54,36 @@ def explain(case: Case) -> Explanation | None:
         return None
     units = _units(case)
     motion = case.motion_late(case.likely_offsets)
-    each = [fit_rows(case, _builder(case, unit)(motion)).likelihood for unit in units]
-    unit = units[int(np.argmax(np.max(each, axis=1)))]
+    found = [fit_rows(case, _builder(case, unit)(motion)).likelihood for unit in units]
+    unit = units[int(np.argmax(np.max(found, axis=1)))]
     fitted, _ = over_offsets(case, _builder(case, unit))
-    found = _undone(case, unit).explanation(fitted)
-    if unit < 1.0:
-        return found
-    return replace(found, alternative=lambda: wrench_compensated.explain(case))
+    return Explanation(
+        CODE,
+        f"time seems to {_what(unit)}",
+        _fix(unit),
+        fitted,
+        0,
+        rarity=1.0,
+        alternative=None if unit < 1.0 else lambda: wrench_compensated.explain(case),
+        is_grave=True,
+    )
 
 
 def undone(case: Case) -> Iterator[Undone]:
     """Each unit."""
-    if _is_from_poses(case):
-        for unit in COMMON.intersection(_units(case)):
-            yield _undone(case, unit)
-
-
-def _undone(case: Case, unit: float) -> Undone:
-    """The recording with time in a unit [s]."""
-    fix = "give time in seconds, of samples at the rate at which they were taken"
-    if unit == MILLISECONDS:
-        fix = 'give time in seconds, or unit = "ms" of it in a column map'
-    return Undone(
-        CODE,
-        f"time seems to {_what(unit)}",
-        fix,
-        case.with_accelerations(unit**-2.0, unit**-2.0),
-        rarity=1.0,
-        is_grave=True,
-        is_linear=True,
-    )
+    if not _is_from_poses(case):
+        return
+    for unit in COMMON.intersection(_units(case)):
+        other = case.with_accelerations(unit**-2.0, unit**-2.0)
+        yield Undone(
+            CODE,
+            f"time seems to {_what(unit)}",
+            _fix(unit),
+            other,
+            rarity=1.0,
+            is_grave=True,
+            is_linear=True,
+        )
 
 
 def _is_from_poses(case: Case) -> bool:
@@ -111,6 +111,13 @@ def _what(unit: float) -> str:
         share = 100.0 * (1.0 - unit**2)
         return f"{what}, or the controller to subtract {share:.0f} % of the object's weight"
     return what + wrench_compensated.OR_HEAVIER if unit > LARGEST_INERTIAL else what
+
+
+def _fix(unit: float) -> str:
+    """Advice for time in a unit [s]."""
+    if unit == MILLISECONDS:
+        return 'give time in seconds, or unit = "ms" of it in a column map'
+    return "give time in seconds, of samples at the rate at which they were taken"
 
 
 def _builder(case: Case, unit: float) -> Build:
