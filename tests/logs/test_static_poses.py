@@ -8,7 +8,7 @@ from scipy.spatial.transform import Rotation
 import hefting
 from hefting.core.messages import NO_DOUBT, codes
 from hefting.core.recording import Recording, Stream
-from hefting.logs.table import without_times
+from hefting.logs.static_poses import without_times
 
 ROWS = 12
 RNG = np.random.default_rng(17)

@@ -11,7 +11,8 @@ from hefting.core.recording import COLUMNS, Recording, Stream, column_names
 from hefting.core.spatial import Array, Mask
 from hefting.logs.gaps import FEW, without_repeats
 from hefting.logs.orientations import no_rotations, quaternions
-from hefting.logs.table import in_seconds, warn_about_static, without_times
+from hefting.logs.static_poses import warn_about_static, without_times
+from hefting.logs.table import in_seconds
 
 ARRAYS = ("time", "wrench_time", "pose", *COLUMNS)
 """Names under which arrays are given."""

@@ -11,14 +11,13 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
+from hefting.logs.static_poses import warn_about_static, without_times
 from hefting.logs.table import (
     Table,
     collect,
     in_seconds,
     require_streams,
     summarize_list,
-    warn_about_static,
-    without_times,
 )
 
 if TYPE_CHECKING:

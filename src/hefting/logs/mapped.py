@@ -20,6 +20,7 @@ from hefting.logs.orientations import (
     split_pose,
 )
 from hefting.logs.sensor_pose import with_sensor_pose
+from hefting.logs.static_poses import warn_about_static, without_times
 from hefting.logs.table import (
     Table,
     collect,
@@ -27,8 +28,6 @@ from hefting.logs.table import (
     label,
     require_streams,
     summarize_list,
-    warn_about_static,
-    without_times,
 )
 from hefting.logs.units import Unit
 

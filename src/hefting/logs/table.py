@@ -12,8 +12,8 @@ from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST_CELL, too_large
 from hefting.core.messages import Message, warning
-from hefting.core.recording import Recording, Stream, all_finite
-from hefting.core.spatial import Array, Mask, median, own, rotation_matrices
+from hefting.core.recording import Stream, all_finite
+from hefting.core.spatial import Array, Mask, median, own
 from hefting.logs.gaps import FEW, Gaps, without_invalid_poses, without_repeats
 from hefting.logs.growing import Growing, Samples
 
@@ -37,22 +37,8 @@ EPOCHS = (
 SINCE_1970 = 1e8
 """[s] Times from which on count from 1970: a robot's controller runs no three years."""
 
-FEWEST_SMOOTH, LARGEST_STEP = 50, 0.1
-"""Poses, and the largest step among them over their extent, from which on they are
-those of a motion: an arm that turns by 3 rad/s, logged at 20 Hz, goes 0.15 rad a row."""
-
-PAUSE, TURN = 0.9, 0.35
-"""Time [s] and change of the pose from row to row from which on nothing tells the motion
-between them."""
-
 SHORTEST_STEP = 2e-5
 """[s] Time between samples below which another unit may be meant."""
-
-STATIC_STREAMS = {
-    *("position", "orientation", "joint_positions", "wrench", "accelerometer")
-}
-"""Streams that can be measured at rest, so that a table of them without times may be
-static poses."""
 
 
 @immutable
@@ -266,59 +252,6 @@ def with_times(
         name: replace(stream, time=changed[id(stream.time)])
         for name, stream in streams.items()
     }
-
-
-def without_times(recording: Recording) -> Recording:
-    """The recording of static poses that have times without these; others as they are."""
-    stream, poses = _poses(recording)
-    kept = {
-        name: replace(each, time=own(np.arange(float(len(poses)))))
-        for name, each in recording.streams.items()
-        if name in STATIC_STREAMS and np.array_equal(each.rows, stream.rows)
-    }
-    if recording.static or "wrench" not in kept or len(poses) < 2:
-        return recording
-    pause, turns = median(np.diff(stream.time)), np.abs(np.diff(poses, axis=0))
-    if pause < PAUSE or median(turns.reshape(len(turns), -1).max(axis=1)) < TURN:
-        return recording
-    what = f"each of {len(poses)} rows, some {pause:.3g} s apart, is taken as a static pose"
-    left = (m for m in recording.warnings if getattr(m, "code", "") != "time-step-long")
-    said = (*left, warning("poses-static", what))
-    return replace(recording, streams=kept, static=True, warnings=said, angles=None)
-
-
-def warn_about_static(recording: Recording) -> Recording:
-    """The recording, with a warning when its rows hardly are static poses."""
-    signs = [f"there is {n}" for n in recording.streams if n not in STATIC_STREAMS]
-    count = max(len(stream) for stream in recording.streams.values())
-    signs += ["they move smoothly"] if _moves_smoothly(recording) else []
-    if not signs and count <= 1000:
-        return recording
-    also = f", although {' and '.join(signs)}" if signs else ""
-    what = (
-        f"there is no column time: each of {count} rows is taken as a static pose{also}; "
-        "of rows in motion give the rate in a column map, time = { rate = 250 } [Hz]"
-    )
-    return replace(
-        recording, warnings=(*recording.warnings, warning("no-time-column", what))
-    )
-
-
-def _moves_smoothly(recording: Recording) -> bool:
-    """Whether no step from one pose to the next is a large part of the way that all of
-    them go, as between static poses it is."""
-    _, poses = _poses(recording)
-    if len(poses) < FEWEST_SMOOTH:
-        return False
-    steps = np.abs(np.diff(poses, axis=0)).max()
-    return bool(steps < LARGEST_STEP * np.ptp(poses, axis=0).max())
-
-
-def _poses(recording: Recording) -> tuple[Stream, Array]:
-    """The stream of orientations or joint angles, and these as matrices or angles."""
-    turned = "orientation" in recording.streams
-    stream = recording["orientation" if turned else "joint_positions"]
-    return stream, rotation_matrices(stream.values) if turned else stream.values
 
 
 def require_streams(
