@@ -237,7 +237,8 @@ def test_a_shape_far_too_small_or_too_large_is_doubted(scale, doubted):
 @pytest.mark.parametrize("closed", [False, True])
 def test_walls_of_a_vessel_that_are_too_heavy_are_doubted(closed, content, said):
     """A mug of ceramics, open or closed, empty or with 0.5 or 3 times its own mass in
-    it; a bracket of the same walls, a tube, and the filled mug, may be of steel."""
+    it; a bracket of the same walls, a tube, and the filled mug, may be of steel, as may
+    the empty one."""
     mug = trimesh.creation.cylinder(radius=0.04, height=0.1)
     inside = trimesh.creation.cylinder(radius=0.036, height=0.092 + 0.01 * (not closed))
     inside.apply_translation((0.0, 0.0, 0.005 * (not closed)))
@@ -254,10 +255,11 @@ def test_walls_of_a_vessel_that_are_too_heavy_are_doubted(closed, content, said)
         shape = Shape.from_mesh(mesh, pose=POSE)
         vector = np.array([density * shape.volume, *[0.0] * 9])
         fit = FreeFit(vector, None, 1e-6 * np.eye(10), Noise(), np.ones(16))
-        return codes(density_warnings(fit, shape))
+        found = density_warnings(fit, shape)
+        return codes(m for m in found if m.severity == "warning")
 
     assert doubted(walls, 2400.0 * (1.0 + content)) == said
-    assert not any(doubted(each, 7800.0) for each in (mug, bracket, tube))
+    assert not any(doubted(each, 7800.0) for each in (mug, bracket, tube, walls))
 
 
 @pytest.mark.parametrize(

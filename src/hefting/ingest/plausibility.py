@@ -5,7 +5,7 @@ import numpy as np
 
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.messages import Message, warning
+from hefting.core.messages import Message, note, warning
 from hefting.core.spatial import Array
 from hefting.ingest.free_fit import FreeFit, lever
 from hefting.ingest.ingest import Ingested
@@ -42,6 +42,8 @@ DENSEST_OBJECT = 12_000.0
 DENSEST_WALL = 3_000.0
 """[kg/m³] Mass over the volume of walls around a space above which the space may be
 filled: walls of glass, ceramics and aluminium have less, those of steel more."""
+STEEL = 7_000.0, 8_200.0
+"""[kg/m³] Walls of steel, cast iron and zinc: a vessel of these may well be empty."""
 WALLS_SHARE = 0.3
 """Largest volume of a shape that may be walls, over that of its bounding box."""
 UNEXPLAINED_RESIDUAL_RATIO = 3.0
@@ -277,11 +279,14 @@ def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
             "gripper is held, too (`tool`)"
         )
         return [warning("shape-too-small", what, "unit")]
-    if mass > DENSEST_WALL * shape.volume and _is_walls(shape):
+    density = mass / shape.volume
+    if density > DENSEST_WALL and _is_walls(shape):
         what = (
-            f"the shape is walls around a space, of {mass / shape.volume:.2g} kg/m³ if "
-            "nothing is in it: if something is, take the convex hull (`hull`)"
+            f"the shape is walls around a space, of {density:.2g} kg/m³ if nothing is in "
+            "it: if something is, take the convex hull (`hull`)"
         )
+        if STEEL[0] <= density <= STEEL[1]:
+            return [note("shape-hollow", what, "hull")]
         return [warning("shape-hollow", what, "hull")]
     if shape.known != "object" or mass >= LIGHTEST_OBJECT * space:
         return []
