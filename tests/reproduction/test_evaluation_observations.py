@@ -253,7 +253,7 @@ def test_what_counts_as_the_published_figure(ratio, theirs, alike):
 
 def test_faults_do_what_they_say(exact):
     subject, z = thing("tee"), exact.measurements[:OBSERVATIONS]
-    troubled = robot._troubled(subject, z, np.random.default_rng(0))
+    troubled = robot._with_faults(subject, z, np.random.default_rng(0))
     assert set(troubled) == set(robot.CAUSES)
     for cause in ("bias", "late", "gain"):
         assert troubled[cause][0] is subject

@@ -1,5 +1,4 @@
-"""Planning: the joint motion to make next, which leaves the least of what is still
-uncertain, within limits."""
+"""Planning: the joint motion within limits after which the least uncertainty is left."""
 
 from hefting.planning.limits import Limits
 from hefting.planning.plan import plan

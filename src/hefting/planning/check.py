@@ -1,4 +1,4 @@
-"""Which share of its limits a motion uses, on a grid fine enough to trust."""
+"""The shares of its limits that a motion uses, on a fine grid."""
 
 from typing import Self
 
@@ -13,12 +13,12 @@ from hefting.planning.limits import CLEARANCE, CLEARANCE_SCALE, Constraints, Joi
 from hefting.planning.space import Space
 
 FINE = 1000.0
-"""[Hz] of the grid on which limits are kept."""
+"""[Hz] Rate of the grid on which limits are kept."""
 CLEARANCE_RATE = 100.0
-"""[Hz] of the grid on which clearances are looked at: in half of its interval nothing
-moves farther than a quarter of the clearance that is kept."""
+"""[Hz] Rate of the grid of clearances: in half an interval nothing moves farther than a
+quarter of `CLEARANCE`."""
 BINDING = 0.97
-"""Share of a limit from which on it is said to bind."""
+"""Share of a limit above which it binds."""
 NAMES = {
     **{name: f"the {name} of {{}}" for name in JointStates._fields},
     "position": "the range of {}",
@@ -26,28 +26,28 @@ NAMES = {
     "force": "the sensor's range of force",
     "torque": "the sensor's range of torque",
 }
-
+"""Name of each limit in messages."""
 EXCESSES = {
     **{name: (f"{name}+", f"{name}-") for name in JointStates._fields},
     "corner_speed": ("corner",),
     "force": ("wrench+", "wrench-"),
     "torque": ("wrench+", "wrench-"),
 }
-"""How each limit is called on the optimisation's grid."""
+"""Names of each limit in `Look.excesses`."""
 
 
 @immutable
 class Usage:
-    """What a motion uses of its limits."""
+    """Use that a motion makes of its limits."""
 
     shares: dict[str, float]
     """largest share of each limit"""
     places: dict[str, tuple[str, float]]
-    """joint or corner at which that is, and when [s]"""
+    """joint or corner of that share, and its time [s]"""
     clearance: float | None
-    """[m] least; None where nothing is around"""
+    """[m] least; None if nothing is checked"""
     nearest: str
-    """what it is between"""
+    """the two things between which it is"""
 
     @classmethod
     def of(
@@ -58,7 +58,7 @@ class Usage:
         joints: tuple[str, ...],
         space: Space | None,
     ) -> Self:
-        """Of a motion of named joints."""
+        """Usage by a motion of named joints."""
         count = max(round(trajectory.duration * FINE), 1)
         time = np.linspace(0.0, trajectory.duration, count + 1)
         motion = trajectory.at(time)
@@ -69,19 +69,19 @@ class Usage:
         shares: dict[str, float] = {}
         places: dict[str, tuple[str, float]] = {}
 
-        def add(name: str, own: Array, who: tuple[str, ...]) -> None:
-            k, i = np.unravel_index(int(np.abs(own).argmax()), own.shape)
-            shares[name] = float(np.abs(own[k, i]))
-            places[name] = who[i], float(time[k])
+        def add(name: str, signed: Array, columns: tuple[str, ...]) -> None:
+            k, i = np.unravel_index(int(np.abs(signed).argmax()), signed.shape)
+            shares[name] = float(np.abs(signed[k, i]))
+            places[name] = columns[i], float(time[k])
 
-        own_joints = tuple(f"joint '{name}'" for name in joints)
-        for name, own in zip(
+        joint_names = tuple(f"joint '{name}'" for name in joints)
+        for name, signed in zip(
             JointStates._fields, constraints.joint_shares(states), strict=True
         ):
-            add(name, own, own_joints)
+            add(name, signed, joint_names)
         corners = constraints.corner_shares(constraints.corner_velocities(tip))
-        who = ("the tip", *("a corner of the object",) * (len(corners) - 1))
-        add("corner_speed", corners.T, who)
+        points = ("the tip", *("a corner of the object",) * (len(corners) - 1))
+        add("corner_speed", corners.T, points)
         if constraints.has_wrench_range:
             wrench = constraints.wrench_shares(features(tip)).T
             for name, part in (("force", slice(0, 3)), ("torque", slice(3, 6))):
@@ -95,41 +95,41 @@ class Usage:
 
     @property
     def largest(self) -> float:
-        """Share of the limit that is used most; above one where a limit is broken."""
-        clear = 1.0 + self._lacking / CLEARANCE
-        return max(*self.shares.values(), clear)
+        """Largest share of any limit; above one if a limit is broken."""
+        clearance = 1.0 + self._shortfall / CLEARANCE
+        return max(*self.shares.values(), clearance)
 
     @property
-    def _lacking(self) -> float:
-        """Of half the clearance that is kept [m]."""
-        clear = np.inf if self.clearance is None else self.clearance
-        return 0.5 * CLEARANCE - clear
+    def _shortfall(self) -> float:
+        """[m] by which the clearance is below half of `CLEARANCE`; negative if above."""
+        clearance = np.inf if self.clearance is None else self.clearance
+        return 0.5 * CLEARANCE - clearance
 
     @property
     def beyond(self) -> dict[str, float]:
-        """How far each limit is broken that is, by its names in `Look.excesses`."""
-        found = {
+        """Excess of each broken limit, by its names in `Look.excesses`."""
+        excesses = {
             name: share - 1.0
             for kind, share in self.shares.items()
             if share > 1.0
             for name in EXCESSES[kind]
         }
-        if self._lacking > 0.0:
-            share = self._lacking / CLEARANCE_SCALE
-            found |= dict.fromkeys(("contact", "clearance"), share)
-        return found
+        if self._shortfall > 0.0:
+            share = self._shortfall / CLEARANCE_SCALE
+            excesses |= dict.fromkeys(("contact", "clearance"), share)
+        return excesses
 
     @property
     def worst(self) -> str:
-        """The limit that is used most, in words."""
-        if self._lacking > 0.0:
+        """Name of the limit with the largest share."""
+        if self._shortfall > 0.0:
             return f"the clearance between {self.nearest}"
         return self._named(max(self.shares, key=lambda name: self.shares[name]))
 
     @property
     def binding(self) -> tuple[Message, ...]:
         """A message for each limit that binds."""
-        found = [
+        messages = [
             note(
                 "plan-limit-binds",
                 f"{self._named(name)}, {100.0 * share:.1f} % at "
@@ -140,8 +140,8 @@ class Usage:
         ]
         if self.clearance is not None and self.clearance < 2.0 * CLEARANCE:
             what = f"{1e3 * self.clearance:.0f} mm are left between {self.nearest}"
-            found.append(note("plan-limit-binds", what))
-        return tuple(found)
+            messages.append(note("plan-limit-binds", what))
+        return tuple(messages)
 
     def _named(self, name: str) -> str:
         return NAMES[name].format(self.places[name][0])

@@ -1,5 +1,5 @@
 """Distances between pairs of convex solids, by coal (extra ``robot``), and the pairs
-that an SRDF says not to check."""
+that an SRDF disables."""
 
 from collections.abc import Collection, Sequence
 from importlib import import_module
@@ -15,7 +15,7 @@ from hefting.planning.solids import Solid
 
 
 class Contacts:
-    """Pairs of solids, and how far they are from each other.
+    """Pairs of solids, and the distances between them.
 
     Raises `MissingDependencyError` without coal.
     """
@@ -34,12 +34,12 @@ class Contacts:
     def nearest(
         self, position: Array, rotation: Array, below: Array
     ) -> tuple[Array, Indices]:
-        """Smallest distance (K,) [m] of any pair, negative where two overlap, and which
-        pair it is (K,).
+        """Smallest distance (K,) [m] of any pair, negative where two solids overlap, and
+        the index (K,) of that pair.
 
-        `position` (K, S, 3) and `rotation` (K, S, 3, 3) are those of the solids' links.
-        Where no pair is nearer than `below` (K,) [m], that is the distance, and -1 the
-        pair.
+        `position` (K, S, 3) [m] and `rotation` (K, S, 3, 3) are those of the solids'
+        links. Where no pair is nearer than `below` (K,) [m], this is the distance, and
+        the index is -1.
         """
         bounds = self._bounds(position, rotation)
         distance, which = below.copy(), np.full(len(position), -1)
@@ -48,9 +48,9 @@ class Contacts:
             for p in np.argsort(bounds[k]):
                 if bounds[k, p] >= distance[k]:
                     break
-                found = self._distance(self.pairs[p], position[k], rotation[k], poses)
-                if found < distance[k]:
-                    distance[k], which[k] = found, p
+                own = self._distance(self.pairs[p], position[k], rotation[k], poses)
+                if own < distance[k]:
+                    distance[k], which[k] = own, p
         return distance, which
 
     def touching(self, position: Array, rotation: Array) -> Array:
@@ -63,8 +63,7 @@ class Contacts:
         return touch
 
     def _bounds(self, position: Array, rotation: Array) -> Array:
-        """Distances (K, P) [m] that no pair is nearer than, from spheres around the
-        solids."""
+        """Lower bounds (K, P) [m] of the distances, by spheres around the solids."""
         center = np.einsum("ksij,sj->ksi", rotation, self._centers) + position
         first, second = self.pairs.T
         apart = np.linalg.norm(center[:, first] - center[:, second], axis=2)
@@ -73,7 +72,7 @@ class Contacts:
     def _distance(
         self, pair: Indices, position: Array, rotation: Array, poses: dict[int, Any]
     ) -> float:
-        """Distance of one pair at one configuration; `poses` keeps what is made."""
+        """Distance [m] of a pair in one configuration; `poses` caches those of solids."""
         for s in pair:
             if s not in poses:
                 poses[s] = self._coal.Transform3s(rotation[s], position[s])
@@ -88,7 +87,7 @@ class Contacts:
 
 
 def _convex(coal: Any, solid: Solid) -> Any:
-    """A solid for coal."""
+    """A solid as coal's convex shape."""
     points, faces = coal.StdVec_Vec3s(), coal.StdVec_Triangle()
     points.extend(list(np.asarray(solid.vertices)))
     faces.extend([coal.Triangle(*map(int, face)) for face in solid.faces])
@@ -96,16 +95,16 @@ def _convex(coal: Any, solid: Solid) -> Any:
 
 
 MOST = 200_000
-"""Most pairs that are read: those of a humanoid with hands are some 5,000."""
+"""Most elements that are read: a humanoid with hands has some 5,000 pairs."""
 
 
 def read_disabled_pairs(
     path: str | Path, links: Collection[str]
 ) -> frozenset[frozenset[str]]:
-    """Pairs of `links` whose collisions the file disables.
+    """Pairs of `links` whose collisions an SRDF disables.
 
-    Raises `InputError` when the file cannot be read, is no XML, its root is not
-    ``<robot>``, it names no pair of these links, or more than `MOST`.
+    Raises `InputError` if the file cannot be read, is not XML, its root is not
+    ``<robot>``, it disables no pair of these links, or has more than `MOST` elements.
     """
     pairs: set[frozenset[str]] = set()
     roots: list[str] = []

@@ -1,5 +1,5 @@
-"""Files of a planned motion, for robots and programs that play it: a function each, and
-its line in `FORMATS`."""
+"""Files of a planned motion, for robots and programs that play it: one function per
+format, listed in `FORMATS`."""
 
 import json
 import tempfile
@@ -12,14 +12,14 @@ import numpy as np
 from hefting.core.errors import InputError, needing, printable
 from hefting.core.files import check_replaceable, write_atomically
 from hefting.core.spatial import Array
-from hefting.planning.result import Plan, reduced_speed_told, speed_told
+from hefting.planning.result import Plan, reduced_speed_text, speed_text
 
 
 def write_plan(plan: Plan, path: str | Path) -> None:
-    """Write a planned motion in the format of the suffix, whole or not at all.
+    """Write a planned motion atomically, in the format of the suffix.
 
-    Raises `InputError` for another suffix, for a plan that the format cannot hold, and
-    for a file that cannot be written; `MissingDependencyError` for a bag without
+    Raises `InputError` for an unknown suffix, for a plan that the format cannot hold,
+    and for a file that cannot be written; `MissingDependencyError` for a bag without
     rosbags.
 
     Examples
@@ -41,7 +41,7 @@ def content_of(plan: Plan, path: str | Path) -> bytes:
 
 
 def require_joints(suffix: str, joints: int) -> None:
-    """`InputError` where files of a suffix cannot hold a plan of so many joints."""
+    """`InputError` if files of a suffix cannot hold a plan of this number of joints."""
     wanted = JOINTS.get(suffix, joints)
     if wanted != joints:
         what = f"{suffix} is for arms of {wanted} joints, not {joints}"
@@ -61,15 +61,15 @@ def _csv(plan: Plan) -> bytes:
 
 
 def _joint_trajectory(plan: Plan) -> bytes:
-    """JSON of a ``trajectory_msgs/msg/JointTrajectory``, as ``ros2 topic pub``,
-    rosbridge and the joint trajectory controller take it."""
+    """JSON of a ``trajectory_msgs/msg/JointTrajectory``, for ``ros2 topic pub``,
+    rosbridge and the joint trajectory controller."""
     return (json.dumps(_message(plan)) + "\n").encode()
 
 
 def _message(plan: Plan) -> dict[str, Any]:
-    """Positions, velocities and accelerations at 100 Hz, field by field as ROS 2 names
-    them (https://docs.ros.org/en/rolling/p/trajectory_msgs/). The stamp is zero, which
-    means at once."""
+    """Positions, velocities and accelerations at 100 Hz, by ROS 2's names of the fields
+    (https://docs.ros.org/en/rolling/p/trajectory_msgs/). The stamp of zero means at
+    once."""
     motion = plan.motion
     rows = zip(
         motion.time, motion.position, motion.velocity, motion.acceleration, strict=True
@@ -97,10 +97,10 @@ def _duration(time: float) -> dict[str, int]:
 
 
 TOPIC = "/joint_trajectory_controller/joint_trajectory"
-"""Where ROS 2's joint trajectory controller listens, by its usual name."""
+"""Topic of ROS 2's joint trajectory controller, by its usual name."""
 KIND = "trajectory_msgs/msg/JointTrajectory"
 WHEN = 1_000_000_000
-"""Stamp of the message in the bag [ns]: zero would say that there is none."""
+"""Stamp of the message in the bag [ns]: zero would mean no stamp."""
 
 
 def _ros_bag(plan: Plan) -> bytes:
@@ -122,7 +122,7 @@ def _ros_bag(plan: Plan) -> bytes:
 
 
 def _typed(message: dict[str, Any], types: Any) -> Any:
-    """The message of classes as rosbags has them."""
+    """The message as an instance of rosbags' classes."""
     time = types["builtin_interfaces/msg/Time"](sec=0, nanosec=0)
     points = []
     for point in message["points"]:
@@ -138,16 +138,15 @@ def _typed(message: dict[str, Any], types: Any) -> Any:
 
 
 STEP = 0.008
-"""[s] between positions: one cycle of a CB3 controller, four of an e-Series, so that
-the file is for both."""
+"""[s] Time between positions: one cycle of a CB3 controller, four of an e-Series."""
 LOOKAHEAD = 0.1
-"""[s] over which the controller smooths; its default."""
+"""[s] Time over which the controller smooths; its default."""
 GAIN = 300
-"""Of the position controller; its default."""
+"""Gain of the position controller; its default."""
 APPROACH = (0.3, 0.25)
-"""Acceleration [rad/s²] and speed [rad/s] of the way to the start."""
+"""Acceleration [rad/s²] and speed [rad/s] of the motion to the start."""
 END = 1.0
-"""[rad/s²] of the stop at the end, where the arm is at rest anyway."""
+"""[rad/s²] Deceleration of the final stop, where the arm already rests."""
 
 
 def _urscript(plan: Plan) -> bytes:
@@ -182,11 +181,11 @@ def _list(q: Array) -> str:
 def _comments(plan: Plan) -> list[str]:
     names = ", ".join(printable(name)[:80] for name in plan.joints)
     source = printable(Path(plan.source).name)[:80]
-    speed = speed_told(plan.limits.corner_speed)
+    speed = speed_text(plan.limits.corner_speed)
     return [
         f"Motion of {plan.duration:.4g} s planned by Hefting for '{printable(plan.tip)[:80]}' of {source}",
         f"Joints: {names}; positions in rad, every {1e3 * STEP:.4g} ms",
-        f"As planned it {reduced_speed_told(plan)}: at most {speed} at the object's corners",
+        f"As planned it {reduced_speed_text(plan)}: at most {speed} at the object's corners",
         "The way to the start (movej) is not planned: nothing was checked along it",
         "Try it in simulation first (URSim), then at a low speed slider",
     ]
@@ -198,6 +197,6 @@ FORMATS: dict[str, Callable[[Plan], bytes]] = {
     ".mcap": _ros_bag,
     ".script": _urscript,
 }
-"""What makes the file of a plan, by its suffix."""
+"""Functions that make the content of a plan's file, by its suffix."""
 JOINTS = {".script": 6}
-"""How many joints the arms have that a format is for; the others are for any number."""
+"""Number of joints for formats that need one."""

@@ -1,4 +1,4 @@
-"""What is known of the held object before the motion."""
+"""The held object, as known before the motion."""
 
 from typing import Self
 
@@ -17,40 +17,40 @@ from hefting.shapes import Shape
 from hefting.shapes.solid import corners_between
 
 UNKNOWN_MASS = 1.0
-"""[kg] of an object of which nothing is known."""
+"""[kg] Assumed mass of an unknown object."""
 UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
-"""[m] Opposite corners of the box in the sensor frame that it is taken to be in: a hand
+"""[m] Opposite corners, in the sensor frame, of the box around an unknown object: a hand
 tool in a gripper."""
 
 
 @immutable
 class Held:
-    """A body to plan for, the box it is in, and how much is known of it."""
+    """The body to plan for, its box, and the prior information about it."""
 
     body: InertialParameters
-    """a likely one, in the sensor frame"""
+    """likely parameters, in the sensor frame"""
     corners: Array
     """(8, 3) [m] of its box, in the sensor frame"""
     information: Array
-    """(10, 10) inverse of the covariance of its parameters"""
+    """(10, 10) inverse covariance of its parameters"""
     shape: Shape | None
     estimate: Estimate | None
     notes: tuple[Message, ...]
-    """what was assumed, and whether the estimate is in doubt"""
+    """assumptions, and doubts about the estimate"""
 
     @property
     def tool(self) -> Array:
-        """(10,) parameters of what was subtracted for the estimate; zeros for nothing."""
-        own = None if self.estimate is None else self.estimate.provenance
-        found = None if own is None else subtracted_tool(own)
-        return np.zeros(10) if found is None else found
+        """(10,) parameters of the tool that the estimate excludes; zeros without."""
+        provenance = None if self.estimate is None else self.estimate.provenance
+        tool = None if provenance is None else subtracted_tool(provenance)
+        return np.zeros(10) if tool is None else tool
 
     @classmethod
     def of(cls, estimate: Estimate | None, shape: Shape | None) -> Self:
-        """From an earlier estimate, a shape, both or neither.
+        """The object by an earlier estimate, a shape, both or neither.
 
-        An estimate is taken to know the shape already. Raises `InputError` for one
-        without mass, and for a covariance that is none.
+        An estimate is assumed to include the information of the shape. Raises
+        `InputError` for an estimate without mass or covariance.
         """
         notes: list[Message] = []
         if estimate is None:
@@ -89,7 +89,7 @@ def box_corners(shape: Shape) -> Array:
 
 
 def _unknown_corners(estimate: Estimate | None) -> Array:
-    """Of the box where no shape is known, wide enough to hold the COM in the middle."""
+    """Corners of `UNKNOWN_BOX`, extended by the same box about the estimated COM."""
     low, high = np.array(UNKNOWN_BOX)
     if estimate is not None:
         half, c = 0.5 * (high - low), estimate.center_of_mass
@@ -98,7 +98,7 @@ def _unknown_corners(estimate: Estimate | None) -> Array:
 
 
 def _body(shape: Shape | None) -> InertialParameters:
-    """1 kg, evenly spread."""
+    """A homogeneous body of `UNKNOWN_MASS` in the shape, or in `UNKNOWN_BOX`."""
     if shape is not None:
         own = shape.homogeneous
         return InertialParameters(UNKNOWN_MASS / own.mass * own.vector)
@@ -109,8 +109,8 @@ def _body(shape: Shape | None) -> InertialParameters:
 
 
 def _known(estimate: Estimate) -> tuple[InertialParameters, Array]:
-    """Body and information of an estimate; where a variance is infinite, that it is
-    near the sensor."""
+    """Body and information of an estimate, with a weak prior if a variance is
+    infinite."""
     body, C = estimate.parameters, estimate.covariance
     if not body.mass > 0.0:
         what = "the estimate has no mass to plan for"

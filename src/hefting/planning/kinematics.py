@@ -1,6 +1,6 @@
-"""Joint trajectories that start and end at rest, B-splines of degree five; the motion of
-the sensor frame in its own axes, for all samples at once, and the gradient of any
-function of it by the joints' motion.
+"""Joint trajectories, B-splines of degree five at rest at both ends; the motion of the
+sensor frame in its own axes, for all samples at once; and the gradient of a function of
+that motion by the joints' motion.
 
 With links i = 1..n, screw axes s_i (unit vectors, in axes of link i), the twist
 V = (w, v) and its derivative A = (w', a) of a frame fixed to link i at a point of axis
@@ -10,11 +10,11 @@ i are (Featherstone, *Rigid Body Dynamics Algorithms*, sec. 5.3)
     A_i = X_i A_{i-1} + S_i q_i'' + V_i x S_i q_i',       A_0 = (0, -gravity)
 
 where X_i moves to the point and turns by -q_i about the axis. So a is the spatial
-acceleration less gravity; that of the point less gravity is a + w x v. As dX_i/dq_i =
--(S_i x) X_i, a function's derivatives by V, A and the pose of the last frame are carried
-back through the same links, each of them like a wrench.
+acceleration less gravity; the classical acceleration of the point less gravity is a + w
+x v. As dX_i/dq_i = -(S_i x) X_i, the derivatives of a function by V, A and the pose of
+the last frame transform as wrenches, back through the same links.
 
-All arrays have the samples last: (3, K) are vectors of K samples.
+Arrays have the samples last: (3, K) are vectors of K samples.
 """
 
 from __future__ import annotations
@@ -33,11 +33,11 @@ from hefting.robots.robot import Robot
 
 DEGREE = 5
 AT_REST = 3
-"""Equal control points at each end: velocity and acceleration are zero there."""
+"""Number of equal control points at each end, for zero velocity and acceleration."""
 
 
 def knots_of(duration: float, pieces: int) -> Array:
-    """Knots of so many equal polynomial pieces over `duration` [s], clamped at both
+    """Knots of a number of equal polynomial pieces over `duration` [s], clamped at both
     ends."""
     inner = np.linspace(0.0, duration, pieces + 1)
     return np.concatenate((np.zeros(DEGREE), inner, np.full(DEGREE, duration)))
@@ -45,8 +45,7 @@ def knots_of(duration: float, pieces: int) -> Array:
 
 @immutable
 class Trajectory:
-    """q(t) = sum_i B_i(t) c_i, at rest at both ends, three times continuously
-    differentiable and more."""
+    """q(t) = sum_i B_i(t) c_i, at rest at both ends, with continuous jerk between."""
 
     knots: Array
     """(m + 6,) [s]"""
@@ -79,33 +78,32 @@ class Trajectory:
         return self._derivatives[3](np.asarray(time, dtype=float))
 
     def repeated(self, copies: int) -> Trajectory:
-        """There, back, there again, so many times in all, at rest between: what a
-        motion back takes of the limits and tells is that of the motion there."""
+        """The motion forwards and backwards in turn, `copies` in all, at rest between.
+        Backwards it uses the same shares of limits and gives the same information."""
         inner, T = self.knots[DEGREE + 1 : -DEGREE - 1], self.duration
-        ways = (inner, self.points), (T - inner[::-1], self.points[::-1])
+        both = (inner, self.points), (T - inner[::-1], self.points[::-1])
         knots, points = [self.knots[: DEGREE + 1]], [self.points[:AT_REST]]
         for k in range(copies):
-            own, path = ways[k % 2]
-            knots += [k * T + own, np.full(AT_REST, (k + 1) * T)]
+            inner, path = both[k % 2]
+            knots += [k * T + inner, np.full(AT_REST, (k + 1) * T)]
             points.append(path[AT_REST:])
         knots.append(np.full(DEGREE + 1 - AT_REST, copies * T))
         return Trajectory(np.concatenate(knots), np.concatenate(points))
 
     def sampled(self, rate: float) -> JointMotion:
-        """At `rate` [Hz], from the start to the end, which are both among the
-        samples."""
+        """The motion sampled at about `rate` [Hz], including start and end."""
         count = max(round(self.duration * rate), 1)
         return self.at(np.linspace(0.0, self.duration, count + 1))
 
 
 W, V, DW, A, P = range(5)
-"""Vectors that are carried along the arm: angular and linear velocity, their
-derivatives, and the way from the root's origin to the frame's."""
+"""Indices of the vectors of a frame: angular and linear velocity, their derivatives, and
+the position from the root's origin."""
 VECTORS = 5
 
 
 class TipMotion(NamedTuple):
-    """Motion of the sensor frame at K instants, in sensor axes unless said."""
+    """Motion of the sensor frame at K instants, in sensor axes unless stated."""
 
     angular_velocity: Array
     """(3, K) [rad/s]"""
@@ -116,33 +114,33 @@ class TipMotion(NamedTuple):
     acceleration: Array
     """(3, K) of the origin, classical, less gravity [m/s²]"""
     position: Array
-    """(3, K) of the origin, from the root's [m]"""
+    """(3, K) of the origin, in root axes [m]"""
     rotation: Array
-    """(3, 3, K) rows are the root's axes, in sensor axes"""
+    """(3, 3, K) rotations, sensor axes to root axes: rows are the root's axes"""
 
 
 @immutable
 class Chain:
-    """The joints of a robot that move its sensor frame, as `motion` needs them."""
+    """The joints that move the sensor frame of a robot without prismatic joints."""
 
     axes: Array
-    """(n, 3) in root axes, the robot's joints at zero"""
+    """(s, 3) in root axes at zero joint positions, from root to sensor frame"""
     steps: Array
-    """(n + 1, 3) [m] from each joint's point to the next, the first from the root's
-    origin, the last to the sensor's"""
+    """(s + 1, 3) [m] from the root's origin, by a point on each axis, to the sensor's"""
     columns: tuple[int, ...]
     multipliers: Array
     offsets: Array
-    """of each joint's position: multiplier * q[column] + offset"""
+    """angle of each axis: multiplier * q[column] + offset"""
     home: Array
-    """(3, 3) sensor axes in root axes at zero"""
+    """(3, 3) sensor axes in root axes at zero joint positions"""
     gravity: Array
     """(3,) in root axes [m/s²]"""
     joints: int
+    """number n of joints that are not mimics"""
 
     @classmethod
     def of(cls, robot: Robot, gravity: Array) -> Self:
-        """Of a robot whose joints turn."""
+        """Chain of a robot; `gravity` (3,) is in root axes [m/s²]."""
         points = [np.zeros(3), *(s.point for s in robot.screws), robot.home_position]
         return cls(
             frozen([screw.axis for screw in robot.screws]),
@@ -157,11 +155,12 @@ class Chain:
 
     @cached_property
     def turns(self) -> list[tuple[Array, Array]]:
-        """Of each joint K = [axis]x and K K, which turn vectors about it."""
+        """K = [axis]x and K K of each axis, for Rodrigues' formula."""
         return [(skew(axis), skew(axis) @ skew(axis)) for axis in self.axes]
 
     def forward(self, q: Array, dq: Array, ddq: Array) -> Passed:
-        """Motion of the tip for joint motions (K, n), and what the way back needs."""
+        """Motion of the tip for positions, velocities and accelerations (K, n) of the
+        joints, with the intermediate values that `Passed.back` needs."""
         K = len(q)
         x = np.zeros((3, VECTORS, K))
         x[:, A] = -self.gravity[:, None]
@@ -203,8 +202,8 @@ class Chain:
 
 
 class TipGradient(NamedTuple):
-    """Derivatives (3, K) by a `TipMotion`, and by a shift (force) and a turn (torque)
-    of the frame along and about its axes, at its origin."""
+    """Derivatives (3, K) of a function by a `TipMotion`, where those by the pose are by
+    translation (force) and rotation (torque) along and about the sensor's axes."""
 
     angular_velocity: Array
     velocity: Array
@@ -216,17 +215,17 @@ class TipGradient(NamedTuple):
 
 @immutable
 class Passed:
-    """Motion of the tip, and what the way back needs."""
+    """Motion of the tip, with intermediate values of `Chain.forward`."""
 
     chain: Chain
     motion: TipMotion
     links: list[tuple[Array, Array, Array, Array]]
-    """of each joint: sine, cosine, rate (K,), and the vectors (3, 5, K) before its own
+    """of each axis: sine, cosine and rate (K,), and the vectors (3, 5, K) before its own
     motion is added"""
 
     @cached_property
     def rates(self) -> Array:
-        """(n, K) [rad/s] of screws that move alone, as `screws` has them"""
+        """(n, K) speeds [rad/s] about the axes of `screws`; without mimic joints"""
         return np.array([rate for _, _, rate, _ in self.links])
 
     @cached_property
@@ -234,27 +233,23 @@ class Passed:
         """(3, 2, n, K) screw axis of each joint, linear and angular: the twist of the
         sensor frame, in its axes, by a unit speed of that joint."""
         chain, K = self.chain, self.motion.velocity.shape[1]
-        found = np.zeros((3, 2, len(chain.columns), K))
+        screws = np.zeros((3, 2, len(chain.columns), K))
         for i, (sin, cos, _, _) in enumerate(self.links):
             across, square = chain.turns[i]
-            before = found[:, :, :i]
+            before = screws[:, :, :i]
             before[:, 0] += cross(before[:, 1], chain.steps[i][:, None, None])
             flat = before.reshape(3, -1)
             before += (
                 (1.0 - cos) * (square @ flat).reshape(before.shape)
                 - sin * (across @ flat).reshape(before.shape)
             )  # fmt: skip
-            found[:, 1, i] = chain.multipliers[i] * chain.axes[i][:, None]
-        found[:, 0] += cross(found[:, 1], chain.steps[-1][:, None, None])
-        return np.einsum("ji,jcnk->icnk", chain.home, found)
+            screws[:, 1, i] = chain.multipliers[i] * chain.axes[i][:, None]
+        screws[:, 0] += cross(screws[:, 1], chain.steps[-1][:, None, None])
+        return np.einsum("ji,jcnk->icnk", chain.home, screws)
 
     def screws_back(self, by: Array) -> Array:
-        """Derivatives (K, n) by joint positions of what has those `by` (3, 2, n, K) by
-        the screws.
-
-        A joint turns the frame against the screws before it: dS_j/dq_i = S_j x S_i, the
-        Lie bracket, for i > j, else zero.
-        """
+        """Derivatives (K, n) of a function by joint positions, from those `by` the screws
+        (3, 2, n, K): dS_j/dq_i = S_j x S_i, the Lie bracket, for i > j, else zero."""
         v, w = self.screws[:, 0], self.screws[:, 1]
         turn = cross(w, by[:, 1]) + cross(v, by[:, 0])
         shift = cross(w, by[:, 0])
@@ -262,11 +257,12 @@ class Passed:
         return -(w * turn + v * shift).sum(axis=0).T
 
     def back(self, gradient: TipGradient) -> tuple[Array, Array, Array]:
-        """Derivatives (K, n) by joint positions, velocities and accelerations."""
+        """Derivatives (K, n) of a function by joint positions, velocities and
+        accelerations, from its `gradient` by the tip's motion."""
         chain, K = self.chain, self.motion.velocity.shape[1]
         w, v = self.motion.angular_velocity, self.motion.velocity
         g = gradient
-        # wrenches: pairs of moment and force, of velocity, acceleration and pose
+        # derivatives as moment and force, by velocity, acceleration and pose in turn
         y = np.stack(
             (
                 g.angular_velocity + cross(v, g.acceleration),
@@ -279,44 +275,44 @@ class Passed:
             axis=1,
         )
         y = np.einsum("ij,jck->ick", chain.home, y)
-        found = np.zeros((3, chain.joints, K))
+        by_joints = np.zeros((3, chain.joints, K))
         for i in reversed(range(len(chain.columns))):
             _step_back(y, chain.steps[i + 1])
             sin, cos, rate, x = self.links[i]
             column, m, axis = chain.columns[i], chain.multipliers[i], chain.axes[i]
             across, square = chain.turns[i]
             side = axis[:, None]
-            # of V_i x S, where the joint's own part of V_i is along S
-            found[1, column] += m * (
+            # V_i x S without the part of V_i by this joint, which is along S
+            by_joints[1, column] += m * (
                 axis @ (y[:, 0])
                 + ((across.T @ x[:, W]) * y[:, 2]).sum(axis=0)
                 + ((across.T @ x[:, V]) * y[:, 3]).sum(axis=0)
             )
-            found[2, column] += m * (axis @ y[:, 2])
+            by_joints[2, column] += m * (axis @ y[:, 2])
             y[:, 0] += rate * cross(side, y[:, 2])
             y[:, 1] += rate * cross(side, y[:, 3])
             turn = axis @ y[:, 4]
             for pair, vector in ((0, W), (1, V), (2, DW), (3, A)):
                 turn -= ((across @ x[:, vector]) * y[:, pair]).sum(axis=0)
-            found[0, column] += m * turn
+            by_joints[0, column] += m * turn
             flat = y.reshape(3, -1)
             y = (
                 y
                 + sin * (across @ flat).reshape(y.shape)
                 + (1.0 - cos) * (square @ flat).reshape(y.shape)
             )
-        position, velocity, acceleration = (each.T for each in found)
+        position, velocity, acceleration = (each.T for each in by_joints)
         return position, velocity, acceleration
 
 
 def _step(x: Array, step: Array) -> None:
-    """Move the vectors (3, 5, K) of a frame by a step (3,) [m]."""
+    """Vectors (3, 5, K) of a frame, moved by a step (3,) [m] in place."""
     x[:, V] += cross(x[:, W], step[:, None])
     x[:, A] += cross(x[:, DW], step[:, None])
     x[:, P] += step[:, None]
 
 
 def _step_back(y: Array, step: Array) -> None:
-    """Move wrenches (3, 6, K) against a step (3,) [m]."""
+    """Derivatives (3, 6, K) by a frame, moved back by a step (3,) [m] in place."""
     for pair in (0, 2, 4):
         y[:, pair] += cross(step[:, None], y[:, pair + 1])

@@ -1,4 +1,4 @@
-"""Limits that a planned motion keeps, and how far it is from them, as shares."""
+"""Limits of a planned motion, and the shares of them that it uses."""
 
 from collections.abc import Sequence
 from dataclasses import fields
@@ -18,21 +18,21 @@ from hefting.robots.robot import Robot, resolved
 from hefting.robots.urdf import Tree, read_urdf
 
 ACCELERATION = 5.0
-"""[rad/s²] of a joint, where nothing is said: no URDF has it. Cobots reach twice as
-much at their slowest joints."""
+"""[rad/s²] Default limit of a joint, which no URDF gives. Cobots reach twice as much at
+their slowest joints."""
 JERK = 100.0
-"""[rad/s³] of a joint, where nothing is said: a twentieth of a second to full
-acceleration."""
+"""[rad/s³] Default limit of a joint: full acceleration within a twentieth of a second."""
 NUMBERS = ("corner_speed", "force", "torque")
+"""Limits that are not for each joint."""
 
 
 @immutable
 class Limits:
-    """Hard limits of a motion of n joints. `InputError` for values that are none."""
+    """Hard limits of a motion of n joints; `InputError` for values that are no limits."""
 
     position: Array
-    """(n, 2) lowest and highest position of each joint [rad]; infinite of a joint that
-    turns without end"""
+    """(n, 2) lowest and highest position of each joint [rad]; infinite of a continuous
+    joint"""
     speed: Array
     """(n,) [rad/s]"""
     acceleration: Array
@@ -77,18 +77,18 @@ class Limits:
         force: float | None = None,
         torque: float | None = None,
     ) -> Self:
-        """Positions and speeds of a URDF's `<limit>` elements, for the joints of
-        `robot`, which keep those of the joints that mimic them as well.
+        """Limits with positions and speeds of a URDF's `<limit>` elements, for the joints
+        of `robot` and the joints that mimic them.
 
         Parameters
         ----------
         path : the URDF that `robot` was made from.
         acceleration, jerk : of all joints, or (n,) of each [rad/s²], [rad/s³]; by
-            default `ACCELERATION` and `JERK`, as no URDF has them.
+            default `ACCELERATION` and `JERK`.
         corner_speed, force, torque : as in `Limits`.
 
-        Raises `InputError` for a joint without limits, naming it, for a joint that
-        slides, and for limits of a joint and one that mimics it that exclude each other.
+        Raises `InputError` for a joint without limits, for a prismatic joint, and if the
+        limits of a joint and of one that mimics it exclude each other.
         """
         tree = read_urdf(path)
         for joint in tree.chain(robot.sensor_frame):
@@ -127,7 +127,7 @@ class Limits:
 def _keep_mimics(
     tree: Tree, robot: Robot, positions: list[tuple[float, float]], speeds: list[float]
 ) -> None:
-    """Narrow the limits of the robot's joints to what those that mimic them keep."""
+    """Narrow the limits of the robot's joints, in place, to those of their mimics."""
     for joint in tree.joints.values():
         if joint.mimic is None:
             continue
@@ -151,10 +151,10 @@ def _of_each(values: ArrayLike, n: int) -> Array:
 
 
 CLEARANCE = 0.005
-"""[m] from walls, and of the links and the object from each other: what a corner moves
-at 0.25 m/s in a fiftieth of a second."""
+"""[m] Least distance from walls, and between links and object: a corner at 0.25 m/s moves
+so far in a fiftieth of a second."""
 CLEARANCE_SCALE = 0.1
-"""[m] into a wall that counts as much as going a whole limit beyond it."""
+"""[m] Penetration that counts as much as exceeding a limit by its own size."""
 
 
 class JointStates(NamedTuple):
@@ -168,18 +168,17 @@ class JointStates(NamedTuple):
 
 @immutable
 class Constraints:
-    """Limits as numbers that are at most zero where they are kept: a share of the limit
-    less one."""
+    """Shares of limits that a motion uses, and their derivatives."""
 
     limits: Limits
     corners: Array
     """(c, 3) [m] in the sensor frame"""
     body: Array
-    """(10,) parameters of the body whose wrench is expected"""
+    """(10,) parameters of the body that causes the expected wrench"""
     normals: Array
     """(p, 3) of half-spaces, in root axes"""
     offsets: Array
-    """(p,) [m] with the margin"""
+    """(p,) [m] of half-spaces, with `CLEARANCE` added"""
 
     @classmethod
     def of(
@@ -189,7 +188,7 @@ class Constraints:
         body: Array,
         half_spaces: Sequence[HalfSpace] = (),
     ) -> Self:
-        """With the half-spaces that the corners keep to."""
+        """Constraints with half-spaces that the corners must stay in."""
         normals = np.array([each.normal for each in half_spaces]).reshape(-1, 3)
         offsets = CLEARANCE + np.array([each.offset for each in half_spaces])
         return cls(
@@ -198,52 +197,52 @@ class Constraints:
 
     @property
     def joint_scales(self) -> tuple[tuple[Array, Array], ...]:
-        """Middle and half-width of what each of position, speed, acceleration and jerk
-        may be, (n,) each; infinite where nothing binds."""
-        own = self.limits
-        bounded = np.isfinite(own.position).all(axis=1)
-        low, high = np.where(bounded, own.position.T, 0.0)
+        """Middles and half-widths (n,) of the ranges of position, speed, acceleration and
+        jerk; infinite without limits."""
+        limits = self.limits
+        bounded = np.isfinite(limits.position).all(axis=1)
+        low, high = np.where(bounded, limits.position.T, 0.0)
         middle = (low + high) / 2.0
         half = np.where(bounded, (high - low) / 2.0, np.inf)
         zero = np.zeros(len(half))
-        others = ((zero, each) for each in (own.speed, own.acceleration, own.jerk))
-        return (middle, half), *others
+        rates = limits.speed, limits.acceleration, limits.jerk
+        return (middle, half), *((zero, rate) for rate in rates)
 
     @property
-    def _ways(self) -> Array:
-        """(3, c, 1) [m] to the corners"""
+    def _corner_columns(self) -> Array:
+        """(3, c, 1) corners [m]"""
         return self.corners.T[:, :, None]
 
     def joint_shares(self, states: JointStates) -> list[Array]:
-        """Signed shares (K, n) of the limits of each of position, speed, acceleration
-        and jerk."""
+        """Signed shares (K, n) of the limits of position, speed, acceleration and
+        jerk."""
         pairs = zip(states, self.joint_scales, strict=True)
         return [(x - middle) / half for x, (middle, half) in pairs]
 
     def corner_velocities(self, tip: TipMotion) -> Array:
-        """(c, 3, K) in sensor axes [m/s]"""
-        turning = cross(tip.angular_velocity[:, None], self._ways)
+        """(c, 3, K) velocities of the corners in sensor axes [m/s]."""
+        turning = cross(tip.angular_velocity[:, None], self._corner_columns)
         return tip.velocity + turning.swapaxes(0, 1)
 
     def corner_slopes(self, by: Array) -> tuple[Array, Array]:
-        """Derivatives (3, K) by velocity and angular velocity of what has those `by`
-        (c, 3, K) by the velocities of the corners."""
-        return by.sum(axis=0), cross(self._ways, by.swapaxes(0, 1)).sum(axis=1)
+        """Derivatives (3, K) of a function by velocity and angular velocity of the tip,
+        from those `by` the velocities of the corners (c, 3, K)."""
+        moments = cross(self._corner_columns, by.swapaxes(0, 1))
+        return by.sum(axis=0), moments.sum(axis=1)
 
     def corner_shares(self, velocities: Array) -> Array:
         """(c, K) speeds of the corners over the limit."""
         return np.sqrt((velocities**2).sum(axis=1)) / self.limits.corner_speed
 
     def wrench_shares(self, x: Array) -> Array:
-        """(6, K) signed shares of the sensor's range that the body is expected to use,
-        for features (12, K)."""
+        """(6, K) expected wrench over the sensor's range, for features (12, K)."""
         return expected_wrench(x, self.body) / self.wrench_range[:, None]
 
     @property
     def wrench_range(self) -> Array:
-        """(6,) infinite where there is none"""
-        own = self.limits
-        return np.repeat([own.force or np.inf, own.torque or np.inf], 3)
+        """(6,) range of the sensor [N, N m], infinite without limits."""
+        limits = self.limits
+        return np.repeat([limits.force or np.inf, limits.torque or np.inf], 3)
 
     @property
     def has_wrench_range(self) -> bool:
@@ -251,7 +250,8 @@ class Constraints:
         return bool(np.isfinite(self.wrench_range).any())
 
     def clearances(self, tip: TipMotion) -> Array:
-        """(p, c, K) [m] of the corners from the half-spaces, beyond the margin."""
+        """(p, c, K) distances [m] of the corners into the half-spaces, less
+        `CLEARANCE`."""
         normals = np.einsum("pj,jik->pik", self.normals, tip.rotation)
         along = np.einsum("pik,ci->pck", normals, self.corners)
         return (
@@ -259,8 +259,8 @@ class Constraints:
         )
 
     def clearance_slopes(self, tip: TipMotion, by: Array) -> tuple[Array, Array]:
-        """Derivatives (3, K) by shifts and turns of the tip of what has those `by` (p,
-        c, K) by the clearances."""
+        """Derivatives (3, K) of a function by translation and rotation of the tip, from
+        those `by` the clearances (p, c, K)."""
         normals = np.einsum("pj,jik->pik", self.normals, tip.rotation)
         push = np.einsum("pck,pik->cik", by, normals)
         return self.corner_slopes(push)

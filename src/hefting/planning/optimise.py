@@ -1,9 +1,10 @@
-"""Optimisation of a motion, from random ones to start from: Fourier series at rest at
-both ends.
+"""Optimisation of a motion, from random initial ones: Fourier series at rest at both
+ends.
 
-The augmented Lagrangian is minimised by L-BFGS: limits g <= 0 join the objective as
-mean(max(0, lambda + mu g)² - lambda²) / 2 mu over the instants; after each round lambda
-becomes max(0, lambda + mu g) (Nocedal & Wright, *Numerical Optimization*, sec. 17.4).
+The augmented Lagrangian is minimised by L-BFGS: constraints g <= 0 add
+mean(max(0, lambda + mu g)² - lambda²) / 2 mu over the instants to the objective; after
+each round lambda becomes max(0, lambda + mu g) (Nocedal & Wright, *Numerical
+Optimization*, sec. 17.4).
 """
 
 from __future__ import annotations
@@ -20,21 +21,21 @@ from hefting.planning.problem import Basis, Cuts, Look, Problem
 from hefting.planning.space import Space
 
 HIGHEST = 1.2
-"""[Hz] of a random motion's terms at most."""
+"""[Hz] Highest frequency of a random motion's terms."""
 FILLED = 0.004
-"""Share of the nearest limit that a motion may leave."""
+"""Largest share of the nearest limit that is left unused when a motion is scaled."""
 MOST_SHRINKS = 25
-"""Times that a motion is shrunk or grown towards its limits."""
+"""Largest number of steps of this scaling."""
 SMALLEST = 1e-6
-"""Share of a motion below which nothing is left of it."""
+"""Least scale that is tried."""
 
 
 def random_ways(
     rng: np.random.Generator, time: Array, joints: int, terms: int, decay: float
 ) -> Array:
-    """(K, n) ways of the joints from the start, of no unit: sum_k a_k (cos k w t - 1) +
-    b_k sin k w t, with w one turn over the whole time, velocity and acceleration zero at
-    both ends, and amplitudes falling with k to the power of `decay`."""
+    """(K, n) random displacements of joints, without unit, with zero velocity and
+    acceleration at both ends: sum_k a_k (cos k w t - 1) + b_k sin k w t, w one turn over
+    the whole time, with amplitudes in proportion to k^-`decay`."""
     k = np.arange(1, terms + 1)
     a, b = rng.normal(size=(2, terms, joints)) * (k**-decay)[:, None]
     a -= np.outer(k**2, k**2 @ a) / float(k**2 @ k**2)
@@ -44,8 +45,8 @@ def random_ways(
 
 
 def random_motion(problem: Problem, rng: np.random.Generator) -> Array:
-    """Free control points (P, n) of a random motion that fills its limits, on the
-    optimisation's grid."""
+    """Free control points (P, n) of a random motion that just keeps its limits on the
+    grid."""
     most = max(int(HIGHEST * problem.duration), 3)
     terms, decay = int(rng.integers(3, most + 1)), rng.uniform(0.0, 1.5)
     time = np.linspace(0.0, problem.duration, problem.basis.values.shape[1])
@@ -55,20 +56,20 @@ def random_motion(problem: Problem, rng: np.random.Generator) -> Array:
 
 
 def fitted(basis: Basis, ways: Array) -> Array:
-    """Free control points (P, n) of the spline nearest to ways (K, n) on the grid."""
+    """Free control points (P, n) of the spline closest to displacements (K, n) on the
+    grid."""
     return np.linalg.lstsq(basis.values[0], ways, rcond=None)[0]
 
 
 def filled(problem: Problem, x: Array) -> Array:
-    """The motion with all its ways multiplied by one number, so that it just keeps the
-    limits on the grid."""
+    """The motion, scaled so that it just keeps the limits on the grid."""
     x = x / max(float(np.abs(x).max()), 1e-12)
     return fill_share(lambda scale: largest_share(problem, scale * x)) * x
 
 
 def fill_share(used: Callable[[float], float], first: float = 0.3) -> float:
-    """Largest number found by which a motion may be multiplied, if `used` is the
-    largest share of a limit then; that is nearly proportional to it."""
+    """Largest scale of a motion that keeps its limits, where `used` is the largest share
+    of a limit at a scale, nearly proportional to it; zero if none was found."""
     low, high, scale = 0.0, np.inf, first
     for _ in range(MOST_SHRINKS):
         share = used(scale)
@@ -84,22 +85,22 @@ def fill_share(used: Callable[[float], float], first: float = 0.3) -> float:
 
 
 def largest_share(problem: Problem, x: Array) -> float:
-    """Largest share of any limit that a motion uses on the grid."""
+    """Largest share of a limit on the grid, for free control points (P, n)."""
     excesses = problem.look(x).excesses()
     return 1.0 + max(float(g.max()) for g in excesses.values())
 
 
 AIM = 0.015
-"""Share of each limit that is left free on the optimisation's grid, as the motion goes a
-little further between its instants, and a round leaves a little beyond."""
+"""Share of each limit that is left unused on the grid, as shares are larger between its
+instants, and a round exceeds limits slightly."""
 FIRST_WEIGHT, GROWTH, LARGEST_WEIGHT = 5.0, 3.0, 600.0
-"""mu of the first round, its growth from round to round, and its largest value. Found
-on motions of 4 and 10 s of three arms."""
+"""mu of the first round, its growth per round, and its largest value, tuned on motions
+of 4 and 10 s of three arms."""
 
 
 @immutable
 class Search:
-    """A motion on its way to the best, between two rounds."""
+    """State of the optimisation between two rounds."""
 
     problem: Problem
     x: Array
@@ -110,10 +111,10 @@ class Search:
     weight: float = FIRST_WEIGHT
     """mu"""
     aims: dict[str, float] = field(default_factory=dict[str, float])
-    """share of each limit that is left free, where it is not `AIM`"""
+    """share of each limit that is left unused, if not `AIM`"""
 
     def next(self, steps: int) -> Search:
-        """After one more round of so many steps of L-BFGS."""
+        """The state after one more round of `steps` of L-BFGS."""
         problem, shape = self.problem, self.problem.size
         if self.space is not None:
             position = problem.basis.states(problem.start, self.x).position
@@ -122,7 +123,7 @@ class Search:
             name: np.zeros_like(g)
             for name, g in problem.look(self.x).excesses().items()
         }
-        found = minimize(
+        result = minimize(
             lambda flat: lagrangian(
                 problem.look(flat.reshape(shape)), multipliers, self.weight, self.aims
             ),
@@ -131,7 +132,7 @@ class Search:
             method="L-BFGS-B",
             options={"maxiter": steps, "maxcor": 20, "ftol": 1e-7},
         )
-        x = found.x.reshape(shape)
+        x = result.x.reshape(shape)
         after = {
             name: np.maximum(
                 0.0, multipliers[name] + self.weight * (g + self.aims.get(name, AIM))
@@ -142,20 +143,20 @@ class Search:
         return replace(self, problem=problem, x=x, multipliers=after, weight=weight)
 
     def rounds(self, number: int, steps: int) -> Search:
-        """After so many more rounds."""
-        own = self
+        """The state after a `number` of rounds."""
+        search = self
         for _ in range(number):
-            own = own.next(steps)
-        return own
+            search = search.next(steps)
+        return search
 
     def freer(self, more: dict[str, float]) -> Search:
-        """A search with more of some limits left free."""
-        raised = {name: self.aims.get(name, AIM) + own for name, own in more.items()}
+        """The state with `more` of some limits left unused."""
+        raised = {name: self.aims.get(name, AIM) + add for name, add in more.items()}
         return replace(self, aims=self.aims | raised)
 
     @property
     def value(self) -> float:
-        """Logarithm of the deviation that is made least."""
+        """Objective, the logarithm of a deviation."""
         return self.problem.objective.value(self.problem.look(self.x).after)[0]
 
 
@@ -167,8 +168,8 @@ def lagrangian(
     by: dict[str, Array] = {}
     instants = look.features.shape[1]
     for name, g in look.excesses().items():
-        own = multipliers[name]
-        push = np.maximum(0.0, own + weight * (g + aims.get(name, AIM)))
-        value += float(np.sum(push**2 - own**2)) / (2.0 * weight * instants)
-        by[name] = push / instants
+        before = multipliers[name]
+        after = np.maximum(0.0, before + weight * (g + aims.get(name, AIM)))
+        value += float(np.sum(after**2 - before**2)) / (2.0 * weight * instants)
+        by[name] = after / instants
     return value, look.gradient(by_after, by).ravel()

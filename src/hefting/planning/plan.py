@@ -1,4 +1,4 @@
-"""The motion to make: planned for what is still uncertain, within limits."""
+"""Planning of the motion to make, within limits."""
 
 from __future__ import annotations
 
@@ -43,22 +43,22 @@ from hefting.robots.robot import Robot
 from hefting.shapes import Shape
 
 SEARCHED = 15.0
-"""[s] of a motion that is searched, about: a longer one is such a motion there and back.
-Of 30 and 39 s they are found in half the time and leave as little; many that were
-searched as a whole were caught in slow turns."""
+"""[s] Approximate duration of a motion that is optimised; a longer one repeats it forwards
+and backwards. At 30 and 39 s this takes half the time and is as good; many longer motions
+that were optimised as a whole ended in slow local optima."""
 SEARCHED_AGAIN = 6.0
-"""[s] the same where what is asked is not reached so: shorter ones are not as good, but
-seldom caught."""
+"""[s] The same for a second search, if the accuracy is not reached: shorter motions are
+not as good, but seldom end in local optima."""
 MOST_SHORT = 3.0
-"""Times what is asked from which on another search is not tried: plans of 10 s by other
-seeds leave an inertia twice as uncertain."""
+"""Ratio of reached to asked deviations from which on there is no second search: with
+other seeds, plans of 10 s leave an inertia up to twice as uncertain."""
 RANDOM_STARTS = 12
-"""Places to start from that are tried where none is given."""
+"""Number of random starts if none is given."""
 
 
 @immutable
 class Planner:
-    """All that a motion is planned with, but its duration."""
+    """Everything that determines a plan, except its duration and effort."""
 
     robot: Robot
     limits: Limits
@@ -74,27 +74,28 @@ class Planner:
     seed: int
 
     def reaching(self, duration: float, effort: str) -> tuple[Found, Forecast]:
-        """As `planned`, searched twice where what is asked is not expected at first.
-        Raises `InputError` where it is not then."""
-        found = self.planned(duration, effort)
+        """As `planned`, with a second search if the asked accuracy is not expected after
+        the first. Raises `InputError` if it is not expected then."""
+        planned = self.planned(duration, effort)
         asked, body = self.asked, self.held.body
-        if asked is None or asked.met_by(found[1].accuracy[-1]):
-            return found
+        if asked is None or asked.met_by(planned[1].accuracy[-1]):
+            return planned
         kept = accuracy_by(self.sensor.kept(self.held), body)
-        short = share_of(asked, found[1].accuracy[-1])
-        if asked.met_by(kept) and short < MOST_SHORT:
+        share = share_of(asked, planned[1].accuracy[-1])
+        if asked.met_by(kept) and share < MOST_SHORT:
             other = replace(self, seed=self.seed + 1)
             again = other.planned(duration, effort, SEARCHED_AGAIN)
-            found = min(
-                found, again, key=lambda own: share_of(asked, own[1].accuracy[-1])
+            planned = min(
+                planned, again, key=lambda each: share_of(asked, each[1].accuracy[-1])
             )
-        best, forecast = found
+        best, forecast = planned
         if not asked.met_by(forecast.accuracy[-1]):
             raise out_of_reach(asked, forecast, kept, self._longer(best))
-        return found
+        return planned
 
     def _longer(self, found: Found) -> Iterator[Forecast]:
-        """Of the ends of the motion again and again, each time twice as often."""
+        """Forecasts at the end of the motion repeated 2, 4, 8 ... times, up to
+        `LONGEST`."""
         copies, most = 1, int(LONGEST / found.trajectory.duration)
         while copies < most:
             copies = min(2 * copies, most)
@@ -104,8 +105,8 @@ class Planner:
     def planned(
         self, duration: float, effort: str, searched: float = SEARCHED
     ) -> tuple[Found, Forecast]:
-        """The motion of `duration` [s], made of ones of about `searched` [s], and what
-        is expected of it; errors as of `plan`, but that of what is asked."""
+        """The motion of `duration` [s], repeated from one of about `searched` [s], and its
+        forecast; errors as of `plan`, except for the accuracy."""
         rng = np.random.default_rng([self.seed, 7])
         searcher = Searcher(self.robot.joints, self.space, effort_named(effort), rng)
         copies = 1 if self.stop_and_go else max(round(duration / searched), 1)
@@ -121,13 +122,13 @@ class Planner:
         return best._replace(trajectory=motion), forecast
 
     def problem(self, duration: float, copies: int) -> Problem:
-        """The problem of one of so many motions that last `duration` [s] in all, with
+        """The problem of one of `copies` motions that last `duration` [s] in all, with
         all joints at zero at the start."""
         vector, tool = self.held.body.vector, self.held.tool
         information = self.sensor.information(vector)
         once = duration / copies
         asked = asked_of_tour(self.asked) if self.stop_and_go else self.asked
-        # the gain acts on the tool, too
+        # an error of the gain also applies to the tool
         gain = self.sensor.gain * (1.0 + tool[0] / vector[0])
         corners = np.vstack((np.zeros(3), self.held.corners))
         return Problem(
@@ -141,7 +142,7 @@ class Planner:
         )
 
     def _starts(self, problem: Problem, searcher: Searcher) -> Array:
-        """(s, n) places to start from."""
+        """(s, n) joint positions to start from [rad]."""
         if self.start is None:
             return searcher.free_starts(problem, RANDOM_STARTS)
         try:
@@ -157,11 +158,11 @@ class Planner:
 
 
 DURATION = 10.0
-"""[s] of a plan, where nothing is said."""
+"""[s] Default duration of a plan."""
 SHORTEST = 1.0
-"""[s] of a plan."""
+"""[s] Shortest duration of a plan."""
 FASTEST = 20.0
-"""[m/s] of a corner: no arm moves what it holds as fast."""
+"""[m/s] Largest limit of the corners' speed: no arm moves an object as fast."""
 
 
 def plan(
@@ -188,43 +189,42 @@ def plan(
     stop_and_go: bool = False,
     seed: int = 0,
 ) -> Plan:
-    """The joint motion, at rest at both ends, that leaves the least of what is still
-    uncertain of a held object.
+    """The joint motion, at rest at both ends, that leaves the least uncertainty about a
+    held object.
 
     Parameters
     ----------
     urdf : path of the robot's URDF, which has limits of position and speed.
     tip : link whose frame is the sensor's.
-    estimate : what is known now: an `Estimate` with covariance, or its JSON file.
-    shape : what is known of the object's shape, in the sensor frame.
-    until : what is to be reached, as in ``mass=1%,com=2mm,inertia=20%``; without, the
-        volume of the ellipsoid of uncertainty is made least.
+    estimate : an earlier `Estimate` of the object, with covariance, or its JSON file.
+    shape : shape of the object, in the sensor frame.
+    until : accuracy to reach, as in ``mass=1%,com=2mm,inertia=20%``; without it the
+        volume of the ellipsoid of uncertainty is minimised.
     duration : of the motion [s].
     speed : limit of every corner of the object's box, and of the sensor's origin [m/s].
-    start : (n,) joint positions from which it starts [rad]; by default it chooses.
+    start : (n,) joint positions at the start [rad]; chosen by default.
     noise : standard deviations of the sensor's noise; by default those of the estimate's
         recording, else moderate ones.
     acceleration, jerk : limits of all joints, or of each (n,) [rad/s²], [rad/s³].
-    force, torque : range of the sensor along each axis [N], [N m], which the expected
-        wrench of the object keeps, with that of the tool beside which the estimate was
-        made.
+    force, torque : range of the sensor along each axis [N], [N m] for the expected
+        wrench of the object and of a tool that the estimate excludes.
     keep : half-spaces that links and object stay in, in the axes of the robot's root,
         as in ``["z>=0.05", "x<=0.6"]``.
-    srdf : file that says which links not to check against each other.
+    srdf : file of the pairs of links that are not checked for collisions.
     gravity : (3,) in the axes of the robot's root [m/s²].
     rate : of the samples that will be recorded [Hz].
-    torques : of an arm without a wrench sensor, whose joint torques are measured: True,
-        or standard deviations of their noise, of all joints or (n,) of each [N m].
-        Needs a shape, as torques hardly tell the inertia.
-    effort : ``"full"``; from an estimate ``"next"`` stands for it, which takes half as
-        long; or ``"quick"`` for a plan within some two seconds.
+    torques : for an arm with measured joint torques and no wrench sensor: True, or
+        standard deviations of their noise, of all joints or (n,) of each [N m]. Needs
+        a shape, as torques hardly determine an inertia.
+    effort : ``"full"``, which with an estimate is ``"next"`` and takes half as long; or
+        ``"quick"`` for a plan within some two seconds.
     stop_and_go : rests in a few poses with moves between, for mass and COM alone
         (`hefting.planning.tours`).
     seed : the same seed gives the same plan.
 
     Raises `InputError` for an unknown tip, missing limits, a start that is out of range
-    or touches something, no feasible motion, an accuracy out of reach within
-    `duration`, and with `torques` for what is of a wrench sensor.
+    or in collision, no feasible motion, an accuracy out of reach within `duration`, and
+    with `torques` for arguments of a wrench sensor.
 
     Examples
     --------
@@ -255,7 +255,7 @@ def plan(
     )
     best, forecast = planner.reaching(duration, effort)
     assumed = _assumed(acceleration, jerk)
-    told = (*held.notes, *sensor.notes, *assumed, *space.messages)
+    messages = (*held.notes, *sensor.notes, *assumed, *space.messages)
     return Plan(
         joints=robot.joints,
         tip=tip,
@@ -269,8 +269,8 @@ def plan(
         usage=best.usage.shares,
         clearance=best.usage.clearance,
         binding=best.usage.binding,
-        notes=tuple(own for own in told if own.severity == "note"),
-        warnings=tuple(own for own in told if own.severity != "note"),
+        notes=tuple(each for each in messages if each.severity == "note"),
+        warnings=tuple(each for each in messages if each.severity != "note"),
         settings={
             "noise": sensor.levels,
             "gravity": g.tolist(),
@@ -299,10 +299,12 @@ def _check_numbers(duration: float, speed: float, rate: float, seed: int) -> Non
 
 
 def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
-    """What no URDF has."""
-    open_ = {"acceleration": f"{ACCELERATION:g} rad/s²"} if acceleration is None else {}
-    open_ |= {"jerk": f"{JERK:g} rad/s³"} if jerk is None else {}
-    if not open_:
+    """A note of the limits that are not given, which no URDF has."""
+    limits = (
+        {"acceleration": f"{ACCELERATION:g} rad/s²"} if acceleration is None else {}
+    )
+    limits |= {"jerk": f"{JERK:g} rad/s³"} if jerk is None else {}
+    if not limits:
         return ()
-    what = f"no URDF limits it: every joint keeps {' and '.join(open_.values())}"
-    return (note("plan-acceleration-assumed", what, next(iter(open_))),)
+    what = f"no URDF limits it: every joint keeps {' and '.join(limits.values())}"
+    return (note("plan-acceleration-assumed", what, next(iter(limits))),)

@@ -1,5 +1,5 @@
-"""The problem that is solved: control points in, objective and limits out, with their
-gradients."""
+"""The optimisation problem: objective and limits as functions of the control points,
+with gradients."""
 
 from __future__ import annotations
 
@@ -34,33 +34,32 @@ from hefting.planning.limits import CLEARANCE, CLEARANCE_SCALE, Constraints, Joi
 from hefting.planning.space import Space
 
 NORM_QUANTILE = 1.75
-"""95 % quantile of the length of a random vector over the root of its mean square:
-1.96 where one axis alone is uncertain, 1.61 where three are alike."""
+"""95 % quantile of the length of a normal vector over the root of its mean square: 1.96
+for one uncertain axis, 1.61 for three alike."""
 SHARPNESS = 12.0
-"""Power of the mean that stands for the largest of the shares."""
+"""Exponent of the power mean that approximates the largest share."""
 DOUBLE = np.array((1.0, 2.0, 2.0, 1.0, 2.0, 1.0)) ** 0.5
 """Weights of a tensor's entries in its Frobenius norm."""
 
 
 @immutable
 class Objective:
-    """With the covariance C of the parameters after the motion: the largest of
-    deviation over tolerance, or the volume of their ellipsoid."""
+    """Uncertainty after the motion: the largest ratio of deviation to tolerance, or the
+    volume of the parameters' ellipsoid."""
 
     rows: tuple[Array, ...]
-    """(k, 10) each: deviations of a quantity, over its tolerance, by those of the
-    parameters"""
+    """(k, 10) of each quantity: its deviation over its tolerance, by the parameters"""
     floors: Array
-    """of each quantity, squares that no motion lessens"""
+    """squares of each quantity that no motion reduces"""
     volume: bool
-    """whether the volume counts, not the largest"""
+    """whether the volume is the objective"""
 
     @classmethod
     def of(
         cls, body: InertialParameters, asked: Accuracy | None, gain: float = 0.0
     ) -> Self:
-        """For a body of about these parameters; `gain` is the standard deviation of the
-        sensor's gain, an error that the mass keeps."""
+        """Objective for a body of about these parameters; `gain` is the standard
+        deviation of the sensor's gain, an error of the mass that no motion reduces."""
         rows, floors = [], []
         for name, own in quantities(body).items():
             limit = getattr(asked, name) if asked else None
@@ -71,8 +70,8 @@ class Objective:
         return cls(tuple(rows), frozen(floors), not rows)
 
     def value(self, information: Array) -> tuple[float, Array]:
-        """Logarithm of the deviation to make least, and its derivative (10, 10) by the
-        information (10, 10)."""
+        """Logarithm of the uncertainty, and its derivative (10, 10) by the information
+        (10, 10)."""
         scale = 1.0 / np.sqrt(information.diagonal())
         L = np.linalg.cholesky(scale[:, None] * information * scale)
         half = np.linalg.solve(L, np.diag(scale))
@@ -96,8 +95,8 @@ class Objective:
 
 
 def quantities(body: InertialParameters) -> dict[str, Array]:
-    """Deviations of mass (1, 10) as a share, COM (3, 10) [m] and inertia about the COM
-    (6, 10) as a share of its norm, by those of the parameters."""
+    """Derivatives by the parameters of the relative mass (1, 10), the COM (3, 10) [m] and
+    the inertia about the COM over its norm (6, 10)."""
     J = com_jacobian(body)
     size = float(np.linalg.norm(body.inertia_at_com)) or 1e-12
     return {
@@ -108,9 +107,9 @@ def quantities(body: InertialParameters) -> dict[str, Array]:
 
 
 NEAR = 0.03
-"""[m] Clearances below are followed; what is farther does not get near in one round."""
+"""[m] Clearances below this are linearised; others do not become small in one round."""
 STEP = 1e-4
-"""[rad] of the differences that tell how clearances change."""
+"""[rad] Step of the finite differences."""
 
 
 @immutable
@@ -118,15 +117,15 @@ class Cuts:
     """Clearances of solids and walls at K instants, linear in the joint positions."""
 
     position: Array
-    """(K, n) at which they were found [rad]"""
+    """(K, n) about which they are linear [rad]"""
     clearance: Array
     """(K,) [m]"""
     slope: Array
-    """(K, n) [m/rad]; zero where all is far"""
+    """(K, n) [m/rad]; zero for clearances from `NEAR` on"""
 
     @classmethod
     def of(cls, space: Space, position: Array) -> Self:
-        """About joint positions (K, n)."""
+        """Clearances about joint positions (K, n)."""
         clearance = space.clearance(position)
         slope = np.zeros_like(position)
         near = np.flatnonzero(clearance < NEAR)
@@ -143,18 +142,19 @@ class Cuts:
 
 
 GRID = 30.0
-"""[Hz] of the samples that the optimisation looks at: ten times what moves."""
+"""[Hz] Rate of the optimisation's grid: ten times that of the motion."""
 FINEST_PIECE = 0.3
-"""[s] of a polynomial piece at least: motion up to some 1.5 Hz, which cobots follow."""
+"""[s] Least duration of a polynomial piece: motion up to some 1.5 Hz, which cobots
+follow."""
 MOST_PIECES = 100
-"""Polynomial pieces of a motion at most: longer ones move slower, as more of them would
-take the optimisation too long."""
+"""Largest number of polynomial pieces: more would take too long, so longer motions are
+slower."""
 
 
 @immutable
 class Basis:
-    """Splines through rest at both ends, on a grid of K instants: q = start + values[0]
-    @ x, and so its derivatives."""
+    """Splines at rest at both ends, on a grid of K instants: q = start + values[0] @ x,
+    and its derivatives values[k] @ x."""
 
     knots: Array
     values: Array
@@ -162,7 +162,7 @@ class Basis:
 
     @classmethod
     def of(cls, duration: float, pieces: int, rate: float) -> Self:
-        """Of so many polynomial pieces over `duration` [s], at `rate` [Hz]."""
+        """Basis of a number of polynomial pieces over `duration` [s], at `rate` [Hz]."""
         knots = knots_of(duration, pieces)
         count = len(knots) - DEGREE - 1
         splines = BSpline(knots, np.eye(count), DEGREE)
@@ -181,7 +181,7 @@ class Basis:
         return self.values.shape[2]
 
     def trajectory(self, start: Array, x: Array) -> Trajectory:
-        """Of free control points (P, n), as ways from the start (n,)."""
+        """Trajectory of free control points (P, n), relative to the start (n,)."""
         n = len(start)
         last = np.repeat(x[-1:], AT_REST - 1, axis=0)
         return Trajectory(
@@ -189,26 +189,26 @@ class Basis:
         )
 
     def states(self, start: Array, x: Array) -> JointStates:
-        """On the grid."""
+        """Joint motion on the grid."""
         q, v, a, j = self.values @ x
         return JointStates(start + q, v, a, j)
 
 
 def pieces_of(duration: float) -> int:
-    """Polynomial pieces of a motion of `duration` [s]."""
+    """Number of polynomial pieces of a motion of `duration` [s]."""
     return int(np.clip(np.floor(duration / FINEST_PIECE), 4, MOST_PIECES))
 
 
 @immutable
 class Problem:
-    """Which motion from `start` leaves the least uncertainty within the limits."""
+    """The motion from `start` within limits that leaves the least uncertainty."""
 
     chain: Chain
     basis: Basis
     start: Array
     """(n,) [rad]"""
     known: Array
-    """(10, 10) information there is already"""
+    """(10, 10) information before the motion"""
     information: Information | JointInformation
     objective: Objective
     constraints: Constraints
@@ -222,21 +222,21 @@ class Problem:
 
     @cached_property
     def size(self) -> tuple[int, int]:
-        """Free control points and joints."""
+        """Numbers (P, n) of free control points and joints."""
         return self.basis.free, len(self.start)
 
     def look(self, x: Array) -> Look:
-        """At the motion of free control points (P, n)."""
+        """The motion of free control points (P, n), evaluated on the grid."""
         states = self.basis.states(self.start, x)
         passed = self.chain.forward(*states[:3])
-        own = features(passed.motion)
-        gained = self.information.gained(passed, own, self.duration)
-        return Look(self, states, passed, own, self.known + gained)
+        each = features(passed.motion)
+        gained = self.information.gained(passed, each, self.duration)
+        return Look(self, states, passed, each, self.known + gained)
 
 
 @immutable
 class Look:
-    """A motion on the grid, and what it tells."""
+    """A motion on the grid, and the information after it."""
 
     problem: Problem
     states: JointStates
@@ -244,7 +244,7 @@ class Look:
     features: Array
     """(12, K)"""
     after: Array
-    """(10, 10) information after it"""
+    """(10, 10) information after the motion"""
 
     @property
     def tip(self) -> TipMotion:
@@ -253,51 +253,52 @@ class Look:
 
     def excesses(self) -> dict[str, Array]:
         """Share of each limit that is used, less one; positive where it is broken."""
-        own = self.problem.constraints
-        shares = own.joint_shares(self.states)
-        found = {}
+        limits = self.problem.constraints
+        shares = limits.joint_shares(self.states)
+        excesses = {}
         for name, share in zip(JointStates._fields, shares, strict=True):
-            found[f"{name}+"], found[f"{name}-"] = share - 1.0, -share - 1.0
-        found["corner"] = own.corner_shares(own.corner_velocities(self.tip)) - 1.0
-        if own.has_wrench_range:
-            share = own.wrench_shares(self.features)
-            found["wrench+"], found["wrench-"] = share - 1.0, -share - 1.0
-        if len(own.normals):
-            found["clearance"] = -own.clearances(self.tip) / CLEARANCE_SCALE
+            excesses[f"{name}+"], excesses[f"{name}-"] = share - 1.0, -share - 1.0
+        corners = limits.corner_shares(limits.corner_velocities(self.tip))
+        excesses["corner"] = corners - 1.0
+        if limits.has_wrench_range:
+            share = limits.wrench_shares(self.features)
+            excesses["wrench+"], excesses["wrench-"] = share - 1.0, -share - 1.0
+        if len(limits.normals):
+            excesses["clearance"] = -limits.clearances(self.tip) / CLEARANCE_SCALE
         if self.problem.cuts is not None:
             clear = self.problem.cuts.at(self.states.position)
-            found["contact"] = (CLEARANCE - clear) / CLEARANCE_SCALE
-        return found
+            excesses["contact"] = (CLEARANCE - clear) / CLEARANCE_SCALE
+        return excesses
 
     def gradient(self, by_after: Array, by: dict[str, Array]) -> Array:
-        """Derivatives (P, n) by the control points of what has those `by_after` (10,
-        10) by the information, and `by` by the excesses."""
-        problem, own, tip = self.problem, self.problem.constraints, self.tip
+        """Derivatives (P, n) of a function by the control points, from those `by_after`
+        the information (10, 10) and `by` the excesses."""
+        problem, limits, tip = self.problem, self.problem.constraints, self.tip
         slopes = problem.information.back(
             self.passed, self.features, problem.duration, by_after
         )
         by_features = slopes.features
         if "wrench+" in by:
-            unit = own.wrench_shares(np.eye(12))
+            unit = limits.wrench_shares(np.eye(12))
             by_features = by_features + unit.T @ (by["wrench+"] - by["wrench-"])
         acceleration, turning, spin = feature_gradient(tip, by_features)
-        velocities = own.corner_velocities(tip)
+        velocities = limits.corner_velocities(tip)
         speeds = np.sqrt((velocities**2).sum(axis=1))
-        weight = by["corner"] / (np.maximum(speeds, 1e-9) * own.limits.corner_speed)
-        linear, angular = own.corner_slopes(weight[:, None] * velocities)
+        weight = by["corner"] / (np.maximum(speeds, 1e-9) * limits.limits.corner_speed)
+        linear, angular = limits.corner_slopes(weight[:, None] * velocities)
         force = torque = np.zeros_like(linear)
         if "clearance" in by:
-            push = -by["clearance"] / CLEARANCE_SCALE
-            force, torque = own.clearance_slopes(tip, push)
+            by_clearance = -by["clearance"] / CLEARANCE_SCALE
+            force, torque = limits.clearance_slopes(tip, by_clearance)
         tips = TipGradient(spin + angular, linear, turning, acceleration, force, torque)
         by_states = [*self.passed.back(tips), np.zeros_like(self.states.jerk)]
         by_states[0] = by_states[0] + slopes.position
         by_states[1] = by_states[1] + slopes.velocity
         for i, (name, (_, half)) in enumerate(
-            zip(JointStates._fields, own.joint_scales, strict=True)
+            zip(JointStates._fields, limits.joint_scales, strict=True)
         ):
             by_states[i] = by_states[i] + (by[f"{name}+"] - by[f"{name}-"]) / half
         values = problem.basis.values
         return np.asarray(
-            sum(B.T @ own for B, own in zip(values, by_states, strict=True))
+            sum(B.T @ by_one for B, by_one in zip(values, by_states, strict=True))
         )

@@ -1,4 +1,4 @@
-"""Plan: a motion to make, and what will be known after it."""
+"""Plan: a motion to make, and the accuracy that is expected after it."""
 
 from __future__ import annotations
 
@@ -32,8 +32,8 @@ RATE = 100.0
 
 @immutable
 class Forecast:
-    """How sure one is expected to be at T instants of the motion, as half-widths of 95 %
-    intervals; the first is before it, the last at its end."""
+    """Expected half-widths of 95 % intervals at T instants: before the motion, during it,
+    and at its end."""
 
     time: Array
     """(T,) [s]"""
@@ -42,9 +42,9 @@ class Forecast:
     center_of_mass: Array
     """(T, 3) along the sensor's axes [m]"""
     inertia: Array
-    """(T, 3, 3) of the inertia about the COM [kg m²]; infinite where it is open"""
+    """(T, 3, 3) of the inertia about the COM [kg m²]; infinite if undetermined"""
     accuracy: tuple[Accuracy, ...]
-    """T, as `Accuracy` has it: mass and inertia as shares, the COM in m"""
+    """T of them: relative for mass and inertia, in m for the COM"""
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready."""
@@ -59,7 +59,7 @@ class Forecast:
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """A joint motion, at rest at both ends, and what is expected of it.
+    """A joint motion, at rest at both ends, and the accuracy that is expected of it.
 
     Examples
     --------
@@ -84,26 +84,25 @@ class Plan:
     """(c, 3) [m] points in the sensor frame that keep the speed limit: the corners of
     the object's box and the origin"""
     forecast: Forecast
-    """how sure one is expected to be"""
+    """expected accuracy"""
     asked: Accuracy | None = None
-    """what was to be reached"""
+    """accuracy to reach, if any"""
     time_needed: float | None = None
-    """[s] after which it is expected to be reached; None where nothing was asked"""
+    """[s] after which `asked` is expected to be reached"""
     usage: dict[str, float] = field(default_factory=dict[str, float])
     """largest share of each limit that is used, by its name: ``position``, ``speed``,
     ``acceleration``, ``jerk``, ``corner_speed``, ``force``, ``torque``"""
     clearance: float | None = None
-    """[m] least of links and object from each other and from the bounds of half-spaces;
-    None where nothing is checked"""
+    """[m] least distance between links and object, and from the boundaries of half-spaces;
+    None if nothing is checked"""
     binding: tuple[Message, ...] = ()
-    """which limits bind, and where"""
+    """limits that bind, and where"""
     notes: tuple[Message, ...] = ()
-    """what was assumed"""
+    """assumptions"""
     warnings: tuple[Message, ...] = ()
-    """what the user should know before moving"""
+    """to read before moving"""
     settings: dict[str, Any] = field(default_factory=dict[str, Any])
-    """noise, gravity, nominal body, seed and other numbers the plan was made with,
-    JSON-ready"""
+    """noise, gravity, nominal body, seed and other inputs, JSON-ready"""
 
     @property
     def duration(self) -> float:
@@ -112,14 +111,14 @@ class Plan:
 
     @property
     def reached(self) -> bool | None:
-        """Whether what was asked is expected at the end; None where nothing was."""
+        """Whether `asked` is expected to be reached at the end; None without it."""
         if self.asked is None:
             return None
         return self.asked.met_by(self.forecast.accuracy[-1])
 
     @cached_property
     def motion(self) -> JointMotion:
-        """Sampled at `RATE`, start and end among the samples."""
+        """The motion sampled at `RATE`, including start and end."""
         return self.trajectory.sampled(RATE)
 
     def at(self, time: Any) -> JointMotion:
@@ -127,7 +126,7 @@ class Plan:
         return self.trajectory.at(time)
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready: what was planned, why, and what is expected of it."""
+        """The plan, JSON-ready."""
         motion = self.motion
         asked = None if self.asked is None else str(self.asked)
         messages = (*self.warnings, *self.binding, *self.notes)
@@ -157,36 +156,35 @@ class Plan:
 
 
 def corner_speeds(plan: Plan) -> Array:
-    """(K,) [m/s] of the fastest of the plan's corners at each instant of its motion.
-
-    The robot is read from `Plan.source`; `InputError` where that is gone.
-    """
+    """(K,) speed [m/s] of the plan's fastest corner at each instant of its motion, with
+    the robot of `Plan.source`; `InputError` if that is gone."""
     robot = Robot.from_urdf(plan.source, plan.tip)
     sensor = sensor_motion(robot, plan.motion)
     return np.max([sensor.linear_speed(corner) for corner in plan.corners], axis=0)
 
 
-def reduced_speed_told(plan: Plan) -> str:
+def reduced_speed_text(plan: Plan) -> str:
     """Whether the plan's corners keep reduced speed (ISO 10218-1), as a predicate."""
     fastest = plan.usage.get("corner_speed", 1.0) * plan.limits.corner_speed
     if fastest <= SPEED_LIMIT:
         return "keeps reduced speed"
-    return f"is above reduced speed ({speed_told(SPEED_LIMIT)})"
+    return f"is above reduced speed ({speed_text(SPEED_LIMIT)})"
 
 
-def speed_told(speed: float) -> str:
-    """A speed [m/s] as a person reads it."""
+def speed_text(speed: float) -> str:
+    """A speed [m/s] in mm/s, as text."""
     value = 1e3 * speed
     return f"{value:.3g} mm/s" if value < 1e2 else f"{value:.0f} mm/s"
 
 
 INSTANTS = {"full": 10, "next": 6, "quick": 6}
-"""At which is told how sure one is expected to be, besides before the motion."""
+"""Number of instants of a forecast after the start, by effort."""
 SHORTEST = 1.0
-"""[s] of a recording from which something is expected."""
+"""[s] Shortest recording for which an accuracy is forecast."""
 DRAWS = 1000
-"""Draws from a covariance for an accuracy."""
+"""Number of draws from a covariance for an accuracy."""
 LEVEL = 0.95
+"""Probability of an accuracy."""
 
 
 def forecast_by(
@@ -195,10 +193,11 @@ def forecast_by(
     duration: float,
     instants: int,
 ) -> Forecast:
-    """Before a motion of `duration` [s], and at so many instants of it.
+    """Forecast before a motion of `duration` [s], and at a number of `instants` of it; a
+    single one is the end.
 
-    `after` gives the covariance (10, 10) after so long a part of the motion [s], from
-    that before it; None stands for next to nothing. A single instant is the end.
+    `after` gives the covariance (10, 10) after a time [s] of the motion, from that
+    before it; None stands for an infinite one.
     """
     first = min(SHORTEST, 0.5 * duration) if instants > 1 else duration
     times = np.linspace(first, duration, instants)
@@ -216,7 +215,7 @@ def forecast_by(
 
 
 def _before(held: Held) -> Array | None:
-    """(10, 10) covariance of what is known now; None where next to nothing is."""
+    """(10, 10) covariance before the motion; None without estimate and shape."""
     if held.estimate is not None:
         return np.asarray(held.estimate.covariance)
     if held.shape is None:
@@ -225,19 +224,20 @@ def _before(held: Held) -> Array | None:
 
 
 def _deviations(C: Array | None, body: InertialParameters) -> Array:
-    """(10,) standard deviations of mass, COM and inertia about it; infinite where
-    nothing is known."""
+    """(10,) standard deviations of mass, COM and inertia about the COM; infinite where
+    they depend on a parameter of infinite variance."""
     if C is None:
         return np.full(10, np.inf)
     finite = np.where(np.isfinite(C), C, 0.0)
     J = com_jacobian(body)
     variances = np.einsum("ip,pq,iq->i", J, finite, J)
-    open_ones = (J**2) @ np.where(np.isfinite(C.diagonal()), 0.0, 1.0) > 0.0
-    return np.where(open_ones, np.inf, np.sqrt(np.maximum(variances, 0.0)))
+    unbounded = (J**2) @ np.where(np.isfinite(C.diagonal()), 0.0, 1.0) > 0.0
+    return np.where(unbounded, np.inf, np.sqrt(np.maximum(variances, 0.0)))
 
 
 def accuracy_by(C: Array | None, body: InertialParameters) -> Accuracy:
-    """What errors do not exceed with probability `LEVEL`; infinite where open."""
+    """Bounds that errors of covariance C keep with probability `LEVEL`; infinite ones if
+    C is None or infinite."""
     if C is None:
         return Accuracy(np.inf, np.inf, np.inf)
     values, vectors = np.linalg.eigh(np.where(np.isfinite(C), C, 0.0))
@@ -249,15 +249,15 @@ def accuracy_by(C: Array | None, body: InertialParameters) -> Accuracy:
 
 
 LONGEST = 120.0
-"""[s] of a plan."""
+"""[s] Longest duration of a plan."""
 SLACK = 2.0
-"""Times the duration by which it may be missed, as motions differ: by six seeds each, a
-motion 1.6 times as long still left up to a tenth too much."""
+"""Upper end of the advised duration over the lower: with six seeds each, motions 1.6
+times as long left up to a tenth too much uncertainty."""
 
 
 def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
-    """[s] after which what is asked is expected to be reached, linear between the
-    instants of the forecast; None where it is not."""
+    """[s] after which the accuracy is expected to be reached, by linear interpolation of
+    the forecast; None if it is not."""
     shares = [share_of(asked, each) for each in forecast.accuracy]
     if shares[0] <= 1.0:
         return 0.0
@@ -273,11 +273,11 @@ def time_needed(forecast: Forecast, asked: Accuracy) -> float | None:
 def out_of_reach(
     asked: Accuracy, forecast: Forecast, kept: Accuracy, longer: Iterable[Forecast]
 ) -> InputError:
-    """The error of an accuracy that is not expected by the end, which says how long it
-    would take: as far as `longer` reaches, forecasts of longer and longer motions.
+    """The error of an accuracy that is not expected at the end of a plan.
 
-    No motion is better than `kept`. Between two forecasts variances are taken to fall
-    as n / T + f.
+    It advises a duration by forecasts of ever `longer` motions, between which variances
+    are assumed to fall as n / T + f with the duration T. No motion is better than
+    `kept`.
     """
     lacking = asked.shortfall(forecast.accuracy[-1])
     what = f"out of reach within {forecast.time[-1]:g} s: {lacking}"
@@ -298,19 +298,19 @@ def out_of_reach(
 
 
 def _time_between(before: Forecast, after: Forecast, asked: Accuracy) -> float:
-    """[s] at which what is asked is reached between the ends of two forecasts."""
-    rates = [1.0 / own.time[-1] for own in (before, after)]
-    shares = [share_of(asked, own.accuracy[-1]) for own in (before, after)]
+    """[s] at which the accuracy is reached between the ends of two forecasts."""
+    rates = [1.0 / each.time[-1] for each in (before, after)]
+    shares = [share_of(asked, each.accuracy[-1]) for each in (before, after)]
     high, low = np.minimum(shares, 1e3) ** 2
     part = (high - 1.0) / (high - low)
     return float(1.0 / (rates[0] + part * (rates[1] - rates[0])))
 
 
 def share_of(asked: Accuracy, got: Accuracy) -> float:
-    """Largest of what is known over what is asked."""
+    """Largest ratio of the error bound of a quantity to the asked one."""
     shares = [0.0]
     for name in NAMES.values():
-        limit, own = getattr(asked, name), getattr(got, name)
+        limit, bound = getattr(asked, name), getattr(got, name)
         if limit is not None and np.isfinite(limit):
-            shares.append(np.inf if own is None else own / limit)
+            shares.append(np.inf if bound is None else bound / limit)
     return float(max(shares))

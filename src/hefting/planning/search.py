@@ -1,5 +1,5 @@
-"""Search for the best motion: random ones first, the best of them optimised, and of
-those that keep every limit the best."""
+"""Search for the best motion: the best of random motions are optimised, and the best of
+these that keeps every limit is chosen."""
 
 from collections import Counter
 from dataclasses import replace
@@ -20,55 +20,54 @@ from hefting.planning.solids import OBJECT
 from hefting.planning.space import Space
 
 MOST_REPAIRS = 5
-"""Rounds that a motion beyond its limits on the fine grid gets."""
+"""Rounds by which a motion that exceeds its limits on the fine grid is repaired."""
 MOST_REPAIRED = 2
-"""Best of the optimised motions that are repaired, and of the random ones where none of
-these can be."""
+"""Number of optimised motions that are repaired, or else of random ones."""
 MORE = 0.003
-"""Share of a limit that is left free in a repair besides what it was beyond."""
+"""Share of a limit that a repair leaves unused, in addition to the excess."""
 LEAST_SHARE = 1e-3
-"""Share of a motion that must be left where it has to be made smaller."""
+"""Least scale to which a motion is reduced to keep its limits."""
 STARTS_A_START = 4
-"""Random motions from each random place to start from."""
+"""Random motions from each random start."""
 DRAWS = 400
-"""Random places that are tried for one that is free."""
+"""Number of random configurations that are tried as starts."""
 LOOKED_AT = 100
-"""Of them, for what they are near where none is free."""
+"""Number of them for which an error counts obstacles, if none is clear."""
 ELBOW_ROOM = 0.03
-"""[m] that a random place to start from is free of everything, where there is one."""
+"""[m] Clearance above which random starts are equally good."""
 
 
 class Found(NamedTuple):
-    """A motion that keeps its limits."""
+    """A motion with the limits that it uses."""
 
     problem: Problem
     trajectory: Trajectory
     usage: Usage
     value: float
-    """logarithm of the deviation it leaves"""
+    """objective"""
     after: Array
-    """(10, 10) information after it"""
+    """(10, 10) information after the motion"""
 
 
 ANOTHER = "give another `start`"
-"""What helps against a place to start from that cannot be."""
+"""Advice against an impossible start."""
 
 
 @immutable
 class Effort:
-    """How long is searched: numbers of steps, so that the same seed gives the same
-    plan on any machine."""
+    """Lengths of the search in steps, so that a seed gives the same plan on any
+    machine."""
 
     candidates: int
-    """random motions that are looked at first"""
+    """random motions"""
     starts: int
-    """best of these that are optimised"""
+    """best of these, which are optimised"""
     rounds: int
-    """of the multipliers, each of the starts"""
+    """of the augmented Lagrangian, for each of them"""
     steps: int
     """of L-BFGS in each round"""
     polish: int
-    """rounds more for the best"""
+    """more rounds for the best"""
 
 
 EFFORTS = {
@@ -76,13 +75,13 @@ EFFORTS = {
     "next": Effort(30, 2, 6, 50, 2),
     "quick": Effort(20, 1, 6, 40, 0),
 }
-"""Full: some 2,000 evaluations; next: of a plan from an estimate, a third; quick: a
-tenth, for use while a robot waits."""
+"""Full: some 2,000 evaluations; next, from an estimate: a third; quick, while a robot
+waits: a tenth."""
 
 
 @immutable
 class Searcher:
-    """What a motion is searched with."""
+    """Search for a motion of named joints in a space."""
 
     joints: tuple[str, ...]
     space: Space
@@ -91,15 +90,13 @@ class Searcher:
 
     @property
     def solid(self) -> Space | None:
-        """The space, where there is anything in it."""
+        """The space; None if it has no half-spaces and no pairs of solids."""
         space = self.space
         return space if space.half_spaces or space.contacts else None
 
     def best(self, problem: Problem, starts: Array) -> Found:
-        """The best motion from one of the places `starts` (s, n).
-
-        Raises `InputError` where none keeps the limits.
-        """
+        """The best motion from one of `starts` (s, n) [rad]; `InputError` if none keeps
+        the limits."""
         drafts = self._drafts(problem, starts)
         if not drafts:
             raise self._infeasible(problem, starts)
@@ -108,40 +105,40 @@ class Searcher:
         for i, draft in enumerate(drafts[: self.effort.starts]):
             searches.append(draft.rounds(self.effort.rounds, self.effort.steps))
             report("planning", 0.1 + 0.6 * (i + 1) / self.effort.starts)
-        searches.sort(key=lambda own: own.value)
+        searches.sort(key=lambda search: search.value)
         searches[0] = searches[0].rounds(self.effort.polish, 2 * self.effort.steps)
         for mended in (
             map(self._repaired, searches[:MOST_REPAIRED]),
             map(self._shrunk, drafts[:MOST_REPAIRED]),
         ):
-            kept = [own for own in mended if own]
+            kept = [found for found in mended if found]
             if kept:
-                return min(kept, key=lambda own: own.value)
+                return min(kept, key=lambda found: found.value)
         raise self._infeasible(problem, starts)
 
     def _drafts(self, problem: Problem, starts: Array) -> list[Search]:
-        """Random motions that may be optimised, the best first."""
-        found = []
+        """Random motions to optimise, those without contact first, then by value."""
+        drafts = []
         for i in range(self.effort.candidates):
             start = starts[i // STARTS_A_START % len(starts)]
             own = replace(problem, start=start)
             x = random_motion(own, self.rng)
             if np.abs(x).max() > 0.0:
-                found.append(Search(own, x, self.solid))
-        found.sort(key=lambda own: own.value)
+                drafts.append(Search(own, x, self.solid))
+        drafts.sort(key=lambda draft: draft.value)
         solid = self.solid
-        if solid is None or len(found) < 2:
-            return found
+        if solid is None or len(drafts) < 2:
+            return drafts
 
-        def touches(own: Search) -> bool:
-            q = own.problem.basis.states(own.problem.start, own.x).position
+        def touches(draft: Search) -> bool:
+            q = draft.problem.basis.states(draft.problem.start, draft.x).position
             return bool(solid.clearance(q).min() < 0.0)
 
-        return sorted(found, key=touches)  # those that touch nothing first
+        return sorted(drafts, key=touches)
 
     def _repaired(self, search: Search) -> Found | None:
-        """The motion, optimised on until it keeps all limits on the fine grid; smaller
-        where that does not do."""
+        """The motion, optimised further until it keeps all limits on the fine grid, or
+        else made smaller."""
         for _ in range(MOST_REPAIRS):
             found = self.found(search.problem, search.x)
             if found.usage.largest <= 1.0:
@@ -152,8 +149,7 @@ class Searcher:
         return found if found.usage.largest <= 1.0 else self._shrunk(search)
 
     def _shrunk(self, search: Search) -> Found | None:
-        """The motion with its ways made smaller until it keeps all limits; None where
-        nothing is left of it."""
+        """The motion, scaled down until it keeps all limits; None below `LEAST_SHARE`."""
 
         def scaled(share: float) -> Found:
             return self.found(search.problem, share * search.x)
@@ -162,12 +158,12 @@ class Searcher:
         return None if share < LEAST_SHARE else scaled(share)
 
     def found(self, problem: Problem, x: Array) -> Found:
-        """The motion of free control points (P, n), with what it uses."""
+        """The motion of free control points (P, n), with its usage of limits."""
         trajectory = problem.basis.trajectory(problem.start, x)
         return self.measured(problem, trajectory, problem.look(x).after)
 
     def measured(self, problem: Problem, trajectory: Trajectory, after: Array) -> Found:
-        """A motion with what it uses; it leaves information (10, 10)."""
+        """A motion with its usage of limits and the information `after` it (10, 10)."""
         usage = Usage.of(
             trajectory, problem.chain, problem.constraints, self.joints, self.solid
         )
@@ -176,32 +172,28 @@ class Searcher:
         )
 
     def free_starts(self, problem: Problem, number: int) -> Array:
-        """Places (s, n) to start from, at random, that are within all limits and clear
-        of everything.
-
-        Raises `InputError` where none is found.
-        """
+        """Random starts (s, n) [rad] within all limits and in contact with nothing, at
+        most `number`; `InputError` if none is found."""
         ends = np.clip(problem.constraints.limits.position, -np.pi, np.pi)
         middle, half = ends.mean(axis=1), 0.35 * (ends[:, 1] - ends[:, 0])
         draws = middle + half * self.rng.uniform(-1.0, 1.0, (DRAWS, len(ends)))
         room = np.full(DRAWS, np.inf)
         if self.solid is not None:
             room = self.solid.clearance(draws)
-        found: list[Array] = []
+        starts: list[Array] = []
         for k in np.argsort(-np.minimum(room, ELBOW_ROOM), kind="stable"):
-            if room[k] < CLEARANCE or len(found) == number:
+            if room[k] < CLEARANCE or len(starts) == number:
                 break
             if self._is_within(problem, draws[k]):
-                found.append(draws[k])
-        if not found and room.max() >= CLEARANCE:
+                starts.append(draws[k])
+        if not starts and room.max() >= CLEARANCE:
             raise self._infeasible(problem, draws[[int(np.argmax(room))]])
-        if not found:
+        if not starts:
             raise _nowhere_clear(self.space, draws)
-        return np.array(found)
+        return np.array(starts)
 
     def require_free(self, problem: Problem, start: Array) -> None:
-        """`InputError` for a place to start from (n,) that is out of range or touches
-        something."""
+        """`InputError` for a start (n,) that exceeds a limit or is in collision."""
         limits = problem.constraints.limits
         for name, q, (low, high) in zip(
             self.joints, start, limits.position, strict=True
@@ -216,27 +208,27 @@ class Searcher:
             if clear < 0.0:
                 what = f"the start is in collision by {-1e3 * clear:.0f} mm: {names}"
                 raise InputError(what, fix=ANOTHER)
-        own = self.found(replace(problem, start=start), np.zeros(problem.size))
-        if own.usage.largest > 1.0:
-            what = f"{own.usage.worst} is beyond its limit at the start already"
+        rest = self.found(replace(problem, start=start), np.zeros(problem.size))
+        if rest.usage.largest > 1.0:
+            what = f"{rest.usage.worst} is beyond its limit at the start already"
             raise InputError(what, fix="give another `start`, or relax that limit")
 
     def _is_within(self, problem: Problem, start: Array) -> bool:
-        """Whether a place to start from (n,) is within all limits."""
+        """Whether a start (n,) is within all limits."""
         own = replace(problem, start=start)
         excesses = own.look(np.zeros(own.size)).excesses()
         return max(float(g.max()) for g in excesses.values()) < 0.0
 
     def _infeasible(self, problem: Problem, starts: Array) -> InputError:
         own = replace(problem, start=starts[0])
-        still = self.found(own, np.zeros(own.size))
-        what = f"no motion keeps all limits; the tightest is {still.usage.worst}"
+        rest = self.found(own, np.zeros(own.size))
+        what = f"no motion keeps all limits; the tightest is {rest.usage.worst}"
         return InputError(what, fix="relax it, or start elsewhere (`start`)")
 
 
 def _nowhere_clear(space: Space, draws: Array) -> InputError:
-    """The error of random places (d, n) that are all near something: what it is most
-    often, and what can be done about that."""
+    """The error if no random configuration (d, n) is clear: the most frequent obstacle,
+    and advice on it."""
     near = Counter(space.nearest(q)[1] for q in draws[:LOOKED_AT])
     [(names, count)] = near.most_common(1)
     what = (

@@ -1,6 +1,5 @@
-"""What will be measured along the motion, the wrench at the tip or the torques of the
-joints, and how sure one will be by it: what the estimator says of a recording as it is
-expected, the noise drawn."""
+"""The sensors of a planned motion, wrench at the tip or torques of the joints, and the
+accuracy to expect: that of the estimator on simulated recordings with random noise."""
 
 from collections.abc import Sequence
 from pathlib import Path
@@ -35,27 +34,27 @@ from hefting.torques.runs import LoadedRuns
 from hefting.torques.samples import TorqueSamples
 
 MOTION_NOISE = MotionNoise(0.03, 0.085, 0.087)
-"""Errors of the accelerations that smoothing the poses of a planned motion leaves, with
-0.1 mm and 0.02° of noise at 100 Hz: as found on plans of 10 s for three arms, whose
-bandwidth is some 36 rad/s. Those of slower motions are smaller."""
+"""Errors of the accelerations from smoothed poses with 0.1 mm and 0.02° of noise at 100
+Hz, as found on plans of 10 s for three arms with a bandwidth of some 36 rad/s. For slower
+motions they are smaller."""
 MOST_NOISE = 1e3
-"""[N], [N m] Noise of an estimate's recording from which on it is not believed."""
+"""[N], [N m] Noise of an estimate's recording from which on it is ignored."""
 POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations along each axis of position [m] and orientation [rad] of the poses
-that a cobot reports."""
+"""Standard deviations along each axis of position [m] and orientation [rad] in the poses
+of a cobot."""
 GAIN = 0.0025
-"""Standard deviation of a wrench sensor's gain, of which nothing is said
-(`hefting.core.sensor_accuracy.TYPICAL`): an error that two recordings share."""
+"""Standard deviation of the gain of a typical wrench sensor
+(`hefting.core.sensor_accuracy.TYPICAL`), an error that recordings share."""
 LARGEST_SHARE = 0.95
-"""Share of an estimate's variance that is taken to be the sensor's gain at most."""
+"""Largest share of an estimate's variance that is attributed to a shared error."""
 FIRST_NOISE, LAST_NOISE = 0.1, 0.05
-"""[N m] Standard deviations of the noise of the first and the last joint, where nothing
-is said: those between lie between, by their logarithm."""
+"""[N m] Default standard deviations of the noise of the first and the last joint; those
+between are interpolated by their logarithm."""
 NOISES = 3
-"""Draws of the noise that what is expected at the end is the mean of: by one alone an
-inertia's half-width varies by some 12 %."""
+"""Number of noise draws over which the final forecast is averaged: between single draws
+an inertia's half-width varies by some 12 %."""
 MOST_INSTANTS = 6
-"""At which is told how sure one is expected to be: each takes some tenths of a
+"""Largest number of instants of a forecast for joint torques: each takes some tenths of a
 second."""
 
 
@@ -69,7 +68,7 @@ class WristSensor:
     rate: float
     """of the samples [Hz]"""
     notes: tuple[Message, ...] = ()
-    """where the noise was not given"""
+    """about noise that was not given"""
     gain = GAIN
 
     @classmethod
@@ -81,8 +80,8 @@ class WristSensor:
         estimate: Estimate | None,
         rate: float,
     ) -> Self:
-        """With a noise that is given, that of the estimate's recording, or a moderate
-        one. `InputError` for a noise that is not positive."""
+        """Sensor with the given noise, that of the estimate's recording, or a moderate
+        one. `InputError` for noise that is not positive."""
         chain = Chain.of(robot, gravity)
         if noise is not None:
             if not (noise.force > 0.0 and noise.torque > 0.0):
@@ -90,9 +89,9 @@ class WristSensor:
             return cls(robot, chain, noise, rate)
         levels = NOISE_LEVELS["moderate"]
         what = f"noise taken to be {levels.force:g} N and {levels.torque:g} N m"
-        found = None if estimate is None else estimate.provenance.get("noise")
-        if isinstance(found, dict):
-            force, torque = (found.get(name) for name in ("force", "torque"))
+        recorded = None if estimate is None else estimate.provenance.get("noise")
+        if isinstance(recorded, dict):
+            force, torque = (recorded.get(name) for name in ("force", "torque"))
             if _is_level(force) and _is_level(torque):
                 levels = Noise(force, torque)
                 what = f"noise as of the estimate: {force:.3g} N, {torque:.3g} N m"
@@ -101,17 +100,18 @@ class WristSensor:
 
     @property
     def levels(self) -> dict[str, Any]:
-        """Of the noise [N], [N m]."""
+        """Standard deviations of the noise [N], [N m]."""
         return {"force": self.noise.force, "torque": self.noise.torque}
 
     def information(self, vector: Array) -> Information:
-        """With the errors of the accelerations by a body of ten parameters."""
+        """Information by samples whose errors include those of the accelerations, for a
+        body of parameters (10,)."""
         covariance = noise_covariance(self.noise, MOTION_NOISE, vector, self.rate)
         return Information.of(covariance, self.rate)
 
     def kept(self, held: Held) -> Array:
-        """(10, 10) covariance of errors that no motion lessens: of the gain, now and
-        when the tool was identified."""
+        """(10, 10) covariance of errors that no motion reduces: by the gain, now and when
+        the tool was identified."""
         tool = GAIN * held.tool
         both = GAIN * held.body.vector + tool
         return np.outer(both, both) + np.outer(tool, tool)
@@ -119,8 +119,8 @@ class WristSensor:
     def forecast(
         self, trajectory: Trajectory, instants: int, held: Held, seed: int
     ) -> Forecast:
-        """By `identify`, of the wrench that is expected, in which a bias is found anew
-        unless the estimate's recording had none or a known one."""
+        """Forecast by `identify` with simulated recordings; the bias is estimated unless
+        the estimate's recording had none or a known one."""
         recordings = [
             self._recording(trajectory, held, [seed, 20 + 2 * k]) for k in range(NOISES)
         ]
@@ -128,42 +128,42 @@ class WristSensor:
         gravity = self.chain.gravity
         if np.array_equal(gravity, STANDARD_GRAVITY):
             gravity = ON_EARTH
-        found_before = held.estimate and held.estimate.provenance.get("bias")
-        bias = "auto" if found_before in ("none", "given") else "estimate"
+        earlier_bias = held.estimate and held.estimate.provenance.get("bias")
+        bias = "auto" if earlier_bias in ("none", "given") else "estimate"
 
         def after(duration: float, before: Array | None) -> Array | None:
             drawn = NOISES if duration == trajectory.duration else 1
-            known = [by_one(own, duration, before) for own in recordings[:drawn]]
-            own = [C for C in known if C is not None]
-            return np.mean(own, axis=0) if len(own) == drawn else before
+            each = [by_one(drawing, duration, before) for drawing in recordings[:drawn]]
+            known = [C for C in each if C is not None]
+            return np.mean(known, axis=0) if len(known) == drawn else before
 
         def by_one(
             recording: Recording, duration: float, before: Array | None
         ) -> Array | None:
             try:
-                found = identify(
+                result = identify(
                     recording, shape, duration=duration, gravity=gravity, bias=bias
                 )
             except HeftingError:
                 return before
-            C = found.estimate.covariance
+            C = result.estimate.covariance
             if held.estimate is None:
                 return C
             if C is None or not np.isfinite(C).all():
                 return before
-            # the new recording is made without a tool; that of the tool erred, too
-            own, tool = GAIN * held.body.vector, GAIN * held.tool
-            both = _without(held.information, own + tool)
-            both = _without(both, tool)
-            both = both + _without(np.asarray(np.linalg.inv(C), float), own)
-            return np.linalg.inv(both) + self.kept(held)
+            # the estimate includes gain errors of object with tool, and of the tool's
+            # recording; the simulated recording has no tool
+            body, tool = GAIN * held.body.vector, GAIN * held.tool
+            earlier = _without(_without(held.information, body + tool), tool)
+            new = _without(np.asarray(np.linalg.inv(C), float), body)
+            return np.linalg.inv(earlier + new) + self.kept(held)
 
         return forecast_by(after, held, trajectory.duration, instants)
 
     def _recording(
         self, trajectory: Trajectory, held: Held, seed: Sequence[int]
     ) -> Recording:
-        """What a robot's log is expected to hold."""
+        """A simulated recording of poses and wrench, with noise of a seed."""
         from scipy.spatial.transform import Rotation
 
         motion = trajectory.sampled(self.rate)
@@ -172,13 +172,13 @@ class WristSensor:
         wrench = expected_wrench(features(tip), held.body.vector).T
         rng = np.random.default_rng(seed)
         position, orientation = self.robot.poses(motion.position)
-        off, turn, noise = rng.normal(size=(3, len(position), 6))
+        shift, turn, noise = rng.normal(size=(3, len(position), 6))
         levels = np.repeat((self.noise.force, self.noise.torque), 3)
         turned = Rotation.from_quat(orientation) * Rotation.from_rotvec(
             POSE_NOISE[1] * turn[:, :3]
         )
         streams = {
-            "position": position + POSE_NOISE[0] * off[:, :3],
+            "position": position + POSE_NOISE[0] * shift[:, :3],
             "orientation": turned.as_quat(),
             "wrench": wrench + levels * noise,
         }
@@ -189,23 +189,24 @@ class WristSensor:
 
 
 def _without(information: Array, shared: Array) -> Array:
-    """Information (10, 10) without an error `shared` (10,) of unit variance, as far as
-    its covariance has it: (C - s s')^-1 by Sherman and Morrison."""
-    seen = information @ shared
-    share = float(shared @ seen)
+    """Information (10, 10) with a `shared` error s (10,) of unit variance removed from
+    the covariance C, (C - p s s')^-1 by Sherman and Morrison, where p <= 1 is such that
+    at most `LARGEST_SHARE` of a variance is removed."""
+    image = information @ shared
+    share = float(shared @ image)
     part = min(1.0, LARGEST_SHARE / max(share, 1e-300))
-    return information + part / (1.0 - part * share) * np.outer(seen, seen)
+    return information + part / (1.0 - part * share) * np.outer(image, image)
 
 
 def _is_level(value: object) -> TypeGuard[float]:
-    """Whether a value that was read from a file can be a standard deviation."""
+    """Whether a value from a file can be a standard deviation."""
     return isinstance(value, float | int) and 0.0 < value < MOST_NOISE
 
 
 def refuse_of_torques(
     shape: object, noise: object, force: object, torque: object, stop_and_go: bool
 ) -> None:
-    """`InputError` for what cannot be planned for joint torques."""
+    """`InputError` for arguments that joint torques do not allow."""
     given = {"noise": noise, "force": force, "torque": torque}
     for name, value in given.items():
         if value is not None:
@@ -221,7 +222,7 @@ def refuse_of_torques(
 
 @immutable
 class JointTorques:
-    """The torques of n joints, of an arm without a wrench sensor."""
+    """Measured torques of n joints, of an arm without a wrench sensor."""
 
     dynamics: JointDynamics
     noise: Array
@@ -229,9 +230,9 @@ class JointTorques:
     rate: float
     """of the samples [Hz]"""
     notes: tuple[Message, ...] = ()
-    """what was assumed"""
+    """assumptions"""
     gain = 0.0
-    """each joint has one of its own, which the forecast counts"""
+    """no common one: the forecast includes gains of the joints"""
 
     @classmethod
     def of(
@@ -243,16 +244,16 @@ class JointTorques:
         tip: str,
         gravity: Array,
     ) -> Self:
-        """With a noise that is given, that of the estimate's recording, or a usual one.
-        Raises `InputError` for a noise that is none of n joints, and as
+        """Torques with the given noise, that of the estimate's recording, or a default
+        one. Raises `InputError` for noise that is not positive or of n joints, and as
         `JointDynamics.from_urdf`."""
         dynamics = JointDynamics.from_urdf(urdf, tip, gravity)
-        noise, told = _noise(given, estimate, dynamics.joints)
+        noise, assumed = _noise(given, estimate, dynamics.joints)
         what = (
             "expected with an empty run of the same motion, which tells arm and "
             "friction: play it without the object as well"
         )
-        notes = (*told, note("plan-empty-run-assumed", what, "torques"))
+        notes = (*assumed, note("plan-empty-run-assumed", what, "torques"))
         return cls(dynamics, frozen(noise), rate, notes)
 
     @property
@@ -261,35 +262,35 @@ class JointTorques:
         return {"joint_torques": self.noise.tolist()}
 
     def information(self, vector: Array) -> JointInformation:
-        """Of the loaded run less the empty one, as if all samples counted twice the
-        variance."""
+        """Information by the difference of a loaded and an empty run, with twice the
+        variance of the noise."""
         return JointInformation(2.0**0.5 * self.noise, self.rate)
 
     def kept(self, held: Held) -> Array:
-        """(10, 10) None is known: the forecast counts the gains of the joints."""
+        """(10, 10) zero: the forecast includes the gains of the joints."""
         return np.zeros((10, 10))
 
     def forecast(
         self, trajectory: Trajectory, instants: int, held: Held, seed: int
     ) -> Forecast:
-        """By `hefting.identification.by_torques`, of a run without the object and one
-        with it, by the arm's published inertias."""
+        """Forecast by `hefting.identification.by_torques` with a simulated run without
+        the object and one with it, by the arm's published inertias."""
         empty, loaded = self._runs(trajectory, held, seed)
 
         def after(duration: float, before: Array | None) -> Array | None:
             part = slice(int(np.searchsorted(empty.time, duration + 1e-9)))
             try:
                 runs = (loaded[part],), (empty[part],)
-                found = LoadedRuns(self.dynamics, *runs).fit()
+                fitted = LoadedRuns(self.dynamics, *runs).fit()
                 if held.estimate is None:
-                    state = found.state
-                    own = ByTorques(
-                        self.dynamics, found, (), False, state.samples, state.duration
+                    state = fitted.state
+                    result = ByTorques(
+                        self.dynamics, fitted, (), False, state.samples, state.duration
                     )
-                    return own.estimate(held.shape).covariance
+                    return result.estimate(held.shape).covariance
             except (HeftingError, np.linalg.LinAlgError):
                 return before
-            A = found.state.factor[:, :10]
+            A = fitted.state.factor[:, :10]
             C = np.linalg.inv(held.information + A.T @ A)
             return np.asarray(C, dtype=float)
 
@@ -299,7 +300,7 @@ class JointTorques:
     def _runs(
         self, trajectory: Trajectory, held: Held, seed: int
     ) -> tuple[TorqueSamples, TorqueSamples]:
-        """What is expected to be recorded, without the object and with it."""
+        """Simulated runs without and with the object."""
         motion = trajectory.sampled(self.rate)
         states = motion.position, motion.velocity, motion.acceleration
         W = self.dynamics.regressor(*states)
@@ -314,19 +315,19 @@ class JointTorques:
 
 
 Sensor = WristSensor | JointTorques
-"""What is measured, and how well. `gain` is the standard deviation of its gain, an error
-that the mass keeps."""
+"""A sensor and its noise. `gain` is the standard deviation of its gain, an error of the
+mass that no motion reduces."""
 
 
 def _noise(
     given: bool | ArrayLike, estimate: Estimate | None, joints: int
 ) -> tuple[Array, tuple[Message, ...]]:
-    """(n,) [N m], and a note where it was not given."""
+    """Standard deviations (n,) [N m], and a note if they were not given."""
     if given is not True:
         return _given(given, joints), ()
-    found = None if estimate is None else estimate.provenance.get("torque_noise")
-    if isinstance(found, (list, tuple)) and len(found) == joints:
-        noise, of = _given(found, joints), "as of the estimate:"
+    recorded = None if estimate is None else estimate.provenance.get("torque_noise")
+    if isinstance(recorded, (list, tuple)) and len(recorded) == joints:
+        noise, of = _given(recorded, joints), "as of the estimate:"
     else:
         noise, of = np.geomspace(FIRST_NOISE, LAST_NOISE, joints), "taken to be"
     each = ", ".join(f"{value:.2g}" for value in noise)

@@ -24,11 +24,11 @@ from hefting.shapes.clouds import convex_hull
 from hefting.shapes.solid import corners_between
 
 MOST_SOLIDS = 12
-"""Solids of one link at most: where its URDF has more, one hull holds them all."""
+"""Most solids of one link: if its URDF has more, their common hull replaces them."""
 THIN = 1e-3
 """[m] Least thickness of a solid."""
 OBJECT = "the object"
-"""Name of the solid that is held."""
+"""Name of the held solid."""
 
 
 @immutable
@@ -38,30 +38,31 @@ class Solid:
     name: str
     """``link 'x'`` or `OBJECT`"""
     link: int
-    """Index of the link that it moves with"""
+    """index of its link"""
     vertices: Array
     """(V, 3) [m] in the link's frame"""
     faces: np.ndarray
     """Triangles (F, 3), indices of `vertices`; none of a single point"""
     center: Array
-    """(3,) [m] of a sphere that holds it"""
+    """(3,) [m] of a sphere around it"""
     radius: float
     """[m] of that sphere"""
 
 
 @immutable
 class MovingLink:
-    """A link, and the joints on the way to the tip that move it."""
+    """A link, and the joints that move it."""
 
     name: str
     robot: Robot
+    """joints from the root to the link"""
     columns: tuple[int, ...]
-    """Place of each of its robot's joints in the joint positions of the tip; -1 of one
-    that does not move the tip"""
+    """of each joint of `robot` in the joint positions of the tip; -1 if it does not move
+    the tip"""
     group: int
-    """Links of one group do not move against each other while the tip moves"""
+    """links of one group do not move relative to each other while the tip moves"""
     neighbour: int | None
-    """group that bears this one; None of the root's"""
+    """parent group; None for the root's"""
 
     def pose(self, q: Array) -> tuple[Array, Array]:
         """Position (K, 3) [m] and rotation (K, 3, 3) in the root frame, at positions
@@ -76,10 +77,10 @@ class MovingLink:
 
 
 def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
-    """The links of a robot that have a pose at given positions of the tip's joints,
-    those that bear others first; at most `MOST_LINKS`."""
+    """The links whose pose follows from the positions of the tip's joints, parents first,
+    at most `MOST_LINKS`."""
     group = {tree.root: 0}
-    bearer: dict[int, int | None] = {0: None}
+    parents: dict[int, int | None] = {0: None}
     moved = {tree.root: 0}
     links = []
     for name, parent in links_in_order(tree)[:MOST_LINKS]:
@@ -93,17 +94,18 @@ def read_links(tree: Tree, tip: Robot) -> list[MovingLink]:
         if parent is not None:
             own = group[parent]
             if moved[name] > moved[parent]:
-                own, bearer[len(bearer)] = len(bearer), own
+                own, parents[len(parents)] = len(parents), own
             group[name] = own
-        links.append(MovingLink(name, robot, columns, group[name], bearer[group[name]]))
+        neighbour = parents[group[name]]
+        links.append(MovingLink(name, robot, columns, group[name], neighbour))
     return links
 
 
 def solids_of_links(path: str, links: Sequence[MovingLink]) -> list[Solid]:
-    """What the links are for collisions: their collision geometry, else what they look
-    like. Links without either, or whose meshes cannot be read, have none."""
+    """Solids of the links by their collision geometry, or else by their visual one; none
+    for links without geometry that can be read."""
     surfaces, every = LinkSurfaces(), read_geometries(path)
-    found = []
+    solids = []
     for i, link in enumerate(links):
         own = [geometry for geometry in every if geometry.link == link.name]
         for part in ("collision", "visual"):
@@ -111,14 +113,14 @@ def solids_of_links(path: str, links: Sequence[MovingLink]) -> list[Solid]:
             clouds = _clouds(chosen, surfaces)
             if clouds:
                 name = f"link '{link.name}'"
-                found += [solid_of(name, i, cloud) for cloud in clouds]
+                solids += [solid_of(name, i, cloud) for cloud in clouds]
                 break
-    return found
+    return solids
 
 
 def solid_of(name: str, link: int, points: Array) -> Solid:
-    """The convex hull of points (N, 3) [m] in a link's frame; of a single point that,
-    of points in a plane the box around them, `THIN` at least."""
+    """The convex hull of points (N, 3) [m] in a link's frame; a single point as it is;
+    for points in a plane their bounding box, at least `THIN` in thickness."""
     points, faces = _hull(points)
     center = 0.5 * (points.min(axis=0) + points.max(axis=0))
     radius = float(np.linalg.norm(points - center, axis=1).max())
@@ -126,7 +128,7 @@ def solid_of(name: str, link: int, points: Array) -> Solid:
 
 
 def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Array]:
-    """Points (N, 3) whose convex hulls hold the geometries that can be read."""
+    """Points (N, 3) whose convex hulls contain the geometries that can be read."""
     clouds = []
     for geometry in geometries:
         surface = surfaces.read(geometry)
@@ -138,8 +140,8 @@ def _clouds(geometries: Sequence[Geometry], surfaces: LinkSurfaces) -> list[Arra
 
 
 def _around(geometry: Geometry, vertices: Array) -> Array:
-    """The vertices of a geometry; of a round one moved outwards, so that their hull
-    holds it."""
+    """The vertices of a geometry, moved outwards for cylinders and spheres, so that their
+    hull contains it."""
     if geometry.kind not in ("cylinder", "sphere"):
         return vertices
     turn = rotation_matrices(geometry.orientation)
@@ -154,7 +156,7 @@ def _around(geometry: Geometry, vertices: Array) -> Array:
 
 
 def _hull(points: Array) -> tuple[Array, np.ndarray]:
-    """Vertices and triangles of the convex hull of points, none of a single one."""
+    """Vertices and triangles of the convex hull of points; no triangles of one point."""
     if len(points) == 1:
         return points, np.empty((0, 3), dtype=np.intp)
     try:
@@ -168,20 +170,19 @@ def _hull(points: Array) -> tuple[Array, np.ndarray]:
 
 
 SMALLER = 0.9
-"""Share of the hull's volume that the hulls of two parts may have together for a
-surface to be cut in two."""
+"""Largest volume of the hulls of both parts, over that of the whole hull, for which a
+surface is cut in two."""
 DEEPEST = 2
-"""How often a part is cut, so that there are four at most. Base and upper
-arm of a UR5 then touch in 7 % of random configurations, uncut in 33 %, and their
-meshes in 5 %."""
+"""Depth of cutting, for at most four parts. Base and upper arm of a UR5 then touch in 7 %
+of random configurations; uncut in 33 %, and their meshes in 5 %."""
 MOST_TRIANGLES = 50_000
-"""Triangles of a surface that is cut at most; collision meshes have some thousands."""
+"""Most triangles of a surface that is cut; collision meshes have some thousands."""
 PLACES = (0.2, 0.4, 0.6, 0.8)
-"""Where it is cut, as shares of its extent."""
+"""Places of possible cuts, as shares of the extent along an axis."""
 
 
 def _directions(count: int) -> Array:
-    """Unit vectors (count, 3), evenly over the sphere by the golden angle."""
+    """Unit vectors (count, 3), evenly distributed by the golden angle."""
     i = np.arange(count)
     z = (2.0 * i + 1.0) / count - 1.0
     turn = i * np.pi * (3.0 - np.sqrt(5.0))
@@ -190,8 +191,8 @@ def _directions(count: int) -> Array:
 
 
 DIRECTIONS = _directions(100)
-"""In which the farthest points of a large surface stand for all: volumes are a few
-hundredths too small, of the whole as of the parts, and take a fifth of the time."""
+"""The farthest points of a large surface in these directions replace all: volumes are a
+few hundredths too small, of whole and parts alike, and take a fifth of the time."""
 
 
 def convex_parts(
@@ -199,9 +200,9 @@ def convex_parts(
 ) -> list[Array]:
     """Points (N, 3) of each part of a surface of vertices (V, 3) and triangles (F, 3).
 
-    The surface is cut across the axis, and at the place, where the hulls of both parts
-    are smallest together, while that pays. The hulls cover the surface. One of more
-    than `MOST_TRIANGLES` stays whole.
+    The surface is cut at the axis and place for which the hulls of both parts are
+    smallest, as long as they are smaller by `SMALLER`. The hulls cover the surface. One
+    of more than `MOST_TRIANGLES` is not cut.
     """
     if not deepest or len(faces) > MOST_TRIANGLES:
         return [vertices]
@@ -218,13 +219,13 @@ def convex_parts(
 
 
 def _plane(vertices: Array, axis: int, place: float) -> tuple[int, float]:
-    """An axis, and where on it a share of the vertices' extent is [m]."""
+    """An axis, and the coordinate [m] at a share of the vertices' extent along it."""
     low, high = vertices[:, axis].min(), vertices[:, axis].max()
     return axis, float(low + place * (high - low))
 
 
 def _volume_cut(vertices: Array, edges: Indices, axis: int, at: float) -> float:
-    """Volume [m³] of the hulls of both parts together."""
+    """Volume [m³] of the hulls of both parts of a cut."""
     height = vertices[:, axis] - at
     first, second = edges.T
     crossed = height[first] * height[second] < 0.0
@@ -251,8 +252,8 @@ def _cut(
 
 
 def _volume(points: Array) -> float:
-    """Volume [m³] of the hull of points, of those that are farthest in `DIRECTIONS`;
-    zero where they are in a plane."""
+    """Volume [m³] of the hull of points, or of those farthest in `DIRECTIONS` if there
+    are more; zero if they are in a plane."""
     if len(points) > len(DIRECTIONS):
         points = points[np.unique((DIRECTIONS @ points.T).argmax(axis=1))]
     try:

@@ -1,5 +1,5 @@
-"""The space that a motion keeps to: half-spaces, and no contact of the links and the
-object with each other."""
+"""The space of a motion: half-spaces that it stays in, and no contacts between links and
+object."""
 
 import re
 from collections.abc import Sequence
@@ -28,7 +28,7 @@ from hefting.robots.urdf import Tree, listed, read_urdf
 
 AXES = {"x": "1,0,0", "y": "0,1,0", "z": "0,0,1"}
 LARGEST = 1e3
-"""[m] No wall of a robot cell is farther away."""
+"""[m] Largest distance of a wall."""
 EXAMPLE = "as in z>=0.05, x<=0.6 or 0.7,0.7,0>=-0.3, in metres"
 
 
@@ -43,7 +43,7 @@ class HalfSpace:
     """
 
     text: str
-    """As it was written, for messages."""
+    """as it was written, for messages"""
     normal: Array
     """(3,) unit vector into it"""
     offset: float
@@ -51,11 +51,11 @@ class HalfSpace:
 
     @classmethod
     def parse(cls, text: str) -> Self:
-        """From an inequality: ``z>=0.05``, ``x<=0.6``, or with the factors of x, y and
-        z, ``0.7,0.7,0>=-0.3``, which is 0.7 x + 0.7 y >= -0.3 m.
+        """The half-space of an inequality: ``z>=0.05``, ``x<=0.6``, or with the factors
+        of x, y and z, ``0.7,0.7,0>=-0.3``, which is 0.7 x + 0.7 y >= -0.3 m.
 
         Raises `InputError` for another text, factors that are all zero, and a plane
-        more than `LARGEST` metres from the origin.
+        more than `LARGEST` from the origin.
         """
         match = re.fullmatch(r"\s*([^<>=]+?)\s*(>=|<=)\s*([^<>=]+?)\s*", text)
         words = [*AXES.get(match[1], match[1]).split(","), match[3]] if match else []
@@ -83,20 +83,19 @@ class HalfSpace:
 
 
 SAMPLES = 200
-"""Random configurations in which it is seen what touches always."""
+"""Number of random configurations by which pairs that always touch are found."""
 MOSTLY = 0.95
-"""Share of random configurations; two solids that touch in more are taken to be drawn
-too large, and are not checked, as by MoveIt's setup assistant."""
+"""Share of random configurations: solids that touch in more are assumed to be too large,
+and are not checked, as by MoveIt's setup assistant."""
 SAME = 1e-9
-"""[m] Distances that differ by less are the same."""
+"""[m] Largest difference of equal distances."""
 FAR = 0.1
-"""[m] No clearance is told beyond: what is farther away need not be looked at, which
-takes most of the time."""
+"""[m] Largest clearance that is computed, to save time."""
 
 
 @immutable
 class Space:
-    """Half-spaces and solids of one robot and what it holds.
+    """Half-spaces, and solids of a robot and the object that it holds.
 
     Examples
     --------
@@ -108,13 +107,13 @@ class Space:
     half_spaces: tuple[HalfSpace, ...]
     links: tuple[MovingLink, ...]
     solids: tuple[Solid, ...]
-    """of the links, and the object's box as the last one where it is known"""
+    """of the links, then of the object's box if it is given"""
     outside: tuple[tuple[int, int], ...]
-    """solid and half-space of each pair that is checked"""
+    """indices of solid and half-space of each pair that is checked"""
     contacts: Contacts | None
-    """Pairs of solids that are checked; None without coal, or where there are none"""
+    """pairs of solids that are checked; None without coal or pairs"""
     messages: tuple[Message, ...] = field(default=())
-    """what is not checked"""
+    """about what is not checked"""
 
     @classmethod
     def of(
@@ -133,7 +132,7 @@ class Space:
         keep : half-spaces in the axes of its root link, see `HalfSpace.parse`. Links
             that no joint moves are not held to them.
         corners : (8, 3) [m] of the object's box in the tip's frame.
-        srdf : file that says which links not to check against each other.
+        srdf : file of the pairs of links that are not checked for collisions.
 
         Solids are the convex hulls of the collision geometry. Links that one joint
         connects are not checked against each other, nor is the object against the link
@@ -168,12 +167,12 @@ class Space:
 
     def clearance(self, q: Array) -> Array:
         """Smallest signed distance (K,) [m] at positions (K, n) of the tip's joints:
-        negative where something is hit, `FAR` at most."""
+        negative in a collision, at most `FAR`."""
         return self._nearest(q)[0]
 
     def nearest(self, q: Array) -> tuple[float, str]:
-        """Smallest signed distance [m] at joint positions (n,), or the smallest of
-        (K, n), and what it is between, as in ``"link 'elbow' and z>=0.02"``."""
+        """Smallest signed distance [m] at joint positions (n,) or (K, n), and the names
+        of the two things, as in ``"link 'elbow' and z>=0.02"``."""
         distance, outside, pair = self._nearest(np.atleast_2d(q))
         k = int(np.argmin(distance))
         if pair[k] >= 0 and self.contacts is not None:
@@ -187,8 +186,8 @@ class Space:
         return float(distance[k]), names
 
     def _nearest(self, q: Array) -> tuple[Array, Indices, Indices]:
-        """Smallest distance (K,), and the index of what it is between: in `outside`, or
-        -1, and among the pairs of `contacts`, or -1."""
+        """Smallest distance (K,), and the index (K,) of its pair in `outside` and in the
+        pairs of `contacts`, or -1."""
         position, rotation = _poses(self.links, self.solids, np.asarray(q, float))
         distance, which = np.full(len(position), FAR), np.full(len(position), -1)
         for i, (s, half) in enumerate(self.outside):
@@ -203,7 +202,7 @@ class Space:
 
 
 def _finite(limits: Any) -> Array:
-    """Ranges (n, 2) of joints: half a turn to each side where there is no limit."""
+    """Ranges (n, 2) of joints; half a turn to each side without limits."""
     ends = [(0.0, 0.0) if own is None else own for own in limits]
     return np.nan_to_num(np.array(ends, dtype=float), posinf=np.pi, neginf=-np.pi)
 
@@ -230,8 +229,8 @@ def _inside(solid: Solid, half: HalfSpace, pose: tuple[Array, Array]) -> Array:
 def _solids(
     tree: Tree, tip: str, links: list[MovingLink], corners: Array | None
 ) -> tuple[list[Solid], list[Message]]:
-    """Solids of the links and the object; of links that move and have none, as nothing
-    that moves with them has, the origins of their frames."""
+    """Solids of the links and the object. Each group of moving links without a solid gets
+    the origin of its first link's frame as one, with a warning."""
     solids = solids_of_links(tree.source, links)
     drawn = {links[solid.link].group for solid in solids}
     bare = {
@@ -263,8 +262,8 @@ def _outside(
     solids: Sequence[Solid],
     poses: tuple[Array, Array],
 ) -> tuple[tuple[tuple[int, int], ...], list[Message]]:
-    """Solids and half-spaces to check: not those that reach out wherever the arm is,
-    nor those that are inside and do not come nearer."""
+    """Pairs of solid and half-space to check: without solids that are outside, or inside
+    at a constant distance, in all configurations."""
     kept, never = [], []
     for s, solid in enumerate(solids):
         if not links[solid.link].columns:
@@ -292,7 +291,7 @@ def _contacts(
     disabled: frozenset[frozenset[str]],
     poses: tuple[Array, Array],
 ) -> tuple[Contacts | None, list[Message]]:
-    """Pairs of solids to check: not those that touch nearly always."""
+    """Pairs of solids to check, without those that touch nearly always."""
     pairs = [
         (i, j)
         for j in range(len(solids))
@@ -307,14 +306,14 @@ def _contacts(
         what = f"collisions of links and object were not checked: {missing}"
         return None, [warning("plan-collisions-unchecked", what)]
     always = every.touching(*poses).mean(axis=0) > MOSTLY
-    left = Contacts(solids, every.pairs[~always]) if not always.all() else None
+    checked = Contacts(solids, every.pairs[~always]) if not always.all() else None
     if not always.any():
-        return left, []
+        return checked, []
     names = sorted(
         {f"{solids[i].name} and {solids[j].name}" for i, j in every.pairs[always]}
     )
     what = f"not checked, as they touch nearly always: {listed(names, 6)}"
-    return left, [note("plan-pairs-unchecked", what)]
+    return checked, [note("plan-pairs-unchecked", what)]
 
 
 def _may_meet(
@@ -323,8 +322,8 @@ def _may_meet(
     other: Solid,
     disabled: frozenset[frozenset[str]],
 ) -> bool:
-    """Whether two solids are checked against each other: both solid, on links that move
-    against each other and are no neighbours."""
+    """Whether two solids are checked: no points, and on links that move relative to each
+    other and are not neighbours or disabled."""
     if not (len(one.faces) and len(other.faces)):
         return False
     first, second = links[one.link], links[other.link]

@@ -1,7 +1,7 @@
 """Stop and go: rests in a few poses, for mass and COM alone.
 
-At rest only gravity's direction in the sensor's axes tells anything (Atkeson et al.
-1986): the more it changes from pose to pose, and the longer the arm rests, the better.
+At rest only gravity's direction in sensor axes gives information (Atkeson et al. 1986),
+the more, the more it differs between poses and the longer the arm rests.
 """
 
 from collections.abc import Callable
@@ -20,27 +20,27 @@ from hefting.planning.problem import GRID, Problem
 from hefting.planning.search import Found, Searcher
 
 COUNTS = (4, 5, 6)
-"""Poses that are tried. Mass, COM and a free bias need three at least."""
+"""Numbers of poses that are tried. Mass, COM and a free bias need at least three."""
 STEPS = 600
-"""Of the search for the poses of each count."""
+"""Number of steps of the search for each number of poses."""
 FIRST_STEP = 0.5
-"""[rad] by which poses are moved in the first step, one standard deviation."""
+"""[rad] Standard deviation of the first step."""
 GROWTH, SHRINKAGE = 1.4, 0.92
-"""Of that after a better and after a worse try, so that a fifth succeeds."""
+"""Factors of it after a success and after a failure, for one success in five steps."""
 ALONG = 8
-"""Instants of each move that are looked at."""
+"""Half the number of instants at which each move is checked."""
 SHORTEST_REST = 0.3
-"""[s] in each pose: what shakes has settled."""
+"""[s] in each pose, for vibrations to settle."""
 PEAKS = 15.0 / 8.0, 10.0 / 3.0**0.5, 60.0
 """Largest speed, acceleration and jerk of a minimum-jerk move of 1 rad in 1 s (Flash &
 Hogan 1985)."""
 SLACK = 1.02
-"""Factor of a move's time over the least, for what happens between instants."""
+"""Factor of a move's time over the least, as speeds are larger between instants."""
 
 
 @immutable
 class Tour:
-    """Rests in N poses of n joints, minimum-jerk moves between."""
+    """Rests in N poses of n joints, with minimum-jerk moves between."""
 
     poses: Array
     """(N, n) [rad]"""
@@ -50,8 +50,8 @@ class Tour:
     """[s] in each pose"""
 
     def trajectory(self) -> Trajectory:
-        """The motion: a spline of degree five with three equal control points for each
-        knot, which is at rest there."""
+        """The motion as a spline of degree five, whose equal control points give rests
+        and minimum-jerk moves exactly."""
         spans = np.full(2 * len(self.poses) - 1, self.rest)
         spans[1::2] = self.moves
         inner = np.concatenate(([0.0], np.cumsum(spans)))
@@ -67,18 +67,18 @@ def best_tour(
     is_free: Callable[[Array], bool],
     steps: int = STEPS,
 ) -> Tour | None:
-    """The tour from the problem's start, of its duration, that leaves the least
-    uncertainty by its objective; None where none was found.
+    """The tour from the problem's start, of its duration, with the least objective; None
+    if none was found.
 
-    `is_free` tells of joint positions (K, n) whether they touch nothing.
+    `is_free` is whether joint positions (K, n) are clear of everything.
     """
-    found = [_search(problem, rng, is_free, count, steps) for count in COUNTS]
-    known = [each for each in found if each is not None]
-    return min(known, key=lambda each: each[0])[1] if known else None
+    tried = [_search(problem, rng, is_free, count, steps) for count in COUNTS]
+    found = [each for each in tried if each is not None]
+    return min(found, key=lambda each: each[0])[1] if found else None
 
 
 def minimum_jerk(share: Array) -> tuple[Array, Array, Array]:
-    """Way, speed and acceleration at shares of the time of a move of 1 in 1 s."""
+    """Displacement, speed and acceleration at times `share` of a move of 1 in 1 s."""
     u = share
     way = u**3 * (10.0 - 15.0 * u + 6.0 * u**2)
     speed = 30.0 * u**2 * (1.0 - u) ** 2
@@ -92,8 +92,7 @@ def _search(
     count: int,
     steps: int,
 ) -> tuple[float, Tour] | None:
-    """The best of a random walk that goes only where it is better: its value and
-    tour."""
+    """Value and tour of the best poses by a random search that accepts improvements."""
     best: tuple[float, Tour] | None = None
     poses = np.repeat(problem.start[None], count, axis=0)
     step = FIRST_STEP
@@ -113,16 +112,16 @@ def _search(
 
 
 def timed(problem: Problem, poses: Array) -> Tour | None:
-    """The tour through poses (N, n) with moves as quick as the limits allow; None where
-    no time is left to rest."""
+    """The tour through poses (N, n) with the fastest moves within limits; None if rests
+    are shorter than `SHORTEST_REST`."""
     limits = problem.constraints.limits
-    way = np.abs(np.diff(poses, axis=0))
+    distance = np.abs(np.diff(poses, axis=0))
     speed, acceleration, jerk = PEAKS
     moves = np.maximum.reduce(
         [
-            (speed * way / limits.speed).max(axis=1),
-            np.sqrt(acceleration * way / limits.acceleration).max(axis=1),
-            np.cbrt(jerk * way / limits.jerk).max(axis=1),
+            (speed * distance / limits.speed).max(axis=1),
+            np.sqrt(acceleration * distance / limits.acceleration).max(axis=1),
+            np.cbrt(jerk * distance / limits.jerk).max(axis=1),
             _corner_times(problem, poses),
         ]
     )
@@ -132,17 +131,18 @@ def timed(problem: Problem, poses: Array) -> Tour | None:
 
 
 def _corner_times(problem: Problem, poses: Array) -> Array:
-    """Least times (N - 1,) [s] of the moves that keep the speed of the corners."""
+    """Least times (N - 1,) [s] of the moves by the limit of the corners' speed."""
     q, dq = _along(poses)
-    own = problem.constraints
+    constraints = problem.constraints
     tip = problem.chain.forward(q, dq, np.zeros_like(q)).motion
-    velocities = own.corner_velocities(tip)
+    velocities = constraints.corner_velocities(tip)
     speeds = np.linalg.norm(velocities, axis=1).max(axis=0)
-    return speeds.reshape(len(poses) - 1, -1).max(axis=1) / own.limits.corner_speed
+    fastest = speeds.reshape(len(poses) - 1, -1).max(axis=1)
+    return fastest / constraints.limits.corner_speed
 
 
 def _along(poses: Array) -> tuple[Array, Array]:
-    """Joint positions and speeds ((N - 1) m, n) on moves of one second each."""
+    """Joint positions and speeds ((N - 1) 2 `ALONG`, n) on moves of one second each."""
     way, speed, _ = minimum_jerk(np.linspace(0.0, 1.0, 2 * ALONG + 1)[1:])
     first, step = poses[:-1, None], np.diff(poses, axis=0)[:, None]
     n = poses.shape[1]
@@ -151,22 +151,22 @@ def _along(poses: Array) -> tuple[Array, Array]:
 
 
 def _value(problem: Problem, tour: Tour) -> float:
-    """What the rests leave of the uncertainty."""
-    still = np.zeros_like(tour.poses)
-    passed = problem.chain.forward(tour.poses, still, still)
+    """The objective after the rests."""
+    zeros = np.zeros_like(tour.poses)
+    passed = problem.chain.forward(tour.poses, zeros, zeros)
     resting = tour.rest * len(tour.poses)
     gained = problem.information.gained(passed, features(passed.motion), resting)
     return problem.objective.value(problem.known + gained)[0]
 
 
 USUAL = Accuracy(mass=0.01, center_of_mass=0.002)
-"""Whose worst is made least, where nothing is asked."""
+"""Default accuracy that rests are planned for."""
 MOST_SLOWED = 4
-"""Times that the moves are made slower."""
+"""Number of times that moves are slowed down to keep limits."""
 
 
 def asked_of_tour(asked: Accuracy | None) -> Accuracy:
-    """What rests are planned for; `InputError` where that is an inertia."""
+    """The accuracy that rests are planned for; `InputError` if it has an inertia."""
     if asked is not None and asked.inertia is not None:
         what = "rests do not tell an inertia"
         raise InputError(what, fix="ask for mass and com alone, or plan a motion")
@@ -174,8 +174,8 @@ def asked_of_tour(asked: Accuracy | None) -> Accuracy:
 
 
 def planned_tour(searcher: Searcher, problem: Problem, start: Array) -> Found:
-    """The best rests from a place to start from (n,). `InputError` where no move keeps
-    the limits."""
+    """The best tour from joint positions `start` (n,); `InputError` if none keeps the
+    limits."""
     problem = replace(problem, start=start)
     tour = best_tour(problem, searcher.rng, lambda q: _is_free(searcher, q))
     for _ in range(MOST_SLOWED):
@@ -195,7 +195,7 @@ def _is_free(searcher: Searcher, q: Array) -> bool:
 
 
 def _slower(tour: Tour, factor: float) -> Tour | None:
-    """A tour with moves so many times as long; None where no time is left to rest."""
+    """A tour with moves `factor` times as long; None if rests become too short."""
     moves = factor * tour.moves
     rest = tour.rest - float((moves - tour.moves).sum()) / len(tour.poses)
     return Tour(tour.poses, moves, rest) if rest >= SHORTEST_REST else None
@@ -204,8 +204,8 @@ def _slower(tour: Tour, factor: float) -> Tour | None:
 def _found(searcher: Searcher, problem: Problem, tour: Tour) -> Found:
     trajectory = tour.trajectory()
     motion = trajectory.sampled(GRID)
-    still = np.zeros_like(motion.position)
-    passed = problem.chain.forward(motion.position, still, still)
+    zeros = np.zeros_like(motion.position)
+    passed = problem.chain.forward(motion.position, zeros, zeros)
     x = features(passed.motion)
     after = problem.known + problem.information.gained(passed, x, problem.duration)
     return searcher.measured(problem, trajectory, after)

@@ -1,10 +1,10 @@
 """Reproduction: the paper's experiments on simulated data, with tables and figures
-beside the published ones.
+compared with the published ones.
 
-Each experiment is one file; here they are run, and the page of their reports is made. A
-result is a file named after its job and the version of this library's source: a job
-is done again when the source has changed, and never otherwise, so that a stopped run
-goes on. Results do not depend on who does the job, or in which order.
+Each experiment is one file; this one runs them and makes the page of their reports. A
+result is kept in a file named after its job and the version of this library's source, so
+that a stopped run continues, and jobs run again only if the source has changed. Results
+depend neither on the process nor on the order.
 """
 
 import hashlib
@@ -48,8 +48,7 @@ FILES = (
     "robot",
     "prediction",
 )
-"""The file of each experiment, in the order of the page; each ends with its
-`EXPERIMENT`."""
+"""Modules of the experiments, in the order of the page; each defines `EXPERIMENT`."""
 
 
 EXPERIMENTS: dict[str, Experiment] = {
@@ -58,7 +57,7 @@ EXPERIMENTS: dict[str, Experiment] = {
         import_module(f"hefting.reproduction.{file}").EXPERIMENT for file in FILES
     )
 }
-"""In the order of the page."""
+"""All experiments by name, in the order of the page."""
 
 
 def reproduce(
@@ -74,12 +73,11 @@ def reproduce(
 
     Parameters
     ----------
-    folder : where everything goes; what an earlier run with the same source left there
-        is used again.
+    folder : output folder; results of an earlier run with the same source are used.
     quick : few seeds and short lists.
-    workers, scheduler : local processes, one a core by default; or the address of a
-        Dask scheduler.
-    show : a progress bar on standard error.
+    workers, scheduler : number of local processes, by default one per core; or the
+        address of a Dask scheduler.
+    show : whether to show progress on standard error.
 
     Raises `InputError` for an unknown name, a folder that cannot be written, or a
     scheduler that does not answer.
@@ -99,14 +97,12 @@ def reproduce(
 
 
 Progress = Callable[[str, int, int], None]
-"""Called with an experiment's name, how many of its jobs are done, and how many there
-are."""
+"""Function of an experiment's name and the numbers of its finished and of all jobs."""
 
 
 @contextmanager
 def progress_bars(shown: bool) -> Iterator[Progress]:
-    """Shows a bar for each experiment; nothing unless `shown` and standard error is a
-    terminal."""
+    """A progress bar for each experiment, if `shown` and standard error is a terminal."""
     from rich import progress
     from rich.console import Console
 
@@ -141,50 +137,49 @@ def run_experiments(
 
     Parameters
     ----------
-    folder : where results are kept, below ``results``; those found there are not
-        computed again.
-    workers : local processes, by default one a core.
+    folder : results are kept below its ``results``, and not computed again.
+    workers : number of local processes, by default one per core.
     scheduler : address of a Dask scheduler to use instead (extra ``batch``).
 
-    Raises `InputError` when `folder` cannot be written or the scheduler cannot be
-    reached, `HeftingError` when it is lost or its workers have another source, or when
-    all else is done but a job by which its worker dies, and whatever a job raises.
+    Raises `InputError` if `folder` cannot be written or the scheduler cannot be reached;
+    `HeftingError` if it is lost, if its workers have another source, or, after all other
+    jobs, if a job ended its worker; and any error of a job.
     """
     check_workers(workers)  # before anything is written
     make_folder(folder / "results")
     wanted = {experiment.name: experiment.jobs(quick) for experiment in experiments}
-    found = {
+    done = {
         name: [_kept(folder, name, job) for job in jobs]
         for name, jobs in wanted.items()
     }
     missing = [
         (name, i)
-        for name, results in found.items()
+        for name, results in done.items()
         for i, result in enumerate(results)
         if result is None
     ]
-    for name, results in found.items():
+    for name, results in done.items():
         progress(name, sum(r is not None for r in results), len(results))
     tasks = [(name, wanted[name][i]) for name, i in missing]
     lost: list[str] = []
     with Jobs(workers, scheduler) as jobs:
-        # they are long, of different lengths: none waits behind another
+        # a window of one, as jobs are long and of different lengths
         for k, result in jobs.run(do, tasks, window=1):
             name, i = missing[k]
             if isinstance(result, Lost):
                 lost.append(f"a job of {name} is lost: {result.reason}")
                 continue
-            found[name][i] = result
+            done[name][i] = result
             _keep(folder, name, wanted[name][i], result)
-            results = found[name]
+            results = done[name]
             progress(name, sum(r is not None for r in results), len(results))
     if lost:
         raise HeftingError(lost[0])
-    return {name: list(zip(wanted[name], found[name], strict=True)) for name in wanted}  # type: ignore[arg-type]
+    return {name: list(zip(wanted[name], done[name], strict=True)) for name in wanted}  # type: ignore[arg-type]
 
 
 def make_folder(path: Path) -> None:
-    """Make a folder and those above it; `InputError` when that fails."""
+    """Make a folder and its parents; `InputError` if that fails."""
     try:
         path.mkdir(parents=True, exist_ok=True)
     except OSError as error:
@@ -192,9 +187,9 @@ def make_folder(path: Path) -> None:
 
 
 def do(task: tuple[str, Job]) -> Result:
-    """Do one job of the experiment of that name, in whichever process."""
+    """Result of one job (experiment's name, job), in any process."""
     name, job = task
-    # the same as when read back from a file
+    # as read from a file
     return json.loads(json.dumps(EXPERIMENTS[name].run(job)))
 
 
@@ -218,14 +213,14 @@ def _kept(folder: Path, name: str, job: Job) -> Result | None:
     try:
         return json.loads(path.read_text())["result"]
     except (OSError, ValueError, KeyError, TypeError):
-        return None  # not whole: done again
+        return None  # damaged: done again
 
 
 PACKAGES = ("numpy", "scipy", "mujoco", "matplotlib", "distributed")
+"""Packages whose versions the page states."""
 PIXELS_AN_INCH = 130
 LONG = 16
-"""Rows of a table above which the page folds it away, unless it is an experiment's
-first."""
+"""Number of rows above which the page collapses a table, except an experiment's first."""
 
 STYLE = """
 body { max-width: 66rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
@@ -266,7 +261,7 @@ def write_page(
 
 
 def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) -> str:
-    """The HTML page; its pictures are the files `write_page` writes."""
+    """The HTML page, with the pictures of `write_page`."""
     made = ", ".join(f"{name} {number}" for name, number in versions().items())
     kind = "A reduced run: few seeds, short lists. " if quick else ""
     parts = [
@@ -306,28 +301,28 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
 
 
 def versions() -> dict[str, str]:
-    """Versions of what the figures depend on, as far as it is installed."""
-    found = {"hefting": hefting.__version__}
+    """Versions of Hefting and of `PACKAGES` that are installed."""
+    installed = {"hefting": hefting.__version__}
     for name in PACKAGES:
         try:
-            found[name] = version(name)
+            installed[name] = version(name)
         except PackageNotFoundError:
             continue
-    return found
+    return installed
 
 
 def _jobs(experiment: Experiment, quick: bool) -> str:
-    """How many jobs there are, and the values of their parameters, seeds among them."""
+    """Number of jobs, and the values of their parameters and seeds, as text."""
     jobs = experiment.jobs(quick)
-    found: dict[str, list[str]] = {}
+    values: dict[str, list[str]] = {}
     for job in jobs:
         for name, value in job.items():
             listed = value if isinstance(value, list) else [value]
-            found.setdefault(name, []).extend(
+            values.setdefault(name, []).extend(
                 f"{v:g}" if isinstance(v, float) else str(v) for v in listed
             )
     parameters = "; ".join(
-        f"{name} {', '.join(dict.fromkeys(values))}" for name, values in found.items()
+        f"{name} {', '.join(dict.fromkeys(each))}" for name, each in values.items()
     )
     return f"{len(jobs)} jobs: {parameters.replace('_', ' ')}"
 

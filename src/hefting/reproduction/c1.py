@@ -1,5 +1,5 @@
-"""The hyperparameter c1: PMD's error over time by speed; with `density`, the paper's
-328 runs."""
+"""The hyperparameter c1: PMD's error over time by speed; together with `density` the
+paper's 328 runs."""
 
 import numpy as np
 
@@ -34,18 +34,18 @@ from hefting.reproduction.experiment import (
 )
 
 VALUES = (10.0, 30.0, 100.0, 300.0, 1000.0, 5000.0, 25000.0)
-"""Of c1, among them the paper's 300 (simulation), 5e3 and 25e3 (robot)."""
+"""Values of c1, including the paper's 300 (simulation), 5e3 and 25e3 (robot)."""
 COLOURS = (SKY, BLUE, GREEN, BLACK, ORANGE, VERMILION, PURPLE)
 TIMES = (0.25, 0.5, 1.0, 1.5, 2.5, 4.0, 6.5, 10.0, 15.0, 23.0, 35.0)
-"""When an estimate is made [s]."""
+"""Times of the estimates [s]."""
 SHOWN = (1.5, 10.0)
-"""In the table [s]."""
+"""Times in the table [s]."""
 SEEDS = 8
-"""Of the noise, for each object and speed."""
+"""Number of noise seeds for each object and speed."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object and speed."""
+    """A job for each object and speed."""
     objects, speeds, seeds = (
         (("hammer",), (1.0, 2.0, 4.0), 1) if quick else (OBJECTS, tuple(SPEEDS), SEEDS)
     )
@@ -58,7 +58,7 @@ def jobs(quick: bool) -> list[Job]:
 
 def run(job: Job) -> Result:
     """Errors (values of c1, times) by quantity, averaged over the seeds, and the mean
-    share of the full model (values of c1,); every c1 sees the same noise."""
+    weight of the full model (values of c1,); all values of c1 have the same noise."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"]).measurements
     errors = {name: np.zeros((len(VALUES), len(TIMES))) for name in QUANTITIES}
@@ -128,7 +128,7 @@ def report(results: Results) -> Report:
 
 
 def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
-    """How far the paper's choice is from the best."""
+    """A note that compares the paper's c1 with the best."""
     own, parts = VALUES.index(C1), []
     for t, k in zip(SHOWN, places, strict=True):
         for name, label in (
@@ -156,7 +156,7 @@ def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
 
 
 def _figure(found: dict[float, np.ndarray], label: str):
-    """A panel a speed, a line a c1; the legend has the sixth place."""
+    """A panel per speed with a line per c1, and a legend in the next panel."""
     rows = len(found) // 2 + 1
     with drawing(1.35 * rows + 0.25) as figure:
         panels = figure.subplots(

@@ -1,4 +1,4 @@
-"""Condition number of the scaled regressor, by speed and of the robot's motion."""
+"""Condition number of the scaled regressor, by speed, and for the robot's motion."""
 
 import numpy as np
 
@@ -27,22 +27,23 @@ PUBLISHED = {
     ("ur5", 2.0): 58.0,
     ("xarm7", 1.1): 178.0,
 }
-"""By arm and average angular speed [rad/s]."""
+"""Published condition numbers by arm and average angular speed [rad/s]."""
 ROBOT = ("xarm7", 1.1, 1.5)
 """Arm, average angular speed [rad/s] and duration [s] of the paper's robot
 experiments."""
 SIZES = (0.1, 0.15, 0.2, 0.3)
-"""[m] of the body whose units scale the columns: its sides are 0.05, 0.2 and 0.3 m."""
+"""[m] Sizes of the body whose units scale the columns: its sides are 0.05, 0.2 and 0.3
+m."""
 EXACT, AVERAGED = 0.2, 0.15
-"""Sizes [m] of the two readings beside the published figures."""
+"""Sizes [m] of the two readings that are compared with the published figures."""
 TICKS = (10, 20, 50, 100, 200, 400)
 SEEDS = 5
 WINDOW = 150
-"""Observations."""
+"""Number of observations in a window."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each motion: the regressor does not depend on what is held."""
+    """A job for each motion: the regressor does not depend on the object."""
     speeds = (1.0, 2.0) if quick else tuple(SPEEDS)
     seeds = 2 if quick else SEEDS
     return [
@@ -52,8 +53,8 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Condition numbers by noise level and size, averaged over the seeds; and over
-    windows."""
+    """Condition numbers by noise level and size, averaged over the seeds; and the mean
+    over windows of exact motion."""
     exact = wielded("hammer", job["speed"], job["arm"], job["duration"]).measurements
     levels = {}
     for level, noise in NOISE_LEVELS.items():
@@ -74,7 +75,7 @@ def run(job: Job) -> Result:
 
 
 def report(results: Results) -> Report:
-    """Both readings beside the published figures, and why they differ."""
+    """Both readings compared with the published figures."""
     summary, every = [], []
     for job, result in results:
         exact, known = _exact(result), PUBLISHED.get((job["arm"], job["speed"]))

@@ -1,4 +1,5 @@
-"""Point density: accuracy and compute time of PMD; with `c1`, the paper's 328 runs."""
+"""Point density: accuracy and compute time of PMD; together with `c1` the paper's 328
+runs."""
 
 import time
 from collections.abc import Callable
@@ -35,26 +36,26 @@ from hefting.simulation import paper_points
 DENSITIES = (0.01, 0.02, 0.04, 0.09, 0.2, 0.5)
 """points/cm³"""
 COMPARED = (0.04, 0.09)
-"""Of which the paper says that the second is no better for the COM."""
+"""Densities of which the paper states that the second is no better for the COM."""
 SPEED = 1.5
 """Average angular speed [rad/s]: the fastest of the paper's within ISO 10218-1."""
 TIMES = (1.5, 35.0)
-"""When an estimate is made [s]."""
+"""Times of the estimates [s]."""
 SEEDS = 10
-"""Of the noise, for each object."""
+"""Number of noise seeds for each object."""
 LAMBDA, USUAL = 0.1, 56
-"""Of PMD in the paper, for so many points."""
+"""PMD's regularization in the paper, and its number of points there."""
 SERIES = {
     "noise-free": ("none", False),
     "moderate": ("moderate", False),
     "moderate, lambda kept": ("moderate", True),
 }
-"""Noise level, and whether lambda grows as the root of the number of points: lambda |m|
-of equal masses stays then."""
+"""Noise level, and whether lambda grows as the root of the number of points, which keeps
+lambda |m| of equal masses constant."""
 COUNTS = (150, 500, 1000, 2000, 3500)
-"""Observations, where time is taken."""
+"""Numbers of observations for which time is measured."""
 REPEATS = 15
-"""The quickest of so many counts."""
+"""Number of measurements, the shortest of which counts."""
 NAMES = {
     "mass": "mass %",
     "center_of_mass": "COM %",
@@ -67,13 +68,13 @@ ACCURACY = ("noise", "points/cm³", "points", "layers", "observations")
 CLAIM = (
     "noise", "error", "observations", "at 0.04 %", "at 0.09 %", "difference", "standard error", "objects", "verdict",
 )  # fmt: skip
-"""Columns."""
+"""Columns of the tables of errors and of the claim."""
 CONFIDENCE = 0.975
-"""Quantile of Student's t beyond which a difference is not chance."""
+"""Quantile of Student's t above which a difference is significant."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object, and for each density's compute time."""
+    """A job for each object, and one for the compute time of each density."""
     objects = ("hammer", "half-n-half", "rod") if quick else OBJECTS
     densities = (0.01, *COMPARED) if quick else DENSITIES
     every = {"densities": list(densities), "seeds": 2 if quick else SEEDS}
@@ -83,15 +84,15 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Mean errors over the seeds (times, densities) by series and quantity; or the
-    seconds it took (counts,)."""
+    """Mean errors over the seeds (times, densities) by series and quantity; or compute
+    times (counts,) [s]."""
     return _timed(job) if job["kind"] == "time" else _accuracy(job)
 
 
 @cache
 def points(density: float) -> Shape:
-    """The grid of a density [points/cm³], in the sensor frame: the shape of all eight
-    objects is the same."""
+    """The grid of a density [points/cm³], in the sensor frame, for all eight objects,
+    which have one shape."""
     return paper_points(thing("uniform").held, density)
 
 
@@ -117,7 +118,7 @@ def _accuracy(job: Job) -> Result:
             )
             state, begin = methods[0].start(), 0
             for i, end in enumerate(round(t * RATE) for t in TIMES):
-                # the same whatever the points
+                # the state does not depend on the points
                 state, begin = methods[0].update(state, z[begin:end]), end
                 for j, method in enumerate(methods):
                     for name, value in _errors(subject, method.estimate(state)).items():
@@ -140,7 +141,7 @@ def _timed(job: Job) -> Result:
         NOISE_LEVELS["moderate"], job["seed"]
     )
     method = PMD(points(job["density"]), c1=C1, intervals=False)
-    method.fit(z[:10])  # what is done once for a shape
+    method.fit(z[:10])  # computes what is kept for a shape
     solve, whole = [], []
     for count in COUNTS:
         some = z[:count]
@@ -231,7 +232,7 @@ def report(results: Results) -> Report:
 
 
 def layers(shape: Shape) -> int:
-    """Of points through the thickness of the plate."""
+    """Number of layers of points through the thickness of the plate."""
     return len(np.unique(shape.positions[:, 2].round(6)))
 
 
@@ -279,8 +280,8 @@ def _notes(
 
 
 def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
-    """A row of whether errors (n,) of the finer grid are better than (n,) of the
-    coarser, pair by pair (t test)."""
+    """A row of the claim: paired t test of errors (n,) of the coarser and the finer
+    grid."""
     from scipy.stats import t
 
     difference, n = fine - coarse, len(fine)
@@ -316,7 +317,7 @@ EXPERIMENT = Experiment(
 
 
 def accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarray]]):
-    """Mean over the objects, with its standard error."""
+    """Errors by density: mean over the objects, with standard error."""
     panels = {
         "mass": "mass error [%]",
         "center_of_mass": "COM error [%]",
@@ -354,7 +355,7 @@ def accuracy_figure(densities: list[float], found: dict[str, dict[str, np.ndarra
 
 
 def times_figure(timed: Results, counts: tuple[int, ...]):
-    """One line a density."""
+    """Compute times, a line per density."""
     colours = (SKY, BLUE, VERMILION, ORANGE, GREEN, PURPLE)
     with drawing(2.6) as figure:
         left, right = figure.subplots(1, 2, sharey=True)

@@ -1,6 +1,5 @@
-"""What an experiment is: independent jobs, the function that does one, and the report
-made of all results; and what all share: the paper's setting, how errors are summed up,
-and parts of figures."""
+"""Experiments: independent jobs, a function that does one, and the report of all
+results; with the paper's setting, summaries of errors and parts of figures."""
 
 import csv
 import io
@@ -36,15 +35,14 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 Job = dict[str, Any]
-"""Parameters of one job, JSON-ready, its seed among them: the result depends on nothing
-else."""
+"""Parameters of one job, JSON-ready, including its seed; they determine the result."""
 Result = dict[str, Any]
-"""Numbers a job found, JSON-ready."""
+"""Numbers of one job, JSON-ready."""
 Results = list[tuple[Job, Result]]
-"""Jobs and what they found, in the order of the jobs."""
+"""Jobs and their results, in the order of the jobs."""
 Cell = str | float | int | None
 PLAIN = 1e6
-"""Numbers below it are shown without an exponent."""
+"""Magnitude below which numbers are shown without an exponent."""
 
 
 @dataclass(frozen=True)
@@ -52,7 +50,7 @@ class Table:
     """Rows under named columns; units are in the names."""
 
     name: str
-    """Of its files."""
+    """of its files"""
     title: str
     columns: Sequence[str]
     rows: Sequence[Sequence[Cell]]
@@ -64,7 +62,7 @@ class Table:
         return text.getvalue()
 
     def json(self) -> str:
-        """A list of objects, one a row."""
+        """A list of objects, one per row."""
         rows = [dict(zip(self.columns, row, strict=True)) for row in self.rows]
         return json.dumps(rows, indent=1) + "\n"
 
@@ -79,8 +77,7 @@ class Table:
 
 
 def shown(cell: Cell) -> str:
-    """A cell as a person reads it: three significant digits, nothing for what is not
-    known."""
+    """A cell as text, with three significant digits; empty for None."""
     if cell is None:
         return ""
     if not isinstance(cell, float):
@@ -91,14 +88,13 @@ def shown(cell: Cell) -> str:
 
 @dataclass(frozen=True)
 class Report:
-    """What an experiment shows."""
+    """Tables, figures and notes of an experiment."""
 
     tables: tuple[Table, ...]
     figures: dict[str, "Figure"] = field(default_factory=dict)
-    """By the name of its files."""
+    """by the names of their files"""
     notes: tuple[str, ...] = ()
-    """What to know when reading them: where a figure differs from the published one,
-    and why; one sentence each."""
+    """paragraphs on assumptions, and on differences from published figures"""
 
 
 @dataclass(frozen=True)
@@ -106,12 +102,12 @@ class Experiment:
     """One table or figure of the paper."""
 
     name: str
-    """As on the command line."""
+    """as on the command line"""
     title: str
     source: str
-    """Table, figure or section of Nadeau et al. 2022."""
+    """table, figure or section of Nadeau et al. 2022"""
     jobs: Callable[[bool], list[Job]]
-    """All jobs, or few of them for a quick run."""
+    """all jobs, or few for a quick run (True)"""
     run: Callable[[Job], Result]
     report: Callable[[Results], Report]
 
@@ -119,30 +115,29 @@ class Experiment:
 OBJECTS = tuple(MODULAR)
 """The eight configurations of the modular object."""
 SPEEDS = {1.0: 0.14, 1.5: 0.2, 2.0: 0.27, 3.0: 0.41, 4.0: 0.54}
-"""Average angular speeds [rad/s] and the linear ones [m/s] that the paper pairs with
-them."""
+"""Average angular speeds [rad/s], with the paper's linear speeds [m/s]."""
 RATE = 100.0
-"""Samples a second."""
+"""Samples per second."""
 DURATION = 35.0
-"""Of a motion [s]."""
+"""Duration of a motion [s]."""
 C1 = 300.0
-"""Of PMD in the paper's simulations."""
+"""c1 of PMD in the paper's simulations."""
 QUANTITIES = {"mass": "mass", "center_of_mass": "COM", "inertia_at_origin": "inertia"}
-"""Errors that the paper gives, and what they are called in tables and figures."""
+"""Errors that the paper gives, and their names in tables and figures."""
 MOSTLY_WRONG = 500.0
-"""Percent: the paper says "> 500" above it."""
+"""Error [%] above which the paper states "> 500"."""
 
 
 @immutable
 class Thing:
-    """A modular object with the 56 points the paper describes it by."""
+    """A modular object with the paper's shape of it."""
 
     held: HeldObject
     shape: Shape
-    """The paper's 56 points, in the sensor frame."""
+    """the paper's 56 points, in the sensor frame"""
 
     def errors(self, estimate: Estimate) -> Errors:
-        """Of an estimate in the sensor frame."""
+        """Errors of an estimate in the sensor frame."""
         axes = self.held.pose[:3, :3]
         return errors_between(
             estimate.parameters, self.held.parameters, self.held.extents, axes
@@ -181,21 +176,21 @@ METHODS: dict[str, Method] = {
     "GEO": lambda thing, z: GEO(thing.shape, intervals=False),
     "PMD": pmd(C1),
 }
-"""The paper's four, at its hyperparameters; GEO with its authors' weight and the
+"""The paper's four methods with its hyperparameters; GEO with its authors' weight and the
 homogeneous body."""
 COLOURS = {"OLS": BLUE, "RTLS": ORANGE, "GEO": GREEN, "PMD": VERMILION}
-"""Of the methods in all figures."""
+"""Colours of the methods in all figures."""
 MARKERS = {"OLS": "o", "RTLS": "s", "GEO": "^", "PMD": "D"}
 
 
 def mean(values: Iterable[float | None]) -> float | None:
-    """Mean of those that are there; None of none."""
+    """Mean of the finite values; None if there are none."""
     known = [v for v in values if v is not None and np.isfinite(v)]
     return float(np.mean(known)) if known else None
 
 
 def printed(value: float) -> str | float:
-    """An error [%] as the paper prints it: "> 500" above that."""
+    """An error [%] as the paper prints it: "> 500" from `MOSTLY_WRONG` on."""
     return "> 500" if value >= MOSTLY_WRONG else value
 
 
@@ -210,12 +205,11 @@ def signal_to_noise(measurements: Measurements, noise: Noise) -> float:
 
 
 LIMIT = float(np.interp(SPEED_LIMIT, list(SPEEDS.values()), list(SPEEDS)))
-"""Angular speed [rad/s] that the paper's pairs put beside ISO 10218-1's 0.25 m/s."""
+"""Angular speed [rad/s] at ISO 10218-1's 0.25 m/s, by interpolation of `SPEEDS`."""
 
 
 def mark_limit(axes: "Axes") -> None:
-    """ISO 10218-1's largest TCP speed as a dotted line, where x is the angular speed
-    [rad/s]."""
+    """Draw a dotted line at `LIMIT`, where x is the angular speed [rad/s]."""
     axes.axvline(
         LIMIT,
         color="#777777",
@@ -227,13 +221,13 @@ def mark_limit(axes: "Axes") -> None:
 
 
 def over_limit(speed: float) -> bool:
-    """Whether the linear speed the paper pairs with an angular one [rad/s] is above ISO
+    """Whether the paper's linear speed at an angular one [rad/s] is above ISO
     10218-1's."""
     return SPEEDS[speed] > SPEED_LIMIT
 
 
 def marked(colour: str, marker: str) -> dict[str, Any]:
-    """How a line with a mark at each value is drawn."""
+    """Style of a line with a mark at each value."""
     return {"color": colour, "marker": marker, "markersize": 3.0, "linewidth": 1.0}
 
 
@@ -244,9 +238,8 @@ def errors_figure(
     draw: Callable[["Axes", int], None],
     below: str,
 ) -> "Figure":
-    """A panel an error, in which `draw` draws that of its number, on a logarithmic
-    scale up to one of `tops`; in it a place a method along x, every other one
-    shaded."""
+    """A panel for each of `QUANTITIES`, which `draw` fills by its index, with methods
+    along x, every other one shaded, and a logarithmic scale up to one of `tops`."""
     labels = [
         name.replace(", ", "\n")
         .replace("literature", "liter.")
@@ -270,7 +263,7 @@ def errors_figure(
 
 
 def legend_above(figure: "Figure", axes: "Axes", columns: int) -> None:
-    """A legend of what is in `axes`, above everything."""
+    """A legend of `axes` above the figure."""
     figure.legend(
         *axes.get_legend_handles_labels(),
         loc="outside upper center",

@@ -1,9 +1,9 @@
-"""Measurements of 1.5 s as a robot has them: noisy poses and wrench, the motion by a
+"""Measurements of 1.5 s as on a robot: noisy poses and wrench, with the motion by a
 Kalman filter or a smoother.
 
-The filter is that of Farsoni et al. 2017: causal, of constant acceleration, the
-orientation by its quaternion. *Warm*, it has settled before the first observation;
-*cold*, it starts there, at rest and with its settled gains.
+The filter is that of Farsoni et al. 2017: causal, of constant acceleration, with the
+orientation as a quaternion. *Warm*, it has settled before the first observation; *cold*,
+it starts there, at rest and with its stationary gains.
 """
 
 from collections.abc import Iterator
@@ -36,14 +36,14 @@ from hefting.simulation.faults import Six
 from hefting.simulation.wield import POSE_NOISE
 
 OBSERVATIONS = 150
-"""Of each window: 1.5 s at 100 Hz."""
+"""Number of samples in a window: 1.5 s at 100 Hz."""
 EARLIEST, STEP = 2.0, 1.6
-"""When the first window begins, and after how long the next [s]."""
+"""Begin of the first window, and time between the begins of windows [s]."""
 
 
 @immutable
 class Observed:
-    """What a robot reports of K instants."""
+    """Poses and wrench of a robot at K instants."""
 
     time: Array
     """(K,) [s]"""
@@ -62,8 +62,8 @@ class Observed:
         seed: tuple[int, ...],
         pose_noise: tuple[float, float] = POSE_NOISE,
     ) -> Self:
-        """With seeded Gaussian noise: `wrench_noise` (6,) [N, N m], and `pose_noise`
-        [m], [rad] per axis."""
+        """A wielding with seeded Gaussian noise: `wrench_noise` (6,) [N, N m], and
+        `pose_noise` [m], [rad] per axis."""
         from scipy.spatial.transform import Rotation
 
         motion, rng = wielding.motion, np.random.default_rng(seed)
@@ -83,7 +83,7 @@ class Observed:
         return type(self)(*(values[window] for values in arrays))
 
     def with_motion(self, motion: Motion) -> Measurements:
-        """Measurements at those instants at which the motion is known."""
+        """Measurements at the instants of a motion."""
         kept = np.isin(self.time, motion.time)
         g = in_sensor_axes(motion.orientation, STANDARD_GRAVITY)
         a, wrench = motion.linear_acceleration, self.wrench[kept]
@@ -93,7 +93,7 @@ class Observed:
 
 
 def windows(duration: float) -> list[slice]:
-    """All windows of a motion of so many seconds."""
+    """All windows of a motion of `duration` [s]."""
     most = int((duration - EARLIEST) / STEP) + 1
     starts = [round(RATE * (EARLIEST + STEP * i)) for i in range(most)]
     last = round(RATE * duration) - OBSERVATIONS
@@ -101,8 +101,7 @@ def windows(duration: float) -> list[slice]:
 
 
 def causal_filter(observed: Observed) -> PoseFilter:
-    """The paper's filter, with the noise and bandwidth most likely for the whole
-    motion."""
+    """The paper's filter, with the most likely noise and bandwidth for the motion."""
     return PoseFilter.tuned(
         observed.time,
         observed.position,
@@ -113,7 +112,7 @@ def causal_filter(observed: Observed) -> PoseFilter:
 
 
 def motions(observed: Observed) -> dict[str, Iterator[Measurements]]:
-    """Each window, by the kind of motion."""
+    """Measurements of each window, by kind of motion."""
     live = causal_filter(observed)
     return {
         "warm": warm(observed, live),
@@ -123,21 +122,21 @@ def motions(observed: Observed) -> dict[str, Iterator[Measurements]]:
 
 
 def warm(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
-    """Each window of a motion which the filter has followed from the start."""
+    """Each window, by a filter that runs from the start of the motion."""
     z = _followed(observed, live)
-    missing = len(observed.time) - len(z)  # before it had settled
+    missing = len(observed.time) - len(z)  # before the filter settles
     for window in _windows_of(observed):
         yield z[window.start - missing : window.stop - missing]
 
 
 def cold(observed: Observed, live: PoseFilter) -> Iterator[Measurements]:
-    """Each window with a filter that begins with it."""
+    """Each window, by a filter that starts with it."""
     for window in _windows_of(observed):
         yield begun_with(observed[window], live)
 
 
 def begun_with(observed: Observed, live: PoseFilter) -> Measurements:
-    """All of what is observed, by a filter that begins with it."""
+    """All instants, by a filter that starts with the first."""
     return _followed(observed, replace(live, cold_start=True))
 
 
@@ -148,7 +147,7 @@ def _followed(observed: Observed, live: PoseFilter) -> Measurements:
 
 
 def smoothed(observed: Observed) -> Iterator[Measurements]:
-    """Each window by this project's smoother and sample weights, from its own poses
+    """Each window, by this project's smoother and sample weights from its poses
     alone."""
     for window in _windows_of(observed):
         part = observed[window]
@@ -164,30 +163,30 @@ def _windows_of(observed: Observed) -> list[slice]:
 
 
 WEAK = 1e-3
-"""Of the literature's weight of GEO's prior."""
+"""Factor of the literature's weight of GEO's prior."""
 
 
 def weak_geo(subject: Thing, z: Measurements) -> Estimator:
-    """GEO at a weight that leaves the answer to the data, as long as it is a body."""
+    """GEO with a negligible weight of its prior: the most likely possible body."""
     gamma = WEAK * weight_by_rule(Quadratic.of(SampleState.of(z)).A)
     return GEO(subject.shape, gamma=gamma, intervals=False)
 
 
 def noise_found(subject: Thing, z: Measurements) -> Estimator:
-    """GEO with the noise that least squares leaves, in which errors that last count
-    once."""
+    """GEO with the noise of the residuals of least squares, increased for their
+    autocorrelation."""
     fit = fit_freely(z, False)
-    longer = float(np.sqrt(fit.autocorrelation))
+    factor = float(np.sqrt(fit.autocorrelation))
     return GEO(
         subject.shape,
-        noise=Noise(longer * fit.noise.force, longer * fit.noise.torque),
+        noise=Noise(factor * fit.noise.force, factor * fit.noise.torque),
         intervals=False,
     )
 
 
 def doubled(subject: Thing, z: Measurements) -> Estimator:
-    """GEO whose prior was moved from the COM to the sensor twice, as in public code of
-    the paper's authors."""
+    """GEO with a prior that is moved from the COM to the sensor twice, as in public code
+    of the paper's authors."""
     body = subject.shape.homogeneous
     inertia = 2.0 * body.inertia_at_origin - body.inertia_at_com
     unit = np.concatenate(((1.0,), body.center_of_mass, tensor_to_vector(inertia)))
@@ -196,12 +195,12 @@ def doubled(subject: Thing, z: Measurements) -> Estimator:
 
 
 SCORES = ("mass", "center_of_mass", "inertia_at_origin", "inertia_at_com", "consistent")
-"""What `score` lists."""
+"""Columns of `score`."""
 
 
 def score(subject: Thing, method: Estimator, z: Measurements) -> list[float]:
-    """Errors [%] of mass, COM, inertia about sensor and COM, four digits; and 1 if a
-    body with them can exist."""
+    """Errors [%] of mass, COM, inertia about sensor and COM, with four digits; and 1 if
+    the body is possible, else 0."""
     estimate = method.fit(z)
     errors = subject.errors(estimate)
     return [

@@ -33,9 +33,9 @@ HUMAN = {
 """Means and medians of human manipulation in daily living (Nadeau et al. 2022, table
 I)."""
 YCB_OBJECTS = 63
-"""Of the 77 of the Yale-CMU-Berkeley set that the paper averages over."""
+"""Number of the Yale-CMU-Berkeley set's 77 objects that the paper averages over."""
 DOMINANCE = 5.0
-"""Factor by which gravity dominates, "about", by the paper."""
+"""Published approximate factor by which gravity dominates."""
 MOTION = ("sensor_speed", "com_speed", "linear_acceleration", "angular_acceleration")
 BALL = 0.4
 """Moment of inertia of a homogeneous ball over mass and squared radius."""
@@ -43,7 +43,7 @@ G = float(np.linalg.norm(STANDARD_GRAVITY))
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object and speed."""
+    """A job for each object and speed."""
     objects, speeds = (
         (("hammer", "empty"), (1.0, 4.0)) if quick else (OBJECTS, tuple(SPEEDS))
     )
@@ -51,7 +51,8 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Mean magnitudes of gravity's and motion's part [N], [N m], and of the motion."""
+    """Mean magnitudes of the parts of force [N] and torque [N m] by gravity and by
+    motion, and of the motion."""
     exact = wielded(job["object"], job["speed"])
     body = thing(job["object"]).held.parameters
     z = exact.measurements
@@ -72,11 +73,11 @@ def run(job: Job) -> Result:
 
 
 def human(k: int) -> dict[str, float]:
-    """What motion needs over what gravity needs, by the statistics' means (k = 0) or
-    medians (1); per quantity.
+    """Ratios of the parts of force and torque by motion to those by gravity, from means
+    (k = 0) or medians (1) of `HUMAN`.
 
-    Magnitudes are added, as if in one direction. The object's mass is `r` away from the
-    hand, across the rotation.
+    Magnitudes are added as if in one direction. The object's mass is at its radius from
+    the hand, orthogonal to the rotation axis.
     """
     _, w, a, alpha, _, r = (values[k] for values in HUMAN.values())
     rotation = r * (alpha + w * w)

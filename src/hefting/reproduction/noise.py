@@ -29,17 +29,17 @@ from hefting.reproduction.experiment import (
 )
 
 TIMES = (0.5, 1.0, 1.5, 2.0, 3.0, 4.0, 5.0, 7.0, 10.0, 14.0, 19.0, 25.0, 35.0)
-"""When an estimate is made [s]."""
+"""Times of the estimates [s]."""
 SHOWN = 10.0
-"""[s] after which the paper compares the methods."""
+"""[s] Time at which the paper compares the methods."""
 LINES = {"OLS": "-", "RTLS": (0, (2, 2)), "GEO": "-", "PMD": "-"}
-"""RTLS often lies on OLS."""
+"""Line styles: RTLS often coincides with OLS."""
 RANGE, SNR_RANGE = (0.1, 1e3), (1.0, 1e4)
-"""Of errors [%] and signal-to-noise ratios drawn."""
+"""Ranges of errors [%] and signal-to-noise ratios in the figures."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object and speed."""
+    """A job for each object and speed."""
     objects = ("hammer", "half-n-half") if quick else OBJECTS
     speeds = (1.0, 2.0) if quick else SPEEDS
     return [
@@ -50,7 +50,7 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """Errors of every method at every noise level and time; they see the same noise."""
+    """Errors of each method by noise level and time; all methods have the same noise."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"]).measurements
     seed = (job["seed"], OBJECTS.index(job["object"]), round(100 * job["speed"]))

@@ -32,18 +32,18 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
 
 PRINT, STEEL, AIR = "#CFCFCF", "#303030", "#FFFFFF"
-"""Colours of the print, steel weights and what is hollow; ABS weights are blue."""
+"""Colours of the print, of steel weights and of hollows; ABS weights are blue."""
 TITLES = {"half-n-half": "Half-N-Half"}
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object."""
+    """A job for each object."""
     return [{"object": name} for name in OBJECTS]
 
 
 def run(job: Job) -> Result:
-    """True mass [kg], COM [m] and inertia about it [kg m²] (xx, xy, xz, yy, yz, zz), in
-    the object's frame."""
+    """True mass [kg], COM [m] and inertia about the COM [kg m²] (xx, xy, xz, yy, yz, zz),
+    in the object's frame."""
     body: InertialParameters = modular(job["object"]).parameters
     inertia = tensor_to_vector(body.inertia_at_com)
     return {
@@ -54,13 +54,13 @@ def run(job: Job) -> Result:
 
 
 def report(results: Results) -> Report:
-    """The paper's picture, and the truth of all its simulations."""
+    """The paper's picture, and the true parameters of all simulations."""
     rows = []
     for job, result in results:
         filling = MODULAR[job["object"]]
         com = 1e3 * np.array(result["center_of_mass"])
         inertia = 1e4 * np.array(result["inertia"])
-        # rounding errors are no asymmetry
+        # removes rounding errors that look like asymmetry
         numbers = np.round((result["mass"], *com, *inertia), 9) + 0.0
         rows.append(
             (job["object"], len(filling.steel), len(filling.abs), *map(float, numbers))
@@ -149,12 +149,12 @@ def _figure(results: Results):
 
 
 def _depth(part: Part) -> int:
-    """The print first, then what is cut out of it, then what is put in."""
+    """Drawing order: the print, then holes, then weights."""
     return 0 if part.density == PLA else 1 if part.density < 0.0 else 2
 
 
 def _draw(axes: "Axes", part: Part) -> None:
-    """Seen along z, in millimetres."""
+    """Draw a part as seen along z [mm]."""
     from matplotlib.patches import Circle, Rectangle
 
     x, y = 1e3 * part.center[0], 1e3 * part.center[1]

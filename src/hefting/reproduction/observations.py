@@ -1,4 +1,4 @@
-"""After 150 observations: four methods at three speeds, their motion by a Kalman
+"""After 150 observations: four methods at three speeds, with the motion by a Kalman
 filter."""
 
 from collections.abc import Iterable, Iterator
@@ -59,21 +59,21 @@ PUBLISHED: dict[str, tuple[tuple[float, ...], ...]] = {
     "GEO": ((1.45, 2.65, 4.09), (33.0, 33.1, 32.6), (MOSTLY_WRONG, 252.0, 109.0)),
     "PMD": ((1.34, 2.15, 1.91), (9.83, 15.5, 16.4), (44.1, 43.5, 43.6)),
 }
-"""Errors [%] of mass, COM and inertia at these speeds; 500 where the paper says
+"""Errors [%] of mass, COM and inertia at these speeds; 500 where the paper states
 "> 500"."""
 LABELS = tuple(QUANTITIES.values())
 FIRST, SHARP = "cold, first 1.5 s", "cold, first 1.5 s, sharper poses"
 KINDS = ("warm", "cold", "smoother", FIRST, SHARP)
-"""Of motion: windows anywhere in it by the paper's filter and this project's smoother,
-and its first 1.5 s."""
+"""Kinds of motion: windows of it by the paper's filter and this project's smoother, and
+its first 1.5 s."""
 COMPARED = ("warm", "cold", FIRST, SHARP)
-"""With the published figures: those by the paper's filter."""
+"""Kinds by the paper's filter, which are compared with the published figures."""
 ALIKE = 2.0
-"""Factor up to which our figure counts as the published one."""
+"""Largest factor between a figure and the published one that it reproduces."""
 GEOS = ("GEO, weak", "GEO, literature", "GEO, noise found")
 MAIN = ("OLS", "RTLS", *GEOS, "PMD")
 TOPS = (20.0, 500.0, 5e3)
-"""Of the figure's panels [%]: what is above is drawn there."""
+"""Upper ends of the figure's panels [%], where larger values are drawn."""
 DRAWN = {"published": (BLACK, "x"), "warm": (BLUE, "o"), "cold": (ORANGE, "^")}
 DRAWN |= {FIRST: (VERMILION, "s"), SHARP: (PURPLE, "v"), "smoother": (GREEN, "d")}
 
@@ -81,9 +81,9 @@ Scores = dict[tuple[str, str, float], Array]
 """By kind of motion, method and speed: (windows of all objects, `SCORES`)."""
 
 STARTS = 10
-"""How often the motion is started, each time with other noise."""
+"""Number of starts of the motion, each with other noise."""
 SHARPER = 0.1
-"""Of the pose noise: in a simulator poses are exact."""
+"""Factor of the pose noise: in a simulator poses are exact."""
 QUICK = ("tee", "half-n-half")
 NOTE = (
     f"Poses have {1e3 * POSE_NOISE[0]:.2g} mm and {np.degrees(POSE_NOISE[1]):.2g}° of noise per axis; the filters' "
@@ -91,7 +91,7 @@ NOTE = (
     "table of everything has those about the COM beside. In the figure what the paper gives as over 500 stands at "
     "500, and what is above a panel at its upper edge."
 )
-"""What tables and figure do not say; what they may mean is in ``docs/reproduction.md``."""
+"""Conventions of tables and figure; ``docs/reproduction.md`` discusses them."""
 
 
 METHODS: dict[str, Method] = {
@@ -109,11 +109,12 @@ METHODS: dict[str, Method] = {
     ),
     "GEO, prior moved twice": doubled,
 }
-"""Those of the main table first; the literature's weight of GEO is 1e-5 tr(A'A)."""
+"""Methods, those of the main table first; the literature's weight of GEO is 1e-5
+tr(A'A)."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object and speed."""
+    """A job for each object and speed."""
     objects, duration, starts = (
         (QUICK, 6.0, 2) if quick else (OBJECTS, DURATION, STARTS)
     )
@@ -131,8 +132,8 @@ def jobs(quick: bool) -> list[Job]:
 
 
 def run(job: Job) -> Result:
-    """By kind of motion: each method's scores (windows, 5); rms accelerations and
-    errors."""
+    """Scores (windows, 5) of each method, and root mean squares of accelerations and
+    their errors, by kind of motion."""
     subject = thing(job["object"])
     exact = wielded(job["object"], job["speed"], duration=job["duration"])
     kinds = {}
@@ -169,8 +170,8 @@ def _motions(
 def _first(
     exact: Wielding, seed: tuple[int, ...], count: int, share: float
 ) -> Iterator[tuple[slice, Measurements]]:
-    """The motion's first observations, with a filter that begins with them, `count`
-    times with other noise."""
+    """The motion's first window by a filter that starts with it, `count` times with other
+    noise; `share` is the factor of the pose noise."""
     window, live = slice(0, OBSERVATIONS), None
     for k in range(count):
         noise = share * POSE_NOISE[0], share * POSE_NOISE[1]
@@ -188,8 +189,8 @@ def report(results: Results) -> Report:
 
 
 def tables(results: Results, scores: Scores, speeds: list[float]) -> tuple[Table, ...]:
-    """The paper's table with ours, other settings, where both differ, the motion's
-    errors, and everything."""
+    """Published and own errors, other settings, differences, errors of the motion, and
+    all results."""
     others = [name for name in METHODS if name not in MAIN]
     columns = (
         "motion",
@@ -220,13 +221,13 @@ def tables(results: Results, scores: Scores, speeds: list[float]) -> tuple[Table
 
 
 def pooled(results: Results) -> Scores:
-    """All windows of all objects together."""
-    found: dict[tuple[str, str, float], list] = {}
+    """Scores of all windows of all objects."""
+    scores: dict[tuple[str, str, float], list] = {}
     for job, result in results:
         for kind, part in result["kinds"].items():
             for method, values in part["scores"].items():
-                found.setdefault((kind, method, job["speed"]), []).extend(values)
-    return {key: np.array(values) for key, values in found.items()}
+                scores.setdefault((kind, method, job["speed"]), []).extend(values)
+    return {key: np.array(values) for key, values in scores.items()}
 
 
 def _published_rows(speeds: list[float]) -> list[tuple[Cell, ...]]:
@@ -252,19 +253,19 @@ def _rows(
             for i in range(len(LABELS))
             for s in speeds
         ]
-        # windows with an answer that is a body
+        # share of windows whose estimate is a possible body
         shares = [scores[kind, method, s][:, -1].mean() for s in speeds]
         rows.append((kind, method, *means, 100.0 * float(np.mean(shares))))
     return rows
 
 
 def error(scores: Scores, kind: str, method: str, speed: float, quantity: int) -> float:
-    """Mean error [%] over windows; `quantity` counts in `LABELS`."""
+    """Mean error [%] over windows; `quantity` is an index in `LABELS`."""
     return float(scores[kind, method, speed][:, quantity].mean())
 
 
 def differences(scores: Scores, speeds: list[float]) -> Table:
-    """Every published figure, ours over it, and which of ours is like it."""
+    """Published figures, own ones over them, and kinds of motion within `ALIKE`."""
     rows = []
     for name, errors in PUBLISHED.items():
         for method in GEOS[:2] if name == "GEO" else (name,):
@@ -328,7 +329,7 @@ def _everything(scores: Scores) -> Table:
 
 
 def figure(scores: Scores, speeds: list[float]):
-    """A panel an error, a group a method, in it a line a kind of motion."""
+    """A panel per error with a group per method, and in it a line per kind of motion."""
     methods = ("OLS", "RTLS", *GEOS[:2], "PMD")
 
     def draw(axes: "Axes", quantity: int) -> None:

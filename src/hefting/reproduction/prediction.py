@@ -1,4 +1,4 @@
-"""Torques along another motion, predicted from what PMD-5K found in 1.5 s."""
+"""Torques along another motion, predicted by PMD-5K's estimate from 1.5 s."""
 
 import numpy as np
 
@@ -25,22 +25,22 @@ SHOWN = "tee"
 """The object of the figure."""
 C1 = 5e3
 ENOUGH = 5.0
-"""Of the motion identified on, for the filter to settle in [s]."""
+"""Duration of the motion for identification, in which the filter settles [s]."""
 DURATION = 10.0
-"""Of the motion predicted [s]."""
+"""Duration of the predicted motion [s]."""
 DRAWN = 4
-"""Every how manieth sample is kept for the figure."""
+"""Number of samples per sample of the figure."""
 KINDS = ("warm", "cold")
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object."""
+    """A job for each object."""
     return [{"object": name, "seed": 3} for name in ((SHOWN,) if quick else OBJECTS)]
 
 
 def run(job: Job) -> Result:
-    """Torques, true and predicted; root mean squares of wrench and differences [N], [N
-    m]."""
+    """True and predicted torques [N m]; root mean squares of the wrench and of prediction
+    errors [N], [N m]."""
     subject = thing(job["object"])
     seed = (job["seed"], OBJECTS.index(job["object"]))
     observed = Observed.of(
@@ -70,7 +70,7 @@ def run(job: Job) -> Result:
 
 
 def _sizes(wrench: np.ndarray) -> list[float]:
-    """Of force and torque, and of the torque's components."""
+    """Root mean squares of force, torque and the torque's components."""
     force, torque = wrench[:, :3], wrench[:, 3:]
     return [_rms(force), _rms(torque), *map(_rms, torque.T)]
 
@@ -83,7 +83,7 @@ def _rms(values: np.ndarray) -> float:
 
 
 def report(results: Results) -> Report:
-    """The paper's figure, and the differences for every object."""
+    """The paper's figure, and the prediction errors of every object."""
     rows = []
     for kind in KINDS:
         for job, result in results:

@@ -1,5 +1,5 @@
-"""The paper's robot experiments, in simulation: xArm 7, FT-300, 1.1 rad/s, 1.5 s; and
-what a real arm adds."""
+"""The paper's robot experiments, in simulation: xArm 7, FT-300, 1.1 rad/s, 1.5 s; with
+faults of a real arm."""
 
 from dataclasses import replace
 from itertools import product
@@ -39,7 +39,7 @@ if TYPE_CHECKING:
 SPEED = 1.1
 """Average angular speed [rad/s]."""
 LONG = 27.0
-"""Of the motion that the windows are cut from [s]: 15 of them."""
+"""Duration of the motion that is cut in 15 windows [s]."""
 PUBLISHED = {
     "OLS": (3.18, 24.9, MOSTLY_WRONG),
     "RTLS": (11.7, MOSTLY_WRONG, MOSTLY_WRONG),
@@ -47,7 +47,7 @@ PUBLISHED = {
     "PMD-5K": (4.51, 8.12, 36.75),
     "PMD-25K": (4.45, 4.50, 29.11),
 }
-"""Errors [%] of mass, COM and inertia; 500 where the paper says "> 500"."""
+"""Errors [%] of mass, COM and inertia; 500 where the paper states "> 500"."""
 METHODS: dict[str, Method] = {
     "OLS": PAPERS["OLS"],
     "RTLS": PAPERS["RTLS"],
@@ -59,14 +59,13 @@ METHODS: dict[str, Method] = {
 """GEO at the literature's weight of the prior, 1e-5 tr(A'A), and at a thousandth of
 it."""
 TURNED, SHIFTED = np.radians(1.0), 2e-3
-"""How far the shape is assumed to be from where it is [rad], [m]."""
+"""Error of the shape's pose [rad], [m]."""
 BIAS = (0.3, 0.015)
-"""What taring leaves of the wrench's bias [N], [N m]: three times the FT-300's
-noise."""
+"""Bias of the wrench after taring [N], [N m]: three times the FT-300's noise."""
 LATE = 2
-"""Samples the wrench comes later than the poses: 20 ms."""
+"""Delay of the wrench in samples: 20 ms."""
 GAIN = 1.04
-"""Of the sensor, where its calibration is 4 % off."""
+"""Gain of the sensor with an error of 4 %."""
 CAUSES = {
     "none": "ideal arm and sensor",
     "pose": "shape 1° and 2 mm off",
@@ -75,9 +74,9 @@ CAUSES = {
     "gain": "sensor's gain 4 % off",
     "all": "all four",
 }
-"""What a real arm adds."""
+"""Faults of a real arm."""
 TOPS = (20.0, 1e3, 1e4)
-"""Of the figure's panels [%]: what is above is drawn there."""
+"""Upper ends of the figure's panels [%], where larger values are drawn."""
 DRAWN = {
     "published, real arm": (None, BLACK, "x"),
     "warm": (("warm", "none"), BLUE, "o"),
@@ -89,14 +88,14 @@ DRAWN = {
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object."""
+    """A job for each object."""
     objects, duration = (("tee",), 6.0) if quick else (OBJECTS, LONG)
     return [{"object": name, "duration": duration, "seed": 2} for name in objects]
 
 
 def run(job: Job) -> Result:
-    """Scores (windows, 5) by kind of motion, cause and method; the smoother without
-    causes."""
+    """Scores (windows, 5) by kind of motion, fault and method; for the smoother without
+    faults."""
     subject = thing(job["object"])
     exact = wielded(job["object"], SPEED, "xarm7", job["duration"])
     seed = (job["seed"], OBJECTS.index(job["object"]))
@@ -110,17 +109,17 @@ def run(job: Job) -> Result:
         # the same faults for all kinds of motion
         rng = np.random.default_rng((*seed, 1))
         for z in each:
-            troubled = _troubled(subject, z, rng)
+            faulty = _with_faults(subject, z, rng)
             for cause, (name, method) in product(causes, METHODS.items()):
-                taken_for, y = troubled[cause]
-                found[cause][name].append(score(subject, method(taken_for, y), y))
+                assumed, y = faulty[cause]
+                found[cause][name].append(score(subject, method(assumed, y), y))
     return {"scores": scores}
 
 
-def _troubled(
+def _with_faults(
     subject: Thing, z: Measurements, rng: np.random.Generator
 ) -> dict[str, tuple[Thing, Measurements]]:
-    """The thing, by its shape, and the measurements that each cause leaves one with."""
+    """The assumed object and the measurements, by fault."""
     from scipy.spatial.transform import Rotation
 
     pose = np.eye(4)
@@ -154,7 +153,7 @@ def _direction(rng: np.random.Generator) -> Array:
 
 
 def _moved(shape: Shape, pose: Array) -> Shape:
-    """The shape in another place; only what the methods here use of it is moved."""
+    """The shape moved by a pose (4, 4), as far as the methods here use it."""
     return replace(
         shape,
         positions=shape.positions @ pose[:3, :3].T + pose[:3, 3],
@@ -164,7 +163,7 @@ def _moved(shape: Shape, pose: Array) -> Shape:
 
 
 def report(results: Results) -> Report:
-    """The paper's table beside ours, and what each cause does."""
+    """Published and own errors, and the effect of each fault."""
     found = {
         (kind, cause, method): np.array(
             [

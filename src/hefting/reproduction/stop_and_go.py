@@ -26,23 +26,22 @@ from hefting.reproduction.experiment import (
 from hefting.simulation import UR5, JointMotion, stop_and_go, wield_in_mujoco
 
 DURATION, DWELL, MOVE = 40.0, 0.75, 1.25
-"""Of the motion, of a rest and of a move [s]: 20 poses."""
+"""Durations of the motion, a rest and a move [s]: 20 poses."""
 SEEDS = 10
-"""Of the noise, for each object."""
+"""Number of noise seeds for each object."""
 BOUND = 0.1
-"""Percent: the paper's errors of mass and COM are below it."""
+"""Published upper bound of the errors of mass and COM [%]."""
 MODERATE = NOISE_LEVELS["moderate"]
 SETTINGS = {
     "noise-free": Noise(),
     "moderate": Noise(MODERATE.force, MODERATE.torque),
     "moderate, motion too": MODERATE,
 }
-"""Noise of the wrench alone, as a robot knows that it rests; and of the accelerations
-as well."""
+"""Noise: of the wrench alone, as the robot is known to rest, or of accelerations too."""
 
 
 def jobs(quick: bool) -> list[Job]:
-    """For each object."""
+    """A job for each object."""
     objects, seeds = (("hammer", "corners"), 2) if quick else (OBJECTS, SEEDS)
     return [{"object": name, "motion_seed": 0, "seeds": seeds} for name in objects]
 
@@ -63,8 +62,7 @@ def run(job: Job) -> Result:
 
 @cache
 def rests(name: str, seed: int) -> Measurements:
-    """All samples of a stop-and-go motion in which the arm stands still, from
-    MuJoCo."""
+    """All samples at rest of a stop-and-go motion, from MuJoCo."""
     joints = stop_and_go(DURATION, RATE, DWELL, MOVE, seed)
     still = ~np.any((joints.velocity != 0.0) | (joints.acceleration != 0.0), axis=1)
     joints = JointMotion(*(getattr(joints, f.name)[still] for f in fields(joints)))
@@ -81,7 +79,7 @@ def _poses(z: Measurements) -> int:
 
 
 def report(results: Results) -> Report:
-    """Errors of each object in each setting, beside the published bound."""
+    """Errors of each object by setting, and the published bound."""
     found = {
         setting: np.array(
             [np.mean(result["errors"][setting], axis=0) for _, result in results]

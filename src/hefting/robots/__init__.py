@@ -1,5 +1,5 @@
-"""Robots: a robot's URDF turns recorded joint positions into poses of the sensor
-frame, and is checked for inertials that no body can have."""
+"""Robots: poses of the sensor frame from recorded joint positions by a URDF, and a check
+of its inertials."""
 
 from hefting.robots.arm import Arm
 from hefting.robots.inertia_check import LinkCheck, check_inertias

@@ -1,9 +1,9 @@
-"""An arm as it is drawn: its links, where they are at given joint positions, and what
-they look like: meshes, boxes, cylinders and spheres.
+"""An arm to draw: poses of its links at given joint positions, and their geometry:
+meshes, boxes, cylinders and spheres.
 
-A URDF is hostile until shown otherwise: it is read by `hefting.core.files.parse_xml`,
-meshes are taken only from the folder of the URDF and those below it, and what is drawn
-is bounded. A mesh that is not there, or of a kind that is not read, is left out.
+URDFs are not trusted: they are read by `hefting.core.files.parse_xml`, meshes only from
+the folders of `mesh_file`, and numbers and sizes are bounded. Meshes that are missing or
+of an unknown kind are left out.
 """
 
 from collections.abc import Iterator
@@ -28,14 +28,14 @@ Part = Literal["visual", "collision"]
 MOST_PARTS = 2_000
 """Most visual and collision elements of a robot."""
 SIZES = {"box": ("size", 3), "cylinder": ("radius length", 2), "sphere": ("radius", 1)}
-"""Attributes of each simple geometry, and how many numbers they are."""
+"""Attributes of each simple geometry, and the number of their values."""
 LARGEST_SIZE = 1e3
-"""[m] No part of an arm is larger."""
+"""[m] Largest coordinate or size of a geometry."""
 
 
 @immutable
 class Geometry:
-    """One element that a link looks like, in the frame of the link."""
+    """A visual or collision element of a link, in the link's frame."""
 
     link: str
     part: Part
@@ -46,17 +46,17 @@ class Geometry:
     kind: str
     """``"mesh"`` or a key of `SIZES`"""
     size: tuple[float, ...]
-    """scale of a mesh along its axes; else the numbers of `SIZES` [m]"""
+    """scale of a mesh along its axes, or the values of `SIZES` [m]"""
     file: Path | None = None
-    """of a mesh, inside the folder of the URDF"""
+    """of a mesh, by `mesh_file`"""
 
 
 def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
-    """What the links of a URDF look like.
+    """The geometries of the links of a URDF, without meshes that `mesh_file` does not
+    find.
 
-    Meshes that are not in the URDF's folder or below it, by whatever link, are left
-    out. Raises `InputError`, naming the link, for a number that is not finite or too
-    large, for more than `MOST_PARTS` elements, and for a file that `parse_xml` refuses.
+    Raises `InputError` for a number that is not finite or too large, for more than
+    `MOST_PARTS` elements, and for a file that `parse_xml` refuses.
     """
     parts: list[_Element] = []
     link = ""
@@ -78,12 +78,12 @@ def read_geometries(path: str | Path) -> tuple[Geometry, ...]:
 
 def mesh_file(name: str, folder: Path) -> Path | None:
     """The file of a mesh that a URDF names, in the URDF's `folder` or below it, or in
-    the ROS package that holds the URDF.
+    the ROS package that contains the URDF.
 
     ``package://PACKAGE/meshes/x.stl`` is looked for as ``meshes/x.stl`` and as
     ``PACKAGE/meshes/x.stl``, then in the nearest folder above that is called PACKAGE
-    and has a ``package.xml``. None for an absolute path, another address, a path or a
-    link that leads out of these folders, and where there is no such file.
+    and has a ``package.xml``. None for an absolute path, another URL, a path or symbolic
+    link out of these folders, and a missing file.
     """
     text = unquote(name)
     if "\0" in text:
@@ -108,7 +108,7 @@ def mesh_file(name: str, folder: Path) -> Path | None:
 
 
 def _packages(folder: Path, name: str) -> list[Path]:
-    """The nearest folder above that is a ROS package of this name, if any is."""
+    """The nearest folder above that is the ROS package of this name, if any."""
     above = (each for each in (folder, *folder.parents) if each.name == name)
     return [each for each in above if (each / "package.xml").is_file()][:1]
 
@@ -163,22 +163,21 @@ def _check_size(values: Array, where: str) -> None:
 
 
 MOST_LINKS = 200
-"""Links that are drawn or checked at most; humanoids with hands have about a hundred."""
+"""Most links that are drawn or checked; humanoids with hands have about a hundred."""
 
 
 @immutable
 class Link:
-    """A link that is drawn."""
+    """A link to draw."""
 
     name: str
     parent: int | None
-    """Index of the link that bears it; None of the root"""
+    """index of the parent link; None for the root"""
     geometries: tuple[Geometry, ...]
-    """What it looks like, as far as that is there"""
     robot: Robot
-    """The joints that move it"""
+    """joints from the root to the link"""
     columns: tuple[int, ...]
-    """Column of the recording's joint positions of each of these"""
+    """of these joints in the recording's joint positions"""
 
 
 @immutable
@@ -191,11 +190,11 @@ class Arm:
     def from_urdf(
         cls, path: str | Path, sensor_frame: str, recording: Recording
     ) -> Self:
-        """The links of a URDF that the joint positions of a recording move.
+        """The links of a URDF whose poses follow from a recording's joint positions.
 
-        Links behind a joint that was not recorded, such as the fingers of a gripper, are
-        left out, and those beyond `MOST_LINKS`. Raises `InputError` as
-        `Robot.from_urdf`, `with_poses` and `read_geometries` do.
+        Links after a joint that was not recorded, such as the fingers of a gripper, and
+        those beyond `MOST_LINKS` are left out. Raises `InputError` as
+        `Robot.from_urdf`, `with_poses` and `read_geometries`.
         """
         tree, looks = read_urdf(path), read_geometries(path)
         columns = named_columns(recording, Robot.from_tree(tree, sensor_frame))
@@ -207,9 +206,9 @@ class Arm:
                 continue
             places[name] = len(links)
             own = tuple(look for look in looks if look.link == name)
-            bearer = None if parent is None else places[parent]
+            above = None if parent is None else places[parent]
             moved = tuple(columns[joint] for joint in robot.joints)
-            links.append(Link(name, bearer, own, robot, moved))
+            links.append(Link(name, above, own, robot, moved))
         return cls(tuple(links))
 
     def poses(self, q: Array) -> tuple[Array, Array]:
@@ -224,7 +223,7 @@ class Arm:
 
 
 def robot_of(tree: Tree, link: str) -> Robot | None:
-    """The joints that move a link; None where one of them has no single position."""
+    """The joints that move a link; None if one is floating or planar."""
     try:
         return Robot.from_tree(tree, link)
     except InputError:
@@ -237,6 +236,6 @@ def links_in_order(tree: Tree) -> list[tuple[str, str | None]]:
     for joint in tree.joints.values():
         children[joint.parent].append(joint.child)
     order: list[tuple[str, str | None]] = [(tree.root, None)]
-    for link, _ in order:  # grows on the way
+    for link, _ in order:  # grows during the loop
         order += [(child, link) for child in children[link]]
     return order

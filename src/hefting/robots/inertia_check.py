@@ -1,7 +1,7 @@
-"""Whether the inertial of every link of a URDF is one that a body can have, and what
-the nearest such tensor is.
+"""Whether a body can have the inertial of each link of a URDF, and the nearest possible
+tensor.
 
-To a tensor J about the COM belong the second moments S = ∫ p p' dm = tr(J) / 2 I - J.
+A tensor J about the COM has the second moments S = ∫ p p' dm = tr(J) / 2 I - J.
 A body of mass m > 0 exists if and only if S is positive definite, which is the
 pseudo-inertia condition with the mass and the COM held fixed (Wensing, Kim and Slotine
 2018, https://arxiv.org/abs/1701.04395). The nearest is
@@ -26,21 +26,21 @@ from hefting.core.spatial import Array, frozen
 from hefting.robots.inertials import Inertial, Inertials, read_inertials
 
 THINNEST_SHARE = 1e-6
-"""Least second moment of what is found, as a share of the sum of those that can be: a
-thickness of a thousandth of the body's size, as in exports. On the boundary rounding
-alone makes simulators refuse a body (MuJoCo wants A + B >= C exactly)."""
+"""Least second moment of a repaired tensor, over the sum of the positive ones: a
+thickness of a thousandth of the body's size. On the boundary itself simulators refuse
+bodies because of rounding (MuJoCo needs A + B >= C exactly)."""
 
 THINNEST_LENGTH = 1e-4
-"""Least radius of gyration of what is found along any axis [m]: a tensor of zero has
-no size, and no link is thinner."""
+"""Least radius of gyration of a repaired tensor along any axis [m], for tensors of zero:
+no link is thinner."""
 
 LEAST_MOMENT = 1e-14
-"""Least second moment of what is found [kg m²]: MuJoCo refuses moments of inertia below
-1e-15."""
+"""Least second moment of a repaired tensor [kg m²]: MuJoCo refuses moments of inertia
+below 1e-15."""
 
 DIGITS = 13
-"""Decimal places that are kept below the largest entry: a millionth of the least second
-moment, so that what is written can still exist, and zeros stay zeros."""
+"""Decimal digits of the largest entry that are kept: rounding is a millionth of the
+least second moment, so that the tensor remains possible and zeros remain zeros."""
 
 
 def second_moments(inertia: Array) -> Array:
@@ -49,8 +49,8 @@ def second_moments(inertia: Array) -> Array:
 
 
 def least_second_moment(mass: float, inertia: Array) -> float:
-    """The least second moment t [kg m²] of what is found for a mass [kg] and a tensor
-    (3, 3)."""
+    """The least second moment t [kg m²] of a repaired tensor, for a mass [kg] and a
+    tensor (3, 3)."""
     possible = np.maximum(np.linalg.eigvalsh(second_moments(inertia)), 0.0)
     return max(
         THINNEST_SHARE * float(possible.sum()),
@@ -60,9 +60,8 @@ def least_second_moment(mass: float, inertia: Array) -> float:
 
 
 def nearest_inertia(mass: float, inertia: Array) -> Array:
-    """The nearest tensor (3, 3) [kg m²] about the COM of a body that can exist, of the
-    same positive mass [kg] and COM, to a symmetric one (3, 3) about it. In other axes
-    the answer is the same tensor, turned."""
+    """The possible tensor (3, 3) [kg m²] about the COM nearest to a symmetric one, for
+    the same positive mass [kg] and COM. It does not depend on the axes."""
     moments, axes = np.linalg.eigh(second_moments(inertia))
     raised = np.maximum(moments, least_second_moment(mass, inertia))
     second = (axes * raised) @ axes.T
@@ -70,7 +69,7 @@ def nearest_inertia(mass: float, inertia: Array) -> Array:
 
 
 def _rounded(tensor: Array, before: Array) -> Array:
-    """`tensor` with `DIGITS`, and the entries of `before` where it is the same."""
+    """`tensor` rounded to `DIGITS`, with the entries of `before` that are the same."""
     places = DIGITS - int(np.ceil(np.log10(np.abs(tensor).max())))
     same = np.abs(tensor - before) <= 10.0**-places
     rounded = np.vectorize(lambda value: round(float(value), places))(tensor)
@@ -83,34 +82,33 @@ def distance(inertia: Array, other: Array) -> float:
 
 
 ROUNDING = 1e-12
-"""Share of the largest moment below which a difference of moments is rounding. Files
-hold numbers of up to 17 digits; margins of 1e-10 occur, as others' repairs leave
-them."""
+"""Largest difference of moments by rounding, over the largest moment. Files have numbers
+of up to 17 digits; repairs by other tools leave margins of 1e-10."""
 
 FARTHEST = 5.0
-"""Largest distance of a COM from its link's frame, and largest radius of gyration, that
-is not remarked upon [m]. The largest of the 2,149 links of `example-robot-data` are
-below 2 m; a unit that was mistaken is a factor of a thousand."""
+"""Largest distance of a COM from its link's frame, and largest radius of gyration,
+without a warning [m]. Those of the 2,149 links of `example-robot-data` are below 2 m; a
+mistaken unit is a factor of a thousand."""
 
 
 @dataclass(frozen=True)
 class LinkCheck:
-    """What was found of one link."""
+    """Result of the check of one link."""
 
     inertial: Inertial
-    """What the file says of it."""
+    """Inertial of the file."""
     fault: Message | None = None
-    """The first condition that fails, or None where a body can have this inertial.
+    """The first condition that fails; None if a body can have this inertial.
 
     Its code is ``inertial-unreadable``, ``inertial-mass`` (not positive),
     ``inertial-zero`` (a mass without extent), ``inertial-not-definite``,
     ``inertial-triangle`` (principal moments) or ``inertial-thin`` (no thickness along
     an axis)."""
     shortfall: float | None = None
-    """By how much it fails: kg of a mass that is not positive, a share of the largest
-    absolute principal moment of a tensor; None where that says nothing."""
+    """Amount by which it fails: the negative mass [kg], or a share of the largest
+    absolute principal moment of the tensor; None for other faults."""
     doubts: tuple[Message, ...] = ()
-    """What is possible, and seldom meant."""
+    """Warnings about possible inertials that are rarely intended."""
 
     @property
     def link(self) -> str:
@@ -119,14 +117,14 @@ class LinkCheck:
 
     @property
     def is_possible(self) -> bool:
-        """Whether a body can have this inertial; true of a link without mass."""
+        """Whether a body can have this inertial; true for a link without mass."""
         return self.fault is None
 
     @cached_property
     def nearest(self) -> Array | None:
         """The nearest tensor (3, 3) [kg m²] that a body of this mass and COM can have,
-        see `hefting.robots.inertia_check`; None where nothing fails, and where no
-        tensor would help."""
+        see `hefting.robots.inertia_check`; None without a fault, and for faults of
+        mass or file."""
         if self.fault is None or not self.inertial.mass > 0.0:
             return None
         if self.inertial.unreadable is not None:
@@ -135,8 +133,8 @@ class LinkCheck:
 
     @property
     def change(self) -> float | None:
-        """Distance to the nearest tensor as a share of the size of this one; infinite
-        for a tensor of zero, None where there is no nearest."""
+        """Distance to the nearest tensor over the norm of this one; infinite for a tensor
+        of zero, None without a nearest."""
         if self.nearest is None:
             return None
         inertia = self.inertial.inertia
@@ -144,7 +142,7 @@ class LinkCheck:
         return distance(inertia, self.nearest) / size if size else np.inf
 
     def to_dict(self) -> dict[str, Any]:
-        """Values for JSON; what cannot be read is null."""
+        """Values for JSON; null if they cannot be read."""
         known = self.inertial if self.inertial.unreadable is None else None
         return {
             "link": self.link,
@@ -161,15 +159,15 @@ class LinkCheck:
 
 
 def check_inertias(path: str | Path) -> list[LinkCheck]:
-    """Which inertials of a URDF a body can have: every link in the file's order.
+    """Check whether a body can have the inertial of each link of a URDF, in the file's
+    order.
 
     A body of positive mass exists if and only if its second moments about the COM are
     positive definite, which implies that its inertia tensor is, and the triangle
     inequality of principal moments. Links without mass and inertia are frames, and
-    fine.
+    pass.
 
-    Raises `InputError` when the file cannot be read as URDF, as
-    `hefting.robots.inertials.read_inertials`.
+    Raises `InputError` as `hefting.robots.inertials.read_inertials`.
 
     Examples
     --------
@@ -181,7 +179,7 @@ def check_inertias(path: str | Path) -> list[LinkCheck]:
 
 
 def check_links(robot: Inertials) -> list[LinkCheck]:
-    """The same of inertials that have been read."""
+    """As `check_inertias`, for inertials that have been read."""
     idle = _moved_without_mass(robot)
     checks = []
     for inertial in robot.links:
@@ -192,7 +190,7 @@ def check_links(robot: Inertials) -> list[LinkCheck]:
 
 
 def _fault(inertial: Inertial) -> tuple[Message | None, float | None]:
-    """The first condition that fails, and by how much."""
+    """Fault and shortfall of a link, as in `LinkCheck`."""
     if inertial.unreadable is not None:
         what = f"its inertial cannot be read: {printable(inertial.unreadable)}"
         return error("inertial-unreadable", what), None
@@ -209,7 +207,7 @@ def _fault(inertial: Inertial) -> tuple[Message | None, float | None]:
 
 
 def _fault_of_tensor(inertia: Array) -> tuple[Message | None, float | None]:
-    """The same of a tensor (3, 3) about the COM."""
+    """Fault and shortfall of a tensor (3, 3) about the COM."""
     moments = np.linalg.eigvalsh(inertia)
     largest = float(np.abs(moments).max())
     low, middle, high = moments / (largest or 1.0)
@@ -233,7 +231,7 @@ def _fault_of_tensor(inertia: Array) -> tuple[Message | None, float | None]:
 
 
 def _doubts(inertial: Inertial, idle: str | None) -> tuple[Message, ...]:
-    """Of a possible link; `idle` is the joint that moves nothing of mass with it."""
+    """Doubts about a possible link; `idle` is a joint that moves it, and no mass."""
     doubts = []
     if idle is not None:
         what = f"joint '{idle}' moves it, and nothing beyond that joint has mass"
@@ -250,8 +248,8 @@ def _doubts(inertial: Inertial, idle: str | None) -> tuple[Message, ...]:
 
 
 def _moved_without_mass(robot: Inertials) -> dict[str, str]:
-    """Links that a joint moves although neither they nor what they carry have mass: the
-    joint of each."""
+    """Links that a joint moves although neither they nor the links they carry have mass,
+    with that joint."""
     above = {joint.child: joint for joint in robot.joints}
     carrying: set[str] = set()
     for inertial in robot.links:

@@ -1,5 +1,5 @@
-"""A URDF with the nearest possible tensors in place of those that no body can have, and
-every other byte as it was."""
+"""Repair of a URDF: the nearest possible tensors replace those that no body can have, and
+all other bytes are kept."""
 
 import re
 from collections.abc import Iterator
@@ -16,43 +16,42 @@ from hefting.robots.inertia_check import LinkCheck, check_links
 from hefting.robots.inertials import ENTRIES, read_inertials
 
 ATTRIBUTE = re.compile(rb"""([^\s=<>"'/]+)\s*=\s*(?:"([^"]*)"|'([^']*)')""")
-"""An attribute of a tag: its name, and its value in either kind of quotes."""
+"""An attribute of a tag: name, and value in double or single quotes."""
 
 SCHEMA = "hefting.check/1"
 
 METRIC = "Frobenius norm of second moments about the COM"
-"""In which tensors are nearest."""
+"""Distance between tensors, as named in JSON."""
 
 CONTEXT = 3
 """Unchanged lines around each change in a diff."""
 
 NO_END = "\\ No newline at end of file"
-"""What a diff says of a last line without an end."""
+"""Line of a diff after a last line without newline."""
 
 
 @dataclass(frozen=True)
 class Repaired:
-    """A URDF before and after."""
+    """A URDF before and after its repair."""
 
     source: str
     """Path of the file."""
     before: bytes
     """Its content."""
     after: bytes
-    """The same with other tensors."""
+    """Repaired content."""
     checks: list[LinkCheck]
-    """What was found before."""
+    """All links, before the repair."""
     remaining: list[LinkCheck]
-    """Links that still fail after, as no tensor would help."""
+    """Links with a fault that no tensor repairs."""
 
     @property
     def failing(self) -> list[LinkCheck]:
-        """Links that failed before."""
+        """Links with a fault before the repair."""
         return [checked for checked in self.checks if checked.fault]
 
     def to_dict(self) -> dict[str, Any]:
-        """Values for JSON: every link, how many fail, how many would after the repair,
-        and the metric in which tensors are nearest."""
+        """Values for JSON."""
         from hefting import __version__
 
         return {
@@ -66,8 +65,8 @@ class Repaired:
         }
 
     def diff(self, name: str | None = None) -> str:
-        """The changes as a unified diff, which `patch` applies; empty where there are
-        none. `name` is that of the repaired file, if not the same."""
+        """The changes as a unified diff for `patch`, empty without changes. `name` is
+        that of the repaired file, by default the same."""
         before, after = BytesIO(self.before), BytesIO(self.after)
         hunks = "".join(_hunks(before.readlines(), after.readlines()))
         head = f"--- {self.source}\n+++ {name or self.source}\n"
@@ -75,12 +74,12 @@ class Repaired:
 
 
 def repair_inertias(path: str | Path) -> Repaired:
-    """The URDF with the nearest possible tensor in each link that fails; nothing is
-    written.
+    """Repair a URDF in memory: the nearest possible tensor replaces that of each link
+    with a fault.
 
-    Mass and COM stay, and so does every byte outside the six numbers of those tensors
-    that change. Links whose mass is not positive, or whose inertial cannot be read,
-    stay as they are. Raises `InputError` as `check_inertias`.
+    Mass, COM and every byte outside the numbers that change are kept. Links whose mass
+    is not positive, or whose inertial cannot be read, are not repaired. Raises
+    `InputError` as `check_inertias`.
 
     Examples
     --------
@@ -90,8 +89,8 @@ def repair_inertias(path: str | Path) -> Repaired:
     before = read_xml(path)
     checks = check_links(read_inertials(before, path))
     after = _replaced(before, checks)
-    left = [c for c in check_links(read_inertials(after, path)) if c.fault]
-    return Repaired(str(path), before, after, checks, left)
+    remaining = [c for c in check_links(read_inertials(after, path)) if c.fault]
+    return Repaired(str(path), before, after, checks, remaining)
 
 
 def _replaced(data: bytes, checks: list[LinkCheck]) -> bytes:
@@ -125,11 +124,8 @@ def _edits(
 
 
 def _hunks(before: list[bytes], after: list[bytes]) -> Iterator[str]:
-    """Hunks of a unified diff of two texts of as many lines.
-
-    No number holds an end of line, so lines correspond one to one, and no search for
-    the fewest changes is needed, whose cost would grow with the square of the size.
-    """
+    """Hunks of a unified diff of two texts whose lines correspond one to one, so that no
+    search for the fewest changes, of quadratic cost, is needed."""
     changed = [i for i, line in enumerate(before) if line != after[i]]
     while changed:
         count = 1
@@ -143,7 +139,7 @@ def _hunks(before: list[bytes], after: list[bytes]) -> Iterator[str]:
 
 
 def _hunk(before: list[bytes], after: list[bytes]) -> Iterator[str]:
-    """Lines of a hunk: of each run of changed ones all old, then all new."""
+    """Lines of a hunk: for each run of changed lines the old, then the new ones."""
     pairs = zip(before, after, strict=True)
     for is_same, run in groupby(pairs, lambda pair: pair[0] == pair[1]):
         old, new = zip(*run, strict=True)

@@ -1,9 +1,9 @@
-"""Inertials of a URDF: mass, COM and inertia tensor of every link as the file has them,
-possible or not.
+"""Inertials of a URDF: mass, COM and inertia tensor of every link of the file, possible
+or not.
 
 Source: the URDF XML specification (https://wiki.ros.org/urdf/XML/link). As in
-`hefting.robots.urdf`, the file is hostile until shown otherwise. What makes one link's
-inertial unreadable is kept with that link, so that a check can name every such link.
+`hefting.robots.urdf`, the file is not trusted. The error of an unreadable inertial is
+kept with its link, so that a check can name all of them.
 """
 
 import math
@@ -28,20 +28,19 @@ from hefting.robots.urdf import (
 )
 
 PARTS = ("origin", "mass", "inertia")
-"""Elements of an inertial that are read; of several of one kind the first, as by
-ROS."""
+"""Elements of an inertial that are read: the first of each, as ROS does."""
 
 ENTRIES = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
 """Attributes of the tensor [kg m²], in the order of `spatial.PARAMETERS`."""
 
 NO_EXTENT = 1e-5
-"""Radius of gyration [m] below which a tensor is that of a point: of 60 such links in
-public URDFs 51 have a tensor of zero, the others rounding of 1e-18 kg m²."""
+"""Radius of gyration [m] below which a link is a point: of 60 such links in public URDFs
+51 have a tensor of zero, the others rounding errors of 1e-18 kg m²."""
 
 
 @immutable
 class Inertial:
-    """What the file says of one link; without an inertial, a mass of zero."""
+    """Inertial of one link; a mass of zero if the file has none."""
 
     link: str
     """Name of the link."""
@@ -52,9 +51,9 @@ class Inertial:
     inertia: Array = field(default_factory=lambda: frozen(np.zeros((3, 3))))
     """Tensor (3, 3) [kg m²] about the COM, in the axes of the inertial's origin."""
     unreadable: str | None = None
-    """What cannot be read; the numbers mean nothing then."""
+    """Error, if it cannot be read; the numbers are then meaningless."""
     offset: int = 0
-    """Where the tag of the tensor begins in the file [bytes]."""
+    """Start of the tensor's tag in the file [bytes]."""
 
     @property
     def is_massless(self) -> bool:
@@ -63,8 +62,8 @@ class Inertial:
 
     @property
     def radius_of_gyration(self) -> float:
-        """Root of the mean square distance from the COM [m]; zero where the mass is
-        not positive."""
+        """Root mean square distance from the COM [m]; zero if the mass is not
+        positive."""
         if not self.mass > 0.0:
             return 0.0
         return math.sqrt(max(0.5 * float(np.trace(self.inertia)) / self.mass, 0.0))
@@ -78,7 +77,7 @@ class Inertial:
 
 @immutable
 class Connection:
-    """A joint: what it connects, and whether it moves."""
+    """A joint between two links."""
 
     name: str
     parent: str
@@ -97,10 +96,9 @@ class Inertials:
 def read_inertials(data: bytes, path: str | Path) -> Inertials:
     """The inertials of the URDF text `data`.
 
-    Raises `InputError` when it is not well-formed XML, is not URDF or still holds
-    xacro, has a document type, more than `hefting.robots.urdf.MOST` links, a link
-    without a name or with another's, or a link with two inertials. Whether the links
-    are one tree is not looked at.
+    Raises `InputError` if it is not well-formed XML, is not URDF or contains xacro, has a
+    document type, more than `hefting.robots.urdf.MOST` links, a link without a name or
+    with another's, or a link with two inertials. Links need not be one tree.
     """
     links: list[_Link] = []
     joints: list[dict[str, str]] = []
@@ -143,7 +141,7 @@ def read_inertials(data: bytes, path: str | Path) -> Inertials:
 
 @dataclass
 class _Link:
-    """A link as it is being read: attributes and offset of its inertial's parts."""
+    """A link during reading: attributes and offset of its inertial's parts."""
 
     name: str
     parts: dict[str, tuple[dict[str, str], int]] | None = None
@@ -165,7 +163,7 @@ def _inertial(link: _Link, path: str | Path) -> Inertial:
 
 
 def _values(parts: dict[str, dict[str, str]]) -> tuple[float, Array, Array]:
-    """Mass, COM (3,), tensor (3, 3); `InputError` for what is missing or no number."""
+    """Mass, COM (3,), tensor (3, 3); `InputError` for missing or invalid numbers."""
     mass = _number(parts, "mass", "value")
     center, _ = read_origin(parts.get("origin", {}), "")
     entries = np.array([_number(parts, "inertia", name) for name in ENTRIES])

@@ -20,10 +20,10 @@ REPLACED = (
     "linear_acceleration",
     "angular_acceleration",
 )
-"""Streams in the axes of the recording's world, which is not the robot's root frame."""
+"""Streams in the recording's world axes, which need not be those of the robot's root."""
 
 TURNS = 4 * 2 * np.pi
-"""A joint without limits seldom turns as far [rad]."""
+"""Range assumed for a joint without limits, to each side [rad]."""
 
 
 def with_poses(
@@ -33,19 +33,19 @@ def with_poses(
     positions.
 
     The poses have the times and rows of the joint positions; their world is the robot's
-    root frame. Motion the recording has in its own world axes (poses, velocities,
-    accelerations) is dropped, as it may be of another frame in another world; all else
-    is kept. What was done is added to the notes, what is doubtful to the warnings.
+    root frame. Recorded poses, velocities and accelerations in world axes are dropped, as
+    they may be of another frame or world. A note about this is added, and a warning about
+    doubtful angles.
 
     Parameters
     ----------
     joint_names : names of the columns q1..qn, by default those of the recording. With
-        names, joints that the robot does not need are ignored. Without, q1..qn are the
-        robot's `joints` if that is their number, else its `all_joints`.
+        names, other joints than the robot's are ignored. Without names, q1..qn are the
+        robot's `joints` or `all_joints`, whichever has their number.
 
-    Raises `InputError` when the recording has no joint positions, when names and
-    columns differ in number, a name is repeated, a joint is missing, the number of
-    unnamed columns fits neither, or no joint moves the sensor frame.
+    Raises `InputError` if the recording has no joint positions, if names and columns
+    differ in number, a name is repeated, a joint is missing, the number of unnamed
+    columns fits neither, or no joint moves the sensor frame.
 
     Examples
     --------
@@ -96,11 +96,8 @@ def with_poses(
 
 
 def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:
-    """The column of the recording's joint positions that holds each joint, by name: of
-    columns without names those that `with_poses` takes for the robot's joints.
-
-    Raises `InputError` as `with_poses` does.
-    """
+    """The column of each joint in the recording's joint positions, by name; columns and
+    errors as in `with_poses`."""
     if not recording.has("joint_positions"):
         raise InputError("has no joint positions", recording.source)
     names = _joints_of_columns(recording.joint_names, recording, robot)
@@ -110,8 +107,8 @@ def named_columns(recording: Recording, robot: Robot) -> dict[str, int]:
 def _joints_of_columns(
     names: tuple[str, ...], recording: Recording, robot: Robot
 ) -> tuple[str, ...]:
-    """The joint whose position each column holds, as `with_poses` says; `InputError`
-    where they do not fit the robot, or do not tell each of its joints."""
+    """The joint of each column, as in `with_poses`; `InputError` unless each of the
+    robot's joints has one column."""
     count, source = recording["joint_positions"].values.shape[1], recording.source
     if not names:
         return _joints_by_number(count, robot, source)
@@ -143,7 +140,7 @@ def _joints_by_number(count: int, robot: Robot, source: str) -> tuple[str, ...]:
 
 
 def angle_doubts(q: Array, robot: Robot) -> tuple[Message, ...]:
-    """A warning when angles `q` (K, n) are so large that they may be degrees."""
+    """A warning if angles `q` (K, n) [rad] are so large that they may be degrees."""
     for angles, limits, name in zip(q.T, robot.limits, robot.joints, strict=True):
         if limits is None:
             continue

@@ -1,4 +1,4 @@
-"""Motion of a robot's joints, and the exact motion of its sensor frame that follows."""
+"""Motion of a robot's joints, and the exact motion of its sensor frame by it."""
 
 from dataclasses import fields
 
@@ -89,7 +89,7 @@ def sensor_motion(robot: Robot, joints: JointMotion) -> SensorMotion:
     """Exact motion of the sensor frame, by forward recursion (Siciliano et al.,
     *Robotics*, sec. 7.5.2).
 
-    `InputError` when the number of joints differs from the robot's.
+    `InputError` if the number of joints differs from the robot's.
     """
     require_its_joints(robot, joints)
     K = len(joints.time)
@@ -126,10 +126,8 @@ def sensor_motion(robot: Robot, joints: JointMotion) -> SensorMotion:
 
 
 def angular_velocity(robot: Robot, joints: JointMotion) -> Array:
-    """(K, 3) that of `sensor_motion` alone [rad/s], to the last bit, in a third of the
-    time.
-
-    `InputError` when the number of joints differs from the robot's.
+    """(K, 3) angular velocity [rad/s] of `sensor_motion`, bit by bit, in a third of the
+    time. `InputError` if the number of joints differs from the robot's.
     """
     require_its_joints(robot, joints)
     K = len(joints.time)
@@ -147,7 +145,7 @@ def angular_velocity(robot: Robot, joints: JointMotion) -> Array:
 
 
 def require_its_joints(robot: Robot, joints: JointMotion) -> None:
-    """`InputError` when a motion has another number of joints than the robot."""
+    """`InputError` if a motion has another number of joints than the robot."""
     if joints.position.shape[1] != len(robot.joints):
         what = (
             f"there are {joints.position.shape[1]} joints, but the arm has "

@@ -1,4 +1,4 @@
-"""A robot as seen by its sensor: joint positions to poses of the sensor frame, for all
+"""Forward kinematics of a robot: joint positions to poses of the sensor frame, for all
 samples at once."""
 
 from __future__ import annotations
@@ -16,36 +16,35 @@ from hefting.core.spatial import Array, cross, frozen, rotation_matrices
 from hefting.robots.urdf import SCALAR, Joint, Tree, listed, read_urdf
 
 CHUNK = 8_192
-"""Samples at a time: the arrays of one joint then fit into a processor's cache."""
+"""Number of samples at a time, so that the arrays of a joint fit into the cache."""
 
 
 @immutable
 class Screw:
-    """A movable joint between root and sensor frame, at rest: all its coordinates are
-    in the root frame."""
+    """A movable joint between root and sensor frame, in root axes with all screws at
+    zero."""
 
     slides: bool
-    """Prismatic; else it turns."""
+    """whether it is prismatic"""
     axis: Array
     """(3,) unit vector"""
     point: Array
     """(3,) on the axis [m]"""
     column: int
-    """Which of the robot's `joints` moves it."""
+    """index of the joint in the robot's `joints` that moves it"""
     multiplier: float
     offset: float
-    """Its position is multiplier * q[column] + offset, [rad] or [m]."""
+    """of its position, multiplier * q[column] + offset [rad] or [m]"""
 
 
 @dataclass(frozen=True, eq=False)
 class Robot:
-    """The joints that move one frame of a robot, and how.
+    """The joints of a robot that move its sensor frame.
 
     The pose of the sensor frame in the root frame is a product of exponentials (Lynch
     and Park, *Modern Robotics*, sec. 4.1.2), exp([S_1] q_1) ... exp([S_n] q_n) M; fixed
-    joints are in the screws S_i and in M. The root frame is that of the URDF's root
-    link: it is the world frame of what is made of these poses, so gravity is given in
-    it.
+    joints are in the screws S_i and in M. The root frame, of the URDF's root link, is
+    the world frame of these poses and of gravity.
 
     Examples
     --------
@@ -61,13 +60,13 @@ class Robot:
     sensor_frame: str
     """Link whose frame is the sensor's."""
     joints: tuple[str, ...]
-    """n joints whose positions are needed, from root to sensor frame; a mimic joint
-    stands as the one it mimics."""
+    """n joints that move the frame, from root to sensor; for a mimic joint the one that
+    it mimics."""
     all_joints: tuple[str, ...]
     """All movable joints of the robot that mimic no other, in the file's order."""
     limits: tuple[tuple[float, float] | None, ...]
-    """Of each of `joints`: lowest and highest angle [rad], infinite where the URDF has
-    none; None when prismatic."""
+    """Lowest and highest angle of each of `joints` [rad], infinite without limits in the
+    URDF; None for a prismatic joint."""
     screws: tuple[Screw, ...]
     """From root to sensor frame."""
     home_position: Array
@@ -79,17 +78,15 @@ class Robot:
     def from_urdf(cls, path: str | Path, sensor_frame: str) -> Self:
         """The robot of a URDF file; `sensor_frame` is the name of one of its links.
 
-        Raises `InputError` when the file is not a sound URDF (see
-        `hefting.robots.urdf.read_urdf`), has no such link, or when a joint on the way
-        to it is floating or planar, or mimics one that is not there, that has no single
-        position, or that mimics it in turn.
+        Raises `InputError` as `hefting.robots.urdf.read_urdf`, for an unknown link, and
+        for a joint between root and link that is floating or planar, or mimics one that
+        is missing, floating, planar or itself.
         """
         return cls.from_tree(read_urdf(path), sensor_frame)
 
     @classmethod
     def from_tree(cls, tree: Tree, sensor_frame: str) -> Self:
-        """The robot of a kinematic tree that was read; arguments and errors as for
-        `from_urdf`."""
+        """As `from_urdf`, by a kinematic tree that was read."""
         path = tree.source
         if sensor_frame not in tree.links:
             joint = tree.joints.get(sensor_frame)
@@ -157,10 +154,9 @@ class Robot:
         """Position (K, 3) [m] and orientation (K, 4) of the sensor frame in the root
         frame.
 
-        `q` (K, n) holds the positions of `joints` in that order, [rad] or [m].
-        Orientations are unit quaternions x, y, z, w, continuous in q: they do not jump
-        to their opposites. Raises `InputError` for another shape, and when a pose is
-        not finite.
+        `q` (K, n) are positions of `joints` [rad] or [m]. Orientations are unit
+        quaternions x, y, z, w, continuous in q: their sign does not jump. Raises
+        `InputError` for another shape, and if a pose is not finite.
         """
         values = np.asarray(q, dtype=float)
         if values.ndim != 2 or values.shape[1] != len(self.joints):
@@ -185,8 +181,8 @@ class Robot:
 
     @np.errstate(over="ignore", invalid="ignore")
     def _move(self, q: Array, position: Array, orientation: Array) -> None:
-        """Fill `position` (3, K) and `orientation` (4, K) from `q` (n, K), joint by
-        joint from the sensor inwards."""
+        """Fill `position` (3, K) and `orientation` (4, K) from `q` (n, K), from the last
+        screw to the first."""
         p = np.repeat(self.home_position[:, None], q.shape[1], axis=1)
         quaternion = np.repeat(self.home_orientation[:, None], q.shape[1], axis=1)
         for screw in reversed(self.screws):
@@ -197,7 +193,7 @@ class Robot:
                 continue
             sin, cos = np.sin(0.5 * amount), np.cos(0.5 * amount)
             p -= point
-            # p + cos twist + sin axis x twist: Rodrigues, by half angles
+            # p + cos twist + sin axis x twist: Rodrigues' formula by half angles
             twist = cross(axis, p) * (2.0 * sin)
             p += point
             p += cos * twist
@@ -211,8 +207,8 @@ class Robot:
 
 
 def _product(first: Array, second: Array) -> Array:
-    """Product (4, ...) of quaternions (4, ...) x, y, z, w: the rotation `second`, then
-    `first`, in fixed axes."""
+    """Product (4, ...) of quaternions x, y, z, w: the rotation `second`, then `first`,
+    in fixed axes."""
     u, v, a, b = first[:3], second[:3], first[3], second[3]
     return np.concatenate(
         (a * v + b * u + cross(u, v), (a * b - (u * v).sum(axis=0))[None])
@@ -220,8 +216,7 @@ def _product(first: Array, second: Array) -> Array:
 
 
 def resolved(joint: Joint, tree: Tree) -> tuple[str, float, float]:
-    """The joint that moves `joint` in the end, and the multiplier and offset of its
-    position."""
+    """The joint that `joint` finally mimics, or itself, with multiplier and offset."""
     multiplier, offset, passed = 1.0, 0.0, {joint.name}
     where = f"{tree.source}, joint '{joint.name}'"
     while joint.mimic is not None:

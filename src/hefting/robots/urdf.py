@@ -1,9 +1,8 @@
-"""Reading the kinematic tree of a URDF: its links, its joints, and nothing else.
+"""Reading the kinematic tree of a URDF: its links and joints.
 
 Source: the URDF XML specification (https://wiki.ros.org/urdf/XML). Meshes, inertias and
-extensions are skipped. The file is hostile until shown otherwise: it is read by
-`hefting.core.files.parse_xml`, its numbers must be finite, its links must form one
-tree, and whatever is wrong is one line.
+extensions are skipped. The file is not trusted: it is read by
+`hefting.core.files.parse_xml`, its numbers must be finite, and its links one tree.
 """
 
 from collections.abc import Iterable
@@ -26,7 +25,7 @@ PARTS = ("parent", "child", "origin", "axis", "mimic", "limit")
 """Elements of a joint that are read."""
 
 LONGEST_NAME = 200
-"""More characters are no name."""
+"""Most characters of a name."""
 
 MOST = 2_000
 """Most links, and most joints, of one robot; humanoids with hands have about a
@@ -35,8 +34,8 @@ hundred."""
 
 @immutable
 class Joint:
-    """A joint: its child link's frame is the parent link's moved by `position`,
-    `orientation`, then the motion."""
+    """A joint: the child link's frame is the parent's moved by `position` and
+    `orientation`, then by the joint's motion."""
 
     name: str
     kind: str
@@ -48,18 +47,18 @@ class Joint:
     orientation: Array
     """(4,) unit quaternion x, y, z, w, joint axes in parent link axes"""
     axis: Array
-    """(3,) unit vector in joint axes; of no meaning when fixed or floating"""
+    """(3,) unit vector in joint axes; meaningless for fixed and floating joints"""
     mimic: tuple[str, float, float] | None = None
-    """Joint mimicked, multiplier, offset: position = multiplier * other + offset."""
+    """Mimicked joint, multiplier, offset: position = multiplier * other + offset."""
     limits: tuple[float, float] | None = None
-    """Lowest and highest position of a revolute joint [rad]; None when not given."""
+    """Lowest and highest position of a revolute joint [rad], if given."""
     speed: float | None = None
-    """Highest speed [rad/s], or [m/s] of a prismatic joint; None when not given."""
+    """Highest speed [rad/s], or [m/s] of a prismatic joint, if given."""
 
 
 @immutable
 class Tree:
-    """Links and joints of one robot, checked to be one tree."""
+    """Links and joints of one robot, which are one tree."""
 
     source: str
     """Path of the file, for messages."""
@@ -82,10 +81,10 @@ class Tree:
 def read_urdf(path: str | Path) -> Tree:
     """The kinematic tree of a URDF.
 
-    Raises `InputError`, naming file and joint, when the file cannot be read, is not
-    well-formed XML, is not URDF or still holds xacro, has a document type or more than
-    `MOST` links, or when a name is missing or repeated, a kind of joint unknown, a
-    number not finite, an axis zero, a link unknown, or the links are not one tree.
+    Raises `InputError`, naming file and joint, if the file cannot be read, is not
+    well-formed XML, is not URDF or contains xacro, has a document type or more than
+    `MOST` links, or if a name is missing or repeated, a kind of joint unknown, a number
+    not finite, an axis zero, a link unknown, or the links are not one tree.
     """
     links: list[str] = []
     raw: list[tuple[dict[str, str], dict[str, dict[str, str]]]] = []
@@ -131,8 +130,7 @@ def is_xacro(path: str | Path) -> InputError:
 
 
 def check_tag(tag: str, path: str | Path, *, is_root: bool) -> None:
-    """`InputError` for an element that xacro would replace, and for another root than
-    that of a URDF."""
+    """`InputError` for an element of xacro, and for a root other than a URDF's."""
     if tag.startswith("xacro:"):
         raise is_xacro(path)
     if is_root and tag != "robot":
@@ -141,14 +139,13 @@ def check_tag(tag: str, path: str | Path, *, is_root: bool) -> None:
 
 
 def check_expanded(text: str, where: str | Path) -> None:
-    """`InputError` for text that xacro would replace."""
+    """`InputError` for text with xacro's expressions."""
     if "${" in text or "$(" in text:
         raise is_xacro(where)
 
 
 def read_name(attributes: dict[str, str], key: str, what: str, where: object) -> str:
-    """An attribute that names something; `InputError` where it is missing or too
-    long."""
+    """An attribute that is a name; `InputError` if it is missing or too long."""
     name = attributes.get(key, "")
     check_expanded(name, str(where))
     if not name.strip() or len(name) > LONGEST_NAME:
@@ -159,8 +156,7 @@ def read_name(attributes: dict[str, str], key: str, what: str, where: object) ->
 
 
 def read_numbers(text: str, count: int, what: str, where: str) -> list[float]:
-    """`count` finite numbers separated by blanks; `InputError` names `what` they are
-    otherwise."""
+    """`count` finite numbers separated by blanks; else `InputError` about `what`."""
     check_expanded(text, where)
     parts = text.split(maxsplit=count)
     try:

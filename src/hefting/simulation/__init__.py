@@ -1,5 +1,5 @@
-"""Simulation: an arm wields a rigid body and writes the log a robot would, with the
-truth beside it."""
+"""Simulation: an arm wields a rigid body; the log that a robot would write, and the
+truth."""
 
 from hefting.simulation.arm import UR5, XARM7, Arm, JointMotion, SensorMotion
 from hefting.simulation.faults import (

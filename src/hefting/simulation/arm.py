@@ -1,5 +1,4 @@
-"""A serial arm: from its joints' motion to the exact motion of the sensor frame at its
-end."""
+"""Serial arms: exact motion of the sensor frame at the end from that of the joints."""
 
 from pathlib import Path
 from typing import Self
@@ -20,24 +19,20 @@ from hefting.robots.joint_motion import (
 from hefting.robots.robot import Screw
 
 SLACK = 1e-6
-"""Excess over a joint's limit that is rounding [rad] or [rad/s]."""
+"""Excess over a joint's limit that is ignored as rounding [rad] or [rad/s]."""
 
 
 @immutable
 class Arm:
-    """A robot with a force-torque sensor at its end: any chain of joints that turn or
-    slide.
-
-    The base is the world frame. Joint i turns (or slides) about its screw axis at rest,
-    moved by those before it.
-    """
+    """A robot with a force-torque sensor at its end: a chain of revolute and prismatic
+    joints. The base is the world frame."""
 
     robot: Robot
-    """Joints, their screws at rest, their limits, and the pose of the sensor frame."""
+    """kinematics and limits"""
     start: Array
     """(n,) joint positions that motions start from [rad] or [m]"""
     joint_speeds: Array | None = None
-    """(n,) highest joint speeds [rad/s]; None where not known"""
+    """(n,) highest joint speeds [rad/s], if known"""
 
     def __post_init__(self):
         freeze(self, "start", "joint_speeds")
@@ -58,7 +53,7 @@ class Arm:
         limits: ArrayLike,
         joint_speeds: ArrayLike | None = None,
     ) -> Self:
-        """Revolute joints in standard Denavit-Hartenberg form: link i is Rz(q_i)
+        """Arm of revolute joints in standard Denavit-Hartenberg form: link i is Rz(q_i)
         Tz(d_i) Tx(a_i) Rx(alpha_i).
 
         `a`, `d` [m], `alpha` [rad] and `start` [rad] are (n,), `limits` [rad] (n, 2);
@@ -90,8 +85,8 @@ class Arm:
         """The arm of a URDF whose link `sensor_frame` carries the sensor; see
         `Robot.from_urdf` for errors.
 
-        It starts from `start` (n,), by default from the middle of each joint's range,
-        from zero where there is none.
+        `start` (n,) is by default the middle of each joint's range, or zero without
+        limits.
         """
         robot = Robot.from_urdf(path, sensor_frame)
         if not robot.joints:
@@ -108,8 +103,8 @@ class Arm:
 
     @property
     def room(self) -> Array:
-        """(n,) angle each joint can turn from `start` before a limit [rad]; zero for
-        joints that slide."""
+        """(n,) angle from `start` to the nearest limit of each joint [rad]; zero for
+        prismatic joints."""
         return np.array(
             [
                 0.0 if pair is None else max(min(at - pair[0], pair[1] - at), 0.0)
@@ -118,7 +113,7 @@ class Arm:
         )
 
     def exceeded(self, joints: JointMotion) -> tuple[str, ...]:
-        """What the joints of the real arm could not do, one line each."""
+        """A line for each limit of the real arm that a motion exceeds."""
         lines = []
         for i, (name, pair) in enumerate(
             zip(self.robot.joints, self.robot.limits, strict=True)
@@ -139,7 +134,7 @@ class Arm:
         return sensor_motion(self.robot, joints)
 
     def angular_velocity(self, joints: JointMotion) -> Array:
-        """(K, 3) [rad/s] alone."""
+        """(K, 3) angular velocity of the sensor frame [rad/s]."""
         return angular_velocity(self.robot, joints)
 
 
@@ -159,7 +154,7 @@ UR5 = Arm.from_dh(
 )
 """Universal Robots UR5 with the sensor frame at its flange; the maker's nominal values
 ("DH parameters for calculations of kinematics and dynamics", Universal Robots support;
-limits from the user manual). It starts as in the paper's simulations."""
+limits from the user manual); start as in the paper's simulations."""
 
 XARM7 = Arm.from_dh(
     "xArm 7",

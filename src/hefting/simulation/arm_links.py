@@ -1,7 +1,7 @@
 """Arms with masses, for simulated joint torques.
 
-The inertias that robots are published with predict their torques poorly. So the true
-links differ from those in the URDF that is written beside a simulated log.
+Published inertias of robots predict their torques poorly. So the true links differ from
+those in the URDF of a simulated log.
 """
 
 from collections.abc import Sequence
@@ -19,23 +19,23 @@ from hefting.simulation.arm import PANDA, UR5E, XARM7, Arm
 from hefting.simulation.wield import numbers
 
 RADIUS = 0.06
-"""[m] of a link, a rod from one joint to the next."""
+"""[m] Radius of a link, a rod from one joint to the next."""
 LEAST_LENGTH = 0.05
-"""[m] of a link whose joints meet in a point."""
+"""[m] Least length of a link."""
 WRONG_MASS, WRONG_COM, WRONG_INERTIA = 0.1, 0.008, 0.2
 """Standard deviations of the true links from the published ones: of mass and moments of
-inertia relative to them, of the COM in metres."""
+inertia relative, of the COM along each axis [m]."""
 
 
 @immutable
 class MassiveArm:
-    """An arm, with what its joints feel of themselves."""
+    """An arm with masses of its links and noise of its torques."""
 
     arm: Arm
     masses: tuple[float, ...]
     """[kg] of the links, published"""
     torque_noise: tuple[float, float]
-    """standard deviations [N m] of the first and the last joint's torque"""
+    """standard deviations [N m] of the torques of the first and the last joint"""
 
     def __post_init__(self):
         if len(self.masses) != len(self.arm.robot.screws):
@@ -45,7 +45,8 @@ class MassiveArm:
 
     @cached_property
     def links(self) -> tuple[InertialParameters, ...]:
-        """As published: in base axes at rest, about a point of each joint's axis."""
+        """Published links, in base axes with all joints at zero, each about a point on
+        its joint's axis."""
         robot = self.arm.robot
         points = [screw.point for screw in robot.screws]
         ends = [*points[1:], robot.home_position]
@@ -55,24 +56,22 @@ class MassiveArm:
         )
 
     def true_links(self, seed: int) -> tuple[InertialParameters, ...]:
-        """What the robot of a `seed` really has."""
+        """Links of the robot of a `seed`, in the same axes."""
         rng = np.random.default_rng([seed, 41])
         return tuple(_changed(link, rng) for link in self.links)
 
     @property
     def urdf(self) -> str:
-        """As text, with the published links; the flange is the link ``flange``."""
+        """URDF text with the published links; the last link is ``flange``."""
         return urdf(self.arm, self.links)
 
     def per_joint(self, first: float, last: float) -> Array:
-        """(n,) values that fall evenly, by their logarithm, from the base to the
-        end."""
+        """(n,) values from `first` at the base to `last`, in geometric progression."""
         return np.geomspace(first, last, self.arm.n)
 
 
 def urdf(arm: Arm, links: Sequence[InertialParameters]) -> str:
-    """The URDF of an arm with links in base axes at rest, about a point of each joint's
-    axis."""
+    """The URDF of an arm, with links as in `MassiveArm.links`."""
     robot = arm.robot
     lines = ['<robot name="arm">', '<link name="base"/>']
     place, parent = np.zeros(3), "base"
@@ -113,7 +112,7 @@ def _inertial(link: InertialParameters) -> str:
 
 
 def _rod(mass: float, along: Array) -> InertialParameters:
-    """A cylinder from the origin `along` (3,) [m]."""
+    """A cylinder from the origin to the point `along` (3,) [m]."""
     length = max(float(np.linalg.norm(along)), LEAST_LENGTH)
     unit = along / length if np.linalg.norm(along) > 1e-6 else np.array((0.0, 0.0, 1.0))
     across = mass * (3.0 * RADIUS**2 + length**2) / 12.0
@@ -134,4 +133,4 @@ TORQUE_ARMS = {
     "panda": MassiveArm(PANDA, (3.1, 2.4, 3.2, 2.5, 3.4, 1.5, 0.7), (0.1, 0.05)),
     "xarm7": MassiveArm(XARM7, (2.4, 1.9, 1.7, 1.8, 1.5, 1.1, 0.3), (0.1, 0.05)),
 }
-"""Arms with masses, by name: rounded, of the size of the makers'."""
+"""Arms with masses, by name: about the makers' values."""

@@ -1,5 +1,4 @@
-"""A demonstration from end to end: a simulated arm wields a hammer, which is identified
-from its log."""
+"""Demonstration: a simulated arm wields a hammer, which is identified from the log."""
 
 import json
 from dataclasses import dataclass
@@ -30,14 +29,14 @@ POSE = HAMMER_POSE
 
 @dataclass(frozen=True)
 class Demo:
-    """What was simulated, what was found, and the files that show it."""
+    """Truth, estimate and files of the demonstration."""
 
     log: Path
-    """What the robot recorded."""
+    """Recording of the robot."""
     mesh: Path
-    """Shape of the hammer [mm], which says nothing of its materials."""
+    """Surface of the hammer [mm], without materials."""
     truth_file: Path
-    """What is to be found."""
+    """True parameters."""
     exports: tuple[Path, ...]
     """The estimate as JSON and URDF."""
     pictures: tuple[Path, ...]
@@ -60,10 +59,9 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
     """Simulate, write the log, identify from the files as a user would, and write
     results to `folder`; the same every time.
 
-    A UR5 moves as in the paper (`hefting.simulation.sinusoids`), with its moderate
-    noise of the wrench. Raises `InputError` when the folder cannot be written or holds
-    another log, and `MissingDependencyError` when pictures are wanted without
-    matplotlib.
+    A UR5 moves as in the paper (`hefting.simulation.sinusoids`), with the paper's
+    moderate noise of the wrench. Raises `InputError` if the folder cannot be written or
+    contains another log, and `MissingDependencyError` for pictures without matplotlib.
     """
     folder = Path(folder)
     try:
@@ -94,8 +92,8 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
     write_atomically(truth_file, json.dumps(facts, indent=1) + "\n")
 
     shape = Shape.from_mesh(mesh_file, unit="mm", pose=POSE)
-    found = identify(log, shape)
-    estimate = found.estimate
+    result = identify(log, shape)
+    estimate = result.estimate
     exports = (folder / "estimate.json", folder / "estimate.urdf")
     estimate.save(exports[0])
     write_atomically(exports[1], export(estimate, "urdf", name=held.name).text)
@@ -105,7 +103,7 @@ def run(folder: str | Path, pictures: bool = True) -> Demo:
         from hefting.plots import plot_object, plot_wrench, save_figure
 
         drawn = save_figure(
-            plot_wrench(found.measurements, estimate), folder / "wrench"
+            plot_wrench(result.measurements, estimate), folder / "wrench"
         )
         drawn += save_figure(plot_object(estimate, shape, body), folder / "object")
     axes = np.asarray(POSE)[:3, :3]

@@ -1,6 +1,5 @@
-"""What is wrong with a log (noise, bias, drift, clock, spikes, losses, contacts,
-saturation, sign), its rates, and the log that a robot would write of a wielding with all
-of it."""
+"""Faults of a log (noise, bias, drift, clock, spikes, losses, contacts, saturation,
+sign), its rates, and the log that a robot would write of a wielding with them."""
 
 from dataclasses import dataclass, fields
 from typing import Literal
@@ -19,8 +18,8 @@ Six = tuple[float, float, float, float, float, float]
 ZERO: Six = (0.0, 0.0, 0.0, 0.0, 0.0, 0.0)
 
 FT300: Six = (0.1, 0.1, 0.1, 0.005, 0.005, 0.003)
-"""Standard deviations of the signal of a Robotiq FT 300 [N (3), N m (3)]; the paper's
-moderate level, but about z."""
+"""Standard deviations of the noise of a Robotiq FT 300 [N (3), N m (3)]; the paper's
+moderate level, except about z."""
 
 WRENCH_NOISE: dict[str, Six] = {
     **{
@@ -29,28 +28,28 @@ WRENCH_NOISE: dict[str, Six] = {
     },
     "ft300": FT300,
 }
-"""Standard deviations of wrench noise by name [N (3), N m (3)]: the paper's levels, and
-a sensor's."""
+"""Standard deviations of wrench noise by name [N (3), N m (3)]."""
 
 SHARES = ("spikes", "dropped", "contacts", "pose_glitches", "pose_stalls")
+"""Faults that are shares of time or samples."""
 
 
 @dataclass(frozen=True)
 class Faults:
-    """Imperfections of sensor, clock and surroundings; by default those of a well-kept
-    cobot, and no wrench noise. Pairs are of position [m] and orientation [rad], or of
-    force [N] and torque [N m], along each axis; levels of noise are standard
+    """Imperfections of sensor, clock and surroundings; by default those of a
+    well-maintained cobot without wrench noise. Pairs are of position [m] and orientation
+    [rad], or of force [N] and torque [N m], along each axis; levels of noise are standard
     deviations.
 
-    All but the sign, bias and drift are random, each from a generator of its own: to
-    add one leaves the others as they were. Raises `InputError` for values out of range.
+    Random faults have a generator each, so that adding one does not change the others.
+    Raises `InputError` for values out of range.
     """
 
     wrench_noise: Six = ZERO
     """standard deviations [N (3), N m (3)]"""
     noise_correlation: float = 0.0
-    """of the wrench noise from sample to sample: 0 white, near 1 slow (first-order
-    autoregressive)"""
+    """correlation of the wrench noise between samples (first-order autoregressive): 0 is
+    white, near 1 slow"""
     pose_noise: tuple[float, float] = POSE_NOISE
     """standard deviations per axis of position [m] and orientation [rad]"""
     pose_glitches: float = 0.0
@@ -58,23 +57,23 @@ class Faults:
     pose_glitch_size: tuple[float, float] = (0.3, 1.0)
     """their standard deviation per axis of position [m] and orientation [rad]"""
     pose_glitch_duration: float = 0.0
-    """how long each of them lasts [s]; a single pose by default"""
+    """duration of each [s]; a single pose by default"""
     pose_stalls: float = 0.0
-    """share of the time that the last pose is repeated, in three stalls"""
+    """share of the time in which the last pose is repeated, in three stalls"""
     pose_startup: float = 0.0
-    """time at the start during which the pose is the identity [s]"""
+    """time at the start with the identity as pose [s]"""
     pose_shutdown: float = 0.0
     """the same at the end [s]"""
     joint_noise: float = 0.0
     """standard deviation of joint angles [rad]"""
     bias: Six = ZERO
-    """of the wrench, as the sensor shows it [N (3), N m (3)]"""
+    """of the measured wrench [N (3), N m (3)]"""
     drift: Six = ZERO
-    """of the bias, from the start to the end of the motion [N (3), N m (3)]"""
+    """change of the bias from the start to the end of the motion [N (3), N m (3)]"""
     drift_kind: Literal["linear", "exponential"] = "linear"
-    """exponential: it settles, with a time constant of a third of the motion"""
+    """exponential: with a time constant of a third of the motion"""
     wrench_delay: float = 0.0
-    """the wrench is stamped so much later than the poses [s]"""
+    """delay of the wrench's stamps relative to those of the poses [s]"""
     spikes: float = 0.0
     """share of wrench samples that are wrong"""
     spike_size: tuple[float, float] = (20.0, 1.0)
@@ -82,13 +81,13 @@ class Faults:
     dropped: float = 0.0
     """share of messages of every kind that are lost"""
     contacts: float = 0.0
-    """share of the time that the object touches something, in ten bouts"""
+    """share of the time in which the object touches something, in ten contacts"""
     contact_force: tuple[float, float] = (3.0, 8.0)
     """lowest and highest force of a contact [N]"""
     saturation: tuple[float, float] | None = None
-    """largest force and torque the sensor shows, per axis [N], [N m]"""
+    """largest measured force and torque per axis [N], [N m]"""
     on_sensor: bool = False
-    """the sensor shows the wrench exerted on itself, the opposite of the project's
+    """whether the wrench is that exerted on the sensor, the opposite of the project's
     sign"""
     gyroscope_noise: float = 0.005
     """standard deviation per axis [rad/s]"""
@@ -130,11 +129,8 @@ class Faults:
 
 @dataclass(frozen=True)
 class Rates:
-    """How often each sensor is read [Hz]: None as often as the motion was computed, 0
-    never.
-
-    Each must divide the rate of the motion: nothing is interpolated.
-    """
+    """Rates of the sensors [Hz]: None is that of the motion, 0 is not recorded. Each must
+    divide the rate of the motion, as samples are not interpolated."""
 
     wrench: float | None = None
     pose: float | None = None
@@ -142,8 +138,8 @@ class Rates:
     imu: float | None = 0.0
 
     def stride(self, name: str, own: float) -> int:
-        """Every how manieth sample of a motion of rate `own` [Hz] is read; 0 for
-        none."""
+        """Number of samples of a motion at `own` [Hz] per sample of a sensor; 0 if it is
+        not recorded."""
         rate = getattr(self, name)
         if rate is None:
             return 1
@@ -183,8 +179,8 @@ def with_pose_faults(
     faults: Faults,
     rng: np.random.Generator,
 ) -> tuple[Array, Array]:
-    """Positions (K, 3) [m] and quaternions (K, 4) at times (K,) [s] with the faults of
-    their stream, the same for the same generator."""
+    """Positions (K, 3) [m] and quaternions (K, 4) at times (K,) [s] with glitches, stalls
+    and identity poses."""
     since = time - time[0]
     position, orientation = position.copy(), orientation.copy()
     for mask in _bouts(since, faults, rng):
@@ -207,7 +203,7 @@ def with_pose_faults(
 
 
 def _bouts(since: Array, faults: Faults, rng: np.random.Generator) -> list[Mask]:
-    """Masks (K,) of the glitches, each of at least one sample."""
+    """Masks (K,) of the glitches, of at least one sample each."""
     if not faults.pose_glitches or len(since) < 2:
         return []
     samples = max(round(faults.pose_glitch_duration * (len(since) - 1) / since[-1]), 1)
@@ -217,13 +213,13 @@ def _bouts(since: Array, faults: Faults, rng: np.random.Generator) -> list[Mask]
 
 
 RAMP = 0.05
-"""[s] that a contact takes to come and to go, where it lasts that long."""
+"""[s] Rise and fall time of a contact, at most half its duration."""
 
 BOUTS = 10
-"""Contacts in a recording that has any."""
+"""Number of contacts in a recording that has any."""
 
 LEVER = 0.10
-"""m: contacts are within so much of the centre of mass along each axis."""
+"""[m] Largest distance of a contact from the centre of mass along each axis."""
 
 
 def record(
@@ -234,16 +230,16 @@ def record(
 ) -> Recording:
     """The log of a wielding, the same for the same `seed`.
 
-    The wrench is, in this order: exact, less what contacts exert on the object; turned
-    to the sensor's sign; with bias, drift, noise and spikes; saturated; thinned by
-    losses; stamped late. Streams are ``wrench``, ``position`` and ``orientation``, and,
+    The wrench is, in this order: exact, less the wrench of contacts on the object; of the
+    sensor's sign; with bias, drift, noise and spikes; saturated; without lost messages;
+    delayed. Streams are ``wrench``, ``position`` and ``orientation``, and,
     at rates that are not 0, ``joint_positions``, ``gyroscope`` and ``accelerometer``
     (of an IMU at the sensor's origin). Raises `InputError` for rates that do not divide
     that of the motion.
     """
     time = wielding.motion.time
     own = (len(time) - 1) / (time[-1] - time[0]) if len(time) > 1 else 1.0
-    # one generator for each purpose: what one fault draws does not change the others
+    # one generator for each purpose, so that a fault does not change the others
     draws = {name: np.random.default_rng([seed, i]) for i, name in enumerate(PURPOSES)}
     streams: dict[str, Stream] = {}
 
@@ -258,7 +254,7 @@ def record(
         for kind in KINDS
     }
     for mask in kept.values():
-        mask[0] = True  # a log starts somewhere
+        mask[0] = True  # a log has a first message
     z = wielding.measurements
     stride = rates.stride("wrench", own)
     if stride:
@@ -312,37 +308,37 @@ def _wrench(
     faults: Faults,
     draws: dict[str, np.random.Generator],
 ) -> Array:
-    """(K, 6) what the sensor shows at each instant."""
-    shown = (exact - push) * (-1.0 if faults.on_sensor else 1.0)
+    """(K, 6) measured wrench [N, N m]."""
+    wrench = (exact - push) * (-1.0 if faults.on_sensor else 1.0)
     passed = (time - time[0]) / max(time[-1] - time[0], 1e-12)
     if faults.drift_kind == "exponential":
         passed = np.expm1(-3.0 * passed) / np.expm1(-3.0)
-    shown = shown + faults.bias + passed[:, None] * np.asarray(faults.drift)
-    white = draws["noise"].normal(size=shown.shape)
+    wrench = wrench + faults.bias + passed[:, None] * np.asarray(faults.drift)
+    white = draws["noise"].normal(size=wrench.shape)
     noise = correlated(white, faults.noise_correlation)
-    shown = shown + np.asarray(faults.wrench_noise) * noise
-    wrong = draws["spikes"].random(len(shown)) < faults.spikes
-    jumps = np.repeat(faults.spike_size, 3) * draws["spikes"].normal(size=shown.shape)
-    shown = shown + wrong[:, None] * jumps
+    wrench = wrench + np.asarray(faults.wrench_noise) * noise
+    wrong = draws["spikes"].random(len(wrench)) < faults.spikes
+    jumps = np.repeat(faults.spike_size, 3) * draws["spikes"].normal(size=wrench.shape)
+    wrench = wrench + wrong[:, None] * jumps
     if faults.saturation is not None:
         most = np.repeat(faults.saturation, 3)
-        shown = np.clip(shown, -most, most)
-    return shown
+        wrench = np.clip(wrench, -most, most)
+    return wrench
 
 
 def correlated(white: Array, a: float) -> Array:
-    """White noise (K, n) made correlated by `a` from sample to sample, of the same
-    deviation."""
+    """Noise (K, n) with correlation `a` between samples, from white noise of the same
+    standard deviation."""
     from scipy.signal import lfilter
 
-    start = white[:1] * a  # as if it had always run
+    start = white[:1] * a  # stationary from the start
     shaped = lfilter([np.sqrt(1.0 - a * a)], [1.0, -a], white, axis=0, zi=start)
     return np.asarray(shaped[0]) if a else white
 
 
 def _push(wielding: Wielding, faults: Faults, rng: np.random.Generator) -> Array:
-    """(K, 6) force [N] and torque [N m] that contacts exert on the object, in sensor
-    axes about the sensor origin."""
+    """(K, 6) force [N] and torque [N m] of contacts on the object, in sensor axes about
+    the sensor's origin."""
     time = wielding.motion.time - wielding.motion.time[0]
     push = np.zeros((len(time), 6))
     if not faults.contacts:

@@ -1,8 +1,7 @@
 """Joint motions to wield an object with, the same for the same `seed`.
 
-Every joint stays within its arm's limits: amplitudes are made smaller where a limit is
-nearer than they reach, and joints that slide stay where they start. `Arm.exceeded`
-tells of joint speeds that the real arm does not have.
+Joints stay within their limits: amplitudes are reduced near limits, and prismatic joints
+do not move. `Arm.exceeded` reports joint speeds that the real arm does not reach.
 """
 
 from collections.abc import Callable
@@ -15,19 +14,18 @@ from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.simulation.arm import UR5, Arm, JointMotion
 
 FREQUENCIES = (0.10, 0.13, 0.16)
-"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before they are
-scaled to the wanted speed."""
+"""Frequencies of the paper's sinusoids [Hz], of the arm's last joints, before scaling to
+the wanted speed."""
 
 LARGEST_SCALE = 1e4
-"""Of the clock, over the wanted angular speed [1 / (rad/s)]: beyond, a motion that
-starts from rest has no time to."""
+"""Largest scale of the clock over the wanted angular speed [1 / (rad/s)]: above it a
+motion is too short to start from rest."""
 
 FASTEST_TURN = 1.5
-"""[rad/s] Mean angular speed of the sensor, where its origin's speed allows it."""
+"""[rad/s] Mean angular speed of the sensor, unless its origin's speed limits it."""
 
 BETWEEN = 0.999
-"""Share of a speed limit that samples may reach, so that it is kept between them
-too."""
+"""Largest share of a speed limit at samples, so that it is kept between them."""
 
 
 def sinusoids(
@@ -40,10 +38,10 @@ def sinusoids(
     """The last three joints follow 45° sin(2 pi s f t) about the arm's start (Nadeau et
     al. 2022, sec. V-D).
 
-    The common scale s of the frequencies is the one at which the sensor's angular
-    speed, averaged over the `duration` [s], is `angular_speed` [rad/s]; smaller, where
-    the sensor's origin would go faster than `speed_limit` [m/s]. Samples come at `rate`
-    [Hz]. The motion begins at full speed.
+    The common scale s of the frequencies is such that the sensor's mean angular speed
+    over the `duration` [s] is `angular_speed` [rad/s], or smaller if the sensor's origin
+    would exceed `speed_limit` [m/s]. Samples are at `rate` [Hz]. The motion begins at
+    full speed.
     """
     time = _instants(duration, rate, angular_speed)
     moving = min(arm.n, len(FREQUENCIES))
@@ -82,10 +80,10 @@ def wide_smooth(
 ) -> JointMotion:
     """All joints follow sums of three random sinusoids, the last three of 15° to 30°
     each and the others of 5° to 12°, starting from rest within a second: for joint
-    torques, which tell the centre of mass from how the wrist turns it.
+    torques, which give information on the centre of mass when the wrist turns it.
 
-    It is as fast as the limit `SPEED_LIMIT` of the sensor's origin allows, and the same
-    for the same `seed`.
+    It is as fast as `SPEED_LIMIT` of the sensor's origin allows, and the same for the
+    same `seed`.
     """
     time = _instants(duration, rate, SPEED_LIMIT)
     wrist = np.arange(arm.n) >= arm.n - 3
@@ -101,7 +99,8 @@ def _random_sums(
     angular_speed: float,
     speed_limit: float | None,
 ) -> JointMotion:
-    """Of three random sinusoids a joint, of `sizes` [°] at least and at most."""
+    """Sums of three random sinusoids per joint, with amplitudes between the two `sizes`
+    [°]."""
     rng = np.random.default_rng(seed)
     shape = (3, arm.n)
     amplitude = np.radians(rng.uniform(*sizes, shape))
@@ -123,12 +122,12 @@ def stop_and_go(
     arm: Arm = UR5,
     speed_limit: float | None = None,
 ) -> JointMotion:
-    """Rest for `dwell` [s], then a minimum-jerk move of `move` [s] to a random pose
-    near the start, and so on.
+    """Rests of `dwell` [s] and minimum-jerk moves of `move` [s] to random poses near the
+    start in turn.
 
-    Each pose turns the last three joints by up to 60° and the others by up to 10°. Jerk
-    jumps where a move begins and ends. With a `speed_limit` [m/s] of the sensor's
-    origin all moves take longer, as much as the fastest needs. The same for the same
+    Poses differ from the start by up to 60° in the last three joints and 10° in the
+    others. Jerk is discontinuous at both ends of a move. If the sensor's origin exceeds
+    `speed_limit` [m/s], all moves are slowed by the same factor. The same for the same
     `seed`.
     """
     time = _instants(duration, rate, 1.0 / move if move > 0.0 else 0.0)
@@ -149,13 +148,13 @@ def stop_and_go(
 
 
 def _reach(arm: Arm) -> Array:
-    """(n,) of random poses from the arm's start [rad]."""
+    """(n,) largest distance of random poses from the arm's start [rad]."""
     own = np.where(np.arange(arm.n) < arm.n - 3, np.radians(10.0), np.radians(60.0))
     return np.minimum(own, arm.room)
 
 
 def _moves(time: Array, poses: Array, dwell: float, move: float) -> JointMotion:
-    """Through all `poses` (m, n) in turn."""
+    """Rests in `poses` (m, n), and moves between."""
     number, within = np.divmod(time, dwell + move)
     number = number.astype(int)
     u = np.clip((within - dwell) / move, 0.0, 1.0)[:, None]
@@ -187,8 +186,8 @@ def _sampled(duration: float, rate: float) -> Array:
 
 
 def _from_rest(time: Array) -> tuple[Array, Array, Array]:
-    """A clock that starts with the first second: reading, rate and its derivative
-    (K,)."""
+    """A clock that starts smoothly within a second: reading, rate and the rate's
+    derivative (K,)."""
     u = np.clip(time, 0.0, 1.0)
     reading = u**4 * (2.5 - 3.0 * u + u * u) + (time - u)
     return reading, u**3 * (10.0 - 15.0 * u + 6.0 * u * u), 30.0 * (u * (1.0 - u)) ** 2
@@ -215,8 +214,8 @@ def _at_speed(
     frequency: Array,
     phase: Array,
 ) -> JointMotion:
-    """Sums of sinusoids (k, n) about the start, their clock scaled to the wanted mean
-    angular speed, or the limit."""
+    """Sums of sinusoids (k, n) about the start, with the clock scaled to the wanted mean
+    angular speed, or to the speed limit."""
     if not (amplitude * frequency).any():
         raise InputError(
             "no joint of the arm can turn",
@@ -274,9 +273,9 @@ def trapezoids(
 ) -> JointMotion:
     """Moves between random poses near the start, with a rest before each.
 
-    All joints of a move start and stop together. The one with the longest way
-    accelerates at `acceleration` [rad/s²] to at most `speed` [rad/s]; the defaults are
-    those of a UR's programs. The acceleration jumps up to four times a move. Rests last
+    All joints of a move start and stop together. The one that turns farthest
+    accelerates at `acceleration` [rad/s²] to at most `speed` [rad/s], by default those
+    of a UR's programs. The acceleration jumps up to four times per move. Rests last
     between the two times of `dwell` [s]. The same for the same `seed`. Raises
     `InputError` for numbers that are not positive.
     """
@@ -313,8 +312,8 @@ def trapezoids(
 def _trapezoid(
     since: Array, speed: float, acceleration: float
 ) -> tuple[tuple[Array, Array, Array], float]:
-    """Share of the way, its first and second derivative (K,) at times (K,) [s] after
-    the start, and the duration [s], for limits in shares of the way."""
+    """Position, speed and acceleration (K,) at times (K,) [s] of a move from 0 to 1 with
+    limits of speed and acceleration, and its duration [s]."""
     ramp = min(speed / acceleration, acceleration**-0.5)
     top = acceleration * ramp
     lasts = 1.0 / top + ramp

@@ -1,9 +1,8 @@
 """The modular test object of the paper in its eight configurations.
 
-A printed H with ten closed cylindrical pockets, each empty or holding a weight of steel
-or of ABS (Nadeau et al. 2022, sec. V-A; dimensions from its authors' generator),
-without the bolts with which it can be fastened. The sum over its parts, holes counted
-negative, is exact.
+A printed H with ten closed cylindrical pockets, each empty or with a weight of steel or
+ABS (Nadeau et al. 2022, sec. V-A; dimensions from the authors' generator), without
+bolts. Parameters are the exact sum over its parts, with negative ones for holes.
 """
 
 from collections.abc import Iterator
@@ -26,16 +25,16 @@ SLOTS = (
     (-65.0, 125.0), (0.0, 125.0), (65.0, 125.0), (0.0, 75.0), (0.0, 25.0),
     (0.0, -25.0), (0.0, -75.0), (-65.0, -125.0), (0.0, -125.0), (65.0, -125.0),
 )  # fmt: skip
-"""Where pockets W0 to W9 are in the H [mm]."""
+"""Places of the pockets W0 to W9 in the H [mm]."""
 
 BOLT_HOLES = (
     *((0.0, y) for y in (-150.0, -100.0, -50.0, 0.0, 50.0, 100.0, 150.0)),
     *((x, y) for x in (-90.0, -40.0, 40.0, 90.0) for y in (-125.0, 125.0)),
 )
-"""Where the fifteen holes for bolts are [mm]."""
+"""Places of the fifteen holes for bolts [mm]."""
 
 THICKNESS = 0.050
-"""Of the H [m]: its faces are at z = 0 and there."""
+"""Thickness of the H [m], from z = 0."""
 
 POCKET = (0.015, 0.0254)
 WEIGHT = (0.0127, 0.0254)
@@ -44,24 +43,24 @@ BOSS = (0.0075, THICKNESS)
 """Radius and height [m]."""
 
 PAPER_VOLUME = 1400.0
-"""[cm³] of which the paper's 56 points are 0.04 points/cm³."""
+"""Volume [cm³] for which the paper's 56 points are 0.04 points/cm³."""
 
 PAPER_DENSITIES = (0.04, 0.09)
-"""points/cm³ the paper compares, the first of which it settles on."""
+"""Densities of points [1/cm³] that the paper compares; it chooses the first."""
 
 GRASPED = 5
-"""Slot the object is held at, as by its authors."""
+"""Slot by which the object is held, as by the paper's authors."""
 
 UNEVEN = 1.8
-"""Longest over shortest side of a grid's cells, at most."""
+"""Largest ratio of the sides of a grid's cells."""
 
 SECTIONS = 32
-"""Sides of the prisms that stand for bolt holes in the mesh."""
+"""Number of sides of the prisms for bolt holes in the mesh."""
 
 
 @dataclass(frozen=True)
 class Filling:
-    """Which slots hold which weights."""
+    """Slots with weights of steel and of ABS."""
 
     steel: tuple[int, ...]
     abs: tuple[int, ...] = ()
@@ -81,10 +80,8 @@ MODULAR = {
 
 
 def modular(name: str) -> Assembly:
-    """One of the eight configurations (`MODULAR`), in the frame of its mesh: origin in
-    the middle of one face.
-
-    Raises `InputError` for another name.
+    """One of the eight configurations (`MODULAR`), in the frame of its mesh, with the
+    origin in the middle of one face. Raises `InputError` for another name.
     """
     if name.lower() not in MODULAR:
         fix = f"choose one of {', '.join(MODULAR)}"
@@ -116,16 +113,16 @@ def modular(name: str) -> Assembly:
 
 
 def grasp() -> Array:
-    """Pose (4, 4) of the object in the sensor frame: the face at z = 0 on the flange,
-    the slot `GRASPED` above its middle."""
+    """Pose (4, 4) of the object in the sensor frame: the face at z = 0 is on the flange,
+    the slot `GRASPED` at its centre."""
     pose = np.eye(4)
     pose[:2, 3] = -1e-3 * np.array(SLOTS[GRASPED])
     return pose
 
 
 def held_modular(name: str) -> HeldObject:
-    """A configuration as it is held, with the mesh one would scan: bolt holes show,
-    pockets do not."""
+    """A configuration held by `grasp`, with its visible surface: with bolt holes, without
+    pockets."""
     return HeldObject.of(modular(name), grasp(), sections=SECTIONS)
 
 
@@ -133,12 +130,11 @@ def paper_points(held: HeldObject, points_per_cm3: float = PAPER_DENSITIES[0]) -
     """A regular grid in a modular object, in the sensor frame: 56 points at 0.04
     points/cm³, 126 at 0.09.
 
-    The paper counts points as if the object had `PAPER_VOLUME`; 56 cells of 40 x 25 x
-    25 mm are 0.04 points/cm³ to the digit. Of all centred grids of nearly cubic cells
-    with the wanted number of centres in the H, the one whose equal point masses have
-    the second moments nearest to the H's; where none has that number, the grid of
-    `Shape.from_mesh` of about as many. Raises `InputError` unless there is to be one
-    point at least.
+    The paper's numbers of points are those of an object with `PAPER_VOLUME`; 56 cells of
+    40 x 25 x 25 mm have exactly 0.04 points/cm³. Among centred grids of nearly cubic
+    cells with this number of centres in the H, that one is chosen whose equal point
+    masses have the second moments nearest to the H's; if there is none, the grid of
+    `Shape.from_mesh` of about as many. Raises `InputError` for less than one point.
     """
     wanted = round(PAPER_VOLUME * points_per_cm3)
     base = held.points(points=wanted)
@@ -163,7 +159,7 @@ def _bars() -> tuple[Part, ...]:
 
 
 def _grids(count: int) -> Iterator[tuple[Array, Array]]:
-    """Centres (count, 3) and cells (3,) [m] of the grids with so many centres in the
+    """Centres (count, 3) and cell sides (3,) [m] of the grids with `count` centres in the
     H."""
     corners = [
         (

@@ -1,5 +1,5 @@
-"""Objects to wield, with exact inertia: boxes and cylinders joined or cut out, or
-meshes; and how they are held."""
+"""Objects to wield, with exact inertia: assemblies of boxes and cylinders, or meshes;
+and their pose in the sensor frame."""
 
 from collections.abc import Sequence
 from dataclasses import field
@@ -28,24 +28,24 @@ STEEL, ASH_WOOD = 7850.0, 680.0
 """Densities [kg/m³]."""
 
 SECTIONS = 96
-"""Sides of the prism that stands for a cylinder in a mesh: its volume is 0.07 % too
+"""Number of sides of the prism for a cylinder in a mesh, whose volume is 0.07 % too
 small."""
 
 
 @immutable
 class Part:
-    """A homogeneous solid, its centre and axes given in the assembly's frame."""
+    """A homogeneous solid, with centre and axes in the assembly's frame."""
 
     solid: Literal["box", "cylinder", "half cylinder"]
     size: tuple[float, ...]
-    """Box: its three sides; cylinders: radius and height [m]."""
+    """three sides of a box; radius and height of cylinders [m]"""
     density: float
     """[kg/m³]; negative for a hole in a solid of that density"""
     center: tuple[float, float, float]
-    """[m]; of a half cylinder, the middle of its flat side"""
+    """[m]; for a half cylinder, of its flat side"""
     axes: Array = field(default_factory=lambda: np.eye(3))
-    """(3, 3) part axes to assembly axes; a cylinder stands along its z, half a cylinder
-    on the side of positive y"""
+    """(3, 3) part axes to assembly axes; cylinders are along z, half cylinders at
+    positive y"""
 
     def __post_init__(self):
         freeze(self, "axes")
@@ -57,8 +57,8 @@ class Part:
             square = np.square(self.size)
             mass = self.density * float(np.prod(self.size))
             inertia = mass / 12.0 * (square.sum() - square)
-        # half a cylinder has the moments of a whole one of half the density, but for
-        # where its centre is
+        # about the middle of its flat side, half a cylinder has the moments of a whole
+        # one of half the density
         else:
             radius, height = self.size
             share = 1.0 if self.solid == "cylinder" else 0.5
@@ -79,8 +79,8 @@ class Part:
         return pose
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """Closed surface [m] in the assembly's frame; a cylinder is a prism of that
-        many sides."""
+        """Closed surface [m] in the assembly's frame; a cylinder is a prism with
+        `sections` sides."""
         import trimesh
 
         if self.solid == "box":
@@ -100,13 +100,12 @@ class Part:
 
 @immutable
 class Assembly:
-    """Parts rigidly joined; they do not overlap, but for holes, which are inside other
-    parts."""
+    """Rigidly joined parts, which do not overlap, except for holes inside others."""
 
     name: str
     parts: tuple[Part, ...]
     outline: tuple[Part, ...] | None = None
-    """What of it shows, holes among it; by default all parts"""
+    """visible parts and holes; by default all"""
 
     @property
     def parameters(self) -> InertialParameters:
@@ -114,8 +113,7 @@ class Assembly:
         return reduce(add, (part.parameters for part in self.parts))
 
     def mesh(self, sections: int = SECTIONS) -> "trimesh.Trimesh":
-        """One watertight surface [m] around what shows, which says nothing of materials
-        and of what is inside."""
+        """One watertight surface [m] of the visible parts."""
         import trimesh
 
         shown = self.parts if self.outline is None else self.outline
@@ -137,15 +135,15 @@ HAMMER_POSE = frozen(
         (0.0, 0.0, 0.0, 1.0),
     )
 )
-"""In the sensor frame: held by its handle 80 mm from the end, 60 mm off."""
+"""Pose of the hammer in the sensor frame: held by its handle 80 mm from the end, at a
+distance of 60 mm."""
 
 
 def hammer() -> Assembly:
-    """A joiner's hammer: handle of ash wood along z from its lower end at the origin,
-    steel head along x.
+    """A joiner's hammer: handle of ash wood along z from the origin, steel head along x.
 
-    It has 0.67 kg, five sixths of it in the head, and its centre of mass 0.25 m up; a
-    homogeneous body of the same shape would have it at 0.175 m.
+    Its mass is 0.67 kg, five sixths of it in the head, with the centre of mass at z =
+    0.25 m; a homogeneous body of the same shape would have it at 0.175 m.
     """
     along_x = np.array(((0.0, 0.0, 1.0), (0.0, 1.0, 0.0), (-1.0, 0.0, 0.0)))
     return Assembly(
@@ -161,14 +159,13 @@ def hammer() -> Assembly:
 
 @immutable
 class HeldObject:
-    """A rigid object, its true inertial parameters and its surface, held in a known
-    pose."""
+    """A rigid object with true inertial parameters and a surface, in a known pose."""
 
     name: str
     in_object: InertialParameters
-    """True parameters in the object's frame, that of its surface."""
+    """true parameters, in the frame of the surface"""
     surface: "trimesh.Trimesh"
-    """As one would scan it [m]."""
+    """visible surface [m]"""
     pose: Array
     """(4, 4) of the object in the sensor frame"""
 
@@ -177,8 +174,7 @@ class HeldObject:
 
     @classmethod
     def of(cls, assembly: Assembly, pose: ArrayLike, sections: int = SECTIONS) -> Self:
-        """An assembly of parts; `sections` are the sides of the prisms for its
-        cylinders."""
+        """A held assembly; `sections` as of `Part.mesh`."""
         return cls(
             assembly.name, assembly.parameters, assembly.mesh(sections), frozen(pose)
         )
@@ -190,11 +186,11 @@ class HeldObject:
         unit: str | None = "m",
         pose: ArrayLike | None = None,
     ) -> Self:
-        """Parts in one frame, each a mesh file and its density [kg/m³]; `unit` and
+        """An object of mesh files in one frame, each with its density [kg/m³]; `unit` and
         `pose` as for `Shape`.
 
-        The truth is the integral over the meshes. Raises `InputError` for a mesh that
-        cannot be read or is not watertight, and for a density that is not positive.
+        True parameters are integrals over the meshes. Raises `InputError` for a mesh
+        that cannot be read or is not watertight, and for a density that is not positive.
         """
         import trimesh
 
@@ -227,8 +223,7 @@ class HeldObject:
         return frozen(self.surface.extents)
 
     def points(self, points: int | None = None) -> Shape:
-        """Point masses in the surface, in the sensor frame, as `Shape.from_mesh`
-        chooses them."""
+        """Point masses in the surface by `Shape.from_mesh`, in the sensor frame."""
         return Shape.from_mesh(self.surface, pose=self.pose, points=points)
 
     def truth(
@@ -237,7 +232,7 @@ class HeldObject:
         on_sensor: bool = False,
         mesh_unit: str = "m",
     ) -> dict[str, Any]:
-        """As of `hefting.simulation.truth`."""
+        """As `hefting.simulation.truth`."""
         return truth(
             self.parameters,
             self.extents,

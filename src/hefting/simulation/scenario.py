@@ -1,4 +1,4 @@
-"""A simulated recording from beginning to end: the log and the truth of it."""
+"""Simulated recordings by name of arm, object and motion: the log and the truth."""
 
 from collections.abc import Sequence
 from dataclasses import asdict, field, replace
@@ -33,36 +33,36 @@ OBJECTS = (*MODULAR, JOINER_HAMMER)
 steel."""
 
 MOST_SAMPLES = 5_000_000
-"""Of a simulated motion."""
+"""Most samples of a simulated motion."""
 
 
 @immutable
 class Simulated:
-    """What came of a scenario."""
+    """Result of a scenario."""
 
     wielding: Wielding
     """exact motion and wrench, from MuJoCo"""
     recording: Recording
-    """the log, faults and all"""
+    """the log with faults"""
     facts: dict[str, Any]
-    """the truth, ready for JSON, with the keys that
-    `hefting.identification.truth.load_truth` reads"""
+    """the truth, ready for JSON, with the keys of
+    `hefting.identification.truth.load_truth`"""
     warnings: tuple[str, ...]
-    """what the real arm would not do"""
+    """limits that the motion exceeds"""
 
 
 @immutable
 class Scenario:
-    """What is simulated; `run` does it. The same for the same `seed`."""
+    """Arm, object, motion and faults to simulate; the same for the same `seed`."""
 
     held: HeldObject
     arm: Arm = UR5
     motion: str = "sinusoids"
     """one of `MOTIONS`"""
     angular_speed: float | None = None
-    """mean over the motion [rad/s]; by default 1, and of no meaning for stop-and-go"""
+    """mean over the motion [rad/s], by default 1; not for stop-and-go"""
     speed_limit: float | None = None
-    """of the sensor's origin, not to be exceeded [m/s]"""
+    """of the sensor's origin [m/s]"""
     duration: float = 10.0
     """[s]"""
     rates: Rates = field(default_factory=lambda: Rates(wrench=100.0, pose=100.0))
@@ -73,10 +73,10 @@ class Scenario:
     seed: int = 0
 
     def joints(self) -> JointMotion:
-        """The motion of the joints, at the lowest rate of which all `rates` are parts.
+        """The motion of the joints, at the lowest rate that all `rates` divide.
 
-        Raises `InputError` for a motion that is not known, numbers out of range, less
-        than two samples, and more than `MOST_SAMPLES`.
+        Raises `InputError` for an unknown motion, numbers out of range, less than two
+        samples, and more than `MOST_SAMPLES`.
         """
         rate = _common_rate(self.rates)
         if not self.duration * rate <= MOST_SAMPLES:
@@ -103,8 +103,7 @@ class Scenario:
     def run(self) -> Simulated:
         """Wield the object in MuJoCo and record it.
 
-        Raises `MissingDependencyError` without MuJoCo, and `InputError` as `joints`
-        does.
+        Raises `MissingDependencyError` without MuJoCo, and `InputError` as `joints`.
         """
         joints = self.joints()
         wielding = wield_in_mujoco(self.arm, joints, self.held.parameters, self.gravity)
@@ -138,7 +137,7 @@ def named_arm(name: str, sensor_frame: str | None = None) -> Arm:
     sensor.
 
     Raises `InputError` for another name, for a URDF without `sensor_frame`, and as
-    `Arm.from_urdf` does.
+    `Arm.from_urdf`.
     """
     if name.lower() in ARMS:
         if sensor_frame is not None:
@@ -164,10 +163,9 @@ def named_object(
     """One of `OBJECTS`, or mesh files separated by commas, each with its density
     [kg/m³].
 
-    `pose` (4, 4) is that of the object in the sensor frame: by default how the named
-    ones are held, and the identity for meshes. Raises `InputError` for another name,
-    for a number of densities that is not that of the meshes, and as
-    `HeldObject.from_meshes` does.
+    `pose` (4, 4) is that of the object in the sensor frame: by default the pose of the
+    named object, or the identity for meshes. Raises `InputError` for another name, for
+    another number of densities than of meshes, and as `HeldObject.from_meshes`.
     """
     lower = name.lower()
     if lower in OBJECTS:
@@ -193,7 +191,7 @@ def named_object(
 
 
 def random_six(force: float, torque: float, seed: int | Sequence[int]) -> Array:
-    """A force [N] and a torque [N m] of these magnitudes in random directions, (6,)."""
+    """(6,) force [N] and torque [N m] of these magnitudes in random directions."""
     directions = np.random.default_rng(seed).normal(size=(2, 3))
     directions /= np.linalg.norm(directions, axis=1, keepdims=True)
     return np.concatenate((force * directions[0], torque * directions[1]))

@@ -1,12 +1,12 @@
-"""A simulated recording of joint torques: the arm with an object, and the same arm
-without one; with the URDF that says of the arm what its maker does.
+"""Simulated recordings of joint torques, of an arm with and without an object, with the
+arm's published URDF.
 
     tau = M(q) ddq + ... (MuJoCo's inverse dynamics, with the payload)
         + rotor ddq
         + (coulomb (1 - softening h) + load |tau of the rigid bodies|) sign(dq)
         + viscous dq + offset + drift h + noise
 
-h in 0..1 is how warm the gears are, 1 - exp(-t / tau).
+h = 1 - exp(-t / `warm_up`) is the warmth of the gears, from 0 to 1.
 """
 
 from dataclasses import asdict, dataclass, field
@@ -28,18 +28,18 @@ from hefting.simulation.objects import HeldObject
 from hefting.simulation.wield import inverse_dynamics, mujoco_version
 
 SMOOTH = 0.002
-"""[rad/s] Speed over which friction changes its sign."""
+"""[rad/s] Scale v of the sign of friction, tanh(dq / v)."""
 
 
 @dataclass(frozen=True)
 class TorqueFaults:
-    """What a joint's torque has besides that of rigid bodies; pairs are of the first
-    and the last joint, those between lie between."""
+    """Torques of a joint besides those of rigid bodies; pairs are of the first and the
+    last joint, with a geometric progression between (`MassiveArm.per_joint`)."""
 
     noise: float = 1.0
-    """times that of the arm (`MassiveArm.torque_noise`)"""
+    """factor of `MassiveArm.torque_noise`"""
     noise_correlation: float = 0.0
-    """of the noise from one hundredth of a second to the next"""
+    """of the noise over a hundredth of a second"""
     coulomb: tuple[float, float] = (1.5, 0.3)
     """[N m]"""
     load_friction: float = 0.03
@@ -51,18 +51,19 @@ class TorqueFaults:
     offset: tuple[float, float] = (0.5, 0.1)
     """standard deviations [N m]"""
     drift: tuple[float, float] = (0.05, 0.02)
-    """standard deviations of what offsets change by from cold to warm [N m]"""
+    """standard deviations of the change of offsets from cold to warm [N m]"""
     softening: float = 0.1
-    """share of the Coulomb friction that goes from cold to warm"""
+    """share of the Coulomb friction that vanishes from cold to warm"""
     warm_up: float = 300.0
-    """time constant tau [s]"""
+    """time constant [s]"""
     joint_noise: float = 2e-5
     """standard deviation of joint angles [rad]"""
 
 
 @immutable
 class TorqueRobot:
-    """One robot of a kind: its true links, frictions and offsets follow from `seed`."""
+    """One specimen of a robot: its true links, frictions and offsets follow from
+    `seed`."""
 
     massive: MassiveArm
     faults: TorqueFaults = TorqueFaults()
@@ -77,10 +78,9 @@ class TorqueRobot:
         seed: int = 0,
     ) -> Recording:
         """Positions and torques of the joints along a motion that begins at `start` [s]
-        after the robot was switched on, with `body` (in the sensor frame) or nothing at
-        its end.
+        after the robot was switched on, with `body` (in the sensor frame) or without.
 
-        The noise follows from both seeds, all else from the robot's own. Raises
+        The noise depends on both seeds, all else on the robot's own. Raises
         `MissingDependencyError` without MuJoCo, and `InputError` as
         `inverse_dynamics`.
         """
@@ -88,7 +88,7 @@ class TorqueRobot:
         links = self.massive.true_links(self.seed)
         rigid = inverse_dynamics(self.massive.arm, joints, links, body, gravity)
         time = start + joints.time
-        torque = rigid + self._more(joints, rigid, time)
+        torque = rigid + self._joint_torques(joints, rigid, time)
         torque = torque + self._noise(time, rng)
         noise = self.faults.joint_noise * rng.standard_normal(rigid.shape)
         names = self.massive.arm.robot.joints
@@ -101,18 +101,19 @@ class TorqueRobot:
             joint_names=names,
         )
 
-    def _more(self, joints: JointMotion, rigid: Array, time: Array) -> Array:
+    def _joint_torques(self, joints: JointMotion, rigid: Array, time: Array) -> Array:
+        """(K, n) friction, rotor and offset torques [N m]."""
         f, each = self.faults, self.massive.per_joint
         rng = np.random.default_rng([self.seed, 42])
-        own = np.exp(0.3 * rng.standard_normal((3, self.massive.arm.n)))
-        wander = rng.standard_normal((2, self.massive.arm.n))
-        warm = -np.expm1(-time / f.warm_up)[:, None]
+        factors = np.exp(0.3 * rng.standard_normal((3, self.massive.arm.n)))
+        normal = rng.standard_normal((2, self.massive.arm.n))
+        warmth = -np.expm1(-time / f.warm_up)[:, None]
         sign = np.tanh(joints.velocity / SMOOTH)
-        coulomb = own[0] * each(*f.coulomb) * (1.0 - f.softening * warm)
+        coulomb = factors[0] * each(*f.coulomb) * (1.0 - f.softening * warmth)
         friction = (coulomb + f.load_friction * np.abs(rigid)) * sign
-        friction += own[1] * each(*f.viscous) * joints.velocity
-        rotor = own[2] * each(*f.rotor) * joints.acceleration
-        offset = each(*f.offset) * wander[0] + each(*f.drift) * wander[1] * warm
+        friction += factors[1] * each(*f.viscous) * joints.velocity
+        rotor = factors[2] * each(*f.rotor) * joints.acceleration
+        offset = each(*f.offset) * normal[0] + each(*f.drift) * normal[1] * warmth
         return friction + rotor + offset
 
     def _noise(self, time: Array, rng: np.random.Generator) -> Array:
@@ -124,33 +125,33 @@ class TorqueRobot:
 
 
 BETWEEN = 60.0
-"""[s] From the start of the empty run to that of the loaded one, at least; gears warm
-up meanwhile."""
+"""[s] Least time from the start of the empty run to that of the loaded one, in which
+gears warm up."""
 
 
 @immutable
 class TorquesSimulated:
-    """What came of a scenario."""
+    """Result of a scenario."""
 
     loaded: Recording
-    """angles and torques of the joints with the object"""
+    """joint angles and torques with the object"""
     empty: Recording
-    """of another motion, without it, before"""
+    """those of an earlier, other motion without it"""
     urdf: str
-    """the arm as published; its flange is the link ``flange``"""
+    """the published arm; its last link is ``flange``"""
     facts: dict[str, Any]
-    """as of `hefting.simulation.scenario.Simulated`"""
+    """as in `hefting.simulation.scenario.Simulated`"""
 
 
 @immutable
 class TorqueScenario:
-    """What is simulated; `run` does it. The same for the same `seed`."""
+    """Arm, object and faults to simulate; the same for the same `seed`."""
 
     held: HeldObject
     arm: str = "ur5e"
     """one of `TORQUE_ARMS`"""
     duration: float = 30.0
-    """of either run [s]"""
+    """of each run [s]"""
     rate: float = 100.0
     """[Hz]"""
     gravity: ArrayLike = STANDARD_GRAVITY

@@ -1,5 +1,5 @@
-"""Wielding: the wrench a moving body needs, by Newton's and Euler's equations or by
-MuJoCo, which shares no formula with us; and the log a robot would write of it."""
+"""Wielding: the wrench of a moving body, by Newton's and Euler's equations or,
+independently, by MuJoCo; and the log that a robot would write of it."""
 
 from collections.abc import Iterable, Iterator, Sequence
 from contextlib import contextmanager
@@ -26,8 +26,8 @@ from hefting.robots.joint_motion import require_its_joints
 from hefting.simulation.arm import Arm, JointMotion, SensorMotion
 
 POSE_NOISE = (1e-4, 3.5e-4)
-"""Standard deviations, per axis, of the pose a cobot reports: position [m] and
-orientation [rad] (0.02°)."""
+"""Standard deviations, per axis, of a cobot's poses: position [m] and orientation [rad]
+(0.02°)."""
 
 
 def wield(
@@ -35,13 +35,13 @@ def wield(
     body: InertialParameters,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Measurements:
-    """Exact measurements, in sensor axes, of a `body` given in the sensor frame that
-    follows `motion`.
+    """Exact measurements, in sensor axes, of a `body` in the sensor frame that follows
+    `motion`.
 
-    The wrench comes from Newton's and Euler's equations at the centre of mass, moved to
-    the sensor origin: f = m (a_c - g), tau = J_c alpha + w x J_c w + c x f. The
-    regressors of `hefting.core.regressor` are not used. `gravity` (3,) is in world axes
-    [m/s²]. Raises `InputError` for a body without mass.
+    The wrench is by Newton's and Euler's equations at the centre of mass, moved to the
+    sensor's origin: f = m (a_c - g), tau = J_c alpha + w x J_c w + c x f, without the
+    regressors of `hefting.core.regressor`. `gravity` (3,) is in world axes [m/s²].
+    Raises `InputError` for a body without mass.
     """
     if not body.mass > 0.0:
         raise InputError(
@@ -72,14 +72,13 @@ def simulate(
     seed: int = 0,
     exact: bool = False,
 ) -> Recording:
-    """The log of a robot that wields `body` (given in the sensor frame) along `motion`.
+    """The log of a robot that wields `body` (in the sensor frame) along `motion`.
 
     Pose and wrench are recorded at the times of `motion` with seeded Gaussian noise:
     `noise` on the wrench, `pose_noise` on position [m] and orientation [rad], along
-    each axis. With `on_sensor` the sensor shows the wrench exerted on itself, the
-    opposite of the project's sign; `bias` (6,) [N, N m] is added to that. With `exact`
-    it records velocities, without noise, and accelerations, with their levels of
-    `noise`, as well.
+    each axis. With `on_sensor` the wrench is that exerted on the sensor, the opposite of
+    the project's sign; then `bias` (6,) [N, N m] is added. With `exact` the log has also
+    velocities, without noise, and accelerations, with their levels of `noise`.
     """
     from scipy.spatial.transform import Rotation
 
@@ -124,9 +123,9 @@ def truth(
     on_sensor: bool = False,
     name: str = "object",
 ) -> dict[str, Any]:
-    """What is to be found, ready for JSON: `body` in the sensor frame, and how log and
-    mesh are to be read. `extents` (3,) are the sides [m] of the shape's bounding box
-    along the axes of its own file."""
+    """The truth, ready for JSON: `body` in the sensor frame, and conventions of log and
+    mesh. `extents` (3,) are the sides [m] of the shape's bounding box along the axes of
+    its own file."""
     return {
         "name": name,
         "gravity_world": np.asarray(gravity, dtype=float).tolist(),
@@ -152,8 +151,8 @@ MOTION = (
 """MuJoCo's sensors of the motion of a frame."""
 
 LINK = '<inertial mass="1" pos="0 0 0" diaginertia="0.01 0.01 0.01"/>'
-"""MuJoCo wants every moving body to have a mass; those before the sensor do not show in
-its wrench."""
+"""Inertial of links without masses: MuJoCo needs one for every moving body; those before
+the sensor do not affect its wrench."""
 
 
 @immutable
@@ -163,12 +162,11 @@ class Wielding:
     arm: Arm
     joints: JointMotion
     body: InertialParameters
-    """In the sensor frame."""
+    """in the sensor frame"""
     motion: SensorMotion
-    """Of the sensor frame, in world axes."""
+    """of the sensor frame, in world axes"""
     measurements: Measurements
-    """The same in sensor axes, with gravity and the wrench exerted by the sensor on the
-    body."""
+    """motion, gravity and the wrench of the sensor on the body, in sensor axes"""
     gravity: Array
     """(3,) in world axes [m/s²]"""
 
@@ -179,12 +177,12 @@ def wield_in_mujoco(
     body: InertialParameters,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Wielding:
-    """MuJoCo's inverse dynamics of an `arm` that holds `body` (given in the sensor
-    frame) and moves as prescribed.
+    """MuJoCo's inverse dynamics of an `arm` that holds `body` (in the sensor frame) and
+    follows a motion of its joints.
 
-    All of motion and wrench is read from MuJoCo's sensors at the sensor frame.
-    `gravity` (3,) is in world axes [m/s²]. Raises `MissingDependencyError` without
-    MuJoCo, `InputError` for a body that cannot exist.
+    Motion and wrench are read from MuJoCo's sensors at the sensor frame. `gravity` (3,)
+    is in world axes [m/s²]. Raises `MissingDependencyError` without MuJoCo, `InputError`
+    for an impossible body.
     """
     mujoco = _mujoco()
     require_its_joints(arm.robot, joints)
@@ -198,8 +196,8 @@ def wield_in_mujoco(
 
 @contextmanager
 def _model(mujoco: Any, text: str) -> Iterator[Any]:
-    """Raises `InputError` for what MuJoCo refuses, and warns of, which it would print and
-    write to a file in the working folder."""
+    """MuJoCo's model of an MJCF text. Raises `InputError` for its errors and warnings; by
+    default it prints warnings and writes them to a file in the working folder."""
     warned: list[str] = []
     mujoco.set_mju_user_warning(warned.append)
     try:
@@ -242,7 +240,7 @@ def _wield(
         read, (3, 6, 9, 13, 16, 19, 22), axis=1
     )
     rotation = rotation_matrices(wxyz[:, [1, 2, 3, 0]])
-    # theirs has gravity in it
+    # MuJoCo's acceleration is less gravity
     motion = SensorMotion(joints.time, place, rotation, v, w, acc + g, alpha)
     world = (np.broadcast_to(g, w.shape), motion.linear_acceleration, w, alpha)
     down, a, spin, change = (
@@ -253,8 +251,7 @@ def _wield(
 
 
 def mujoco_version() -> str:
-    """Version of the MuJoCo that is installed; `MissingDependencyError` when none
-    is."""
+    """Version of the installed MuJoCo; `MissingDependencyError` without."""
     return _mujoco().__version__
 
 
@@ -264,7 +261,7 @@ def wield_analytically(
     body: InertialParameters,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Wielding:
-    """The same by `Arm.motion` and `wield`, which need no simulator."""
+    """As `wield_in_mujoco`, by `Arm.motion` and `wield`, without a simulator."""
     motion = arm.motion(joints)
     return Wielding(
         arm, joints, body, motion, wield(motion, body, gravity), frozen(gravity)
@@ -277,12 +274,11 @@ def mjcf(
     gravity: ArrayLike = STANDARD_GRAVITY,
     links: Sequence[InertialParameters] = (),
 ) -> str:
-    """The arm and the body at its end, if any, as MJCF, with the sensors this module
-    reads.
+    """MJCF of the arm and the held body, if any, with sensors of motion and wrench.
 
-    Bodies stand in base axes where the arm's screws are at rest, about a point of the
-    screw's axis: so do the `links`, one a screw, where they are known. The last is the
-    held body, in the sensor frame.
+    Bodies are in base axes with all screws at zero, about a point on the screw's axis,
+    as are `links`, one per screw, if given. The last is the held body, in the sensor
+    frame.
     """
     robot = arm.robot
     inertial = "" if body is None else _inertial(body)
@@ -298,10 +294,10 @@ def mjcf(
     ):
         joint = f'<joint type="{"slide" if screw.slides else "hinge"}" axis="{numbers(screw.axis)}"/>'
         chain = f'<body pos="{numbers(place)}">{joint}{own}{chain}</body>'
-    shown = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in MOTION)
+    sensors = "".join(f'<{name} objtype="site" objname="sensor"/>' for name in MOTION)
     return (
         f'<mujoco><option gravity="{numbers(np.asarray(gravity, dtype=float))}"/><worldbody>{chain}</worldbody>'
-        f'<sensor><force site="sensor"/><torque site="sensor"/>{shown}</sensor></mujoco>'
+        f'<sensor><force site="sensor"/><torque site="sensor"/>{sensors}</sensor></mujoco>'
     )
 
 
@@ -321,11 +317,11 @@ def inverse_dynamics(
     body: InertialParameters | None,
     gravity: ArrayLike = STANDARD_GRAVITY,
 ) -> Array:
-    """(K, n) torques [N m] by which the motors move an arm of these `links`, as of
-    `mjcf`, that holds `body` (given in the sensor frame), or nothing.
+    """(K, n) torques [N m] of the motors of an arm with `links`, as in `mjcf`, that holds
+    `body` (in the sensor frame), if any.
 
-    Raises `MissingDependencyError` without MuJoCo, `InputError` for a body that MuJoCo
-    cannot hold, and for joints that mimic others.
+    Raises `MissingDependencyError` without MuJoCo, `InputError` for an impossible body,
+    and for joints that mimic others.
     """
     mujoco = _mujoco()
     screws = arm.robot.screws
@@ -351,5 +347,5 @@ def _mujoco() -> Any:
 
 
 def numbers(values: Iterable[float]) -> str:
-    """As text, with blanks between, that reads back as the same doubles."""
+    """Values as text, separated by blanks, that is read as the same doubles."""
     return " ".join(repr(float(value)) for value in values)

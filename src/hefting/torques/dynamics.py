@@ -3,11 +3,11 @@ parameters of its links and of the payload.
 
     tau = W(q, dq, ddq) pi + Y(q, dq, ddq) phi
 
-W holds ten columns a link and comes from Pinocchio (extra `robot`). The payload is fixed
-to the last moving link, so Y is its ten columns times the constant map from the
-payload's parameters, in sensor axes about the sensor's origin, to those of that link.
-The arm is found only up to its base parameters: of W a set of columns is kept that
-spans the others in any motion (Gautier & Khalil 1990).
+W holds ten columns per link and comes from Pinocchio (extra `robot`). The payload is
+fixed to the last moving link, so Y is the ten columns of that link times the constant
+map from the payload's parameters, in sensor axes about the sensor's origin, to those of
+the link. The arm's parameters are identifiable only up to base parameters: a set of
+columns of W that spans the others in any motion is kept (Gautier & Khalil 1990).
 """
 
 from dataclasses import field
@@ -34,14 +34,14 @@ from hefting.robots import Robot
 from hefting.robots.urdf import SCALAR, read_urdf
 
 DRAWS = 200
-"""Number of random states that tell which columns span the others: each gives n
-equations, and an arm of n joints has at most 10 n columns."""
+"""Number of random states at which W is tested for independent columns: each gives n
+equations for the 10 n columns of an arm of n joints."""
 DEPENDENT = 1e-8
-"""Part of a column that those before leave, relative to its length, below which it is
-rounding."""
+"""A column depends on those before it if the part of it that they do not span is
+shorter than this, relative to the column."""
 ORDER = np.array((0, 1, 2, 3, 4, 5, 7, 6, 8, 9))
-"""Where Pinocchio, which has m, mc, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz, keeps each of the
-project's parameters."""
+"""Index in Pinocchio's order (m, mc, Jxx, Jxy, Jyy, Jxz, Jyz, Jzz) of each parameter in
+the order of `core.spatial`."""
 
 
 @immutable
@@ -50,20 +50,20 @@ class JointDynamics:
     the robot stay at zero."""
 
     robot: Robot
-    """Kinematics by the project's own URDF reader."""
+    """Kinematics, by `hefting.robots`"""
     model: Any = field(repr=False)
-    """Pinocchio's, of these joints alone"""
+    """Pinocchio's model with these joints only"""
 
     @classmethod
     def from_urdf(
         cls, path: str | Path, sensor_frame: str, gravity: ArrayLike = STANDARD_GRAVITY
     ) -> Self:
-        """Of a URDF whose link `sensor_frame` holds the payload; `gravity` (3,) is in
-        root axes [m/s²].
+        """Dynamics of a URDF whose link `sensor_frame` holds the payload; `gravity` (3,)
+        is in root axes [m/s²].
 
         Raises `InputError` as `Robot.from_urdf` and `check_gravity`, for a frame that
-        no joint moves, and for a chain of other joints than revolute and prismatic ones
-        with a position of their own; `MissingDependencyError` without Pinocchio.
+        no joint moves, and for a mimic joint, or one with several positions, between
+        root and frame; `MissingDependencyError` without Pinocchio.
         """
         tree = read_urdf(path)
         robot = Robot.from_tree(tree, sensor_frame)
@@ -98,8 +98,7 @@ class JointDynamics:
 
     @property
     def efforts(self) -> Array:
-        """(n,) largest torque of each joint by the URDF [N m], infinite where it has
-        none."""
+        """(n,) effort limits of the joints in the URDF [N m], infinite if not given."""
         limits = np.array(self.model.effortLimit, dtype=float)
         return np.where(limits > 0.0, limits, np.inf)
 
@@ -110,16 +109,15 @@ class JointDynamics:
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Of the joints, from the base to the sensor frame."""
+        """Names of the joints, from the base to the sensor frame."""
         return self.robot.joints
 
     def regressor(self, q: Array, dq: Array, ddq: Array) -> Array:
-        """(K, n, 10 n) W: ten columns a link from the base on, each in the axes of its
-        joint; `q`, `dq` and `ddq` are (K, n) [rad, rad/s, rad/s²]."""
+        """(K, n, 10 n) W: ten columns per link from the base on, in the axes of the
+        link's joint; `q`, `dq` and `ddq` are (K, n) [rad, rad/s, rad/s²]."""
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
         data = self.model.createData()
-        # joints that turn without end have two numbers, cosine and sine
         values = self._configurations(q), dq, ddq
         W = np.empty((len(q), self.joints, 10 * self.joints))
         for k, (a, b, c) in enumerate(zip(*values, strict=True)):
@@ -129,7 +127,7 @@ class JointDynamics:
 
     @cached_property
     def arm(self) -> Array:
-        """(10 n,) the links' parameters as the URDF has them."""
+        """(10 n,) parameters of the links in the URDF, in the order of W's columns."""
         inertias = list(self.model.inertias)[1:]
         return np.concatenate([each.toDynamicParameters()[ORDER] for each in inertias])
 
@@ -140,18 +138,18 @@ class JointDynamics:
 
     @cached_property
     def _drawn(self) -> Array:
-        """(DRAWS n, 10 n) W in random states."""
+        """(DRAWS n, 10 n) W at random states."""
         rng = np.random.default_rng(0)
         q, dq, ddq = rng.uniform(-1.5, 1.5, (3, DRAWS, self.joints))
         return self.regressor(q, dq, ddq).reshape(-1, 10 * self.joints)
 
     @cached_property
     def links(self) -> Array:
-        """(b, 10 n) parameters of the `base` columns that give the torques by each of
-        the links'."""
+        """(b, 10 n) map of the links' parameters to base parameters, which give the same
+        torques by the `base` columns alone."""
         W = self._drawn
-        found = np.linalg.lstsq(W[:, self.base], W, rcond=None)[0]
-        return np.asarray(found, dtype=float)
+        to_base = np.linalg.lstsq(W[:, self.base], W, rcond=None)[0]
+        return np.asarray(to_base, dtype=float)
 
     @cached_property
     def payload(self) -> Array:
@@ -159,7 +157,7 @@ class JointDynamics:
         origin, to those of the last link: Y = W[:, :, -10:] T."""
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
 
-        # the sensor frame by the project's reader, beside Pinocchio's last joint
+        # pose of the sensor frame in the frame of Pinocchio's last joint, at q = 0
         zero = np.zeros((1, self.joints))
         position, orientation = self.robot.poses(zero)
         data = self.model.createData()
@@ -170,7 +168,8 @@ class JointDynamics:
         return transfer(place, R.T @ rotation_matrices(orientation[0]))
 
     def _configurations(self, q: Array) -> Array:
-        """(K, nq) as Pinocchio wants them."""
+        """(K, nq) joint positions for Pinocchio: those of continuous joints as cosine
+        and sine."""
         if self.model.nq == self.joints:
             return q
         columns: list[Array] = []
@@ -194,8 +193,8 @@ def transfer(position: Array, rotation: Array) -> Array:
 
 
 def independent_columns(A: Array) -> Indices:
-    """Indices, in order, of columns of A (r, c) that span the others: the later ones
-    are left out."""
+    """Increasing indices of columns of A (r, c) that span the others: each column that
+    depends on those before it is left out (Gram-Schmidt)."""
     lengths = np.sqrt((A * A).sum(axis=0))
     lengths = np.where(lengths > DEPENDENT * lengths.max(), lengths, np.inf)
     left, kept = A / lengths, []
@@ -205,12 +204,12 @@ def independent_columns(A: Array) -> Indices:
             kept.append(i)
             unit = left[:, i] / length
             left = left - np.outer(unit, unit @ left)
-            left = left - np.outer(unit, unit @ left)
+            left = left - np.outer(unit, unit @ left)  # again, against rounding
     return np.array(kept)
 
 
 def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
-    """Pinocchio's model of these joints, the others fixed at zero."""
+    """Pinocchio's model of these joints, with the others fixed at zero."""
     try:
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
     except ImportError as error:

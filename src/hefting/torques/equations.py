@@ -1,18 +1,18 @@
-"""Equations of joint torques: one row a joint and sample, in the unknowns that are
-there; and their moments at each time scale.
+"""Equations of joint torques, one row per joint and sample, and their moments at each
+time scale.
 
     tau_j - (arm's own torque, where it is known)
         = o_j + (c_j + l_j |tau_j|) s(dq_j) + v_j dq_j + a_j ddq_j
         + L (p_j + d_j s(dq_j))
         + w_j' beta + y_j' phi
 
-with the offset o_j, Coulomb friction c_j and its part l_j that grows with the rigid
-bodies' torque, viscous friction v_j and the rotor's reflected inertia a_j. s is a
-smoothed sign; L is 1 in samples with the payload and 0 in those without, so that p_j
-and d_j are what has changed of offset and friction. The torque and every column pass
-the same linear filter: the average over some milliseconds, of which the friction by load
-is made, so that another load needs no sample again. Where a joint hardly moves
-its friction has no law, so that its row is left out.
+with the offset o_j, Coulomb friction c_j, the friction l_j per rigid-body torque tau_j,
+viscous friction v_j, reflected inertia of the rotor a_j, base parameters of the arm
+beta and parameters of the payload phi. s is a smoothed sign. L is 1 in samples with the
+payload and 0 in those without, so p_j and d_j are the changes of offset and Coulomb
+friction under load. The torque and all columns are averaged over 1 / `RATE`; the
+friction by load is computed from these averages, so another load does not need the
+samples. A row is left out where its joint is so slow that friction follows no law.
 """
 
 from __future__ import annotations
@@ -39,26 +39,26 @@ OWN = (
     "change of the offset under load",
     "change of the Coulomb friction under load",
 )
-"""What each joint has of its own."""
+"""Nuisances: the unknowns of one joint each, in the order of their columns."""
 COULOMB_FRICTION = OWN.index("Coulomb friction")
 FRICTION_BY_LOAD = OWN.index("friction by load")
 OFFSET_CHANGE = OWN.index("change of the offset under load")
 FRICTION_CHANGE = OWN.index("change of the Coulomb friction under load")
 SIGN_SPEED = 0.01
-"""[rad/s] Speed over which the smoothed sign changes."""
+"""[rad/s] Scale v of the smoothed sign, tanh(dq / v)."""
 RATE = 100.0
-"""[Hz] of the rows: held objects move below some 10 Hz."""
+"""[Hz] Rate of the rows: the motion of held objects is below some 10 Hz."""
 ROWS_TOGETHER = 4096
-"""Samples whose columns are in memory at once."""
+"""Number of samples whose columns are in memory at once."""
 
 
 @immutable
 class Load:
-    """Parameters that tell about how large the rigid bodies' torques are, by which
-    friction grows."""
+    """Approximate parameters of arm and payload, for the rigid-body torques in the
+    friction by load."""
 
     arm: Array
-    """(10 n,) of the links, as of `JointDynamics.arm`"""
+    """(10 n,) parameters of the links, as `JointDynamics.arm`"""
     payload: Array
     """(10,)"""
 
@@ -70,16 +70,16 @@ class Load:
 
 @immutable
 class Rows:
-    """Equations of a stretch of samples."""
+    """Equations of consecutive samples."""
 
     values: Array
     """(K, n, c) columns [own | arm | payload 10 | torque] [N m]"""
     time: Array
     """(K,) [s]"""
     used: Mask
-    """(K, n) which of them count"""
+    """(K, n) whether a row counts"""
     published: Array | None = None
-    """(K, n) torques of the URDF's arm [N m], where that is taken for the arm"""
+    """(K, n) torques of the URDF's arm [N m], if its parameters are taken as known"""
 
     @classmethod
     def of(
@@ -89,11 +89,11 @@ class Rows:
         loaded: bool,
         arm_known: bool = False,
     ) -> Self:
-        """Of a run with (`loaded`) or without the payload; friction by load is zero, see
-        `under`.
+        """Rows of a run with (`loaded`) or without the payload. The column of friction
+        by load is zero until `under` fills it.
 
-        With `arm_known` the URDF's inertias are taken for the arm's, and the columns of
-        its parameters left out.
+        With `arm_known` the arm has the URDF's parameters: its torques are subtracted,
+        and there are no columns of the arm.
         """
         starts = samples.bins(RATE)
         parts = [
@@ -107,47 +107,47 @@ class Rows:
         return cls(values, time, used, published if arm_known else None)
 
     def under(self, dynamics: JointDynamics, load: Load) -> Self:
-        """The same with friction by a `load`."""
+        """The rows with the column of friction by load, |tau_j| s(dq_j), for `load`."""
         values = self.values.copy()
-        rigid = values[..., -PAYLOAD - 1 : -1] @ load.payload
+        rigid_torque = values[..., -PAYLOAD - 1 : -1] @ load.payload
         if self.published is None:
             arm = values[..., len(OWN) : -PAYLOAD - 1]
-            rigid += arm @ (dynamics.links @ load.arm)
+            rigid_torque += arm @ (dynamics.links @ load.arm)
         else:
-            rigid += self.published
+            rigid_torque += self.published
         sign = values[..., COULOMB_FRICTION]
-        values[..., FRICTION_BY_LOAD] = np.abs(rigid) * sign
+        values[..., FRICTION_BY_LOAD] = np.abs(rigid_torque) * sign
         return replace(self, values=values)
 
 
 def columns(
     dynamics: JointDynamics, samples: TorqueSamples, loaded: bool, arm_known: bool
 ) -> tuple[Array, Array]:
-    """(K, n, c) columns of every sample, unfiltered, without friction by load; and
-    (K, n) torques of the URDF's arm."""
+    """Columns (K, n, c) of every sample, as `Rows.values` but not averaged and with zero
+    for the friction by load; and torques (K, n) of the URDF's arm [N m]."""
     dq, ddq = samples.velocity, samples.acceleration
     W = dynamics.regressor(samples.position, dq, ddq)
     arm = 0 if arm_known else len(dynamics.base)
-    found = np.zeros((*dq.shape, len(OWN) + arm + PAYLOAD + 1))
+    values = np.zeros((*dq.shape, len(OWN) + arm + PAYLOAD + 1))
     sign = np.tanh(dq / SIGN_SPEED)
-    for i, values in enumerate((1.0, sign, dq, ddq)):
-        found[..., i] = values
+    for i, column in enumerate((1.0, sign, dq, ddq)):
+        values[..., i] = column
     if loaded:
-        found[..., OFFSET_CHANGE], found[..., FRICTION_CHANGE] = 1.0, sign
+        values[..., OFFSET_CHANGE], values[..., FRICTION_CHANGE] = 1.0, sign
         Y = W[..., -PAYLOAD:] @ dynamics.payload
-        found[..., -PAYLOAD - 1 : -1] = Y
-    found[..., -1] = samples.torque
+        values[..., -PAYLOAD - 1 : -1] = Y
+    values[..., -1] = samples.torque
     published = W @ dynamics.arm
     if arm_known:
-        found[..., -1] -= published
+        values[..., -1] -= published
     else:
-        found[..., len(OWN) : len(OWN) + arm] = W[..., dynamics.base]
-    return found, published
+        values[..., len(OWN) : len(OWN) + arm] = W[..., dynamics.base]
+    return values, published
 
 
 def _parts(starts: Indices, samples: int) -> list[Indices]:
-    """Edges of whole bins, of at most `ROWS_TOGETHER` samples where bins are
-    shorter."""
+    """Edges of consecutive bins, in parts of at most `ROWS_TOGETHER` samples, or one bin
+    if that is longer."""
     edges = np.append(starts, samples)
     parts: list[Indices] = []
     first = 0
@@ -168,57 +168,56 @@ def _averages(
 ) -> tuple[Array, Array, Array, Array]:
     """Columns, torques of the URDF's arm, time and velocity, averaged between
     `edges`."""
-    chosen = samples[int(edges[0]) : int(edges[-1])]
-    values, published = columns(dynamics, chosen, loaded, arm_known)
-    found = values, published, chosen.time, chosen.velocity
+    part = samples[int(edges[0]) : int(edges[-1])]
+    values, published = columns(dynamics, part, loaded, arm_known)
+    each_sample = values, published, part.time, part.velocity
     if (np.diff(edges) == 1).all():
-        return found
+        return each_sample
     starts = edges[:-1] - edges[0]
-    values, published, time, velocity = (averages(each, starts) for each in found)
+    values, published, time, velocity = (averages(x, starts) for x in each_sample)
     return values, published, time, velocity
 
 
 LEVELS = 7
-"""Scales whose differences are kept apart; the last is of 2^6 and 2^6 rows, 0.64 s and
-0.64 s at 100 Hz."""
+"""Number of time scales: at scale l, averages over 2^l rows are compared with the next
+ones; at the last these are 0.64 s long at 100 Hz."""
 HALF = 0.5**0.5
 
 
 @immutable
 class TorqueScales:
-    """Moments at each time scale, from which the noise and its colour are found after
-    the samples are gone.
+    """Moments at each time scale, from which the noise and its colour are found when the
+    samples are no longer kept.
 
-    Rows that follow one another are turned into their Haar coefficients: differences of
-    neighbours, then of averages of two, of four ..., and what is left in the end. The
-    transform is orthonormal, so that the factors of all scales together are those of
-    the rows; and where the noise is coloured, its coefficients at different scales are
-    nearly independent, each scale with a variance of its own (Wornell 1993). So weights
-    by scale are generalised least squares, and intervals allow for the colour.
+    Consecutive rows are transformed to their Haar coefficients: scaled differences of
+    neighbours, then of averages of two, of four ..., and the averages that remain. The
+    transform is orthonormal, so the factors of all scales together are those of the
+    rows. Coefficients of coloured noise at different scales are nearly independent,
+    with one variance per scale (Wornell 1993), by which intervals allow for the colour.
     """
 
     levels: tuple[TorqueMoments, ...]
+    """`LEVELS` scales of differences, and the averages that remain"""
 
     @classmethod
     def empty(cls, joints: int, own: int, arm: int = 0) -> Self:
-        """No samples yet; for the arguments see `TorqueMoments.empty`."""
+        """Moments of no samples; arguments as of `TorqueMoments.empty`."""
         none = TorqueMoments.empty(joints, own, arm)
         return cls((none,) * (LEVELS + 1))
 
     def fold(self, rows: Rows) -> Self:
-        """Moments with rows that follow one another in time, none before or after
-        them."""
+        """Moments with consecutive rows added, as a run of their own."""
         values = rows.values * rows.used[:, :, None]
-        left, share = _padded(values), _padded(rows.used.astype(float))
+        sums, share = _padded(values), _padded(rows.used.astype(float))
         levels = list(self.levels)
         for level in range(LEVELS):
-            pairs = left.reshape(-1, 2, *left.shape[1:])
+            pairs = sums.reshape(-1, 2, *sums.shape[1:])
             each = share.reshape(-1, 2, share.shape[1])
             difference = HALF * (pairs[:, 0] - pairs[:, 1])
-            left, share = HALF * (pairs[:, 0] + pairs[:, 1]), 0.5 * each.sum(axis=1)
+            sums, share = HALF * (pairs[:, 0] + pairs[:, 1]), 0.5 * each.sum(axis=1)
             # white noise has the variance `share` in each coefficient
             levels[level] = _added(levels[level], difference, share)
-        levels[-1] = _added(levels[-1], left, share)
+        levels[-1] = _added(levels[-1], sums, share)
         levels[-1] = replace(
             levels[-1],
             samples=levels[-1].samples + len(rows.time),
@@ -228,7 +227,7 @@ class TorqueScales:
         return type(self)(tuple(levels))
 
     def merge(self, other: TorqueScales) -> Self:
-        """Of the samples of both, see `TorqueMoments.merge`."""
+        """Moments of the samples of both, see `TorqueMoments.merge`."""
         if len(self.levels) != len(other.levels):
             raise InputError("moments of different time scales do not merge")
         pairs = zip(self.levels, other.levels, strict=True)
@@ -236,30 +235,31 @@ class TorqueScales:
 
     @cached_property
     def whole(self) -> TorqueMoments:
-        """Of all rows, as of white noise."""
+        """Moments of all rows, with all scales weighted alike."""
         return merged(self.levels)
 
     @cached_property
     def factors(self) -> Array:
-        """(LEVELS + 1, n, c, c) those of all scales."""
+        """(LEVELS + 1, n, c, c) factors of each scale and joint."""
         return np.array([each.factors for each in self.levels])
 
     @property
     def counts(self) -> Array:
-        """(LEVELS + 1, n) coefficients that count."""
+        """(LEVELS + 1, n) numbers of coefficients that count."""
         return np.array([each.counts for each in self.levels])
 
     @property
     def samples(self) -> int:
-        """Rows folded in."""
+        """Number of rows."""
         return self.levels[-1].samples
 
 
 def _added(moments: TorqueMoments, rows: Array, share: Array) -> TorqueMoments:
+    """Moments with rows (K, n, c) of which each counts by its `share` (K, n)."""
     return replace(moments.fold_rows(rows), counts=moments.counts + share.sum(axis=0))
 
 
 def _padded(values: Array) -> Array:
-    """With zeros at the end, to a whole number of the longest blocks."""
+    """Values with zeros appended to a multiple of 2^`LEVELS` rows."""
     more = -len(values) % 2**LEVELS
     return np.concatenate((values, np.zeros((more, *values.shape[1:]))))

@@ -1,14 +1,13 @@
 """Runs of a robot, loaded and empty: from samples to the payload's equations; and an
 arm's calibration in a JSON file.
 
-Offsets and frictions that a run without the payload shares with one that has it tell
-the small mass from the large offset. They change slowly as the gears warm up: by how
-much between the runs is said by the standard deviations of two nuisances that the
-loaded samples alone have.
+Runs without the payload separate a small mass from a large offset, as all runs share
+offsets and frictions. These change slowly as the gears warm up; two nuisances of the
+loaded samples are the changes since the empty runs, with priors of their size.
 
-How friction grows with the load depends on the torques of the rigid bodies, which are
-sought. So the rows are folded several times: first with the published arm's, then with those
-that were found.
+Friction by load depends on the torques of the rigid bodies, which are unknown. So the
+fit is repeated: first with the torques of the published arm, then with those of the
+fit before.
 """
 
 from __future__ import annotations
@@ -34,45 +33,46 @@ from hefting.torques.noise import TorqueFit, fit
 from hefting.torques.samples import TorqueSamples
 
 OFFSET_CHANGE = 0.2
-"""Standard deviation of an offset's change between two runs, over that of the joint's
-noise: 0.02 N m of a shoulder, by a minute of warm-up."""
+"""Standard deviation of the change of an offset between two runs, over that of the
+joint's noise: 0.02 N m at a shoulder, after a minute of warm-up."""
 FRICTION_CHANGE = 1.0
-"""The same of the Coulomb friction."""
+"""The same for the Coulomb friction."""
 LARGEST_CHANGE = 3.0
-"""Change over those, from which on they are as much wider: of right runs it was at most
-1.7, of offsets that changed by the noise 2.5 to 12."""
+"""Largest fitted change over these standard deviations; above it they are multiplied by
+that ratio. In correct runs it was at most 1.7, with offsets that changed by the noise
+2.5 to 12."""
 FRICTION_BY_LOAD = 0.03
-"""Standard deviation of the friction over the torque that causes it: of strain wave
-gears some percent."""
+"""Standard deviation of the friction by load over the torque that causes it: strain wave
+gears have some percent."""
 NO_CHANGE = 1e-3
-"""The same where there is none."""
+"""Replaces `OFFSET_CHANGE` and `FRICTION_CHANGE` where nothing changes."""
 LOAD_PASSES = 3
-"""Times the torques of the rigid bodies, by which friction grows, are sought."""
+"""Number of fits before the last, each for the rigid-body torques of the next."""
 PUBLISHED_ERROR = 0.5
 """Standard deviation of the arm's base parameters from the published ones, over their
-size: where the samples do not tell them better."""
+size, where the samples do not determine them."""
 TYPICAL_PAYLOAD = np.repeat((5.0, 0.5, 0.1), (1, 3, 6))
 """(10,) standard deviations of a payload's parameters [kg, kg m, kg m²]."""
 
 
 @immutable
 class EmptyRuns:
-    """What an arm's runs without a payload tell of it: its calibration."""
+    """Calibration of an arm: moments of its runs without a payload."""
 
     scales: TorqueScales
     load: Load
-    """by which the friction's columns were made"""
+    """of the columns of friction by load"""
     digests: tuple[str, ...] = ()
-    """of the runs, as of `TorqueSamples.digest`"""
+    """of the runs, by `TorqueSamples.digest`"""
 
     @classmethod
     def of(cls, dynamics: JointDynamics, runs: Sequence[TorqueSamples]) -> EmptyRuns:
-        """Of one or more runs."""
+        """Calibration by one or more runs."""
         rows = _rows(dynamics, (), runs, False)
         load = Load.published(dynamics)
         for _ in range(LOAD_PASSES):
-            found = fit(_folded(dynamics, rows, load), drifting)
-            load = Load(_arm_of(dynamics, found), np.zeros(PAYLOAD))
+            fitted = fit(_folded(dynamics, rows, load), drifting)
+            load = Load(_arm_of(dynamics, fitted), np.zeros(PAYLOAD))
         digests = tuple(run.digest for run in runs)
         return cls(_folded(dynamics, rows, load), load, digests)
 
@@ -84,16 +84,16 @@ class EmptyRuns:
 
 @immutable
 class LoadedRuns:
-    """Runs with the payload, beside what is known of the arm; or empty ones alone."""
+    """Runs with the payload, and what is known about the arm; or empty runs only."""
 
     dynamics: JointDynamics
     loaded: tuple[TorqueSamples, ...]
     empty: tuple[TorqueSamples, ...] = ()
     calibration: EmptyRuns | None = None
-    """of other runs than `empty`"""
+    """from runs other than `empty`"""
     drift: bool = True
-    """whether offsets and frictions may differ between empty and loaded runs, which
-    they do not in parts of one recording"""
+    """whether offsets and frictions may differ between empty and loaded runs; in parts
+    of one recording they do not"""
 
     def __post_init__(self):
         if not (self.loaded or self.empty):
@@ -101,34 +101,37 @@ class LoadedRuns:
 
     @property
     def arm_known(self) -> bool:
-        """Whether the URDF's inertias must serve for the arm's."""
+        """Whether the arm's parameters are taken from the URDF, without empty runs."""
         return not self.empty and self.calibration is None
 
     def fit(self) -> TorqueFit:
-        """Least squares of everything; its `state` holds the payload's equations."""
-        known = self.calibration
-        load = Load.published(self.dynamics) if known is None else known.load
+        """Least squares of all unknowns; its `state` holds the payload's equations."""
+        calibration = self.calibration
+        load = (
+            Load.published(self.dynamics) if calibration is None else calibration.load
+        )
         prior = drifting if self.drift else steady
         rows = _rows(self.dynamics, self.loaded, self.empty, self.arm_known)
         for _ in range(LOAD_PASSES):
             load = loads_of(self, fit(self._scales(rows, load), prior))
         scales = self._scales(rows, load)
-        found = fit(scales, prior)
-        if self.drift and found.changes > LARGEST_CHANGE:
-            wider = found.changes * np.array((OFFSET_CHANGE, FRICTION_CHANGE))
-            found = fit(scales, partial(_prior, offset=wider[0], friction=wider[1]))
-        return found
+        fitted = fit(scales, prior)
+        if self.drift and fitted.changes > LARGEST_CHANGE:
+            wider = fitted.changes * np.array((OFFSET_CHANGE, FRICTION_CHANGE))
+            fitted = fit(scales, partial(_prior, offset=wider[0], friction=wider[1]))
+        return fitted
 
     def delayed(self, by: float, loaded: bool) -> Self:
-        """With torques `by` seconds late, in the `loaded` runs alone or in all."""
+        """The runs with a delay of the torques `by` [s] removed, in the `loaded` runs only
+        or in all."""
         empty = self.empty if loaded else tuple(r.delayed(by) for r in self.empty)
         return replace(
             self, loaded=tuple(r.delayed(by) for r in self.loaded), empty=empty
         )
 
     def alone(self) -> list[TorqueFit]:
-        """Fits of the loaded runs, with the payload as part of the last link, of the
-        empty ones, and of the calibration, each by itself."""
+        """Separate fits of the loaded runs, with the payload as part of the last link, of
+        the empty runs, and of the calibration."""
         runs = [EmptyRuns.of(self.dynamics, self.loaded)]
         if self.empty:
             runs.append(EmptyRuns.of(self.dynamics, self.empty))
@@ -137,31 +140,33 @@ class LoadedRuns:
         return [each.fit for each in runs]
 
     def _scales(self, rows: Sequence[Rows], load: Load) -> TorqueScales:
+        """Moments of the rows of all runs and of the calibration."""
         own = _folded(self.dynamics, rows, load)
         return own if self.calibration is None else own.merge(self.calibration.scales)
 
 
 def drifting(std: Array) -> Array:
-    """(own, n) standard deviations of the nuisances for those of the noise (n,), of
-    runs between which gears warm up."""
+    """Prior standard deviations (own, n) of the nuisances, for those of the noise (n,)
+    [N m], of runs between which gears warm up."""
     return _prior(std, OFFSET_CHANGE, FRICTION_CHANGE)
 
 
 def steady(std: Array) -> Array:
-    """The same of parts of one recording, between which nothing changes."""
+    """The same for parts of one recording, between which nothing changes."""
     return _prior(std, NO_CHANGE, NO_CHANGE)
 
 
 def _prior(std: Array, offset: float, friction: float) -> Array:
-    found = np.full((len(OWN), len(std)), np.inf)
-    found[equations.FRICTION_BY_LOAD] = FRICTION_BY_LOAD
-    found[equations.OFFSET_CHANGE] = offset * std
-    found[equations.FRICTION_CHANGE] = friction * std
-    return found
+    """The same for changes of `offset` and `friction` in units of the noise."""
+    prior = np.full((len(OWN), len(std)), np.inf)
+    prior[equations.FRICTION_BY_LOAD] = FRICTION_BY_LOAD
+    prior[equations.OFFSET_CHANGE] = offset * std
+    prior[equations.FRICTION_CHANGE] = friction * std
+    return prior
 
 
 def no_samples(dynamics: JointDynamics, arm_known: bool = False) -> TorqueScales:
-    """Moments before any sample."""
+    """Moments of no samples."""
     arm = 0 if arm_known else len(dynamics.base)
     return TorqueScales.empty(dynamics.joints, len(OWN), arm)
 
@@ -172,13 +177,13 @@ def _rows(
     empty: Sequence[TorqueSamples],
     arm_known: bool,
 ) -> tuple[Rows, ...]:
-    """Of the empty runs, then of the loaded ones."""
-    runs = *((own, False) for own in empty), *((own, True) for own in loaded)
-    return tuple(Rows.of(dynamics, own, carries, arm_known) for own, carries in runs)
+    """Rows of the empty runs, then of the loaded ones."""
+    runs = *((run, False) for run in empty), *((run, True) for run in loaded)
+    return tuple(Rows.of(dynamics, run, carries, arm_known) for run, carries in runs)
 
 
 def _folded(dynamics: JointDynamics, rows: Sequence[Rows], load: Load) -> TorqueScales:
-    """Moments of the rows of runs, with friction by a load."""
+    """Moments of the rows of all runs, with friction by `load`."""
     arm_known = any(own.published is not None for own in rows)
     scales = no_samples(dynamics, arm_known)
     for own in rows:
@@ -186,36 +191,39 @@ def _folded(dynamics: JointDynamics, rows: Sequence[Rows], load: Load) -> Torque
     return scales
 
 
-def loads_of(runs: LoadedRuns, found: TorqueFit) -> Load:
-    """Arm and payload by a fit."""
-    known = runs.calibration
-    arm = runs.dynamics.arm if known is None else known.load.arm
+def loads_of(runs: LoadedRuns, fitted: TorqueFit) -> Load:
+    """Arm and payload by a fit; without empty runs the calibration's or published
+    arm."""
+    calibration = runs.calibration
+    arm = runs.dynamics.arm if calibration is None else calibration.load.arm
     if runs.empty:
-        arm = _arm_of(runs.dynamics, found)
-    return Load(arm, _payload_of(found))
+        arm = _arm_of(runs.dynamics, fitted)
+    return Load(arm, _payload_of(fitted))
 
 
-def _arm_of(dynamics: JointDynamics, found: TorqueFit) -> Array:
-    """(10 n,) the arm by a fit, near the published one where that leaves it open."""
+def _arm_of(dynamics: JointDynamics, fitted: TorqueFit) -> Array:
+    """(10 n,) parameters of the arm by a fit, zero outside the base parameters, with
+    the published ones as a prior."""
     size = len(dynamics.base)
     published = dynamics.links @ dynamics.arm
     scale = PUBLISHED_ERROR * (np.abs(published) + np.abs(published).mean() + 1e-6)
     prior_rows = np.zeros((size, size + PAYLOAD + 1))
     prior_rows[:, :size], prior_rows[:, -1] = np.diag(1.0 / scale), published / scale
-    R = np.vstack((found.shared, prior_rows, _payload_rows(size)))
+    R = np.vstack((fitted.shared, prior_rows, _payload_rows(size)))
     arm = np.zeros(10 * dynamics.joints)
     arm[dynamics.base] = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0][:size]
     return arm
 
 
-def _payload_of(found: TorqueFit) -> Array:
-    """(10,) the payload by a fit, small where that leaves it open."""
-    R = np.vstack((found.payload, _payload_rows(0)))
-    body = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0]
-    return np.asarray(body, dtype=float)
+def _payload_of(fitted: TorqueFit) -> Array:
+    """(10,) parameters of the payload by a fit and a prior of `TYPICAL_PAYLOAD`."""
+    R = np.vstack((fitted.payload, _payload_rows(0)))
+    payload = np.linalg.lstsq(R[:, :-1], R[:, -1], rcond=None)[0]
+    return np.asarray(payload, dtype=float)
 
 
 def _payload_rows(arm: int) -> Array:
+    """(10, arm + 11) rows [arm | payload | torque] of the payload's prior."""
     rows = np.zeros((PAYLOAD, arm + PAYLOAD + 1))
     rows[:, arm : arm + PAYLOAD] = np.diag(1.0 / TYPICAL_PAYLOAD)
     return rows
@@ -223,11 +231,11 @@ def _payload_rows(arm: int) -> Array:
 
 SCHEMA = "hefting-arm-1"
 SAME_ARM = 1e-6
-"""Relative difference of an arm's numbers that is rounding."""
+"""Largest relative difference between numbers of the same arm, by rounding."""
 
 
 def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None:
-    """Write an arm's calibration, whole or not at all."""
+    """Write an arm's calibration to a JSON file, atomically."""
     scales = runs.scales
     last = scales.levels[-1]
     data = {
@@ -250,10 +258,10 @@ def save_arm(path: str | Path, dynamics: JointDynamics, runs: EmptyRuns) -> None
 
 
 def load_arm(path: str | Path, dynamics: JointDynamics) -> EmptyRuns:
-    """The calibration in a file, of the same arm.
+    """Read the calibration of an arm from a file.
 
-    Raises `InputError` for a file that is not one, and for that of another robot, of
-    other joints or another order of them, of another frame or gravity.
+    Raises `InputError` for a file that holds no calibration, or that of another robot,
+    of other joints or another order of them, of another frame or gravity.
     """
     data = read_json(path)
     if not isinstance(data, dict) or data.get("schema") != SCHEMA:
@@ -274,11 +282,12 @@ def _damaged(what: str, path: Any) -> InputError:
 
 
 def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> None:
+    """`InputError` unless a file is of this arm, frame and gravity."""
     names = data.get("joints")
     if names != list(dynamics.names):
-        said = ", ".join(map(str, names)) if isinstance(names, list) else "none"
+        listed = ", ".join(map(str, names)) if isinstance(names, list) else "none"
         raise InputError(
-            f"is of the joints {said[:200]}, not {', '.join(dynamics.names)}",
+            f"is of the joints {listed[:200]}, not {', '.join(dynamics.names)}",
             path,
             "calibrate this robot",
         )
@@ -289,29 +298,31 @@ def _require_same(data: dict[str, Any], dynamics: JointDynamics, path: Any) -> N
         ("published", "its URDF had other inertias", dynamics.arm),
         ("mechanics", "it had other joints or another gravity", _mechanics(dynamics)),
     ):
-        # files of before have no mechanics
-        given = data.get(key, expected if key == "mechanics" else None)
+        # older files have no mechanics
+        entry = data.get(key, expected if key == "mechanics" else None)
         try:
-            found = np.array(given, dtype=float)
+            values = np.array(entry, dtype=float)
         except (TypeError, ValueError, OverflowError):
-            found = np.array(np.nan)
-        if not np.isfinite(found).all():
+            values = np.array(np.nan)
+        if not np.isfinite(values).all():
             raise _damaged(key, path)
         scale = SAME_ARM * np.abs(expected).max(initial=1e-9)
-        same = found.shape == expected.shape
-        if not (same and np.abs(found - expected).max() <= scale):
+        same = values.shape == expected.shape
+        if not (same and np.abs(values - expected).max() <= scale):
             fix = "calibrate this one"
             raise InputError(f"is of another robot: {what}", path, fix)
 
 
 def _mechanics(dynamics: JointDynamics) -> Array:
-    """(10 n,) torques by each of a payload's parameters in one motion, which the places
-    and axes of all joints, the frame and gravity decide."""
+    """(10 n,) torques by unit parameters of a payload at one fixed state: they depend on
+    positions and axes of all joints, the frame and gravity."""
     state = np.random.default_rng(1).uniform(-1.5, 1.5, (3, 1, dynamics.joints))
     return (dynamics.regressor(*state)[0, :, -PAYLOAD:] @ dynamics.payload).ravel()
 
 
 def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
+    """The calibration by a file's entries; `ValueError`, or another error of what is
+    damaged."""
     n, arm = dynamics.joints, len(dynamics.base)
     size = len(OWN) + arm + PAYLOAD + 1
     if len(data["levels"]) != LEVELS + 1:
@@ -332,19 +343,22 @@ def _runs(data: dict[str, Any], dynamics: JointDynamics) -> EmptyRuns:
         start=float(data["start"]),
         end=float(data["end"]),
     )
-    known = Load(load, np.zeros(PAYLOAD))
     digests = data.get("runs", [])
     if not isinstance(digests, list) or {*map(type, digests)} - {str}:
         raise ValueError("runs")
-    return EmptyRuns(TorqueScales(tuple(levels)), known, tuple(digests))
+    return EmptyRuns(
+        TorqueScales(tuple(levels)), Load(load, np.zeros(PAYLOAD)), tuple(digests)
+    )
 
 
 def _packed(factors: Array) -> list[list[float]]:
+    """Upper triangles of factors (n, c, c), row by row."""
     rows, columns = np.triu_indices(factors.shape[1])
     return factors[:, rows, columns].tolist()
 
 
 def _unpacked(packed: Any, joints: int, size: int) -> Array:
+    """(joints, size, size) factors of `_packed` triangles; `ValueError` for others."""
     values = np.array(packed, dtype=float)
     rows, columns = np.triu_indices(size)
     if values.shape != (joints, len(rows)) or not np.isfinite(values).all():

@@ -1,6 +1,9 @@
-"""Samples of joint torques with the joints' motion, from a recording, without its spikes:
-joint angles, torques and currents that stand out from those just before and after, of
-lost or damaged messages; no joint moves or loads its motor so fast."""
+"""Samples of joint torques with the joints' motion, from a recording.
+
+Spikes are replaced: single joint angles, torques or currents, of lost or damaged
+messages, that differ from their neighbours by more than a joint can move, or load its
+motor, in that time.
+"""
 
 from __future__ import annotations
 
@@ -20,9 +23,9 @@ from hefting.robots.joint_log import named_columns
 from hefting.torques.dynamics import JointDynamics
 
 FEWEST = 20
-"""Samples of a run that a motion is found from."""
+"""Fewest samples of joint positions, and of torques, in a run."""
 STICTION_SPEED = 0.05
-"""[rad/s] Speed below which a joint's friction has no law."""
+"""[rad/s] Speed below which the friction of a joint follows no law."""
 
 
 @immutable
@@ -44,11 +47,11 @@ class TorqueSamples:
     def smoothed(
         cls, joint_time: Array, position: Array, time: Array, torque: Array
     ) -> Self:
-        """From joint positions (L, n) at `joint_time` (L,) and torques (K, n) at `time`
-        (K,) [s]: each joint's motion is a spline through its positions.
+        """Samples from joint positions (L, n) at `joint_time` (L,) and torques (K, n) at
+        `time` (K,) [s]: each joint's motion is a smoothing spline of its positions.
 
-        Torques outside the positions' time, or in gaps, are left out. Raises
-        `InputError` for fewer than `FEWEST` samples.
+        Torques outside the time of the positions, or in their gaps, are left out.
+        Raises `InputError` for fewer than `FEWEST` samples.
         """
         for kind, many in (("positions", len(joint_time)), ("torques", len(time))):
             if many < FEWEST:
@@ -73,37 +76,39 @@ class TorqueSamples:
         return cls(time[kept], position, velocity, acceleration, torque[kept])
 
     def __getitem__(self, part: slice) -> TorqueSamples:
-        return TorqueSamples(*(getattr(self, own.name)[part] for own in fields(self)))
+        return TorqueSamples(*(getattr(self, x.name)[part] for x in fields(self)))
 
     def averaged(self, starts: Indices) -> TorqueSamples:
         """Averages from each start to the next."""
-        each = (getattr(self, own.name) for own in fields(self))
+        each = (getattr(self, x.name) for x in fields(self))
         return TorqueSamples(*(averages(values, starts) for values in each))
 
     def delayed(self, by: float) -> TorqueSamples:
-        """With torques that came `by` seconds after the motion that they belong to."""
+        """The samples with a delay of the torques removed: each torque belongs to the
+        motion `by` seconds before it."""
         time = self.time - by
         kept = (time >= self.time[0]) & (time <= self.time[-1])
         position, velocity, acceleration = (
             np.column_stack([np.interp(time[kept], self.time, own) for own in each.T])
             for each in (self.position, self.velocity, self.acceleration)
         )
-        own = self.time[kept], position, velocity, acceleration, self.torque[kept]
-        return TorqueSamples(*own)
+        return TorqueSamples(
+            self.time[kept], position, velocity, acceleration, self.torque[kept]
+        )
 
     @property
     def digest(self) -> str:
-        """Tells one run from another, whatever the motion."""
+        """Hash of the torques, which identifies a run."""
         return hashlib.sha256(self.torque.tobytes()).hexdigest()[:16]
 
     @property
     def interval(self) -> float:
-        """[s] Median from sample to sample."""
+        """[s] Median time between samples."""
         return median(np.diff(self.time))
 
     def bins(self, rate: float) -> Indices:
-        """Index of the first sample of each 1 / `rate` seconds that has any; each
-        sample's own, where they come no faster."""
+        """Index of the first sample in each interval of 1 / `rate` [s] with samples; of
+        every sample if they are not faster."""
         if self.interval * rate > 0.7:
             return np.arange(len(self.time))
         number = np.floor((self.time - self.time[0]) * rate + 1e-6)
@@ -111,26 +116,26 @@ class TorqueSamples:
 
 
 def averages(values: Array, starts: Indices) -> Array:
-    """Of values (L, ...) from each start to the next."""
+    """Averages of values (L, ...) from each start to the next."""
     counts = np.diff(np.append(starts, len(values)))
     return (np.add.reduceat(values, starts, axis=0).T / counts).T
 
 
 UR_JOINT = "shoulder_pan_joint"
-"""Name of a joint by which a Universal Robots driver is known, whose efforts are
-currents unless it was told otherwise."""
+"""Name of a joint that identifies a Universal Robots driver, whose efforts are currents
+by default."""
 LEAST_TURN = 0.02
-"""[rad] A joint that turns less does not move."""
+"""[rad] Range of positions below which a joint does not move."""
 
 
 def samples_of(
     recording: Recording, dynamics: JointDynamics, gains: Array | None = None
 ) -> TorqueSamples:
-    """Motion and torques of the joints of `dynamics`.
+    """Motion and torques of the joints of `dynamics` in a recording.
 
-    `gains` [N m/A], (n,) or one number for all, say that the recorded values are the
-    motors' currents. Raises `InputError` where positions or torques are not there, are
-    of other joints, or currents have no gains.
+    With `gains` [N m/A], (n,) or one number for all, the recorded values are motor
+    currents. Raises `InputError` if positions or torques are missing or of other joints,
+    or currents have no gains.
     """
     if not recording.has("joint_positions"):
         raise InputError(
@@ -145,7 +150,7 @@ def samples_of(
         torque = torque * _checked(gains, len(columns), recording.source)
     turns = [s.column for s in dynamics.robot.screws if not s.slides]
     position = q.values[:, columns]
-    # angles may be given within half a turn
+    # recorded angles may be wrapped to half a turn
     position[:, turns] = np.unwrap(position[:, turns], axis=0)
     time = recording[stream].time
     return TorqueSamples.smoothed(q.time, position, time, torque)
@@ -155,8 +160,8 @@ def still_joints(
     samples: TorqueSamples, dynamics: JointDynamics, source: str
 ) -> tuple[Message, ...]:
     """A warning about joints that never move, if any."""
-    turned = np.ptp(samples.position, axis=0)
-    names = [n for n, by in zip(dynamics.names, turned, strict=True) if by < LEAST_TURN]
+    ranges = np.ptp(samples.position, axis=0)
+    names = [n for n, by in zip(dynamics.names, ranges, strict=True) if by < LEAST_TURN]
     if not names:
         return ()
     what = (
@@ -167,6 +172,8 @@ def still_joints(
 
 
 def _torques(recording: Recording, gains: Array | None) -> str:
+    """Name of the stream of torques, or of currents that have gains; `InputError`
+    without."""
     source = recording.source
     if recording.has("joint_torques"):
         if UR_JOINT in recording.joint_names and gains is None:
@@ -195,6 +202,8 @@ def _torques(recording: Recording, gains: Array | None) -> str:
 
 
 def _checked(gains: Array, joints: int, source: str) -> Array:
+    """Gains (n,) or (1,); `InputError` for another number, or if one is zero or not
+    finite."""
     values = np.atleast_1d(np.asarray(gains, dtype=float))
     if values.shape not in ((1,), (joints,)) or not np.isfinite(values).all():
         what = f"{len(values)} gains for {joints} joints"
@@ -205,31 +214,33 @@ def _checked(gains: Array, joints: int, source: str) -> Array:
 
 
 STREAMS = ("joint_positions", "joint_torques", "joint_currents")
-"""What joint torques are identified from."""
+"""Streams of the joints from which torques are identified."""
 MOST_IN_A_ROW, LONGEST = 3, 0.06
-"""Samples and seconds that a spike lasts at most: what lasts longer may be a brief
+"""Largest number of samples and duration [s] of a spike: a longer one may be a brief
 acceleration."""
 SPIKE = 12.0
-"""Standard deviations of the noise from the median of its neighbours, from which on a
-sample is a spike."""
+"""Distance of a spike from the median of its neighbours, in standard deviations of the
+noise, from which on it is one."""
 HALF_WITHIN = 0.55
-"""Standard deviations from that median that half of normal noise is within."""
+"""Median distance of normal noise from that median, in its standard deviations."""
 STEP = 90.0, 5.0
-"""Least distance of a spike, where there is hardly any noise: five times the step from
-sample to sample that nine of ten are within. So no motion is one, nor what is beside
-spikes, whose median is up to three steps away."""
+"""Percentile of the steps between samples, and the multiple of it that is the least
+distance of a spike: motion stays below it, and so do neighbours of a spike, whose
+median is up to three steps away."""
 LEAST_LOAD = 0.1
-"""Least distance of a torque or current over its standard deviation."""
+"""Least distance of a spike of torque or current, over the standard deviation of the
+joint's values."""
 BESIDE = 0.1
-"""[s] Before and after a torque, between which a joint must be on its way."""
+"""[s] Time before and after a sample over which `moving` measures a joint's motion."""
 LARGEST_SHARE = 0.1
-"""Of a joint's samples above which none is a spike: its noise is of another kind."""
+"""Share of a joint's samples above which none of them is a spike, or of rows above which
+none is held: the noise is then of another kind."""
 
 
 def without_spikes(recording: Recording) -> Recording:
-    """The same with the median of its neighbours in place of each spike of the joints'
-    streams, and a note about how many there were."""
-    streams, said = dict(recording.streams), list[str]()
+    """The recording with each spike of the joints' streams replaced by the median of its
+    neighbours, and a note of their number."""
+    streams, counted = dict(recording.streams), list[str]()
     for name in filter(recording.has, STREAMS):
         values, time = streams[name].values, streams[name].time
         interval = median(np.diff(time)) if len(time) > 1 else np.inf
@@ -237,20 +248,20 @@ def without_spikes(recording: Recording) -> Recording:
         if not many:
             continue
         least = 0.0 if name == "joint_positions" else LEAST_LOAD * values.std(axis=0)
-        usual, found = spikes(values, many, least)
+        medians, spiky = spikes(values, many, least)
         if name != "joint_positions" and "joint_positions" in streams:
-            found &= moving(streams["joint_positions"], time)
-        if found.any():
+            spiky &= moving(streams["joint_positions"], time)
+        if spiky.any():
             labels = recording.joint_names or column_names(name, values.shape[1])
-            counts = zip(found.sum(axis=0).tolist(), labels, strict=True)
+            counts = zip(spiky.sum(axis=0).tolist(), labels, strict=True)
             each = ", ".join(f"{count} of {label}" for count, label in counts if count)
-            said.append(f"{name.replace('_', ' ')} ({each})")
-            values = np.where(found, usual, values)
+            counted.append(f"{name.replace('_', ' ')} ({each})")
+            values = np.where(spiky, medians, values)
             streams[name] = replace(streams[name], values=values)
-    if not said:
+    if not counted:
         return recording
     what = (
-        f"{recording.source}: {' and '.join(said)} stand out from those just before and "
+        f"{recording.source}: {' and '.join(counted)} stand out from those just before and "
         "after: the median of these serves"
     )
     messages = (*recording.warnings, note("joint-spikes", what))
@@ -258,8 +269,8 @@ def without_spikes(recording: Recording) -> Recording:
 
 
 def moving(position: Stream, time: Array) -> Mask:
-    """(K, n) whether joints are on their way at `time` (K,) [s]: not where they turn
-    back, as friction changes at once, nor at rest, where torques are not used."""
+    """(K, n) whether joints are on their way at `time` (K,) [s]. They are not at
+    reversals, where friction changes at once, nor at rest, where torques are unused."""
     before, after = (
         np.column_stack([np.interp(t, position.time, q) for q in position.values.T])
         for t in (time - BESIDE, time + BESIDE)
@@ -268,50 +279,54 @@ def moving(position: Stream, time: Array) -> Mask:
 
 
 def spikes(values: Array, many: int, least: Array | float) -> tuple[Array, Mask]:
-    """(K, n) medians of the neighbours of `values` (K, n), and which of these, of up to
-    `many` in a row, are at least `least` (n,) away and spikes."""
+    """(K, n) running medians of `values` (K, n), and (K, n) whether a value is a spike:
+    of up to `many` samples, and farther than `least` (n,) from its median."""
     # SciPy's filters take long to import
     from scipy.ndimage import median_filter
 
-    usual = median_filter(values, (2 * many + 1, 1), mode="mirror")
-    apart = np.abs(values - usual)
-    noise = np.median(apart, axis=0) / HALF_WITHIN
+    medians = median_filter(values, (2 * many + 1, 1), mode="mirror")
+    distance = np.abs(values - medians)
+    noise = np.median(distance, axis=0) / HALF_WITHIN
     steps = np.percentile(np.abs(np.diff(values, axis=0)), STEP[0], axis=0)
-    found = apart > np.maximum(SPIKE * noise, np.maximum(STEP[1] * steps, least))
-    return usual, found & (found.mean(axis=0) <= LARGEST_SHARE)
+    spiky = distance > np.maximum(SPIKE * noise, np.maximum(STEP[1] * steps, least))
+    return medians, spiky & (spiky.mean(axis=0) <= LARGEST_SHARE)
 
 
 def without_held(recording: Recording) -> Recording:
-    """The same without rows of the joints' streams that a logger repeated, as no message
-    came, and a note about how many there were."""
-    streams, said = dict(recording.streams), list[str]()
+    """The recording without rows of the joints' streams that a logger repeated while no
+    message came, and a note of their number."""
+    streams, counted = dict(recording.streams), list[str]()
     for name in filter(recording.has, STREAMS):
         values, time = streams[name].values, streams[name].time
-        found = held(values, time, name == "joint_positions")
-        if found.any():
-            said.append(f"{found.sum()} of {len(time)} {name.replace('_', ' ')}")
-            streams[name] = Stream(time[~found], values[~found])
-    if not said:
+        repeated = held(values, time, name == "joint_positions")
+        if repeated.any():
+            counted.append(f"{repeated.sum()} of {len(time)} {name.replace('_', ' ')}")
+            streams[name] = Stream(time[~repeated], values[~repeated])
+    if not counted:
         return recording
-    what = f"{recording.source}: {' and '.join(said)} repeat what is before: left out"
+    what = (
+        f"{recording.source}: {' and '.join(counted)} repeat what is before: left out"
+    )
     messages = (*recording.warnings, note("joint-held", what))
     return replace(recording, streams=streams, warnings=messages)
 
 
 def held(values: Array, time: Array, may_rest: bool) -> Mask:
-    """(K,) rows of `values` (K, n) that are alike for longer than `LONGEST`; of
-    joints, which `may_rest`, where they jump then, and at the ends, where rest tells
-    nothing."""
+    """(K,) whether rows of `values` (K, n) repeat those before for longer than `LONGEST`.
+
+    Values that `may_rest` must jump after it, or repeat at an end of the recording,
+    where samples at rest are of no use.
+    """
     steps = np.abs(np.diff(values, axis=0))
     same = (steps == 0.0).all(axis=1)
-    found = np.zeros(len(values), dtype=bool)
-    # where most are, they are read more often than they are new
+    repeated = np.zeros(len(values), dtype=bool)
+    # if most rows repeat, the logger is faster than the messages
     if not 0.0 < same.sum() < 0.5 * len(same):
-        return found
-    usual = STEP[1] * np.percentile(steps[~same], STEP[0], axis=0)
+        return repeated
+    jump = STEP[1] * np.percentile(steps[~same], STEP[0], axis=0)
     for begin, end in runs_of(same):
         at_end = begin == 0 or end == len(steps)
-        told = not may_rest or at_end or bool((steps[end] > usual).any())
-        if told and time[end] - time[begin] > LONGEST:
-            found[begin : end + 1] = True
-    return found & (found.mean() <= LARGEST_SHARE)
+        is_held = not may_rest or at_end or bool((steps[end] > jump).any())
+        if is_held and time[end] - time[begin] > LONGEST:
+            repeated[begin : end + 1] = True
+    return repeated & (repeated.mean() <= LARGEST_SHARE)

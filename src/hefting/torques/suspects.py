@@ -1,13 +1,13 @@
-"""Suspects: mistakes that add columns to the equations of the torques, each tried
-beside the fit of all runs.
+"""Suspects: mistakes that add columns to the equations of the torques, each fitted to the
+residuals of all runs.
 
-To first order a mistake adds X theta to the torques: a delay by theta the negative rate
-of what the model predicts, a tilted base what gravity along its axes does, a joint's
-zero what the torques change by with its angle, a gain the prediction itself, a payload
-that the controller takes out its weight, and another object in a part of the run its
-ten columns there. With the residuals r of the fit, and what arm, payload and nuisances
-cannot explain of X, theta follows by least squares; and so do what is left of r, and by
-how much the payload would then be another. All rows are averages over `INTERVAL`.
+To first order a mistake adds X theta to the torques. X is for a delay the negative rate
+of the predicted torques, for a tilted base the torques by gravity along its axes, for
+joint zeros the derivatives by the angles, for gains the predicted torques of each joint,
+for a payload that the controller compensates the torques of its weight, and for another
+object in a part of a run the payload's ten columns there. theta is the least-squares
+fit, to the residuals, of the part of X that arm, payload and nuisances do not explain;
+the change of the payload's parameters follows. Rows are averages over `INTERVAL`.
 
 Long delays are beyond the first order: they are tried one by one.
 """
@@ -26,14 +26,14 @@ from hefting.torques.runs import TYPICAL_PAYLOAD, LoadedRuns, loads_of
 from hefting.torques.samples import STICTION_SPEED, TorqueSamples, averages
 
 INTERVAL = 0.1
-"""[s] over which samples are averaged."""
+"""[s] Time over which samples are averaged."""
 PARTS = 10
-"""Parts of a run, of which any that follow one another may hold another object."""
+"""Number of parts of a run; any consecutive ones may have another object."""
 USUAL = {"delay": 0.1, "tilt": 0.1, "gains": 0.1, "zeros": 0.05, "weight": 0.5}
-"""Standard deviations [s, rad or one] that keep what the runs do not tell small, as a
-gain that all joints share."""
+"""Prior standard deviations of theta [s, rad or one], for combinations that the runs do
+not determine, such as a gain common to all joints."""
 FEWEST_ROWS = 5
-"""Averages for each unknown from which on what remains tells something."""
+"""Fewest rows for each unknown from which suspects are fitted."""
 LEAST_EVIDENCE = {
     "delay": 10.0,
     "tilt": 45.0,
@@ -42,77 +42,76 @@ LEAST_EVIDENCE = {
     "weight": 15.0,
     "part": 30.0,
 }
-"""Evidence from which on a suspect is believed: of 60 right simulated pairs of runs it was at
-most 7, 10, 48, -8 and -9, but for delays of a filter, which were there; of 48 others by
-another simulator 1, -1, -14, -16 and -24; of weight of 105 it was at most 6."""
+"""Least evidence of a suspect that is believed. In 60 correct simulated pairs of runs it
+was at most 7, 10, 48, -8 and -9, except for true delays by a filter; in 48 others by
+another simulator 1, -1, -14, -16 and -24; of weight, in 105, at most 6."""
 LEAST_SHARE = 0.1
-"""Least share of the payload's weight that is told: gears that give pass for 0.03."""
+"""Least relative error of the payload's weight that is believed: the elasticity of gears
+imitates 0.03."""
 REVERSAL = 2
-"""Averages beside a joint's turning back that tell nothing of a short delay."""
+"""Number of averages on each side of a joint's reversal not used for short delays."""
 DELAYS = np.linspace(-0.3, 0.3, 31), np.linspace(-0.02, 0.02, 11)
-"""[s] Delays that are tried, and those about the likeliest of them."""
+"""[s] Long delays that are tried, then differences from the best of them."""
 LONG = 0.05
-"""[s] Shorter delays are left to the first order: where joints turn back, friction that
-changes at once passes for one of some 10 ms."""
+"""[s] Least long delay: friction that changes at once at reversals imitates one of some
+10 ms, so shorter delays are fitted to first order."""
 MOST_DELAYS = 4
-"""Times that a delay is sought anew where one was taken out."""
+"""Largest number of delays that are removed, one after the other."""
 ANGLE = 1e-3
-"""[rad] by which joints are turned to see what their zeros do."""
+"""[rad] Difference of angle by which derivatives are approximated."""
 
 
 @immutable
 class Suspect:
-    """A mistake, fitted."""
+    """A fitted mistake."""
 
     kind: str
     """``"delay"``, ``"tilt"``, ``"gains"``, ``"zeros"``, ``"weight"`` or ``"part"``"""
     loaded: bool | None
-    """whether it is in the runs with the payload alone; None in those without alone"""
+    """True if it is in the loaded runs only, None in the empty runs only, False in all"""
     theta: Array
-    """(k,) of a delay seconds by which torques come later, of a tilt the change of
-    gravity [m/s²], of zeros what angles are too small by [rad], of gains what torques
-    are too large by, and of weight what is more there, of one; of a part the ten
-    parameters of what is more there"""
+    """(k,) by which torques are late [s], the change of gravity (3,) [m/s²], by which
+    angles are too small [rad], torques too large, or the payload's weight (relative);
+    for a part the ten parameters by which the object differs"""
     evidence: float
-    """Logarithm of the likelihood that it adds, less that of chance (BIC)"""
+    """increase of the log likelihood, less that expected by chance (BIC)"""
     shift: Array
-    """(10,) of the payload's parameters without it"""
+    """(10,) change of the payload's parameters when it is corrected"""
     part: tuple[int, float | None, float | None] | None = None
-    """number of the run, and the seconds where a part of it begins and ends, None where
-    the run does"""
+    """number of the run, begin and end of the part [s], None at those of the run"""
 
 
 def without_delay(
     runs: LoadedRuns,
 ) -> tuple[LoadedRuns, TorqueFit, list[Suspect], Suspect | None]:
-    """The runs and their fit, with positions and torques by one clock; the delays that
-    were taken out for it; and what else is suspect."""
+    """The runs with delays between positions and torques removed, their fit, these
+    delays, and the likeliest other suspect."""
     delays: list[Suspect] = []
     while True:
-        found = runs.fit()
-        suspect = Suspects(runs, found).likeliest()
+        fitted = runs.fit()
+        suspect = Suspects(runs, fitted).likeliest()
         if suspect is None or suspect.kind != "delay" or len(delays) == MOST_DELAYS:
-            return runs, found, delays, suspect
+            return runs, fitted, delays, suspect
         delays.append(suspect)
         runs = runs.delayed(float(suspect.theta[0]), bool(suspect.loaded))
 
 
 @immutable
 class _Run:
-    """A run in averages."""
+    """A run averaged over `INTERVAL`."""
 
     raw: TorqueSamples
     samples: TorqueSamples
     """averages of `raw`"""
     used: Mask
-    """(K, n)"""
+    """(K, n) whether a row counts"""
     columns: Array
-    """(K, n, c) as of `equations.columns`"""
+    """(K, n, c) as `Rows.values`"""
     loaded: bool
 
     @property
     def inside(self) -> Array:
-        """(K, n, 1) one where the torque is known at any of `DELAYS`."""
+        """(K, n, 1) one where the torque is known for all `DELAYS`, else zero."""
         time, longest = self.samples.time, DELAYS[0][-1] + DELAYS[1][-1]
         known = (time - longest >= self.raw.time[0]) & (
             time + longest <= self.raw.time[-1]
@@ -120,8 +119,8 @@ class _Run:
         return np.broadcast_to(known[:, None, None], (*self.used.shape, 1)) * 1.0
 
     def later(self, by: float) -> Array:
-        """(K, n, 1) torques [N m], less those of a known arm, that come `by` seconds
-        later, to a sample: between samples the noise would be smaller."""
+        """(K, n, 1) torques recorded `by` seconds later [N m], less those of a known
+        arm; at samples, as interpolation would reduce the noise."""
         raw, many = self.raw, len(self.raw.time)
         steps = round(by / raw.interval)
         torque = raw.torque[np.clip(np.arange(many) + steps, 0, many - 1)]
@@ -136,42 +135,42 @@ class _Run:
 
 @immutable
 class Suspects:
-    """The equations of all runs, at the fit."""
+    """The equations of all runs, linearized at their fit."""
 
     runs: LoadedRuns
     fit: TorqueFit
 
     @cached_property
     def load(self) -> Load:
-        """Arm and payload as found."""
+        """Arm and payload of the fit."""
         return loads_of(self.runs, self.fit)
 
     @cached_property
     def parts(self) -> tuple[_Run, ...]:
         """All runs, the loaded ones first."""
         runs = self.runs
-        found = []
-        for samples, loaded in (
-            *((own, True) for own in runs.loaded),
-            *((own, False) for own in runs.empty),
+        parts = []
+        for raw, loaded in (
+            *((run, True) for run in runs.loaded),
+            *((run, False) for run in runs.empty),
         ):
-            few = samples.averaged(samples.bins(1.0 / INTERVAL))
-            used = np.abs(few.velocity) >= STICTION_SPEED
-            values, published = columns(runs.dynamics, few, loaded, runs.arm_known)
+            mean = raw.averaged(raw.bins(1.0 / INTERVAL))
+            used = np.abs(mean.velocity) >= STICTION_SPEED
+            values, published = columns(runs.dynamics, mean, loaded, runs.arm_known)
             rows = Rows(
-                values, few.time, used, published if runs.arm_known else None
+                values, mean.time, used, published if runs.arm_known else None
             ).under(runs.dynamics, self.load)
-            found.append(_Run(samples, few, used, rows.values, loaded))
-        return tuple(found)
+            parts.append(_Run(raw, mean, used, rows.values, loaded))
+        return tuple(parts)
 
     @cached_property
     def weights(self) -> Array:
-        """(n,) one over the slow noise of each joint."""
+        """(n,) inverse of the slow noise of each joint [1/(N m)]."""
         return 1.0 / np.maximum(self.fit.slow_std, 1e-9)
 
     def stacked(self, each: Iterable[Array]) -> Array:
-        """(N, k) rows that count of all runs, joint by joint, whitened, from (K, n, k)
-        of each."""
+        """(N, k) rows that count, whitened, run by run and joint by joint, from values
+        (K, n, k) of each run."""
         pairs = zip(each, self.parts, strict=True)
         return np.concatenate(
             [np.swapaxes(x * self.weights[:, None], 0, 1)[r.used.T] for x, r in pairs]
@@ -179,33 +178,28 @@ class Suspects:
 
     @cached_property
     def basis(self) -> tuple[Array, Array, Array]:
-        """(rows, p) orthonormal U of all columns and priors, (p, p) map of U'b to the
-        unknowns, and (rows,) residuals."""
+        """Orthonormal U (rows, p) of the equations A x = b of samples, priors and
+        calibration, the map (unknowns, p) of U'b to x, and residuals (rows,)."""
         n, own = self.runs.dynamics.joints, len(OWN)
         joints = np.concatenate([np.nonzero(r.used.T)[0] for r in self.parts])
-        all_of = self.stacked(r.columns for r in self.parts)
-        alone = (np.eye(n)[joints][:, :, None] * all_of[:, None, :own]).reshape(
-            len(all_of), -1
-        )
-        A = np.hstack((alone, all_of[:, own:-1]))
-        b = all_of[:, -1]
+        rows = self.stacked(r.columns for r in self.parts)
+        nuisances = np.eye(n)[joints][:, :, None] * rows[:, None, :own]
+        A = np.hstack((nuisances.reshape(len(rows), -1), rows[:, own:-1]))
         prior = np.zeros((n * own, A.shape[1]))
         prior[:, : n * own] = np.diag(1.0 / self.fit.prior.T.ravel())
-        more = [prior]
-        if (known := self.runs.calibration) is not None:
-            # as many rows as averages; the last of a factor is what nothing explains
-            less = (RATE * INTERVAL) ** 0.5
-            factors = known.scales.whole.weighed(less / self.weights).factors
+        matrices, torques = [A, prior], [rows[:, -1], np.zeros(len(prior))]
+        if (calibration := self.runs.calibration) is not None:
+            # its weight is that of averages over `INTERVAL`; the last row of a factor,
+            # its residual, is left out
+            std = (RATE * INTERVAL) ** 0.5 / self.weights
+            factors = calibration.scales.whole.weighed(std).factors
             for j, factor in enumerate(factors[:, :-1]):
-                rows = np.zeros((len(factor), A.shape[1] + 1))
-                rows[:, j * own : (j + 1) * own] = factor[:, :own]
-                rows[:, n * own :] = factor[:, own:]
-                more.append(rows[:, :-1])
-                b = np.append(b, rows[:, -1])
-        # priors come first among what is added, and have no torque
-        count = len(all_of)
-        b = np.concatenate((b[:count], np.zeros(len(prior)), b[count:]))
-        A = np.vstack((A, *more))
+                more = np.zeros((len(factor), A.shape[1] + 1))
+                more[:, j * own : (j + 1) * own] = factor[:, :own]
+                more[:, n * own :] = factor[:, own:]
+                matrices.append(more[:, :-1])
+                torques.append(more[:, -1])
+        A, b = np.vstack(matrices), np.concatenate(torques)
         lengths = np.maximum(np.sqrt((A * A).sum(axis=0)), 1e-12)
         U, S, V = np.linalg.svd(A / lengths, full_matrices=False)
         kept = S > 1e-7
@@ -214,41 +208,42 @@ class Suspects:
 
     @cached_property
     def predicted(self) -> tuple[Array, ...]:
-        """(K, n) torques of each run by the fit [N m]."""
-        left, first = self.basis[2], 0
-        found: list[Array] = []
+        """(K, n) torques of each run by the fit [N m]; the recorded ones in rows that do
+        not count."""
+        residuals, first = self.basis[2], 0
+        predicted: list[Array] = []
         for run in self.parts:
             own = np.zeros(run.used.shape)
             count = int(run.used.sum())
-            own.T[run.used.T] = left[first : first + count]
+            own.T[run.used.T] = residuals[first : first + count]
             first += count
-            found.append(run.columns[..., -1] - own / self.weights)
-        return tuple(found)
+            predicted.append(run.columns[..., -1] - own / self.weights)
+        return tuple(predicted)
 
     def tried(self, rows: Array, usual: Array | float) -> tuple[Array, float, Array]:
-        """theta (k,) of about the size `usual`, evidence, and shift (10,), of columns
-        (N, k)."""
-        U, back, left = self.basis
+        """theta (k,) with the prior standard deviation `usual`, evidence, and shift (10,),
+        for columns `rows` (N, k)."""
+        U, back, residuals = self.basis
         X = np.zeros((len(U), rows.shape[1]))
         X[: len(rows)] = rows
-        inside = U.T @ X
-        beside = X - U @ inside
+        explained = U.T @ X
+        beyond = X - U @ explained
         prior = np.diag(np.broadcast_to(1.0 / usual, X.shape[1:]))
-        found = np.linalg.lstsq(
-            np.vstack((beside, prior)), np.append(left, np.zeros(len(prior)))
+        solution = np.linalg.lstsq(
+            np.vstack((beyond, prior)), np.append(residuals, np.zeros(len(prior)))
         )[0]
-        theta = np.asarray(found, dtype=float)
-        both = np.stack((left, left - beside @ theta))
-        # friction by load that is more than usual is no mistake
+        theta = np.asarray(solution, dtype=float)
+        both = np.stack((residuals, residuals - beyond @ theta))
+        # large friction by load is no mistake: its prior does not count
         priors = slice(len(rows), len(rows) + self.fit.prior.size)
         both[:, priors][:, FRICTION_BY_LOAD :: len(OWN)] = 0.0
         evidence = _evidence(both[0], both[1], len(rows), len(theta))
-        shift = -(back @ inside @ theta)[-PAYLOAD:]
+        shift = -(back @ explained @ theta)[-PAYLOAD:]
         return theta, evidence, np.asarray(shift, dtype=float)
 
     def by_links(self, std: Array) -> Array:
-        """(10 n, 10) change of the payload's parameters by `std` (10 n,) of each of the
-        links' parameters, where the URDF's are taken for the arm's."""
+        """(10 n, 10) change of the payload's parameters by an error `std` (10 n,) of each
+        parameter of the links, if these are taken from the URDF."""
         U, back, _ = self.basis
         W = self.runs.dynamics.regressor
         own = (r.samples for r in self.parts)
@@ -256,8 +251,8 @@ class Suspects:
         return (back @ (U[: len(X)].T @ X))[-PAYLOAD:].T
 
     def _long_delay(self, loaded: bool) -> Suspect:
-        """Torques of all runs, or of the loaded ones, that come later by one time."""
-        U, back, left = self.basis
+        """The best delay among `DELAYS` for all runs, or for the loaded ones."""
+        U, back, residuals = self.basis
         torque = self.stacked(r.columns[..., -1:] for r in self.parts)[:, 0]
         inside = self.stacked(r.inside for r in self.parts)[:, 0] > 0.0
 
@@ -265,11 +260,11 @@ class Suspects:
             own = self.stacked(
                 r.later(by * (r.loaded or not loaded)) for r in self.parts
             )
-            return np.append(own[:, 0] - torque, np.zeros(len(left) - len(torque)))
+            return np.append(own[:, 0] - torque, np.zeros(len(residuals) - len(torque)))
 
         def remaining(by: float) -> Array:
-            more = changed(by)
-            kept = left + more - U @ (U.T @ more)
+            change = changed(by)
+            kept = residuals + change - U @ (U.T @ change)
             kept[: len(torque)][~inside] = 0.0
             return kept
 
@@ -285,16 +280,18 @@ class Suspects:
         return Suspect("delay", loaded, np.array([by]), evidence, shift)
 
     def likeliest(self) -> Suspect | None:
-        """The suspect with the most evidence, where it is enough."""
-        rows, unknown = len(self.basis[2]), self.basis[1].shape[0]
-        if self.runs.arm_known or rows < FEWEST_ROWS * unknown:
+        """The suspect with the most evidence; None if no evidence is sufficient."""
+        rows, unknowns = len(self.basis[2]), self.basis[1].shape[0]
+        if self.runs.arm_known or rows < FEWEST_ROWS * unknowns:
             return None
-        told = (x for x in self.all() if x.evidence > LEAST_EVIDENCE[x.kind])
-        told = (x for x in told if x.kind != "weight" or abs(x.theta[0]) > LEAST_SHARE)
-        return max(told, key=lambda each: each.evidence, default=None)
+        likely = (x for x in self.all() if x.evidence > LEAST_EVIDENCE[x.kind])
+        likely = (
+            x for x in likely if x.kind != "weight" or abs(x.theta[0]) > LEAST_SHARE
+        )
+        return max(likely, key=lambda each: each.evidence, default=None)
 
     def all(self) -> Iterator[Suspect]:
-        """Each suspect, fitted."""
+        """All suspects."""
         kinds = {"delay": self._short_delay, "tilt": self._tilt, "gains": self._gains}
         kinds["zeros"], kinds["weight"] = self._zeros, self._weight
         others = self.runs.empty or self.runs.calibration
@@ -316,7 +313,8 @@ class Suspects:
                 yield from self._parts(i)
 
     def _short_delay(self, i: int) -> Array:
-        """Zero where a joint turns back, as friction then changes at once."""
+        """(K, n, 1) negative rate of the predicted torques of run `i`, zero near
+        reversals, where friction changes at once."""
         own = self.parts[i].samples
         forth = own.velocity > 0.0
         back = np.zeros(forth.shape, dtype=bool)
@@ -333,18 +331,18 @@ class Suspects:
     def _rigid(
         self, i: int, angle: Array | float = 0.0, gravity: Array | None = None
     ) -> Array:
-        """(K, n) torques of arm and payload in a run [N m], with angles off by `angle`,
-        or at rest by gravity (3,) alone."""
+        """(K, n) torques of arm and payload in run `i` [N m], with `angle` [rad] added to
+        the joints', or at rest under another `gravity` (3,)."""
         run, dynamics = self.parts[i], self.runs.dynamics
         own = run.samples
         dq, ddq = own.velocity, own.acceleration
         if gravity is not None:
             dynamics, dq, ddq = dynamics.under(gravity), 0.0 * dq, 0.0 * ddq
         W = dynamics.regressor(own.position + angle, dq, ddq)
-        found = W @ self.load.arm
+        torque = W @ self.load.arm
         if run.loaded:
-            found = found + W[..., -PAYLOAD:] @ dynamics.payload @ self.load.payload
-        return found
+            torque = torque + W[..., -PAYLOAD:] @ dynamics.payload @ self.load.payload
+        return torque
 
     def _tilt(self, i: int) -> Array:
         each = [self._rigid(i, gravity=g) for g in self._across]
@@ -352,7 +350,7 @@ class Suspects:
 
     @cached_property
     def _across(self) -> Array:
-        """(2, 3) gravity along the axes that lie across it [m/s²]."""
+        """(2, 3) vectors of gravity's magnitude, orthogonal to it [m/s²]."""
         g = self.runs.dynamics.gravity
         return np.linalg.svd(g[None])[2][1:] * float(np.linalg.norm(g))
 
@@ -362,14 +360,14 @@ class Suspects:
         return np.stack(each, axis=-1) / (2.0 * ANGLE)
 
     def _weight(self, i: int) -> Array:
-        """What the payload's weight alone needs."""
+        """(K, n, 1) torques by the payload's weight in run `i` [N m]."""
         q, dynamics = self.parts[i].samples.position, self.runs.dynamics
         W = dynamics.regressor(q, 0.0 * q, 0.0 * q)[..., -PAYLOAD:]
         return (W @ dynamics.payload @ self.load.payload)[..., None]
 
     def _parts(self, i: int) -> Iterator[Suspect]:
-        """Another object in any stretch of whole parts of run `i`; in all of it only
-        beside another loaded run."""
+        """Suspects of another object in consecutive parts of run `i`; in all of it only
+        if there is another loaded run."""
         time = self.parts[i].samples.time
         edges = np.linspace(0, len(time), PARTS + 1).astype(int)
         Y = self.parts[i].columns[..., -PAYLOAD - 1 : -1]
@@ -392,9 +390,11 @@ class Suspects:
 
 
 def _evidence(before: Array, after: Array, rows: int, unknown: int) -> float:
-    """Of residuals that `unknown` more parameters made smaller, by `rows` rows whose
-    neighbours are alike."""
+    """Evidence (BIC) of `unknown` more parameters by the residuals without and with them;
+    the correlation of neighbours reduces the effective number of the `rows`."""
     square, now = (max(float(r @ r), 1e-99) for r in (before, after))
-    alike = float(after[1:rows] @ after[: rows - 1]) / now
-    many = rows * (1.0 - alike) / (1.0 + alike) if alike > 0.0 else rows
+    correlation = float(after[1:rows] @ after[: rows - 1]) / now
+    many = rows
+    if correlation > 0.0:
+        many = rows * (1.0 - correlation) / (1.0 + correlation)
     return float(0.5 * many * np.log(square / now) - 0.5 * unknown * np.log(many))

@@ -9,7 +9,7 @@ import numpy as np
 
 from hefting.core.spatial import Array
 from hefting.logs.given import as_recording
-from hefting.planning.result import Plan, speed_told
+from hefting.planning.result import Plan, speed_text
 from hefting.robots import Arm, Robot
 from hefting.viewer.drawing import COM, GREY, rgb
 from hefting.viewer.motion import ArmDrawing
@@ -147,7 +147,7 @@ def _text(plan: Plan) -> str:
     after = str(plan.forecast.accuracy[-1]).replace(",", ", ")
     lines = [
         f"{plan.duration:.4g} s; the corners of the orange box keep "
-        f"{speed_told(plan.limits.corner_speed)}",
+        f"{speed_text(plan.limits.corner_speed)}",
         f"expected after it, ± 95 %: {after}",
     ]
     return "".join(f"<p style='margin:0.4em 0.8em'>{escape(x)}</p>" for x in lines)

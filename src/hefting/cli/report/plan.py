@@ -7,7 +7,7 @@ import numpy as np
 
 from hefting.cli.report.estimate import Line
 from hefting.core.accuracy import Accuracy
-from hefting.planning.result import Plan, reduced_speed_told, speed_told
+from hefting.planning.result import Plan, reduced_speed_text, speed_text
 
 ROWS = {
     "mass": ("mass", "%", 1e2),
@@ -51,11 +51,11 @@ def _speed(plan: Plan) -> str:
     of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
     used = plan.usage.get("corner_speed")
     if used is None:
-        return f"every {of} keeps {speed_told(limit)}"
-    fastest = speed_told(used * limit).removesuffix(" mm/s")
+        return f"every {of} keeps {speed_text(limit)}"
+    fastest = speed_text(used * limit).removesuffix(" mm/s")
     return (
-        f"{reduced_speed_told(plan)}: the fastest {of} moves at {fastest} of "
-        f"{speed_told(limit)}"
+        f"{reduced_speed_text(plan)}: the fastest {of} moves at {fastest} of "
+        f"{speed_text(limit)}"
     )
 
 
