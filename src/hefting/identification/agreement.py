@@ -57,7 +57,7 @@ class Difference:
 
     @property
     def name(self) -> str:
-        """Name of the quantity, as a sentence has it."""
+        """Name of the quantity, for a sentence."""
         own = QUANTITIES[self.quantity][0]
         return "moment about a common axis" if "moment" in own else own
 

@@ -80,7 +80,7 @@ class ByTorques:
     samples: int
     """of the runs with the payload"""
     duration: float
-    """[s] of those runs, one after the other"""
+    """[s] of those runs in total"""
     links: Array | None = None
     """(10 n, 10) change of the payload's parameters by one standard deviation of each
     link parameter, if the arm is that of the URDF"""

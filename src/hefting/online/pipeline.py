@@ -211,8 +211,8 @@ class Pipeline:
         self.history.cut(since)
         was = "" if self._previous is None else f" ({self._previous.mass:.4g} kg)"
         what = f"the wrench is no longer that of object {before}{was}"
-        what += f": object {self.object} since {since:.2f} s"
-        self._messages.append(warning("new-object", what))
+        text = f"{what}: object {self.object} since {since:.2f} s"
+        self._messages.append(warning("new-object", text))
 
     @property
     def _silent(self) -> dict[str, float]:

@@ -108,7 +108,7 @@ def predict(
         of="instant",
     )
     z = measured.measurements
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below if not finite
         wrench = predict_wrench(z, estimate.parameters.vector)
         reading = reading_std(wrench, accuracy)
         std = None if spread is None else np.hypot(spread.of_wrench(z), reading)

@@ -337,7 +337,7 @@ class Prediction:
 
 
 def _rows(values: Array | None) -> list | None:
-    """An array as lists, None for what is not finite."""
+    """An array as lists, with None for values that are not finite."""
     if values is None:
         return None
     return values.tolist() if np.isfinite(values).all() else json_ready(values)
