@@ -88,52 +88,67 @@ def agreement(
     varying = _rms(difference - difference.mean(axis=0))
     bias = min(
         np.atleast_2d(np.zeros(6) if estimate.bias is None else estimate.bias),
-        key=lambda own: float(np.sum(_rms(difference - own) / (varying + 1e-9))),
+        key=lambda each: float(np.sum(_rms(difference - each) / (varying + 1e-9))),
     )
     difference = difference - bias
-    rms = _rms(difference)
-    own = within = wide = None
+    mean, rms = difference.mean(axis=0), _rms(difference)
+    # whether the constant part dominates the difference
+    constant = varying**2 < MOSTLY * rms**2
+    own = within = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
         own = _rms(residuals(z, fit.vector, fit.bias))
     if own is not None and spread is not None:
         known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
-        wide = Z95 * np.hypot(known, np.repeat(own, 3))
-    # whether the constant part dominates the difference
-    constant = varying**2 < MOSTLY * rms**2
-    if wide is not None:
-        mean = np.repeat(constant, 3) * difference.mean(axis=0)
-        inside = np.abs(difference - mean) <= wide
+        std = np.hypot(known, np.repeat(own, 3))
+        inside = np.abs(difference - np.repeat(constant, 3) * mean) <= Z95 * std
         within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
-        expected = _rms(wide) / Z95
-        beyond = varying > SEVERAL * expected
-        if beyond.any():
-            (force, torque), (usual, turning) = varying, expected
-            cause = "is it another object, or another grasp?"
-            if subtracted_tool(estimate.provenance) is not None:
-                cause = (
-                    "is the tool on the sensor here too (give `tool`), or is it "
-                    "another object, or another grasp?"
-                )
-            what = (
-                f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
-                f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"
-            )
-            changes = _rms(z.wrench - z.wrench.mean(axis=0))
-            most = (beyond & (varying > LARGELY * changes)).any()
-            say = error if most else warning
-            warnings.append(say("another-object", what))
+        changes = _rms(z.wrench - z.wrench.mean(axis=0))
+        has_tool = subtracted_tool(estimate.provenance) is not None
+        warnings += _other_object(varying, _rms(std), changes, has_tool)
     if own is not None and ((rms > 2.0 * own) & constant).any():
-        mean = [f"{x:.3g}" for x in difference.mean(axis=0)]
+        shown = [f"{x:.3g}" for x in mean]
         what = (
-            f"most of the difference is constant, ({', '.join(mean[:3])}) N, ({', '.join(mean[3:])}) N m: a bias "
+            f"most of the difference is constant, ({', '.join(shown[:3])}) N, ({', '.join(shown[3:])}) N m: a bias "
             "other than the estimate's? was the sensor zeroed in between?"
         )
         warnings.append(warning("constant-difference", what))
-    noted = found.conditioned.findings, tuple(warnings)
     return Agreement(
-        z.time, z.wrench - bias, difference, rms, varying, own, within, sign, *noted
+        z.time,
+        z.wrench - bias,
+        difference,
+        rms,
+        varying,
+        own,
+        within,
+        sign,
+        notes=found.conditioned.findings,
+        warnings=tuple(warnings),
     )
+
+
+def _other_object(
+    varying: Array, expected: Array, changes: Array, has_tool: bool
+) -> list[Message]:
+    """A message if the difference varies far more than expected; `changes` is the
+    variation of the wrench, all (2,) root mean squares, force [N] and torque [N m]."""
+    beyond = varying > SEVERAL * expected
+    if not beyond.any():
+        return []
+    (force, torque), (usual, turning) = varying, expected
+    cause = "is it another object, or another grasp?"
+    if has_tool:
+        cause = (
+            "is the tool on the sensor here too (give `tool`), or is it "
+            "another object, or another grasp?"
+        )
+    what = (
+        f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
+        f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"
+    )
+    most = (beyond & (varying > LARGELY * changes)).any()
+    say = error if most else warning
+    return [say("another-object", what)]
 
 
 def _rms(difference: Array) -> Array:

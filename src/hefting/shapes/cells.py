@@ -84,11 +84,13 @@ def moments_in_cells(
     for axis in range(3):
         pieces, index = _cut(pieces, index, axis, shape[axis])
     flat = np.ravel_multi_index(tuple(index.T), shape)
-    # about the lower corner of the own cell, in sides of a cell
+    # relative to the lower corner of the cell, in sides of a cell
     local = pieces - index[:, None, :]
     one, two = local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]
     area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
     nodes = np.einsum("qk,nkd->qnd", POINTS, local)
+    # moments 1, x, y, z, xx, xy, xz, yy, yz, zz of the prisms below the pieces in their
+    # cells, and moments 1, x, y, xx, xy, yy of the pieces' projections
     own = np.zeros((10, len(area)))
     column = np.zeros((6, len(area)))
     for weight, (x, y, z) in zip(WEIGHTS, nodes.transpose(0, 2, 1), strict=True):
@@ -102,6 +104,7 @@ def moments_in_cells(
     cells = int(np.prod(shape))
     sums = [np.bincount(flat, row, cells) for row in own]
     total = np.asarray(np.stack(sums), dtype=float)
+    # of the pieces above each cell, whose prisms fill its whole height
     above = np.stack([np.bincount(flat, row, cells) for row in column])
     above = above.reshape(6, *shape)
     above = (np.cumsum(above[..., ::-1], axis=-1)[..., ::-1] - above).reshape(6, -1)

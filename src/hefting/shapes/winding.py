@@ -30,6 +30,7 @@ def winding_numbers(
     them, so a ray through an edge or a corner is counted exactly once and no tolerance
     is needed.
     """
+    # the signed crossings of ray r between its points, from slot[r] on
     slot = np.concatenate(([0], np.cumsum(count + 1)))
     tally = np.zeros(slot[-1], dtype=np.int32)
     a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
