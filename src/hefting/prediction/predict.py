@@ -60,7 +60,7 @@ def predict(
         A wrench is optional; ``Prediction.agreement`` compares it with the predicted
         one.
     gravity : (3,) in world axes [m/s²], or `Gravity.at` a latitude. The band does not
-        include the uncertainty of its size, which was the same for the estimate.
+        include the uncertainty of its size, which cancels where the estimate was made.
     tool : a tool of `hefting.calibrate` that the sensor bears too: the wrench is that of
         both. An estimate made with `tool` is of the object alone.
     motion : source of velocities and accelerations, see
