@@ -169,8 +169,8 @@ class Body:
             return own
         size = float(np.abs(self.inertia).max())
         places = decimals(half.inertia, size, LEAST_DIGITS)
-        inertia, most = rounded_inertia(self.inertia, places)
-        return replace(own, inertia=inertia, inertia_places=most)
+        inertia, places_used = rounded_inertia(self.inertia, places)
+        return replace(own, inertia=inertia, inertia_places=places_used)
 
     @property
     def is_point(self) -> bool:
@@ -298,8 +298,8 @@ def rounded_inertia(inertia: Array, places: np.ndarray) -> tuple[Array, int]:
     """An inertia tensor (3, 3) with entries rounded to decimal `places` (3, 3), or to as
     many more as a consistent tensor needs, and the largest number of places used."""
     for more in range(16):
-        found = rounded(inertia, places + more)
-        second = np.linalg.eigvalsh(_second_moments(found))
+        tensor = rounded(inertia, places + more)
+        second = np.linalg.eigvalsh(_second_moments(tensor))
         if second[0] >= 0.5 * THINNEST * second.sum() > 0.0:
-            return found, int(places.max()) + more
+            return tensor, int(places.max()) + more
     return inertia, int(places.max()) + 16

@@ -39,11 +39,11 @@ def warnings(body: Body) -> list[Message]:
         "the file says that the tool's centre is at the flange (transformation): set "
         "it in Desk"
     )
-    found = [warning("transformation-unknown", what)]
+    messages = [warning("transformation-unknown", what)]
     if body.notes == GOOD:
-        return found
+        return messages
     what = f"the file has no place for comments: {'; '.join(body.notes)}"
-    return [*found, warning("no-comments", what)]
+    return [*messages, warning("no-comments", what)]
 
 
 TARGET = Target(

@@ -226,18 +226,18 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
     """
     z, turn = found.measurements, 1.0 if found.sign.on_object else -1.0
     explained = predict_wrench(z, fit.vector)
-    left = residuals(z, fit.vector, fit.bias)
+    residual = residuals(z, fit.vector, fit.bias)
     channels = {}
     parts = (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6)))
     for name, unit, part in parts:
         square = (
-            found.counts @ left[:, part] ** 2 / found.counts.sum()
+            found.counts @ residual[:, part] ** 2 / found.counts.sum()
             + found.within.diagonal()[part]
         )
         channels[name] = Channels(unit, _rms(explained[:, part]), np.sqrt(square))
     if found.motion is not None:
         channels |= _motion_channels(found.motion)
-    noise = residual_size(left, found.counts, found.within)
+    noise = residual_size(residual, found.counts, found.within)
     g = float(np.linalg.norm(z.gravity, axis=1).mean())
     bare = (
         None
@@ -258,7 +258,7 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
 
 
 def _motion_channels(motion: Motion) -> dict[str, Channels]:
-    found = {}
+    channels = {}
     quantities = (
         ("linear_acceleration", "m/s²"),
         ("angular_velocity", "rad/s"),
@@ -268,8 +268,8 @@ def _motion_channels(motion: Motion) -> dict[str, Channels]:
         values, std = getattr(motion, name), getattr(motion, f"{name}_std")
         if values is not None and std is not None:
             noise = np.full(3, float(np.sqrt(np.mean(np.square(std)))))
-            found[name.replace("_", " ")] = Channels(unit, _rms(values), noise)
-    return found
+            channels[name.replace("_", " ")] = Channels(unit, _rms(values), noise)
+    return channels
 
 
 def _dominance(z: Measurements, vector: Array, explained: Array) -> tuple[float, float]:

@@ -177,16 +177,16 @@ def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
     """Gravity by the data, if it was to be found or is well determined; else None."""
     adopted = found.tilt_std is not None
     if adopted:
-        std, there = found.tilt_std, found.gravity
+        std, hinted = found.tilt_std, found.gravity
     elif found.tilted is not None and found.sign.certain:
-        there = found.tilted.gravity
+        hinted = found.tilted.gravity
         std = float(np.hypot(found.tilted.std, SENSOR_ERROR))
     else:
         return None
     if std is None or not np.isfinite(std):
         return None
-    x, y, z = (there / np.linalg.norm(there)).tolist()
-    return GravityHint(angle_between(gravity, there), std, (x, y, z), adopted)
+    x, y, z = (hinted / np.linalg.norm(hinted)).tolist()
+    return GravityHint(angle_between(gravity, hinted), std, (x, y, z), adopted)
 
 
 def _quick_mass(recording: Recording, gravity: Array) -> float | None:

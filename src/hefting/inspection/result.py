@@ -95,8 +95,8 @@ class Inspection:
     def verdict(self) -> Verdict:
         """Whether to trust an identification from it, and why not."""
         if self.facts is None:
-            nothing = "; ".join(dict.fromkeys(self.missing.values()))
-            return Verdict("do not use", (error("nothing-found", nothing),))
+            reasons = "; ".join(dict.fromkeys(self.missing.values()))
+            return Verdict("do not use", (error("nothing-found", reasons),))
         return verdict_of(self.warnings)
 
     @property

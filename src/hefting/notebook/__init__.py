@@ -99,8 +99,8 @@ def card(estimate: Estimate, title: str) -> str:
     reasons = estimate.verdict.reasons
     more = [f"warning: {text}" for text in estimate.warnings if text not in reasons]
     if len(more) > MOST_WARNINGS:
-        left = len(more) - MOST_WARNINGS
-        more[MOST_WARNINGS:] = [f"and {left} more in .warnings"]
+        hidden = len(more) - MOST_WARNINGS
+        more[MOST_WARNINGS:] = [f"and {hidden} more in .warnings"]
     verdict = verdict_html(estimate.verdict, after)
     return verdict + list_html(more) + beside(numbers, picture)
 

@@ -73,7 +73,7 @@ def parts_of(found: Ingested) -> Iterable[tuple[Ingested, float]]:
 
 def summary(spans: Sequence[Span]) -> dict[str, str]:
     """Samples, duration and number of the spans left out, by cause, in words."""
-    found = {}
+    texts = {}
     for cause in CAUSES:
         own = [span for span in spans if span.cause == cause]
         if own:
@@ -81,8 +81,8 @@ def summary(spans: Sequence[Span]) -> dict[str, str]:
             lasts = sum(span.end - span.start for span in own)
             count = f"{samples} samples, " if samples else ""
             places = f"{len(own)} place{'s' if len(own) > 1 else ''}"
-            found[cause] = f"{count}{lasts:.3g} s in {places}"
-    return found
+            texts[cause] = f"{count}{lasts:.3g} s in {places}"
+    return texts
 
 
 def _count_text(found: Ingested, curves: WrenchCurves) -> str:
@@ -169,9 +169,9 @@ def _fewer(spans: list[Span]) -> list[Span]:
     begins, ends = [0, *(cuts + 1)], [*cuts, len(spans) - 1]
     joined = []
     for b, e in zip(begins, ends, strict=True):
-        some = spans[b : e + 1]
-        end, samples = max(s.end for s in some), sum(s.samples for s in some)
-        joined.append(Span(some[0].cause, some[0].start, end, samples))
+        group = spans[b : e + 1]
+        end, samples = max(s.end for s in group), sum(s.samples for s in group)
+        joined.append(Span(group[0].cause, group[0].start, end, samples))
     return joined
 
 

@@ -116,10 +116,10 @@ def plot_shape(
         Without matplotlib.
     """
     uniform = {"uniform shape": shape.homogeneous}
-    found = dict(estimates or {})
-    scene = scene_of(found, shape, uniform, gravity).with_centers_only()
+    known = dict(estimates or {})
+    scene = scene_of(known, shape, uniform, gravity).with_centers_only()
     lines = ["the shape as posed, in sensor axes", *place_of(shape)]
-    for name, estimate in found.items():
+    for name, estimate in known.items():
         verdict, numbers = estimate.verdict, headline_of(estimate).numbers
         lines += [f"{name} ({verdict}; ± 95 %)", numbers[1]]
     with headed(height_of(scene), lines) as (figure, below):

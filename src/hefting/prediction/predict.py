@@ -97,14 +97,14 @@ def predict(
         raise InputError(what, trajectory.source, "take a part: `start`, `duration`")
     accuracy = SensorAccuracy.of(sensor_accuracy)
     spread = None if estimate.covariance is None else Spread.of(estimate.covariance)
-    found, agreed, refusal = _compare(
+    ingested, agreed, refusal = _compare(
         trajectory, estimate, spread, gravity, accuracy, motion
     )
     measured = measure(
         _wrenchless(trajectory, motion),
         gravity,
         motion,
-        found.conditioned.curves if found else None,
+        ingested.conditioned.curves if ingested else None,
         of="instant",
     )
     z = measured.measurements
@@ -162,8 +162,8 @@ def _wrenchless(recording: Recording, motion: Source) -> Recording:
                 recording.source,
             )
         poses = poses[covered]
-    nothing = Stream(poses.time, np.zeros((len(poses), 6)), poses.rows)
-    return replace(recording, streams={**recording.streams, "wrench": nothing})
+    zeros = Stream(poses.time, np.zeros((len(poses), 6)), poses.rows)
+    return replace(recording, streams={**recording.streams, "wrench": zeros})
 
 
 def _compare(
@@ -223,10 +223,10 @@ def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Mess
             "bears its wrench as well, see `tool`"
         )
         yield warning("tool-subtracted", what, "tool")
-    found = numbers_in(estimate.provenance, "gravity", 3, LARGEST_GRAVITY)
+    assumed = numbers_in(estimate.provenance, "gravity", 3, LARGEST_GRAVITY)
     far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
-    if found is not None and np.linalg.norm(found - gravity) > far:
-        x, y, z = found
+    if assumed is not None and np.linalg.norm(assumed - gravity) > far:
+        x, y, z = assumed
         what = f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see `gravity`"
         yield warning("another-gravity", what, "gravity")
 

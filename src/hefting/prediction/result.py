@@ -146,8 +146,8 @@ def _other_object(
         f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
         f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"
     )
-    most = (beyond & (varying > LARGELY * changes)).any()
-    say = error if most else warning
+    is_large = (beyond & (varying > LARGELY * changes)).any()
+    say = error if is_large else warning
     return [say("another-object", what)]
 
 
@@ -269,10 +269,10 @@ class Prediction:
     @property
     def extremes(self) -> dict[str, tuple[Peak, Peak]]:
         """Lowest and highest value of each component ``fx`` .. ``tz``."""
-        found = {}
+        extremes = {}
         for i, name in enumerate(WRENCH):
             at = int(np.argmin(self.wrench[:, i])), int(np.argmax(self.wrench[:, i]))
-            found[name] = tuple(
+            extremes[name] = tuple(
                 Peak(
                     float(self.wrench[k, i]),
                     float(self.time[k]),
@@ -280,7 +280,7 @@ class Prediction:
                 )
                 for k in at
             )
-        return found
+        return extremes
 
     def to_dict(self) -> dict[str, Any]:
         """JSON-ready values; null where the band is infinite.

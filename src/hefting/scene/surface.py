@@ -140,14 +140,14 @@ def reach(estimate: Estimate, name: str) -> Array | None:
     open_ = np.asarray(getattr(estimate.undetermined, name))
     if estimate.intervals is not None:
         value = np.asarray(getattr(estimate.parameters, name))
-        found = np.abs(estimate.intervals[name] - value).max(axis=0)
+        half = np.abs(estimate.intervals[name] - value).max(axis=0)
     elif estimate.std is not None:
-        found = Z95 * np.asarray(estimate.std[name])
+        half = Z95 * np.asarray(estimate.std[name])
     elif open_.any():
-        found = np.full(open_.shape, np.nan)
+        half = np.full(open_.shape, np.nan)
     else:
         return None
-    return np.where(open_, np.inf, found)
+    return np.where(open_, np.inf, half)
 
 
 def _com_correlation(estimate: Estimate) -> Array:
@@ -194,11 +194,11 @@ def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.nd
     merged, with coarser and coarser grids."""
     size = float(np.ptp(vertices, axis=0).max())
     pitch = size / FINEST
-    merged, left = vertices, faces
-    while len(left) > max(most, 1):
-        merged, left = _merged(vertices, faces, pitch)
+    merged, remaining = vertices, faces
+    while len(remaining) > max(most, 1):
+        merged, remaining = _merged(vertices, faces, pitch)
         pitch *= 1.5
-    return merged, left
+    return merged, remaining
 
 
 def _merged(

@@ -299,15 +299,15 @@ def _pieces(missed: np.ndarray, suitable: float, count: int | None) -> np.ndarra
 def _joined(owner: np.ndarray) -> np.ndarray:
     """Owners (nx, ny, nz), where a cell without one, -1, gets that of a neighbour: first
     across a face, then an edge, then a corner."""
-    found = owner
+    result = owner
     padded = np.pad(owner, 1, constant_values=-1)
     steps = [s for s in np.ndindex(3, 3, 3) if s != (1, 1, 1)]
     x, y, z = owner.shape
     for step in sorted(steps, key=lambda s: sum(abs(i - 1) for i in s)):
         i, j, k = step
         neighbour = padded[i : i + x, j : j + y, k : k + z]
-        found = np.where(found < 0, neighbour, found)
-    return found
+        result = np.where(result < 0, neighbour, result)
+    return result
 
 
 def _widened(mask: Mask) -> Mask:

@@ -164,18 +164,18 @@ def suspicions(
 ) -> tuple[Message, ...]:
     """Warnings about a bounding box that is unlikely for a held object, given its lower
     corner (3,) and sides (3,) [m] in object axes."""
-    longest, found = float(extents.max()), []
+    longest, messages = float(extents.max()), []
     size = f"the shape is {longest:.3g} m long: {_in_other_units(longest, unit)}"
     if longest > LONGEST:
-        found.append(warning("shape-long", size, "unit"))
+        messages.append(warning("shape-long", size, "unit"))
     if longest < SHORTEST:
-        found.append(warning("shape-small", size, "unit"))
+        messages.append(warning("shape-small", size, "unit"))
     origin = inverse_pose(pose)[:3, 3]
     distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
     if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
         what = f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
-        found.append(warning("shape-far", what, "pose"))
-    return tuple(found)
+        messages.append(warning("shape-far", what, "pose"))
+    return tuple(messages)
 
 
 def check_parts(labels: Array, volumes: Array | None, path: str | Path) -> None:

@@ -55,13 +55,13 @@ def voxel_representatives(
     longest = float(sides.max())
     if pitch is None:
         small, large = 0.3 * longest / max(target, len(points)), 1.01 * longest + 1e-9
-        found: dict[float, int] = {}
+        counts: dict[float, int] = {}
         for _ in range(40 if longest > 0 else 0):
             middle = float(np.sqrt(small * large))
-            found[middle] = len(np.unique(_voxels(points, low, sides, middle)))
-            fine = found[middle] > target
+            counts[middle] = len(np.unique(_voxels(points, low, sides, middle)))
+            fine = counts[middle] > target
             small, large = (middle, large) if fine else (small, middle)
-        pitch = min(found, key=lambda p: abs(found[p] - target)) if found else 1e-9
+        pitch = min(counts, key=lambda p: abs(counts[p] - target)) if counts else 1e-9
         if len(points) <= target:
             return np.arange(len(points)), pitch
     _, voxel = np.unique(_voxels(points, low, sides, pitch), return_inverse=True)
@@ -76,8 +76,8 @@ def voxel_representatives(
 def empty_share(points: Array) -> float:
     """Share of the volume of a cloud (n, 3) in voxels without points that have some on
     both sides along every axis."""
-    some = np.random.default_rng(0).permutation(len(points))[:LOOKED_AT]
-    points = points[some] - points.min(axis=0)
+    chosen = np.random.default_rng(0).permutation(len(points))[:LOOKED_AT]
+    points = points[chosen] - points.min(axis=0)
     pitch = voxel_representatives(points, len(points) // PER_VOXEL, None)[1]
     index = (points / pitch).astype(np.int64)
     if np.prod(index.max(axis=0) + 1.0) > MOST_VOXELS:  # of points far away
@@ -260,14 +260,14 @@ def hull_planes(points: Array) -> Array | None:
     Points are added one by one, the outermost first. None if the hull has more than
     `LARGEST_HULL` corners, or rounding leaves a point outside.
     """
-    found = Polytope(points)
+    polytope = Polytope(points)
     center = points.mean(axis=0)
-    left = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
-    while len(left := left[_outside(points[left], found.planes)]):
-        if not all(found.add(k) for k in left[:64].tolist()):
+    remaining = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
+    while len(remaining := remaining[_outside(points[remaining], polytope.planes)]):
+        if not all(polytope.add(k) for k in remaining[:64].tolist()):
             return None
-        left = left[64:]
-    planes = found.planes[found.planes[:, :3].any(axis=1)]
+        remaining = remaining[64:]
+    planes = polytope.planes[polytope.planes[:, :3].any(axis=1)]
     return None if _outside(points, planes, 10.0 * ROUNDING).any() else planes
 
 
@@ -280,9 +280,9 @@ def depth_inside(points: Array, sides: Array, x: Array) -> float | None:
     there is none: that face is then a face of the hull. No other is nearer, as the ball
     about x that touches it lies in the polytope, and so in the hull.
     """
-    found = Polytope(points)
+    polytope = Polytope(points)
     for _ in range(MOST_STEPS):
-        planes = found.planes
+        planes = polytope.planes
         lengths = np.sqrt(np.square(planes[:, :3] / sides).sum(axis=1))
         gone = lengths == 0.0
         lengths[gone] = 1.0
@@ -293,7 +293,7 @@ def depth_inside(points: Array, sides: Array, x: Array) -> float | None:
         furthest = int(np.argmax(height))
         if height[furthest] + planes[nearest, 3] <= ROUNDING:
             return float(depth[nearest]) if depth[nearest] >= 0.0 else None
-        if not found.add(furthest):
+        if not polytope.add(furthest):
             return None
     return None
 
@@ -316,9 +316,9 @@ def _tetrahedron(points: Array) -> np.ndarray:
     first = int(np.argmin(points[:, 0]))
     away = points - points[first]
     second = int(np.argmax(np.einsum("vi,vi->v", away, away)))
-    off = np.cross(away, away[second])
-    third = int(np.argmax(np.einsum("vi,vi->v", off, off)))
-    fourth = int(np.argmax(np.abs(away @ off[third])))
+    normals = np.cross(away, away[second])
+    third = int(np.argmax(np.einsum("vi,vi->v", normals, normals)))
+    fourth = int(np.argmax(np.abs(away @ normals[third])))
     return np.array((first, second, third, fourth))
 
 

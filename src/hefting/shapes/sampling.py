@@ -108,8 +108,10 @@ def grid_points(solid: Solid, target: int) -> Samples:
     # the count is about volume / cell; correct for parts the grid misses or favours
     for _ in range(2):
         first = _evaluate(box, _centred(box, cell, 1 + budget // 60), target)
-        found = [count * np.prod(box.sides / cells) for count, _, (cells, _) in first]
-        middle = np.clip(median(np.array(found)), 0.1 * volume, 3 * volume)
+        volumes_inside = [
+            count * np.prod(box.sides / cells) for count, _, (cells, _) in first
+        ]
+        middle = np.clip(median(np.array(volumes_inside)), 0.1 * volume, 3 * volume)
         cell = float(middle) / target
     ranked = _evaluate(box, _centred(box, cell, max(12, budget // 3)), target)
     ranked.sort(key=itemgetter(1))
@@ -185,7 +187,7 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
     box, rng = working_box(solid), np.random.default_rng(seed)
     share = min(1.0, solid.volume / float(np.prod(box.sides)))
     batch = int(np.clip(1.2 * count / share + 16, 64, 1_000_000))
-    found, total, drawn = [], 0, 0
+    parts, total, drawn = [], 0, 0
     while total < count:
         if drawn > max(MAX_CELLS, 20 * count):
             raise InputError(
@@ -194,9 +196,9 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
             )
         points = box.low + box.sides * rng.random((batch, 3))
         inside = points_inside(box.triangles, points)
-        found.append(points[inside])
+        parts.append(points[inside])
         total, drawn = total + int(inside.sum()), drawn + batch
-    positions = np.concatenate(found)[:count]
+    positions = np.concatenate(parts)[:count]
     cell = np.eye(3) * (solid.volume / count) ** (2 / 3) / 12
     return Samples(positions @ box.axes.T, _volumes(box, positions, cell), cell)
 
@@ -245,8 +247,8 @@ def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
     # a side of one cell may be short, but not long
     even = (uneven < 1.7) & (size * (cells == 1) <= 1.6 * high).all(axis=1)
     cells = cells[even] if even.any() else cells
-    off = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
-    chosen = cells[np.argsort(off, kind="stable")[:number]].astype(int)
+    deviation = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
+    chosen = cells[np.argsort(deviation, kind="stable")[:number]].astype(int)
     return [(tuple(row), (0.5,) * 3) for row in chosen.tolist()]
 
 
@@ -281,12 +283,12 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
 def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
     """As `_evaluate`, for grids with the coordinates of their points along each axis."""
     rays, start, step, count, inside = _inside(box, batch)
-    found = np.flatnonzero(inside)
+    indices = np.flatnonzero(inside)
     end = np.cumsum(count)
-    ray = np.searchsorted(end, found, "right")
-    height = start[ray] + step[ray] * (found - end[ray] + count[ray])
+    ray = np.searchsorted(end, indices, "right")
+    height = start[ray] + step[ray] * (indices - end[ray] + count[ray])
     ends = np.cumsum([0, *(math.prod(map(len, lines)) for _, lines in batch)])
-    number = np.diff(np.searchsorted(found, ends))
+    number = np.diff(np.searchsorted(indices, ends))
     w = (np.column_stack((rays[ray], height)) - box.centroid) @ box.whitening.T
     scores = _scores(w, number, target)
     return [

@@ -76,7 +76,7 @@ def points_inside(triangles: Array, points: Array) -> np.ndarray:
 def sides_with_walls(triangles: Array) -> int:
     """Number of the six rays from the origin along the axes that pass through the inside
     of the closed surface of triangles (F, 3, 3); 0 if the origin is inside."""
-    found, n = 0, STEPS_TO_WALLS
+    sides, n = 0, STEPS_TO_WALLS
     count = np.array([2 * n])
     for axis in range(3):
         turned = np.roll(triangles, axis, axis=2)
@@ -85,8 +85,8 @@ def sides_with_walls(triangles: Array) -> int:
         inside = winding_numbers(turned, ray, 0.5 * step - reach, step, count) != 0
         if inside[n - 1 : n + 1].any():
             return 0
-        found += int(inside[:n].any()) + int(inside[n:].any())
-    return found
+        sides += int(inside[:n].any()) + int(inside[n:].any())
+    return sides
 
 
 def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -130,8 +130,8 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
     line = _ranges(bottom, tall) * nx
     first = begin[line + np.repeat(column(x_low), tall)]
     last = begin[line + np.repeat(column(x_high), tall) + 1]
-    some = np.flatnonzero(last > first)
-    return order, first[some], last[some], np.repeat(index, tall)[some]
+    occupied = np.flatnonzero(last > first)
+    return order, first[occupied], last[occupied], np.repeat(index, tall)[occupied]
 
 
 def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):

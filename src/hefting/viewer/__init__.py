@@ -140,10 +140,10 @@ class Playback:
 def _chosen(found: Ingested) -> Indices:
     """(N,) evenly chosen samples, within `MOST_FRAMES` and `RATE`."""
     count = len(found.measurements)
-    most = MOST_FRAMES
+    limit = MOST_FRAMES
     if not found.static:
-        most = min(most, 2 + int(RATE * float(np.ptp(found.measurements.time))))
-    chosen = np.linspace(0, count - 1, max(1, min(count, most)))
+        limit = min(limit, 2 + int(RATE * float(np.ptp(found.measurements.time))))
+    chosen = np.linspace(0, count - 1, max(1, min(count, limit)))
     return np.unique(chosen.round().astype(np.intp))
 
 
