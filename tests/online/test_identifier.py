@@ -136,13 +136,13 @@ def test_each_estimate_waits_for_samples_that_just_came(monkeypatch, rate):
     """So that none is of samples that are as old as the pause between two batches. Its
     end waits for nothing."""
     monkeypatch.setattr(identifier, "LONGEST_WAIT", 120.0)
-    told, tell = [], hefting.LiveIdentifier._tell
+    told, tell = [], hefting.LiveIdentifier._publish
 
     def note_time(live, found):
         told.append(found.time)
         tell(live, found)
 
-    monkeypatch.setattr(hefting.LiveIdentifier, "_tell", note_time)
+    monkeypatch.setattr(hefting.LiveIdentifier, "_publish", note_time)
     live = hefting.LiveIdentifier(rate=rate)
     for k in range(1, 21):
         live.add("wrench", 0.1 * k, np.zeros(6))

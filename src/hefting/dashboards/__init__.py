@@ -1,10 +1,9 @@
-"""Dashboards: a recording and what was found from it in one file, for programs of
-others to show.
+"""Dashboards: a recording with its estimate in one file for other programs to show.
 
     write_dashboard(replay_of(recording, estimate, shape), "out.mcap")
 
-Each kind of file is a module of this package that ends in its `DASHBOARD`; here is
-their list, and what is done with one.
+Each kind of file is a module of this package that ends in its `DASHBOARD`; this file
+lists and uses them.
 """
 
 from collections.abc import Callable
@@ -30,16 +29,16 @@ __all__ = ["Dashboard", "Replay", "dashboard_for", "replay_of", "write_dashboard
 FILES = ("foxglove",)
 """The module of each kind of file."""
 WRITING = "writing the file"
-"""What is reported as progress while a file is written."""
+"""Progress report of writing a file."""
 
 
 @immutable
 class Replay:
-    """A recording, and what is shown with it. All wrenches have the sign of
-    `hefting.core.spatial`, but for that in `recording`."""
+    """A recording, and what is shown with it. All wrenches except that of `recording` have
+    the sign of `hefting.core.spatial`."""
 
     recording: Recording
-    """As it was logged."""
+    """As logged."""
     estimate: Estimate
     prediction: Prediction
     """The wrench that the object needs along the recorded motion."""
@@ -48,20 +47,21 @@ class Replay:
 
     @property
     def curves(self) -> dict[str, Stream]:
-        """Wrenches (N, 6) [N, N m], in sensor axes: ``predicted``; where the recording
-        has a wrench, ``measured``, put right and less the bias, and ``residual``, the
-        measured minus the predicted one."""
+        """Wrenches (N, 6) [N, N m], in sensor axes: ``predicted``; if the recording has a
+        wrench, ``measured``, corrected and without bias, and ``residual``, the measured
+        minus the predicted one."""
         p = self.prediction
-        found = {"predicted": Stream(p.time, p.wrench)}
+        curves = {"predicted": Stream(p.time, p.wrench)}
         if p.agreement is not None:
             a = p.agreement
-            found["measured"] = Stream(a.time, a.wrench)
-            found["residual"] = Stream(a.time, a.difference)
-        return found
+            curves["measured"] = Stream(a.time, a.wrench)
+            curves["residual"] = Stream(a.time, a.difference)
+        return curves
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the estimate warns of, then what applying it to this recording does."""
+        """Warnings of the estimate, then further ones of its prediction for this
+        recording."""
         own = self.estimate.warnings
         repeated = {*own, *self.recording.warnings}
         more = [
@@ -76,9 +76,9 @@ class Replay:
 def replay_of(
     recording: Recording, estimate: Estimate, shape: Shape | None = None
 ) -> Replay:
-    """A recording beside what was found from it, or from another of the same object.
+    """A recording with an estimate from it, or from another one of the same object.
 
-    Gravity is that of the estimate, where it tells it.
+    Gravity is that of the estimate's provenance, or without it that on Earth.
 
     Raises
     ------
@@ -106,23 +106,22 @@ def _gravity_of(estimate: Estimate) -> Gravity:
 
 @dataclass(frozen=True, eq=False, kw_only=True)
 class Dashboard:
-    """A kind of file that a dashboard shows."""
+    """A kind of file for dashboards."""
 
     name: str
-    """Of the program that shows it."""
+    """Name of the program that shows it."""
     suffixes: tuple[str, ...]
-    """Endings of the file names, in small letters."""
+    """Suffixes of the files, in lower case."""
     check: Callable[[], None]
-    """Raises `MissingDependencyError` where what writes it is not installed."""
+    """Raises `MissingDependencyError` unless the libraries that write it are installed."""
     write: Callable[[Replay, str | Path, Callable[[str], str]], tuple[str, ...]]
     """Writes a replay, whole or not at all, and returns the names of the streams that it
-    does not hold; the last argument turns names of arguments in messages into the
+    cannot hold; the last argument turns names of arguments in messages into the
     reader's."""
 
 
 def dashboard_for(path: str | Path) -> Dashboard:
-    """The kind of file that is written to `path`, by its suffix; `InputError` where
-    there is none."""
+    """The kind of file of a path's suffix; `InputError` if there is none."""
     known = [import_module(f"{__name__}.{file}").DASHBOARD for file in FILES]
     suffix = Path(path).suffix.lower()
     for each in known:
@@ -139,12 +138,12 @@ def dashboard_for(path: str | Path) -> Dashboard:
 def write_dashboard(
     replay: Replay, path: str | Path, say: Callable[[str], str] = str
 ) -> tuple[str, ...]:
-    """Write a recording and what was found from it, whole or not at all, to a file
-    whose suffix says which kind; returns the names of the streams that it cannot hold.
-    `say` turns names of arguments in backquotes, in messages, into the reader's.
+    """Write a replay, whole or not at all, to a file of the kind of its suffix; returns
+    the names of the streams that it cannot hold. `say` turns names of arguments in
+    backquotes, in messages, into the reader's.
 
-    Raises `InputError` for another suffix, and where the file cannot be written,
-    `MissingDependencyError` where a library that writes the file is not installed.
+    Raises `InputError` for an unknown suffix and if the file cannot be written,
+    `MissingDependencyError` if a library that writes it is not installed.
     """
     kind = dashboard_for(path)
     kind.check()

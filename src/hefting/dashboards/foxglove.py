@@ -1,5 +1,5 @@
-"""Foxglove: an MCAP file in Foxglove's own schemas, with the recording beside it as ROS
-2 messages. Needs foxglove-sdk and rosbags."""
+"""Foxglove: an MCAP file in Foxglove's own schemas, with the recording as ROS 2 messages.
+Needs foxglove-sdk and rosbags."""
 
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
@@ -30,21 +30,21 @@ if TYPE_CHECKING:
     from hefting.logs.ros.serialising import Messages
 
 ARROW_RATE = 30.0
-"""Arrows a second, at most: as many as a screen shows."""
+"""[Hz] Largest rate of arrows: a screen shows no more."""
 BLOCK = 10_000
-"""Messages of a topic that are held as bytes at once."""
+"""Messages of a topic that are serialised at once."""
 PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
 LEVELS = {"note": "Info", "warning": "Warning", "error": "Error"}
-"""Foxglove's level of each severity."""
+"""Foxglove's log level of each severity."""
 VERDICTS = {"good": "Info", "usable with care": "Warning", "do not use": "Error"}
 
 Say = Callable[[str], str]
 Line = tuple[int, Callable[..., None], Any]
-"""A message: when [ns], what sends it, and what it is."""
+"""A message: its time [ns], the function that sends it, and its content."""
 
 
 def check() -> None:
-    """`MissingDependencyError` unless all that writes such a file is there."""
+    """`MissingDependencyError` unless the libraries that write the file are installed."""
     for module, name in (("foxglove", "foxglove-sdk"), ("rosbags", "rosbags")):
         with needing(name, "live"):
             import_module(module)
@@ -54,31 +54,31 @@ def write(replay: Replay, path: str | Path, say: Say) -> tuple[str, ...]:
     """Write a replay as an MCAP file, whole or not at all.
 
     Times are those of `hefting.logs.ros.writing`: the recording begins at 1 s. Messages
-    are made one after another, in the order of their times. Returned are the streams of
-    the recording that are not in the file, as no message holds them.
+    are made one by one in the order of their times. Returns the names of the recording's
+    streams that no message holds.
     """
     from hefting.logs.ros.writing import messages_of, streams_of
 
     logged = list(messages_of(replay.recording))
     with replacing(path) as stream, _writer(stream) as context:
         sources = [
-            *_logged(logged, context),
-            _frames(replay.recording, context),
-            _scene(replay, context),
-            *_arrows(replay, context),
-            _said(replay, context, say),
-            *_curves(replay, context),
+            *_recorded_lines(logged, context),
+            _frame_lines(replay.recording, context),
+            _scene_lines(replay, context),
+            *_arrow_lines(replay, context),
+            _log_lines(replay, context, say),
+            *_curve_lines(replay, context),
         ]
         for stamp, send, message in merge(*sources, key=itemgetter(0)):
             send(message, log_time=stamp)
-    # /tf has positions also where no message of ROS has them beside the orientation
+    # /tf holds positions even if no ROS message of the recording does
     written = {"position", *(name for group in logged for name in streams_of(group))}
     return tuple(name for name in replay.recording.streams if name not in written)
 
 
 @contextmanager
 def _writer(stream: BinaryIO) -> "Iterator[Context]":
-    """A context whose channels are written to a file; `OSError` where that fails."""
+    """A context whose channels are written to a stream; `OSError` if that fails."""
     from foxglove import Context, open_mcap
     from foxglove.mcap import MCAPWriteOptions
 
@@ -92,14 +92,16 @@ def _writer(stream: BinaryIO) -> "Iterator[Context]":
 
 
 def _stamps(recording: Recording, time: Array) -> NDArray[np.int64]:
-    """Times [s] of a recording as those of its messages [ns]."""
+    """Times of messages [ns] from times of a recording [s]."""
     from hefting.logs.ros.writing import EPOCH
 
     stamps = EPOCH + np.rint((time - recording.start) * 1e9).astype(np.int64)
     return np.maximum(stamps, 0)
 
 
-def _logged(groups: "list[Messages]", context: "Context") -> list[Iterator[Line]]:
+def _recorded_lines(
+    groups: "list[Messages]", context: "Context"
+) -> list[Iterator[Line]]:
     from rosbags.typesys import Stores, get_typestore
 
     store = get_typestore(Stores.ROS2_HUMBLE)
@@ -121,9 +123,8 @@ def _rows(group: "Messages", store: Any, send: Callable[..., None]) -> Iterator[
             yield stamp, send, row.tobytes()
 
 
-def _frames(recording: Recording, context: "Context") -> Iterator[Line]:
-    """The sensor's frame in the world; at its origin where only the orientation is
-    known."""
+def _frame_lines(recording: Recording, context: "Context") -> Iterator[Line]:
+    """The sensor's frame in the world, at its origin if no position is recorded."""
     from foxglove.channels import FrameTransformsChannel
     from foxglove.messages import FrameTransform, FrameTransforms
 
@@ -147,8 +148,8 @@ def _frames(recording: Recording, context: "Context") -> Iterator[Line]:
         yield stamp, channel.log, FrameTransforms(transforms=[frame])
 
 
-def _scene(replay: Replay, context: "Context") -> Iterator[Line]:
-    """The object, once: what is drawn of it moves with the sensor."""
+def _scene_lines(replay: Replay, context: "Context") -> Iterator[Line]:
+    """The object, once, in the moving frame of the sensor."""
     from foxglove.channels import PointCloudChannel, SceneUpdateChannel
 
     entities = _entities(replay)
@@ -163,8 +164,8 @@ def _scene(replay: Replay, context: "Context") -> Iterator[Line]:
             yield start, kind(topic, context=context).log, message
 
 
-def _arrows(replay: Replay, context: "Context") -> list[Iterator[Line]]:
-    """The forces, at most `ARROW_RATE` a second."""
+def _arrow_lines(replay: Replay, context: "Context") -> list[Iterator[Line]]:
+    """Arrows of the forces, at most at `ARROW_RATE`."""
     from foxglove.channels import SceneUpdateChannel
 
     from hefting.dashboards.foxglove_scene import COLOURS
@@ -190,7 +191,7 @@ def _arrows(replay: Replay, context: "Context") -> list[Iterator[Line]]:
     ]
 
 
-def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
+def _curve_lines(replay: Replay, context: "Context") -> list[Iterator[Line]]:
     from foxglove.channels import Vector3Channel
 
     from hefting.dashboards.foxglove_scene import vector3
@@ -208,7 +209,7 @@ def _curves(replay: Replay, context: "Context") -> list[Iterator[Line]]:
     ]
 
 
-def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
+def _log_lines(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
     from foxglove.channels import LogChannel
     from foxglove.messages import Log, LogLevel
 
@@ -217,13 +218,13 @@ def _said(replay: Replay, context: "Context", say: Say) -> Iterator[Line]:
     start, verdict = _start(replay.recording), replay.estimate.verdict
     send = LogChannel("/log", context=context).log
     headline = headline_of(replay.estimate)
-    said = [(VERDICTS[verdict.level], "verdict", headline.verdict)]
-    said += [("Info", "estimate", text) for text in headline.numbers]
+    entries = [(VERDICTS[verdict.level], "verdict", headline.verdict)]
+    entries += [("Info", "estimate", text) for text in headline.numbers]
     for text in replay.warnings:
         code = text.code if isinstance(text, Message) else "warning"
         severity = text.severity if isinstance(text, Message) else "warning"
-        said.append((LEVELS[severity], code, say(text)))
-    for level, name, text in said:
+        entries.append((LEVELS[severity], code, say(text)))
+    for level, name, text in entries:
         message = Log(
             timestamp=timestamp(start),
             level=getattr(LogLevel, level),
@@ -248,4 +249,4 @@ def _start(recording: Recording) -> int:
 
 
 DASHBOARD = Dashboard(name="Foxglove", suffixes=(".mcap",), check=check, write=write)
-"""Shown by Foxglove, and by what else reads its schemas."""
+"""For Foxglove, and other programs that read its schemas."""

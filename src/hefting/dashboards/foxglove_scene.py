@@ -27,27 +27,27 @@ from hefting.plots.style import BLUE, PURPLE, SHADOW, VERMILION
 from hefting.scene import Ellipsoid, Scene, Surface
 
 SOLID, GLASS = 1.0, 0.35
-"""How opaque what is drawn is: marks, and what others must be seen through."""
+"""Opacity of marks, and of parts that others must be visible through."""
 PALE = 0.15
-"""The same of a box that only holds the object."""
+"""Opacity of a box that only holds the object."""
 MARK = 0.02
-"""Diameter of the mark of a COM over the size of all that is drawn."""
+"""Diameter of the mark of a COM over the size of the scene."""
 ARROW = 0.75
-"""Length of the longest force over the size of all that is drawn."""
+"""Length of the longest force over the size of the scene."""
 COLOURS = {"measured": BLUE, "predicted": VERMILION}
 
 
 class Entities:
-    """Makes the parts of a scene, in a frame that they move with.
+    """Makes messages of the parts of a scene, in the moving frame of the sensor.
 
     Parameters
     ----------
     scene : Scene
-        What is drawn.
+        The object, with one body.
     frame : str
         Name of the sensor's frame.
     facts : Sequence of pairs of str
-        Names and values that go with each part.
+        Names and values shown with each part.
     """
 
     def __init__(self, scene: Scene, frame: str, facts: Sequence[tuple[str, str]]):
@@ -56,7 +56,7 @@ class Entities:
         self.facts = [KeyValuePair(key=key, value=value) for key, value in facts]
 
     def shape(self, stamp: int) -> SceneUpdate | None:
-        """The surface, or the box that holds the object; None where none is known."""
+        """The surface, or the box that holds the object; None if unknown."""
         surface = self.scene.surface
         if surface is None:
             return None
@@ -86,8 +86,7 @@ class Entities:
         )
 
     def center(self, stamp: int) -> SceneUpdate | None:
-        """The COM as a small sphere, and the ellipsoid that holds it with 95 %
-        probability; None where it is open."""
+        """The COM as a small sphere, and its 95 % region; None if it is open."""
         (body,) = self.scene.bodies
         if np.isnan(body.center).any():
             return None
@@ -99,7 +98,7 @@ class Entities:
         return self._update(stamp, *parts)
 
     def inertia(self, stamp: int) -> SceneUpdate | None:
-        """The uniform ellipsoid of equal inertia; None where there is none."""
+        """The uniform ellipsoid of equal inertia, if there is one."""
         (body,) = self.scene.bodies
         if body.ellipsoid is None:
             return None
@@ -107,8 +106,8 @@ class Entities:
         return self._update(stamp, ("uniform ellipsoid of equal inertia", parts))
 
     def force(self, stamp: int, name: str, force: Array, largest: float) -> SceneUpdate:
-        """A force (3,) [N] on the object as an arrow from the sensor; the `largest` is
-        `ARROW` of the size of all that is drawn."""
+        """A force (3,) [N] on the object as an arrow from the sensor; the `largest` [N] has
+        the length `ARROW` times the size of the scene."""
         length = ARROW * self.size * float(np.linalg.norm(force)) / (largest or 1.0)
         width = 0.02 * self.size
         arrow = ArrowPrimitive(
@@ -140,18 +139,18 @@ class Entities:
 
 
 def timestamp(stamp: int) -> Timestamp:
-    """A time in nanoseconds as Foxglove has it."""
+    """Foxglove's form of a time [ns]."""
     return Timestamp(*divmod(int(stamp), 1_000_000_000))
 
 
 def vector3(values: Array) -> Vector3:
-    """Three numbers."""
+    """Foxglove's form of a vector (3,)."""
     x, y, z = values.tolist()
     return Vector3(x=x, y=y, z=z)
 
 
 def quaternion(values: Array) -> Quaternion:
-    """Four numbers, w last."""
+    """Foxglove's form of a quaternion (4,), w last."""
     x, y, z, w = values.tolist()
     return Quaternion(x=x, y=y, z=z, w=w)
 

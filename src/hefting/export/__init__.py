@@ -4,8 +4,8 @@
     exported = export(estimate, "ur", sensor_pose_in_flange=pose)
     exported = export(estimate, "urdf", into="robot.urdf", link="tool0")
 
-Each target is a file of this package that ends with its `Target`; here is their list,
-and what is done with one.
+Each target is a file of this package that ends with its `Target`; this file lists and
+uses them.
 """
 
 from collections.abc import Callable
@@ -45,39 +45,40 @@ FILES = (
     "json_file",
     "csv_file",
 )
-"""The file of each target, in the order in which they are named."""
+"""The file of each target, in the order of lists of targets."""
 
 
 FARTHEST_COM = 3.0
-"""[m] Distance of the COM from the flange beyond which a pose is hardly in metres."""
+"""[m] Distance of the COM from the flange above which a warning is given, as the pose is
+then probably not in metres."""
 
 REGISTRY: dict[str, Target] = {
     target.name: target
     for target in (import_module(f"{__name__}.{file}").TARGET for file in FILES)
 }
-"""Every target by its name."""
+"""All targets by name."""
 
 TARGETS: dict[str, str] = {
     name: target.description for name, target in REGISTRY.items()
 }
-"""Every target and what it is."""
+"""Descriptions of all targets by name."""
 
 SUFFIXES: dict[str, str] = {
     suffix: target.name
     for target in sorted(REGISTRY.values(), key=lambda target: not target.is_read_back)
     for suffix in target.suffixes
 }
-"""Target of each file suffix; first that of a text which is read back."""
+"""Target of each file suffix, in order those that Hefting reads back first."""
 
 INSERTABLE: dict[str, str] = {
     name: target.place.format for name, target in REGISTRY.items() if target.place
 }
-"""Targets that can be put into an existing file, and the name of its format."""
+"""Format of the existing files that a target can be put into, by target."""
 
 
 @dataclass(frozen=True)
 class Exported:
-    """Text for a target, and what the user should know before using it."""
+    """Text for a target, and warnings about its use."""
 
     text: str
     """Content of the file, or the lines to paste."""
@@ -107,28 +108,28 @@ def export(
 
     Parameters
     ----------
-    estimate : in sensor axes about the sensor origin; or what `hefting.identify`
-        returns, whose estimate it is.
+    estimate : in sensor axes about the sensor origin, or the result of
+        `hefting.identify`.
     target : a name in `TARGETS`.
     sensor_pose_in_flange : pose of the sensor in the flange frame, as for `identify`;
         with it the text is in flange axes about the flange origin, without it in sensor
         axes, which controllers do not expect: a warning says so. JSON and CSV are
         always in sensor axes.
     into : existing URDF, MJCF or SDF file: the text is that file with the body's
-        inertial put into a link, in place of one that is there, and every other byte
+        inertial put into a link, replacing an existing one, and every other byte
         unchanged.
     link : name of the link (of the body, in MJCF) in that file.
     name : name of the body in a file of its own; one printable line.
-    accept : whether to write an estimate whose verdict is not to use it. JSON holds the
+    accept : whether to write an estimate with the verdict "do not use". JSON holds the
         verdict, and is written anyway.
-    fill_inertia : what takes the place of an inertia that is open, as simulators need
-        one: ``"point"`` the smallest that they take, or a shape in sensor axes, whose
-        mass is then evenly spread. JSON and CSV are never filled in.
+    fill_inertia : replacement of an open inertia for simulators, which need one:
+        ``"point"``, the smallest that they accept, or a shape in sensor axes with uniform
+        density. JSON and CSV are never filled in.
     say : turns names of arguments in backquotes, in comments, into the reader's.
 
-    Raises `InputError` for what holds no estimate, an unknown target, arguments that do
-    not fit it, a file or link that does not, and, for everything but JSON and CSV, parameters no body can
-    have, a mass or a COM that is open, and an open inertia where one is needed.
+    Raises `InputError` for a value without an estimate, an unknown target, arguments, a
+    file or a link that do not fit it, and, except for JSON and CSV, parameters that no
+    body can have, an open mass or COM, and an open inertia where one is needed.
     """
     estimate = estimate_of(estimate)
     if target not in REGISTRY:
@@ -158,7 +159,7 @@ def export(
     body = body.rounded()
     warnings += _body_warnings(chosen, body)
     if into is None:
-        assert chosen.write is not None  # as there is no `write_estimate`
+        assert chosen.write is not None  # a target without `write_estimate` has it
         return Exported(chosen.write(body), body.frame, tuple(warnings))
     text, more = _put_into(chosen, body, into, link)
     return Exported(text, body.frame, (*warnings, *more))
@@ -218,7 +219,7 @@ def _body_warnings(target: Target, body: Body) -> list[Message]:
 def _put_into(
     target: Target, body: Body, into: str | Path, link: str | None
 ) -> tuple[str, list[Message]]:
-    assert target.place is not None  # as _check_arguments saw
+    assert target.place is not None  # ensured by _check_arguments
     assert target.inertial is not None
     element = with_comment(target.inertial(body), body.notes)
     text, before = put_inertial(into, link, element, target.place)

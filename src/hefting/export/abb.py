@@ -33,7 +33,7 @@ def write(body: Body) -> str:
 
 
 def warnings(body: Body) -> list[Message]:
-    """A warning where the body is a point mass."""
+    """A warning if the body is a point mass."""
     if not body.is_point:
         return []
     return [warning("point-mass", "the three moments are zero: a point mass")]

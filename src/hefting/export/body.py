@@ -1,6 +1,5 @@
-"""Body: what every simulator and controller is told, in one frame and ready to be
-written; principal moments and axes of its inertia, and how finely they are worth being
-written."""
+"""Body: mass, COM and inertia in one frame for all targets, principal moments and axes,
+and the number of digits to write."""
 
 import itertools
 from collections.abc import Iterable
@@ -18,20 +17,19 @@ from hefting.core.spatial import Array, freeze, skew
 from hefting.shapes import as_pose
 
 ROUNDING = 1e-12
-"""Inertia at the COM below this share of that about the origin is rounding: the body is
-a point mass."""
+"""Inertia about the COM relative to that about the origin up to which it is rounding, and
+the body a point mass."""
 LEAST_DIGITS = 2
-"""Significant digits of the mass, and of the largest moment, that are kept however wide
-their intervals are."""
+"""Least number of significant digits of the mass, and of the largest moment."""
 THINNEST = 1e-6
 """Least second moment of mass along any axis, as a share of the sum over the three
-principal axes: a thickness of a thousandth of the body's size. A flat or rod-like body
-is on the boundary of what can exist, and rounding alone makes simulators refuse it
-(MuJoCo wants A + B >= C and positive moments, exactly)."""
+principal axes: a thickness of a thousandth of the body's size. A flat or rod-like body is
+at the limit of consistency, where rounding makes simulators refuse it (MuJoCo requires
+A + B >= C and positive moments exactly)."""
 
 ALIKE = 3.0
-"""Moments that differ by no more than so many rounding steps count as equal: each of
-the two may be off by one and a half."""
+"""Difference of two moments, in rounding steps, up to which they count as equal: each may
+be off by one and a half."""
 
 SIGNED_PERMUTATIONS = np.array(
     [
@@ -46,16 +44,16 @@ RENAMINGS = SIGNED_PERMUTATIONS[np.linalg.det(SIGNED_PERMUTATIONS) > 0]
 
 @dataclass(frozen=True)
 class HalfWidths:
-    """Half the widths of the 95 % intervals of a body's numbers; infinite where there
-    are none."""
+    """Half-widths of the 95 % intervals of a body's numbers; infinite without
+    intervals."""
 
     mass: float = np.inf
     center_of_mass: Array = field(default_factory=lambda: np.full(3, np.inf))
     inertia: Array = field(default_factory=lambda: np.full((3, 3), np.inf))
 
     def turned(self, rotation: Array) -> Self:
-        """Along other axes (3, 3), where errors of different components are
-        independent."""
+        """Half-widths along axes turned by a rotation (3, 3), for independent errors of
+        the components."""
         share = np.square(rotation)
         share[share < ROUNDING] = 0.0
         com, inertia = self.center_of_mass, self.inertia
@@ -77,25 +75,25 @@ class Body:
     axes."""
 
     name: str
-    """Name the user gave."""
+    """Name given by the user."""
     frame: str
-    """``sensor`` or ``flange``: whose origin and axes the numbers refer to."""
+    """Frame of the numbers: ``sensor`` or ``flange``."""
     mass: float
     """Mass [kg], positive."""
     center_of_mass: Array
     """COM (3,) [m]."""
     inertia: Array
-    """Inertia tensor (3, 3) [kg m²] about the COM: positive definite, or zero for a
-    point mass and where it is not known."""
+    """Inertia tensor (3, 3) [kg m²] about the COM: positive definite, or zero for a point
+    mass and if unknown."""
     half_widths: HalfWidths = field(default_factory=HalfWidths)
-    """How well the numbers are known."""
+    """Of the intervals of the numbers."""
     notes: tuple[str, ...] = ("estimate: good",)
-    """What a comment says of the estimate: its verdict, and what gives doubt."""
+    """Lines of a comment on the estimate: its verdict, and doubts."""
     without: str = ""
-    """What the sensor carries besides, and is not in the body."""
+    """What the sensor also carries and the body does not include."""
     thickened: bool = False
-    """Whether second moments were raised to `THINNEST`, which changes the inertia by
-    about as much."""
+    """Whether second moments were raised to `THINNEST`, which changes the inertia by about
+    as much."""
     inertia_places: int = 300
     """Decimal places to which the inertia is rounded."""
 
@@ -106,8 +104,8 @@ class Body:
     def from_parameters(
         cls, parameters: InertialParameters, name: str, frame: str
     ) -> Self:
-        """The body with these parameters; `InputError` naming the violated condition
-        when none can exist."""
+        """The body with these parameters; `InputError` with the violated condition if none
+        can exist."""
         inertia = parameters.inertia_at_com
         is_point = (
             np.abs(inertia).max()
@@ -126,7 +124,7 @@ class Body:
     def without_inertia(
         cls, parameters: InertialParameters, name: str, frame: str
     ) -> Self:
-        """The mass at the COM; `InputError` where it is not positive."""
+        """A point mass at the COM; `InputError` if the mass is not positive."""
         if not parameters.mass > 0.0:
             raise InputError(
                 "no body has these parameters: the mass is not positive",
@@ -136,8 +134,8 @@ class Body:
         return cls(name, frame, parameters.mass, com, np.zeros((3, 3)))
 
     def with_inertia(self, inertia: Array) -> Self:
-        """The same mass with an inertia tensor (3, 3) [kg m²] about the COM, thick
-        enough for simulators."""
+        """The body with an inertia tensor (3, 3) [kg m²] about the COM, raised to
+        `THINNEST`."""
         tensor, thickened = with_thickness(inertia)
         return replace(self, inertia=tensor, thickened=thickened)
 
@@ -145,8 +143,7 @@ class Body:
         """The same body in another frame; `pose_old_in_new` (4, 4) is this frame's pose
         in the new one.
 
-        Moves the second moments about the COM, so that no digits are lost by way of a
-        distant origin.
+        Second moments stay about the COM, so that a distant origin costs no digits.
         """
         pose = as_pose(pose_old_in_new)
         rotation = pose[:3, :3]
@@ -161,9 +158,9 @@ class Body:
         )
 
     def rounded(self) -> Self:
-        """The same body with as many digits as its intervals are worth
-        (`hefting.core.quantity`), and more of the inertia where a body can have it only
-        so."""
+        """The same body with as many digits as its intervals justify
+        (`hefting.core.quantity`), and more of the inertia if it needs them to be
+        consistent."""
         half, com = self.half_widths, self.center_of_mass
         mass = rounded(self.mass, decimals(half.mass, self.mass, LEAST_DIGITS))
         com = rounded(com, decimals(half.center_of_mass, float(np.abs(com).max())))
@@ -172,12 +169,12 @@ class Body:
             return own
         size = float(np.abs(self.inertia).max())
         places = decimals(half.inertia, size, LEAST_DIGITS)
-        inertia, most = rounded_inertia(self.inertia, places)
-        return replace(own, inertia=inertia, inertia_places=most)
+        inertia, places_used = rounded_inertia(self.inertia, places)
+        return replace(own, inertia=inertia, inertia_places=places_used)
 
     @property
     def is_point(self) -> bool:
-        """Whether the body has no inertia about its COM, or none that is known."""
+        """Whether the inertia about the COM is zero, or unknown."""
         return not self.inertia.any()
 
     @property
@@ -195,7 +192,7 @@ class Body:
 
     @property
     def inertia_step(self) -> float:
-        """What the last digit of the inertia stands for [kg m²]."""
+        """Unit of the last decimal place of the inertia [kg m²]."""
         return 10.0**-self.inertia_places
 
     @cached_property
@@ -208,7 +205,7 @@ class Body:
 
     def principal(self) -> tuple[Array, Array]:
         """Principal moments (3,) [kg m²] and right-handed principal axes as columns (3,
-        3), each called after the frame's axis it is nearest to."""
+        3), in the order of the frame's axes nearest to them."""
         return self._principal
 
     @property
@@ -217,8 +214,8 @@ class Body:
         return angle_decimals(self._principal[0], self.inertia_step)
 
     def quaternion(self) -> Array:
-        """Quaternion (4,) **w, x, y, z**, w >= 0: from principal coordinates to the
-        frame's; nine places, so that it stays one."""
+        """Quaternion (4,) **w, x, y, z**, w >= 0, from principal coordinates to the
+        frame's, to nine places, at which its norm is still one."""
         from scipy.spatial.transform import Rotation
 
         x, y, z, w = Rotation.from_matrix(self._principal[1]).as_quat(canonical=True)
@@ -245,10 +242,9 @@ def quoted(text: str) -> str:
 def principal(inertia: Array, step: float) -> tuple[Array, Array]:
     """Principal moments (3,) [kg m²] and right-handed principal axes as columns (3, 3).
 
-    Each axis is called x, y or z after the frame's axis it is nearest to: of the 24
-    right-handed ways to name them, the one least turned from the frame. Axes of moments
-    that are equal to within `ALIKE` times `step` [kg m²] are arbitrary: they are laid
-    along the frame's, as far as they can be.
+    Of the 24 right-handed orders and signs of the axes the one is chosen that is turned
+    least from the frame. Axes of moments that are equal to within `ALIKE` times `step`
+    [kg m²] are arbitrary, and chosen near to the frame's.
     """
     moments, axes = np.linalg.eigh(inertia)
     alike = np.diff(moments) <= ALIKE * step
@@ -264,8 +260,8 @@ def principal(inertia: Array, step: float) -> tuple[Array, Array]:
 
 
 def _across(axis: Array) -> Array:
-    """Two orthonormal columns (3, 2) perpendicular to a unit vector (3,), the first as
-    near to an axis of the frame as one can be."""
+    """Two orthonormal columns (3, 2) perpendicular to a unit vector (3,), the first as near
+    as possible to an axis of the frame."""
     nearest = np.eye(3)[np.abs(axis).argmin()]
     first = nearest - axis * float(nearest @ axis)
     first = first / float(np.linalg.norm(first))
@@ -273,8 +269,9 @@ def _across(axis: Array) -> Array:
 
 
 def angle_decimals(moments: Array, step: float) -> int:
-    """Decimal places of an angle [deg] that turns the axes of these moments: a turn
-    changes the tensor by the difference of two moments."""
+    """Decimal places of an angle [deg] of the axes of these moments (3,), at which a turn
+    changes the tensor by less than `step`: a turn by an angle [rad] changes it by up to
+    the angle times the largest difference of moments."""
     spread = float(np.ptp(moments))
     if spread == 0.0:
         return 0
@@ -287,7 +284,7 @@ def _second_moments(inertia: Array) -> Array:
 
 
 def with_thickness(inertia: Array) -> tuple[Array, bool]:
-    """Inertia tensor (3, 3) whose every second moment is at least `THINNEST`, and
+    """Inertia tensor (3, 3) with all second moments raised to at least `THINNEST`, and
     whether that changed it."""
     second, axes = np.linalg.eigh(_second_moments(inertia))
     raised = np.maximum(second, THINNEST * second.sum())
@@ -298,12 +295,11 @@ def with_thickness(inertia: Array) -> tuple[Array, bool]:
 
 
 def rounded_inertia(inertia: Array, places: np.ndarray) -> tuple[Array, int]:
-    """An inertia tensor (3, 3) with its entries rounded to decimal `places` (3, 3), or
-    to as many more as it takes that a body can still have it; and the most places of an
-    entry."""
+    """An inertia tensor (3, 3) with entries rounded to decimal `places` (3, 3), or to as
+    many more as a consistent tensor needs, and the largest number of places used."""
     for more in range(16):
-        found = rounded(inertia, places + more)
-        second = np.linalg.eigvalsh(_second_moments(found))
+        tensor = rounded(inertia, places + more)
+        second = np.linalg.eigvalsh(_second_moments(tensor))
         if second[0] >= 0.5 * THINNEST * second.sum() > 0.0:
-            return found, int(places.max()) + more
+            return tensor, int(places.max()) + more
     return inertia, int(places.max()) + 16

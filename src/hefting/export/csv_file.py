@@ -1,5 +1,5 @@
-"""CSV: the estimate itself as a row, in sensor axes and SI units, whether or not a body
-can have it."""
+"""CSV: the estimate itself as a row, in sensor axes and SI units, even if it is not
+consistent."""
 
 import io
 
@@ -17,13 +17,13 @@ COLUMNS = (
     *("samples", "duration", "physically_consistent", "open"),
 )
 """Columns of the CSV: J is the inertia about the sensor's origin [kg m²]; std, one
-standard deviation, is empty where the method has none; duration in s; open names the
-columns at the COM that neither the recording nor a shape determines, with spaces
-between."""
+standard deviation, is empty if the method has none; duration in s; open lists the
+columns at the COM that neither the recording nor a shape determines, separated by
+spaces."""
 
 
 def write(estimate: Estimate, name: str) -> str:
-    """A header and one row, so that rows of many estimates stack."""
+    """A header and one row."""
     import csv
 
     p, std = estimate.parameters, estimate.std
@@ -52,7 +52,7 @@ def write(estimate: Estimate, name: str) -> str:
 
 
 def _text(cell: str) -> str:
-    """A cell that no spreadsheet takes for a formula."""
+    """A cell that spreadsheets do not take for a formula."""
     return f"'{cell}" if cell.startswith(("=", "+", "-", "@")) else cell
 
 

@@ -12,10 +12,10 @@ def write(body: Body) -> str:
     """DRFLEx add_tool: kg, COM in **mm** from the flange, inertia Ixx, Iyy, Izz, Ixy,
     Ixz, Iyz.
 
-    Doosan Robotics API manual, add_tool and set_workpiece_weight. It gives no unit of
-    the inertia nor the point that it is about (and for CONFIG_TOOL metres in place of
-    millimetres), and its own example passes zeros: zeros are written, and the tensor
-    stands in a comment. ROS 2 takes the same (dsr_msgs2/srv/ConfigCreateTool).
+    Doosan Robotics API manual, add_tool and set_workpiece_weight. It states neither unit
+    nor reference point of the inertia (and for CONFIG_TOOL metres instead of
+    millimetres), and its example passes zeros: zeros are written, and the tensor is in a
+    comment. ROS 2 takes the same (dsr_msgs2/srv/ConfigCreateTool).
     """
     mass = in_single(body.mass)[0]
     com = ", ".join(in_single(1e3 * body.center_of_mass))

@@ -15,11 +15,11 @@ KGF_CM_S2 = -STANDARD_GRAVITY[2] * 0.01
 
 def write(body: Body) -> str:
     """Lines of the MOTION/PAYLOAD SET screen: kg; **cm** from the faceplate; moments
-    about axes through the COM, parallel to the faceplate's, in **kgf cm s²**. There is
-    no place for products of inertia.
+    about axes through the COM, parallel to the faceplate's, in **kgf cm s²**. Products of
+    inertia have no place.
     """
     com = in_single(1e2 * body.center_of_mass)
-    # the unit is about 0.1 kg m²: a digit less of it is as fine
+    # the unit is about 0.1 kg m²: one decimal place less has the same resolution
     places = body.inertia_places - 1
     moments = in_single(rounded(np.diag(body.inertia) / KGF_CM_S2, places))
     rows = [
@@ -42,7 +42,7 @@ def write(body: Body) -> str:
 
 
 def warnings(body: Body) -> list[Message]:
-    """A warning where more than a hundredth of the largest moment is left out."""
+    """A warning if a product of inertia is above a hundredth of the largest moment."""
     moments = np.diag(body.inertia)
     products = body.inertia - np.diag(moments)
     share = float(np.abs(products).max() / (moments.max() or 1.0))

@@ -1,6 +1,6 @@
 """Franka Desk: the JSON file of an end effector, ``endeffector-config.json``.
 
-JSON has no comments: what there is to say of the estimate is a warning of the export.
+JSON has no comments: notes on the estimate are a warning of the export.
 """
 
 import json
@@ -15,13 +15,13 @@ from hefting.export.target import Target
 
 def write(body: Body) -> str:
     """Mass [kg], centre of mass [m] in flange axes, inertia about it [kg m²] as nine
-    numbers column by column, and the pose of the end effector in the flange as sixteen,
-    which is not known: the identity.
+    numbers column by column, and the unknown pose of the end effector in the flange as
+    sixteen, the identity.
 
     Keys as in the file of github.com/frankaemika/external_gripper_example, and as
-    "End effector commissioning" of Franka's RIDE documentation describes them. It asks
-    also for an id, a name and a colour in an archive; Desk's upload takes the file
-    without. That the inertia is about the centre of mass is libfranka's convention
+    "End effector commissioning" of Franka's RIDE documentation describes them. It also
+    requires an id, a name and a colour in an archive; Desk's upload accepts the file
+    without them. The inertia about the centre of mass is libfranka's convention
     (`RobotState::I_ee`).
     """
     config = {
@@ -34,16 +34,16 @@ def write(body: Body) -> str:
 
 
 def warnings(body: Body) -> list[Message]:
-    """What cannot stand in the file."""
+    """Warnings about information that the file cannot hold."""
     what = (
         "the file says that the tool's centre is at the flange (transformation): set "
         "it in Desk"
     )
-    found = [warning("transformation-unknown", what)]
+    messages = [warning("transformation-unknown", what)]
     if body.notes == GOOD:
-        return found
+        return messages
     what = f"the file has no place for comments: {'; '.join(body.notes)}"
-    return [*found, warning("no-comments", what)]
+    return [*messages, warning("no-comments", what)]
 
 
 TARGET = Target(

@@ -1,12 +1,12 @@
-"""JSON: the estimate itself, in sensor axes and SI units, whether or not a body can
-have it."""
+"""JSON: the estimate itself, in sensor axes and SI units, even if it is not
+consistent."""
 
 from hefting.core.estimate import Estimate
 from hefting.export.target import Target
 
 
 def write(estimate: Estimate, name: str) -> str:
-    """What `Estimate.load` reads back; the name is not in it."""
+    """JSON that `Estimate.load` reads; it does not hold the name."""
     import json
 
     return json.dumps(estimate.to_dict(), indent=1) + "\n"

@@ -1,12 +1,12 @@
-"""Known: what of an estimate may be told to a simulator or a controller, what comments
-say of it, and numbers as controllers read them.
+"""Known: the determined part of an estimate as a body, comments on it, and numbers in the
+form that controllers read.
 
-What neither the recording nor a shape determines is not exported, unless the caller
-says what to put in its place.
+Parameters that neither the recording nor a shape determines are not exported, unless the
+caller gives a replacement.
 
-All controllers take the COM from the flange's origin in flange axes. Where one keeps
-single precision (ABB, KUKA, Fanuc), the shortest decimal of that precision is written;
-nowhere an exponent, which not every parser knows.
+All controllers take the COM from the flange's origin in flange axes. If one keeps single
+precision (ABB, KUKA, Fanuc), the shortest decimal of that precision is written; exponents
+are never used, as not every parser reads them.
 """
 
 import re
@@ -28,12 +28,12 @@ from hefting.export.target import Target
 from hefting.shapes import Shape
 
 Fill = Shape | Literal["point"] | None
-"""What takes the place of an inertia that is open: that of the shape with its mass
-evenly spread, or the smallest one that simulators take."""
+"""Replacement of an open inertia: that of a shape with uniform density, or the smallest
+one that simulators accept."""
 
 POINT_RADIUS = 1e-3
-"""[m] Radius of gyration of a point: far below that of anything a robot holds, and far
-above what simulators refuse (MuJoCo: moments of 1e-15 kg m²)."""
+"""[m] Radius of gyration of a point: far below that of objects that robots hold, and with
+moments far above those that simulators refuse (MuJoCo: 1e-15 kg m²)."""
 
 
 def known_body(
@@ -43,11 +43,11 @@ def known_body(
     accept: bool,
     say: Callable[[str], str] = str,
 ) -> Body:
-    """Mass, COM and inertia of an estimate in sensor axes, with what a comment says;
+    """Mass, COM and inertia of an estimate in sensor axes, with the lines of a comment;
     `say` turns names of arguments in backquotes into the reader's.
 
-    An inertia that is open is left out, or filled in. Raises `InputError` where the
-    mass or the COM is open and it is not accepted, and for what no body can have.
+    An open inertia is left out, or filled in. Raises `InputError` for an open mass or COM
+    without `accept`, and for parameters that no body can have.
     """
     open_ = estimate.undetermined
     if open_.position and not accept:
@@ -69,8 +69,8 @@ def known_body(
     elif estimate.provenance.get("arm") == EMPTY_RUNS:
         without = "the gripper that the arm carried in the empty run"
     if without:
-        said = f"the object alone, without {without}"
-        body = replace(body, without=without, notes=(*body.notes, said))
+        line = f"the object alone, without {without}"
+        body = replace(body, without=without, notes=(*body.notes, line))
     if open_.position:
         origin = f"{open_.position}: open, filled in from {open_.filled_from}"
         body = replace(body, notes=(*body.notes, plain(origin)))
@@ -78,18 +78,19 @@ def known_body(
 
 
 def _filled(body: Body, fill: Fill) -> Body:
+    """The body with its open inertia filled in or left out, and a note on that."""
     if fill is None:
-        said = "inertia: open, the recording does not determine it; left out"
-        return replace(body, notes=(*body.notes, said))
-    inertia, how = _inertia_of(body.mass, fill)
-    said = f"inertia: open, the recording does not determine it; filled in as {how}"
+        line = "inertia: open, the recording does not determine it; left out"
+        return replace(body, notes=(*body.notes, line))
+    inertia, how = _fill_inertia(body.mass, fill)
+    line = f"inertia: open, the recording does not determine it; filled in as {how}"
     widths = replace(body.half_widths, inertia=np.full((3, 3), np.inf))
-    body = replace(body, half_widths=widths, notes=(*body.notes, said))
+    body = replace(body, half_widths=widths, notes=(*body.notes, line))
     return body.with_inertia(inertia)
 
 
-def _inertia_of(mass: float, fill: Shape | Literal["point"]) -> tuple[Array, str]:
-    """The tensor (3, 3) [kg m²] that is filled in, and what it is."""
+def _fill_inertia(mass: float, fill: Shape | Literal["point"]) -> tuple[Array, str]:
+    """The filled in tensor (3, 3) [kg m²], and its description."""
     if isinstance(fill, Shape):
         how = "that of the given shape with the mass evenly spread"
         return mass * fill.homogeneous.inertia_at_com, how
@@ -102,7 +103,7 @@ def _inertia_of(mass: float, fill: Shape | Literal["point"]) -> tuple[Array, str
 def inertia_messages(
     estimate: Estimate, target: Target, body: Body, fill: Fill
 ) -> list[Message]:
-    """What to know of an inertia that is open. Raises `InputError` where the target
+    """Warnings about an open inertia. Raises `InputError` if there is none and the target
     needs one."""
     if body.is_point and target.needs_inertia:
         open_ = estimate.undetermined.inertia
@@ -130,27 +131,27 @@ def inertia_messages(
 
 
 LONGEST = 400
-"""Characters of a sentence that are repeated."""
+"""Most characters of a message in a comment."""
 MOST = 30
-"""Sentences that are repeated."""
+"""Most messages in a comment."""
 GOOD = ("estimate: good",)
-"""What there is to say where nothing gives doubt."""
+"""Notes of an estimate without doubts."""
 WIDTH = 96
-"""Characters of a line: controllers read no longer ones than some 240."""
+"""Characters of a line: controllers read at most some 240."""
 
 OPTION = re.compile(r"(?<![\w-])--(?=[a-z])")
-"""What an option of a command begins with."""
+"""Dashes of an option of a command."""
 TWO_DASHES = re.compile(r"-(?=-)")
 
 
 def notes_of(estimate: Estimate, say: Callable[[str], str] = str) -> tuple[str, ...]:
-    """Verdict, its reasons, and all other warnings, a line each; `say` turns names of
+    """Verdict, its reasons, and other warnings, a line each; `say` turns names of
     arguments in backquotes into the reader's."""
     verdict = estimate.verdict
     others = [text for text in estimate.warnings if text not in verdict.reasons]
-    said = [f"- {text}" for text in verdict.reasons]
-    said += [f"warning: {text}" for text in others]
-    return tuple(plain(say(text)) for text in (f"estimate: {verdict}", *said[:MOST]))
+    lines = [f"- {text}" for text in verdict.reasons]
+    lines += [f"warning: {text}" for text in others]
+    return tuple(plain(say(text)) for text in (f"estimate: {verdict}", *lines[:MOST]))
 
 
 def plain(text: str) -> str:
@@ -160,7 +161,7 @@ def plain(text: str) -> str:
 
 
 def wrapped(notes: tuple[str, ...]) -> list[str]:
-    """The notes as lines of bounded length; those that continue are indented."""
+    """The notes as lines of at most `WIDTH`; continuation lines are indented."""
     return [
         line
         for note in notes
@@ -169,16 +170,15 @@ def wrapped(notes: tuple[str, ...]) -> list[str]:
 
 
 def xml_comment(notes: tuple[str, ...]) -> str:
-    """An XML comment, of one line or of several. It must not hold two dashes: options
-    are without theirs."""
+    """An XML comment of one or several lines. It must not contain two dashes, so those of
+    options are removed."""
     plain_ = [OPTION.sub("", note) for note in notes]
     lines = [TWO_DASHES.sub("- ", line).rstrip("-") for line in wrapped(tuple(plain_))]
     return "<!-- " + "\n     ".join(lines) + " -->"
 
 
 def with_comment(element: str, notes: tuple[str, ...]) -> str:
-    """An XML element whose first child is a comment; as it is where there is nothing
-    beyond a verdict that it is good."""
+    """An XML element with a comment as first child; unchanged if the notes are `GOOD`."""
     if notes == GOOD:
         return element
     comment = xml_comment(notes)
@@ -190,7 +190,7 @@ def with_comment(element: str, notes: tuple[str, ...]) -> str:
 
 
 DIGITS = 12
-"""Significant digits of a double: more would show the rounding of a change of unit."""
+"""Significant digits of a double, few enough to hide rounding by a change of unit."""
 
 
 def in_double(values: Array | float) -> list[str]:
@@ -222,17 +222,17 @@ def named(values: list[str], names: str) -> str:
 
 
 def comment(mark: str, body: Body, *lines: str) -> str:
-    """Lines that start with a controller's comment mark: the frame, what is meant, what
-    is said of the estimate, and `lines`."""
+    """Lines that start with a controller's comment mark: the frame, the part that the
+    values describe, the notes on the estimate, and `lines`."""
     doubt = " - NOT flange axes, unless both are the same: the pose of the sensor in the flange was not given"
     return remarks(mark, body, *lines, doubt="" if body.frame == "flange" else doubt)
 
 
 def remarks(mark: str, body: Body, *lines: str, doubt: str = "") -> str:
-    """The same for a target that does not want flange axes; `doubt` stands behind the
+    """As `comment`, for a target that is not in flange axes; `doubt` follows the
     frame."""
     where = f"{body.frame} axes, from the {body.frame} origin{doubt}"
     what = "the object" if body.without else "what the sensor carries"
     what += "; the mass of the sensor itself and of an adapter is not in it"
-    said = (where, what, *wrapped(body.notes), *lines)
-    return "".join(f"{mark} {line}\n" for line in said)
+    text = (where, what, *wrapped(body.notes), *lines)
+    return "".join(f"{mark} {line}\n" for line in text)

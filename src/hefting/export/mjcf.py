@@ -44,8 +44,8 @@ def write(body: Body) -> str:
 
 
 def file_warnings(model: str) -> list[Message]:
-    """A warning for each setting of the model by which MuJoCo does not take an inertial
-    as it is written."""
+    """A warning for each setting of the model by which MuJoCo changes or ignores written
+    inertials."""
     warnings = []
     if re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model):
         what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"

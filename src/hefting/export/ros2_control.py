@@ -11,8 +11,8 @@ FRAMES = {"sensor": "ft_sensor", "flange": "tool0"}
 
 
 def write(body: Body) -> str:
-    """Parameters of three that remove the load's weight; kg, m, N; none takes an
-    inertia.
+    """Parameters of three programs that remove the load's weight; kg, m, N; none takes
+    an inertia.
 
     - the filter control_filters/GravityCompensationWrench (control_toolbox,
       gravity_compensation.hpp: tool.mass, tool.CoG, tool.gravity_field), in the filter
@@ -21,10 +21,10 @@ def write(body: Body) -> str:
     - admittance_controller (ros2_controllers, admittance_controller_parameters.yaml):
       CoG.force is the weight, and its gravity points down along z;
     - cartesian_force_controller (fzi cartesian_controllers, issues 70 and 100): read by
-      its ROS 1 version alone.
+      its ROS 1 version only.
 
-    All subtract a weight that points down: they take the sensor to count the force that
-    the load exerts on it.
+    All subtract a weight that points down: they assume that the sensor measures the force
+    of the load on it.
     """
     mass = in_double(body.mass)[0]
     x, y, z = in_double(body.center_of_mass)

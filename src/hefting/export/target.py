@@ -1,13 +1,11 @@
-"""Target: all that `hefting.export.export` knows of a simulator, a controller or a
-table.
+"""Target: description of a simulator, a controller or a table for
+`hefting.export.export`.
 
-Each target is one file that ends with its `TARGET`; `hefting.export` lists the files,
-one line each.
+Each target is one file that ends with its `TARGET`; `hefting.export` lists the files.
 
-An inertial element is put into an existing XML file with every other byte left as it
-is: a parser finds where it goes, and the text is cut there. XML from elsewhere is
-hostile: a document type declaration is refused, so no entity is ever expanded or
-fetched, and the size is bounded.
+An inertial element is inserted in an existing XML file at the offset that a parser finds,
+with every other byte unchanged. XML is not trusted: a document type declaration is
+refused, so that entities are never expanded or fetched, and the size is bounded.
 """
 
 from collections.abc import Callable
@@ -35,9 +33,9 @@ class Place:
     element: str
     """Element that holds the inertial."""
     parents: tuple[str, ...] | None
-    """Elements which that one is a child of; None for any."""
+    """Possible parents of that element; None for any."""
     massive: str = ""
-    """Element that gives mass where there is no inertial, if the format has one."""
+    """Element that gives mass if there is no inertial, if the format has one."""
 
 
 def _no_warnings(of: Body | str) -> list[Message]:
@@ -46,65 +44,67 @@ def _no_warnings(of: Body | str) -> list[Message]:
 
 @dataclass(frozen=True)
 class Target:
-    """What an estimate can be written as. It has either `write` or `write_estimate`."""
+    """A form in which an estimate is written. It has either `write` or
+    `write_estimate`."""
 
     name: str
     """As given to `hefting.export.export` and ``hefting export --to``."""
     description: str
-    """What it is, in half a line."""
+    """In half a line."""
     suffixes: tuple[str, ...] = ()
-    """File name endings, with their dot, that ask for this target."""
+    """Suffixes of file names, with their dot, that select this target."""
     write: Callable[[Body], str] | None = None
-    """Text of a file of its own, or lines to paste, of a body."""
+    """Text of a complete file, or lines to paste, of a body."""
     write_estimate: Callable[["Estimate", str], str] | None = None
-    """Text of the estimate itself in sensor axes, whether or not a body can have it,
-    and of its name."""
+    """Text of the estimate itself in sensor axes, even if it is not consistent, with a
+    name."""
     is_read_back: bool = False
-    """Whether `Estimate.load` reads the text; its suffixes are then named first."""
+    """Whether `Estimate.load` reads the text; its suffixes are then listed first."""
     wants_flange: bool = False
-    """Whether its numbers must be in flange axes, about the flange's origin; otherwise
-    any frame will do."""
+    """Whether its numbers must be in flange axes about the flange's origin; otherwise any
+    frame is allowed."""
     needs_inertia: bool = False
     """Whether a point mass cannot be written."""
     takes_inertia: bool = True
-    """Whether an inertia has a place in the text at all."""
+    """Whether the text can hold an inertia."""
     in_sensor_axes: bool = False
-    """Whether its numbers are in sensor axes, wherever the sensor is on the flange."""
+    """Whether its numbers are in sensor axes for any pose of the sensor on the flange."""
     place: Place | None = None
-    """Where in an existing file of the format an inertial goes; None: it cannot be put
-    into one."""
+    """Where an existing file of the format holds inertials; None: it cannot be put into
+    one."""
     inertial: Callable[[Body], str] | None = None
-    """Text of that inertial; there is one wherever there is a `place`."""
+    """Text of that inertial; given if `place` is."""
     warnings: Callable[[Body], list[Message]] = _no_warnings
-    """What to know of a body written so."""
+    """Warnings about a body in this form."""
     file_warnings: Callable[[str], list[Message]] = _no_warnings
-    """What to know of the text of an existing file that an inertial was put into."""
+    """Warnings about the text of an existing file with the inertial."""
 
 
 @dataclass
 class _Holder:
-    """Offsets [bytes] of an element: its start tag, the inertial directly inside it."""
+    """An element that can hold an inertial: name, offset [bytes] of its start tag, depth,
+    and begin and end [bytes] of the inertial directly inside it."""
 
     name: str
     start: int
     depth: int
     inertial: tuple[int, int] | None = None
     massive: int = 0
-    """Elements in it that gave it its mass without an inertial."""
+    """Number of elements in it that give it mass without an inertial."""
 
 
 def put_inertial(
     path: str | Path, name: str | None, inertial: str, place: Place
 ) -> tuple[str, str]:
-    """Text of the file with `inertial` in the element called `name`, and what gave that
-    its mass before, in words; empty for nothing.
+    """Text of the file with `inertial` in the element called `name`, and the previous
+    source of its mass in words, or an empty text.
 
-    Raises `InputError` when the file cannot be read, is not well-formed XML of that
-    format in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`,
-    or does not hold the element exactly once.
+    Raises `InputError` if the file cannot be read, is not well-formed XML of that format
+    in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`, or does
+    not hold the element exactly once.
     """
     data = read_xml(path)
-    holder = _only(_find(data, path, place), path, name, place)
+    holder = _holder_named(_holders(data, path, place), path, name, place)
     margin = data[data.rfind(b"\n", 0, holder.start) + 1 : holder.start]
     margin = margin if not margin.strip() else b""
     deeper = margin + (b"\t" if b"\t" in margin else b"  ")
@@ -123,7 +123,7 @@ def put_inertial(
     return (data[:end] + newline + deeper + block + data[end:]).decode(), before
 
 
-def _only(
+def _holder_named(
     holders: list[_Holder], path: str | Path, name: str | None, place: Place
 ) -> _Holder:
     names = [holder.name for holder in holders]
@@ -145,7 +145,7 @@ def _only(
     raise InputError(what, where=path, fix=fix)
 
 
-def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
+def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
     open_holders: list[_Holder] = []
     holders: list[_Holder] = []
 
@@ -181,7 +181,7 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
             and set(inside[open_holders[-1].depth + 1 :]) <= {"frame"}
             and _has_mass(attributes)
         ):
-            # directly inside: a <frame> only moves what is in it
+            # directly inside, or inside a <frame>, which only moves its content
             open_holders[-1].massive += 1
 
     def end_element(tag: str, offset: int, inside: list[str]):
@@ -205,7 +205,7 @@ def _find(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
 
 
 def _has_mass(attributes: dict[str, str]) -> bool:
-    """Whether an element says of itself nothing that makes its mass zero."""
+    """Whether neither the mass nor the density of an element is given as zero."""
     given = (attributes.get(name, "1").strip() for name in ("mass", "density"))
     numbers = (text.lower().partition("e")[0] for text in given)
     return not any(text and not text.strip("+-0.") for text in numbers)

@@ -10,8 +10,7 @@ from hefting.export.target import Target
 
 def write(body: Body) -> str:
     """URScript set_target_payload: kg, m, kg m² as Ixx, Iyy, Izz, Ixy, Ixz, Iyz about
-    the COM;
-    the controller takes an inertia that is left out for zero.
+    the COM; without an inertia the controller assumes zero.
 
     https://www.universal-robots.com/manuals/EN/HTML/SW10_6/Content/prod-scriptmanual/G5/set_target_payload.htm
     """

@@ -12,10 +12,10 @@ def write(body: Body) -> str:
     """The request of ur_msgs/srv/SetPayload: kg, m, kg m² about the COM, from the tool
     flange in its axes.
 
-    The service has three forms, and a distribution knows one of them: mass and
+    The service has three forms, of which a distribution has one: mass and
     center_of_gravity (to ur_msgs 2.4, the only form of ROS 1); the same with ixx to iyz
     (ur_msgs 2.5, pull request 43); geometry_msgs/Inertia (ur_msgs 3.0, pull request
-    42). The YAML is the first; the others stand in comments where the inertia is known.
+    42). The YAML is the first; if the inertia is known, the others are in comments.
     Units: REP 103, and Universal_Robots_ROS2_Driver issue 428.
     """
     mass = in_double(body.mass)[0]

@@ -23,11 +23,8 @@ def inertial(body: Body) -> str:
 
 
 def write(body: Body) -> str:
-    """A whole robot: the body as a link that floats in the world.
-
-    Not as the root link, whose inertia simulators attach to the world or drop (MuJoCo,
-    KDL).
-    """
+    """A complete robot: the body as a link that floats in the world, not as the root
+    link, whose inertia simulators attach to the world or drop (MuJoCo, KDL)."""
     name = quoted(body.name)
     frame = f"link frame: {body.frame}; SI units; inertia about the centre of mass"
     content = inertial(body).replace("\n", "\n    ")

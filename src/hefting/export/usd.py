@@ -17,8 +17,8 @@ def write(body: Body) -> str:
         body.identifier if not body.identifier[0].isdigit() else f"_{body.identifier}"
     )
     frame = f"prim frame: {body.frame}; SI units; inertia about the centre of mass"
-    said = "\n".join(wrapped((frame, *body.notes)))
-    doc = said.replace("\\", "/").replace('"', "'")
+    text = "\n".join(wrapped((frame, *body.notes)))
+    doc = text.replace("\\", "/").replace('"', "'")
     return f"""#usda 1.0
 (
     defaultPrim = "{name}"

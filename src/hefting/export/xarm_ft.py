@@ -1,4 +1,4 @@
-"""UFACTORY xArm: a call that tells the six-axis force-torque sensor its load."""
+"""UFACTORY xArm: a call that sets the load of the six-axis force-torque sensor."""
 
 from hefting.export.body import Body
 from hefting.export.known import in_double, remarks

@@ -57,7 +57,7 @@ class Difference:
 
     @property
     def name(self) -> str:
-        """Name of the quantity, as a sentence has it."""
+        """Name of the quantity, for a sentence."""
         own = QUANTITIES[self.quantity][0]
         return "moment about a common axis" if "moment" in own else own
 
@@ -130,8 +130,8 @@ class Agreement(Shown):
 
     @property
     def tested(self) -> bool:
-        """Whether two estimates determine the same quantity, so that there was anything
-        to compare."""
+        """Whether two estimates determine the same quantity, so that a comparison is
+        possible."""
         known = [np.isfinite(ends).all(axis=0) for ends in self.intervals.values()]
         return bool((np.sum(known, axis=0) > 1).any())
 
@@ -187,13 +187,13 @@ def compare(
     Returns
     -------
     Agreement
-        `agree` tells whether they can, `largest` which two differ most and in what,
-        `apart` all differences in standard deviations.
+        With `agree`, whether they can; `largest`, which two differ most and in what; and
+        `apart`, all differences in standard deviations.
 
     Raises
     ------
     InputError
-        Fewer than two, two of the same name, or what is no estimate.
+        For fewer than two, two of the same name, or a value that is no estimate.
 
     Examples
     --------

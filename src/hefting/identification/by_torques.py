@@ -61,9 +61,9 @@ from hefting.torques.suspects import Suspects, without_delay
 
 PUBLISHED_ERROR = 1.5
 """Factor on `link_errors` for a published arm. With it 78 % of the intervals of mass
-hold for three simulated arms, and 95 % for six others by another simulator; a Franka
-Panda on real torques is 57 to 108 g and 5 to 15 mm off for 1 kg, 0.4 of the deviations.
-"""
+hold the truth for three simulated arms, and 95 % for six others by another simulator; the
+errors of a Franka Panda on real torques are 57 to 108 g and 5 to 15 mm for 1 kg, 0.4 of
+the standard deviations."""
 GAIN_STD = 0.01
 """Standard deviation of the gain of each joint's torque, or constant of its current, as
 on data sheets of torque sensors."""
@@ -80,7 +80,7 @@ class ByTorques:
     samples: int
     """of the runs with the payload"""
     duration: float
-    """[s] of those runs, one after the other"""
+    """[s] of those runs in total"""
     links: Array | None = None
     """(10 n, 10) change of the payload's parameters by one standard deviation of each
     link parameter, if the arm is that of the URDF"""
@@ -108,10 +108,11 @@ class ByTorques:
 
         Parameters
         ----------
-        recordings : or their paths, with joint positions and torques, of one object in one grasp.
+        recordings : recordings or paths, with joint positions and torques, of one object
+            in one grasp.
         urdf : the robot.
         sensor_frame : link that holds the object; results are in its axes.
-        empty : the same, of the same arm without the object, of any motion.
+        empty : recordings of the same arm without the object, of any motion.
         arm : file that `hefting calibrate --torques` wrote.
         torque_gains : (n,) or one number [N m/A], where currents were recorded.
         gravity : (3,) in the axes of the URDF's root [m/s²].
@@ -133,7 +134,7 @@ class ByTorques:
         runs, found, delays, suspect = without_delay(
             LoadedRuns(dynamics, tuple(loaded), tuple(bare), calibration)
         )
-        messages = _noticed((*recordings, *empty))
+        messages = _log_messages((*recordings, *empty))
         for log, samples in zip(recordings, loaded, strict=True):
             messages += still_joints(samples, dynamics, log.source)
             messages += of_gains(log, torque_gains)
@@ -145,8 +146,8 @@ class ByTorques:
         gains = _errors_of_gains(found)
         half = 1.96 * np.sqrt(np.diag(found.covariance + gains.T @ gains))
         sources = [log.source for log in recordings]
-        told = refined(runs, suspect)
-        named = of_suspect(dynamics, told, half, sources, calibration is not None)
+        suspect = refined(runs, suspect)
+        named = of_suspect(dynamics, suspect, half, sources, calibration is not None)
         messages += (
             *of_delays(delays, bool(empty)),
             *(of_unit(dynamics, each) or of_joints(dynamics, each[1:])),
@@ -172,10 +173,10 @@ class ByTorques:
         wrench: WhitenedState | None = None,
         **settings: Any,
     ) -> Estimate:
-        """The object by a method; of a `wrench` too, as `wrench_equations` gives it.
+        """The object by a method, also from a `wrench` of `wrench_equations` if given.
 
         Raises `InputError` as `hefting.identify`, and
-        `NotIdentifiableError` where no positive mass explains the torques."""
+        `NotIdentifiableError` if no positive mass explains the torques."""
         kind, own = method_named(method or default_method(shape is not None))
         known = Known(
             bias="none",
@@ -193,9 +194,9 @@ class ByTorques:
             raise NotIdentifiableError(
                 "no positive mass explains the torques", fix=cause_of_no_load(self.fit)
             )
-        said = (of_torques(message, self.fit) for message in estimate.warnings)
+        own = [of_torques(message, self.fit) for message in estimate.warnings]
         load = of_load(estimate, self.fit)
-        messages = tuple(without_explained((*self.messages, *load, *said)))
+        messages = tuple(without_explained((*self.messages, *load, *own)))
         return replace(
             estimate,
             samples=self.samples + (0 if wrench is None else wrench.samples),
@@ -206,8 +207,8 @@ class ByTorques:
 
     def _systematic(self, wrench: WhitenedState | None) -> Array:
         """(10, 10) covariance of the parameters by the joints' gains and the links of a
-        published arm, reduced by the share of the torques in the equations beside a
-        `wrench`."""
+        published arm, with a `wrench` multiplied by the torques' share of the
+        information."""
         errors = _errors_of_gains(self.fit)
         if self.links is not None:
             errors = np.vstack((errors, self.links))
@@ -219,7 +220,7 @@ class ByTorques:
 
     @property
     def provenance(self) -> dict[str, Any]:
-        """What was read and assumed."""
+        """Sources and assumptions."""
         return {
             "source": "joint torques",
             "sensor_frame": self.dynamics.robot.sensor_frame,
@@ -237,11 +238,11 @@ def _errors_of_gains(fit: TorqueFit) -> Array:
 
 
 def wrench_equations(recording: Recording, **reading: Any) -> WhitenedState:
-    """Equations of the object by the wrench of a recording, whose bias and noise are
-    found, to be used with those of the joint torques of the same grasp.
+    """Equations of the object by the wrench of a recording, with its estimated bias and
+    noise, to combine with those of joint torques in the same grasp.
 
-    They are in the axes of the sensor, which must be those of the torques' frame. For
-    `reading` and errors see `hefting.identify`.
+    They are in sensor axes, which must be those of the torques' frame. For `reading` and
+    errors see `hefting.identify`.
     """
     found = understand(recording, **reading)
     estimator = estimator_for(OLS, found, None, {})
@@ -283,19 +284,19 @@ def calibrate_arm(
     for doubt in (*of_unit(dynamics, [found.fit]), *of_rivals(dynamics, runs.empty)):
         if doubt.severity == "error":
             raise InputError(str(doubt), recordings[0].source)
-    told = of_empty_runs(dynamics, delays, refined(runs, suspect))
-    return dynamics, found, [*_noticed(recordings), *told]
+    messages = of_empty_runs(dynamics, delays, refined(runs, suspect))
+    return dynamics, found, [*_log_messages(recordings), *messages]
 
 
-def _noticed(recordings: Sequence[Recording]) -> list[Message]:
+def _log_messages(recordings: Sequence[Recording]) -> list[Message]:
     """Messages of reading and cleaning the logs."""
-    said = (each for log in recordings for each in (*log.warnings, *log.notes))
-    return [each for each in said if isinstance(each, Message)]
+    lines = (each for log in recordings for each in (*log.warnings, *log.notes))
+    return [each for each in lines if isinstance(each, Message)]
 
 
 def _cleaned(recording: Recording) -> Recording:
-    """Without spikes and repeated rows, and with times corrected for bunches and lost
-    rows."""
+    """The recording without spikes and repeated rows, with times corrected for bunches
+    and lost rows."""
     return without_held(with_mended_times(without_spikes(recording)))
 
 
@@ -305,8 +306,8 @@ def _check_runs(
     samples: Sequence[TorqueSamples],
     known: Sequence[str] = (),
 ) -> None:
-    """`InputError` for a run that counts twice, of whatever names or among those
-    `known` by their digests, and as `require_arms_torques`."""
+    """`InputError` for a run with the digest of another one, or one of `known`, and as
+    `require_arms_torques`."""
     digests = set(known)
     for log, own in zip(recordings, samples, strict=True):
         require_arms_torques(own, dynamics, log.source)

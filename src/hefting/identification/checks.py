@@ -1,8 +1,7 @@
 """Checks of an estimate: errors that its method neglects, what is open, and doubts.
 
-Each check looks for one thing: a function from `Checked` to messages, and its line in
-`CHECKS`; what it says then stands in `Estimate.warnings`, with its code in the output
-for machines.
+Each check is a function from `Checked` to messages with a line in `CHECKS`; its messages
+are part of `Estimate.warnings`, with their codes in the output for machines.
 """
 
 from collections.abc import Callable, Iterable
@@ -62,9 +61,9 @@ Check = Callable[[Checked], Iterable[str]]
 def warnings_of(checked: Checked) -> tuple[str, ...]:
     """Messages of all checks in order, without those that follow from a named
     mistake."""
-    said = tuple(message for check in CHECKS for message in check(checked))
+    messages = tuple(message for check in CHECKS for message in check(checked))
     doubt = checked.found.doubt
-    return said if doubt is None else doubt.without_consequences(said)
+    return messages if doubt is None else doubt.without_consequences(messages)
 
 
 def _undetermined(checked: Checked) -> Iterable[Message]:
@@ -90,24 +89,25 @@ def _undetermined(checked: Checked) -> Iterable[Message]:
     return [warning("open-without-shape", what)]
 
 
-def _of_method(checked: Checked) -> Iterable[str]:
-    """Warnings of the method. If no body explains the wrench less the tool's, and no
+def _method_warnings(checked: Checked) -> Iterable[str]:
+    """Warnings of the method. If no body explains the wrench without the tool's, and no
     shape is given, the tool may not have been there."""
-    said, tool = checked.estimate.warnings, checked.found.tool
-    if tool is None or CONTRADICTED not in codes(said):
-        return said
+    own, tool = checked.estimate.warnings, checked.found.tool
+    if tool is None or CONTRADICTED not in codes(own):
+        return own
     what = (
         f"no likely body explains what the tool of {tool.parameters.mass:.3g} kg leaves "
         "of the wrench: was it on the sensor in this recording? identify without `tool`"
     )
     if checked.shape is not None:
-        return (*said, warning("tool-contradicts-wrench", what, "tool"))
-    left = [m for m in said if getattr(m, "code", "") != CONTRADICTED]
+        return (*own, warning("tool-contradicts-wrench", what, "tool"))
+    left = [m for m in own if getattr(m, "code", "") != CONTRADICTED]
     return (error("tool-contradicts-wrench", what, "tool"), *left)
 
 
-def _alone(checked: Checked) -> Iterable[Message]:
-    """A warning of recordings that contradict the shape alone, but not together."""
+def _contradictions_alone(checked: Checked) -> Iterable[Message]:
+    """An error for each recording that by itself contradicts the shape, if all together
+    do not."""
     found, estimator = checked.found, checked.estimator
     contradicted = CONTRADICTED in codes(checked.estimate.warnings)
     if checked.shape is None or contradicted or not isinstance(estimator, Bayes):
@@ -123,8 +123,8 @@ def _alone(checked: Checked) -> Iterable[Message]:
 
 def mass_undetermined(estimate: Estimate) -> Iterable[Message]:
     """A warning of a mass whose interval is about as wide as itself."""
-    said = undetermined_mass(estimate.parameters.mass, estimate.intervals)
-    return [] if said is None else [said]
+    found = undetermined_mass(estimate.parameters.mass, estimate.intervals)
+    return [] if found is None else [found]
 
 
 def _against_least_squares(checked: Checked) -> Iterable[Message]:
@@ -182,8 +182,8 @@ CHECKS: list[Check] = [
     lambda checked: com_warnings(checked.found.fit, checked.shape),
     lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,
-    _of_method,
-    _alone,
+    _method_warnings,
+    _contradictions_alone,
     lambda c: misfit_warnings(c.estimate, c.residual, c.found),
     _undetermined,
     lambda checked: mass_undetermined(checked.estimate),
@@ -192,7 +192,7 @@ CHECKS: list[Check] = [
     _not_converged,
     _not_physical,
 ]
-"""In the order in which their messages are shown."""
+"""All checks, in the order of their messages."""
 
 
 def with_diagnostics(
@@ -261,10 +261,10 @@ def undetermined_by(
         size = float(np.linalg.norm(shape.extents))
     names = found.fit.open_parameters(size)
     open_ = Undetermined.of_parameters(names, estimator.fills_in)
-    return _less_what_is_known(open_, estimate, size)
+    return _without_known(open_, estimate, size)
 
 
-def _less_what_is_known(
+def _without_known(
     open_: Undetermined, estimate: Estimate, size: float
 ) -> Undetermined:
     """Without the numbers whose intervals are narrow."""

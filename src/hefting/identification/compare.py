@@ -1,5 +1,5 @@
-"""Comparison: several methods on one recording, and which of them to trust, judged
-without the truth.
+"""Comparison: several methods on one recording, and a choice among them without the
+truth.
 
 The rule was chosen among several by its error relative to the best method of each case,
 on simulated recordings with the right shape, a bounding box, a shape 20 % too large and
@@ -63,19 +63,19 @@ class Comparison(Answer):
     results: dict[str, Estimate]
     """By method; variants are last."""
     seconds: dict[str, float]
-    """How long each took from the measurements [s]."""
+    """Time that each took from the measurements [s]."""
     skipped: dict[str, str]
     """Methods that could not be used, with the reasons."""
     recommended: str
-    """Name of the one to trust."""
+    """Name of the method to trust."""
     reason: str
-    """Why it is recommended."""
+    """Reason for the recommendation."""
     ingested: Ingested
-    """The recording as all of them took it."""
+    """The recording, the same for all methods."""
     estimators: dict[str, Estimator] = field(default_factory=dict[str, Estimator])
-    """What made each estimate, with all hyperparameters."""
+    """Estimator of each estimate, with all hyperparameters."""
     seen: dict[str, Ingested] = field(default_factory=dict[str, Ingested])
-    """The recording as far as each method used it."""
+    """The part of the recording that each method used."""
 
     def __repr__(self) -> str:
         return f"{super().__repr__()}\n  recommended of  {', '.join(self.shown)}"
@@ -108,8 +108,8 @@ def compare(
     `methods` are names of methods and variants, separated by commas if in one string;
     ``"all"`` stands for all that can be used. `hyperparameters` are fields of
     estimators, such as ``c1``, for those that have them, `reading` other arguments of
-    `hefting.identify`. Raises `InputError` for an unknown method or hyperparameter, or
-    one named that needs what is not given; and as `hefting.identify` does.
+    `hefting.identify`. Raises `InputError` for an unknown method or hyperparameter, for a
+    named method whose needs are not given, and as `hefting.identify` does.
     """
     words = methods.split(",") if isinstance(methods, str) else methods
     words = [word.strip() for word in words]
@@ -241,8 +241,8 @@ def _closest(results: dict[str, Estimate], found: Ingested) -> str:
 def _recommend_with_shape(
     bodies: dict[str, Estimate], posterior: str | None, found: Ingested, shape: Shape
 ) -> tuple[str, str]:
-    """As `recommend`, from estimates that can exist, beside a shape; `posterior` is the
-    method of that role if it explains the wrench."""
+    """As `recommend`, from consistent estimates and a shape; `posterior` is the method of
+    that role if it explains the wrench."""
     free, prior = _first("free", bodies), _first("prior", bodies)
     margin = bodies[prior].hull_margin if prior is not None else None
     outside = margin is not None and margin < -OUTSIDE

@@ -52,7 +52,7 @@ class Contradiction:
         """The message on it."""
         largest = self.agreement.largest
         at, values = largest.quantity, ""
-        if at < 4:  # those along common axes are not at hand
+        if at < 4:  # moments along common axes are not in the agreement
             own, theirs = (
                 _shown(self.agreement, name, at) for name in (self.name, self.others)
             )
@@ -73,7 +73,7 @@ class _SameSensor(SensorAccuracy):
 
     @property
     def gain_std(self) -> float:
-        """None."""
+        """Zero."""
         return 0.0
 
 
@@ -118,14 +118,14 @@ def contradictions(
 def _worst(
     parts: dict[str, Ingested], alone: dict[str, Estimate], of_sensor: SensorAccuracy
 ) -> Contradiction:
-    """The recording that differs most from the rest; among many, the worst of the
+    """The recording that differs most from the rest; of more than `FEW`, the worst of
     `MOST_SUSPECTS`."""
-    about = dict.fromkeys(parts, np.inf)
+    suspects = dict.fromkeys(parts, np.inf)
     if len(parts) > FEW:
         ranked = deviations_from_rest(parts, alone, of_sensor)
-        about = dict(list(ranked.items())[:MOST_SUSPECTS])
+        suspects = dict(list(ranked.items())[:MOST_SUSPECTS])
     worst, largest = None, -1.0
-    for name, expected in about.items():
+    for name, expected in suspects.items():
         if largest >= expected:
             break
         each = _against_the_rest(name, parts, alone, of_sensor)

@@ -21,7 +21,7 @@ from hefting.ingest.ingested import Ingested
 from hefting.shapes import Shape
 
 INSTANTS = 20
-"""Instants at which a recording is looked at."""
+"""Number of instants of a recording."""
 
 
 @immutable
@@ -48,9 +48,9 @@ def convergence(estimator: Estimator, found: Ingested, final: Estimate) -> Conve
 
     Parameters
     ----------
-    estimator : that made it.
-    found : the recording as far as it was used; several are seen one after the other.
-    final : its estimate from all of that, which is the last one.
+    estimator : the estimator of `final`.
+    found : the used part of the recording, or of several in turn.
+    final : the estimate from all of it, which is the last one.
     """
     seen, estimates = [], []
     last: Estimate | None = None
@@ -93,7 +93,8 @@ def ten_ends(intervals: dict[str, Array]) -> tuple[Array, Array]:
 
 
 def _states(estimator: Estimator, found: Ingested) -> Iterator[tuple[int, State]]:
-    """Number of measurements seen, and the state then, at all instants but the last."""
+    """Number of measurements seen, and the estimator's state, at all instants but the
+    last."""
     total = len(found.measurements)
     instants = np.unique(np.linspace(0, total, INSTANTS + 1).astype(int))[1:-1]
     before, begin = estimator.start(), 0
@@ -130,8 +131,8 @@ def estimate_until(
 
 
 def _first_samples(found: Ingested, used: int) -> Ingested:
-    """A recording with its first samples alone, and least squares of these; conditioned
-    as the whole."""
+    """A recording with its first samples only, conditioned as the whole, and least squares
+    of these samples."""
     if used >= len(found.measurements):
         return found
     z = found.measurements[:used]

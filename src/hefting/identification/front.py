@@ -35,7 +35,7 @@ INSTEAD = {
     "poses": "give `recording`=hefting.read_log(log, poses=...)",
     "column_map": "give `recording`=hefting.as_recording(log, column_map=...)",
 }
-"""What serves in place of options of the command that `identify` does not have."""
+"""Replacements of the command's options that `identify` does not have."""
 Method = str | type[Estimator] | Estimator
 
 
@@ -98,62 +98,63 @@ def identify(
     shape : path, str, mesh, points or Shape, optional
         Where the object may have mass, in the sensor frame: a mesh or point cloud file,
         ``"box:X0,X1,Y0,Y1,Z0,Z1"`` [m], a ``trimesh.Trimesh``, points (n, 3) that fill
-        it. Without it Bayes takes an object of any shape near the sensor for possible.
+        it. Without it Bayes allows any object near the sensor.
     time, position, orientation, pose, wrench, wrench_time : arrays, optional
         In place of `recording`: times (K,) [s]; positions (K, 3) [m] and orientations
         of the sensor in the world, (K, 4) quaternions x, y, z, w, (K, 3, 3) matrices or
         a scipy ``Rotation``, or both as poses (K, 4, 4); wrenches (N, 6) [N, N m] in
-        sensor axes, and their times (N,) [s] where these differ from `time`. Without
+        sensor axes, and their times (N,) [s] if these differ from `time`. Without
         `time` each sample is a static pose.
     sign : {"auto", "on-object", "on-sensor"}
-        Whom the recorded wrench acts on; ``"auto"`` finds out from gravity. `wrench`
-        takes these words as well.
+        Body that the recorded wrench acts on; ``"auto"`` determines it from gravity.
+        `wrench` accepts these words too.
     unit : str, optional
         Length unit of the shape's file, mesh or points: m, cm, mm or in.
     object_pose : (4, 4) or seven numbers, optional
         Pose of its frame in the sensor frame: a matrix, or x, y, z [m], qx, qy, qz, qw.
     method : str, Estimator or list of str, optional
-        Name of an estimator (`hefting methods` lists them) or of a variant; an
-        estimator, which is used as it is; or several names, or ``"all"``, for a
-        comparison. By default Bayes.
+        Name of an estimator (`hefting methods` lists them) or of a variant; a complete
+        estimator; or several names, or ``"all"``, for a comparison. By default Bayes.
     gravity : (3,), Gravity or "estimate"
-        In world axes [m/s²], which is exact; `Gravity.at` a latitude; ``"estimate"``
+        In world axes [m/s²], exactly known; `Gravity.at` a latitude; ``"estimate"``
         finds its direction, for a robot on a tilted base. By default standard gravity,
-        whose size may be that of anywhere on the Earth.
+        with the uncertainty of its size on the Earth.
     bias : {"auto", "estimate", "none"}, (6,), path or (n, 6)
         ``"estimate"`` finds a constant bias with the object, ``"none"`` assumes there
         is none, ``"auto"`` keeps one that exceeds three standard deviations; or six
         numbers [N, N m], as recorded, to subtract, or a JSON file of them; (n, 6) are
         one for each of n recordings.
     motion : {"auto", "columns", "smooth", "filter"}
-        Where velocities and accelerations come from, see `hefting.measure`.
+        Source of velocities and accelerations, see `hefting.measure`.
     start, duration : float, optional
-        Part of the recording to use [s], or of each.
+        Part of the recording, or of each, to use [s].
     tool : Estimate, what `calibrate` or `identify` returns, or path, optional
-        What the sensor holds besides the object, to subtract; see `hefting.calibrate`.
+        What the sensor holds in addition to the object, to subtract; see
+        `hefting.calibrate`.
     sensor_pose_in_log : (4, 4), seven numbers or text, optional
-        Pose of the sensor in the frame whose poses are logged, where that is another:
+        Pose of the sensor in the frame whose poses are logged, if that is another one:
         a matrix, or x, y, z [m], qx, qy, qz, qw.
     sensor_turned : str, optional
-        The same of a sensor that is only turned about one axis, as in ``"z:45"`` [deg].
+        The same for a rotation about one axis only, as in ``"z:45"`` [deg].
     **hyperparameters
-        Fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` where pose or
-        shape are not exact, ``until`` to use no more of the recording than it takes. Of
-        all methods: ``sensor_accuracy``; and ``mass``, what a scale shows of the object
-        without the tool, as in ``"0.512kg±1g"``, see `hefting.MassReading`.
+        Fields of the estimator. Of Bayes: ``pose_std`` and ``shape_std`` if pose or
+        shape are not exact, ``until`` to use only as much of the recording as an
+        accuracy requires. Of all methods: ``sensor_accuracy``; and ``mass``, a scale's
+        reading of the object without the tool, as in ``"0.512kg±1g"``, see
+        `hefting.MassReading`.
 
     Returns
     -------
     Identification, or Comparison of several methods
         Both have ``mass``, ``center_of_mass``, ``inertia``, ``interval(name)``,
-        ``warnings``, ``verdict`` and ``estimate``, which has everything.
+        ``warnings``, ``verdict`` and the full ``estimate``.
 
     Raises
     ------
     InputError
-        For input that cannot be right; its one line says what, where, and what to do.
+        For invalid input, with what is wrong, where, and what to do in one line.
     NotIdentifiableError
-        When the recording determines nothing.
+        If the recording determines nothing.
 
     Examples
     --------

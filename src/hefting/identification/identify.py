@@ -1,5 +1,4 @@
-"""Identification: from a recording to an estimate, with sign, bias and weights found on
-the way."""
+"""Identification: from ingested recordings to an estimate; and calibration of a tool."""
 
 from __future__ import annotations
 
@@ -59,7 +58,7 @@ class Answer(Shown):
 
     @property
     def warnings(self) -> tuple[str, ...]:
-        """What the user should know before trusting it."""
+        """Doubts about the estimate, and assumptions."""
         return self.estimate.warnings
 
     @property
@@ -83,16 +82,16 @@ class Identification(Answer):
 
     estimate: Estimate
     measurements: Measurements
-    """With the sign convention of `hefting.core.spatial`, a given bias removed, and the
-    weights that were used."""
+    """In the sign convention of `hefting.core.spatial`, without a given bias, and with
+    the weights that were used."""
     sign: WrenchSign | None
     """Sign convention of the wrench by the data; None if it was given."""
     source: str
     """Source of the motion: a key of `hefting.motion.measure.DESCRIPTIONS`."""
     ingested: Ingested
-    """The recording as far as it was used, with what was found and left out."""
+    """The used part of the recording, with findings and samples left out."""
     estimator: Estimator
-    """What made the estimate, with all hyperparameters."""
+    """The estimator, with all hyperparameters."""
 
 
 def identify_understood(
@@ -103,8 +102,8 @@ def identify_understood(
     stop: bool = True,
 ) -> Identification:
     """Identify the object in ingested recordings; for other arguments and errors see
-    `hefting.identify`. With `stop` no more is used than the accuracy asked for takes;
-    without, all is used and the accuracy reported."""
+    `hefting.identify`. With `stop` only as much is used as the accuracy asked for
+    requires; without, all is used and the accuracy reported."""
     warnings = ()
     if method is None:
         method = default_method(shape is not None)
@@ -145,10 +144,10 @@ def calibrate(
     """Estimate of a bare tool, for `identify(..., tool=)`: with covariance, the
     wrench's bias, and its noise; `sensor_accuracy` is that of the sensor.
 
-    Ten-parameter least squares, which has no prior to lean the object's estimate one
-    way. The bias is in ``Estimate.bias``, the noise levels in ``provenance["noise"]``.
-    Errors as for `identify`; `NotIdentifiableError` also when the motion leaves the COM
-    open.
+    By ten-parameter least squares, whose lack of a prior avoids a bias of the object's
+    estimate. The wrench's bias is in ``Estimate.bias``, the noise levels in
+    ``provenance["noise"]``. Errors as for `identify`; `NotIdentifiableError` also if the
+    motion leaves the COM open.
 
     Examples
     --------
@@ -176,7 +175,7 @@ def calibration(
     estimator = OLS(**settings, sensor_accuracy=sensor_accuracy)
     state = estimator.update(estimator.start(), found.measurements)
     estimate = with_diagnostics(estimator.estimate(state), estimator, found, None)
-    # with all that may be wrong, as it becomes an error of every object
+    # with all errors, as they are errors of every object
     covariance = estimator.uncertainty(estimate.parameters, state)[1]
     if not np.isfinite(covariance.diagonal()[:4]).all():
         raise NotIdentifiableError(

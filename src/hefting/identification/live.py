@@ -31,7 +31,7 @@ FEWEST_POSES = 20
 """Least number of poses on which the filter is tuned. On the demo's, whose bandwidth is
 16 rad/s by 100 poses, 10 give 70 rad/s and 30 give 25."""
 SIGNS = {"on-object": 1.0, "on-sensor": -1.0}
-"""Whom the wrench acts on, and its sign in the project's convention."""
+"""Sign of the wrench in the project's convention, by the body that it acts on."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,8 +63,8 @@ class Live:
     """Identification from raw samples while the robot moves.
 
     ``update`` takes poses and wrenches as they come: one sample or many, together or
-    each by itself. ``estimate`` tells what they say so far. The state is a value that
-    is passed in and returned; nothing else changes.
+    separately. ``estimate`` is that from all samples so far. The state is a value that is
+    passed in and returned; nothing else changes.
 
     Examples
     --------
@@ -86,12 +86,12 @@ class Live:
     """Where the object may have mass, as for `hefting.identify`: a `Shape`, a path,
     ``"box:..."``, a mesh or points. None: anywhere near the sensor."""
     until: Accuracy | str | None = None
-    """How sure is sure enough, as in ``mass=1%,com=2mm,inertia=20%``; estimates then
-    tell whether they are (`Estimate.sufficient`)."""
+    """Sufficient accuracy, as in ``mass=1%,com=2mm,inertia=20%``; estimates that reach it
+    are `Estimate.sufficient`."""
     gravity: ArrayLike = STANDARD_GRAVITY
     """(3,) in world axes [m/s²]."""
     sign: Literal["on-object", "on-sensor"] = "on-object"
-    """Whom the wrench acts on. Live it has to be known: `hefting.identify` finds it
+    """Body that the wrench acts on, which must be known here; `hefting.identify` finds it
     from a recording."""
     method: Estimator | None = None
     """The estimator; by default Bayes with the shape, and a bias that is found."""
@@ -157,18 +157,18 @@ class Live:
         state : LiveState
             From `start` or the last call.
         time : float or (K,), optional
-            [s] Of the poses, later than all before.
+            [s] Times of the poses, later than all before.
         position : (3,) or (K, 3), optional
-            Of the sensor origin in the world [m]; in every call or in none.
+            Sensor origin in the world [m]; in every call or in none.
         orientation : (4,), (3, 3) or (K, ...), optional
-            Of the sensor in the world: quaternions x, y, z, w, matrices, or a scipy
+            Sensor axes in the world: quaternions x, y, z, w, matrices, or a scipy
             ``Rotation``.
         pose : (4, 4), (7,) or (K, ...), optional
             Both at once.
         wrench : (6,) or (N, 6), optional
             Force [N], then torque [N m], in sensor axes about the sensor origin.
         wrench_time : float or (N,), optional
-            [s] Of the wrenches, where that is not `time`, on the same clock.
+            [s] Times of the wrenches if not `time`, on the same clock.
 
         Returns
         -------
@@ -177,7 +177,7 @@ class Live:
         Raises
         ------
         InputError
-            For arrays that do not fit, are not finite, or do not come later.
+            For arrays that do not fit, are not finite, or are not later.
         """
         pairing = state.pairing
         if wrench is not None:
@@ -203,7 +203,7 @@ class Live:
     def estimate(
         self, state: LiveState, start: Estimate | None = None
     ) -> Estimate | None:
-        """The estimate from the samples so far; None where they do not suffice for any.
+        """The estimate from the samples so far; None if they do not suffice.
 
         Parameters
         ----------

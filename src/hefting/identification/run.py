@@ -45,8 +45,8 @@ def understand(
 def run(
     estimator: Estimator, found: Ingested, stop: bool = True
 ) -> tuple[Estimate, Ingested]:
-    """The estimate, and the recording as far as it was used: with `stop` no further
-    than the accuracy `asked` for takes."""
+    """The estimate, and the used part of the recording: with `stop` only as much as the
+    estimator's accuracy `asked` for requires."""
     asked = estimator.asked
     if asked is None or not stop:
         states = [state_of(estimator, part) for part in found.recordings]
@@ -63,8 +63,7 @@ def run(
 def _first_sufficient(
     estimator: Estimator, found: Ingested
 ) -> tuple[Estimate, Ingested]:
-    """The first sufficient estimate over successive recordings, and the recordings as
-    far as they were used."""
+    """The first sufficient estimate over successive recordings, and their used part."""
     assert estimator.asked is not None
     before, estimate, parts = estimator.start(), None, []
     samples = [taken(estimator, part) for part in found.recordings]
@@ -99,8 +98,8 @@ def first_sufficient(
     static: bool = False,
     before: State | None = None,
 ) -> tuple[Estimate, int]:
-    """The first sufficient estimate and how many samples it took; or that of all, where
-    none is.
+    """The first sufficient estimate and its number of samples, or if none suffices that
+    of all samples.
 
     The samples are in order of time, or static poses; `before` is the state of other
     recordings, which were seen whole. Errors as for the `estimate` of all samples.
@@ -129,8 +128,8 @@ def _with_stop_reason(
     whole: Sequence[Measurements],
     static: bool,
 ) -> Estimate:
-    """`estimate` with how much it has `seen` of the `whole` recordings in its
-    provenance, and a warning where it does not suffice."""
+    """`estimate` with the part `seen` of the `whole` recordings in its provenance, and a
+    warning if it does not suffice."""
     assert estimate.accuracy is not None
     if static:
         used, of, unit = sum(map(len, seen)), sum(map(len, whole)), "poses"

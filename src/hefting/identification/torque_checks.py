@@ -1,5 +1,5 @@
-"""Checks of joint torques: whether they can be those of the arm, and doubts about an
-answer from them."""
+"""Checks of joint torques: whether they can be those of the arm, and doubts about their
+estimate."""
 
 from collections.abc import Iterable, Sequence
 
@@ -32,7 +32,7 @@ above which they are not of the same arm: for the same simulated robot it was at
 LEAST_LOAD = 2.0
 """Mass over its standard deviation below which no load is significant."""
 NEGATIVE = 4.0
-"""The same for a negative mass, above which it is significant."""
+"""The same ratio above which a negative mass is significant."""
 LARGEST_EFFORT = 3.0
 """Torque of a joint over the URDF's limit, during half of the motion, that is
 impossible."""
@@ -40,14 +40,15 @@ LARGEST_TORQUE = 30.0
 """Torques over those that the URDF's arm needs, above which they have another unit: in
 simulated and real runs they were 0.9 to 1.8."""
 UNIT = 0.3, 5.0
-"""Smallest and largest ratio of the parts that no payload, offset or Coulomb friction
-explains: in simulated and real runs it was 0.7 to 1.4."""
+"""Smallest and largest normal `share_of_arm`: in simulated and real runs it was 0.7 to
+1.4."""
 ALIKE = 0.75, 0.975
-"""Correlation of both above which that ratio shows the unit, the second for small
-ratios. In right runs it was mostly above 0.98, for external or compensated torques at
-most 0.97."""
+"""Correlation in `share_of_arm` above which the ratio shows the unit, the second for
+ratios below `UNIT`. In right runs it was mostly above 0.98, for external or compensated
+torques at most 0.97."""
 LEAST_SEEN = 10.0
-"""Size of that part in standard deviations of the noise, below which it is chance."""
+"""Size of the part of the torques in `share_of_arm`, in standard deviations of the noise,
+below which it is chance."""
 GAIN_ERROR = 0.1
 """Error of a joint's gain that is normal, and standard deviation above which nothing is
 reported on it."""
@@ -55,10 +56,11 @@ LINK_ERROR = 0.05, 0.01
 """Standard deviation of each parameter of a link from the URDF's, over its own and over
 the link's mass [m, m²]."""
 OPPOSED = -0.8
-"""Correlation of both below which torques or gravity have another sign: of right runs
-it was at least 0.85."""
+"""Correlation of the torques with those of the URDF's arm below which they, or gravity,
+have the other sign: in right runs it was at least 0.85."""
 OFF_AXIS = np.radians(15.0)
-"""Angle of gravity from an axis of the base that is no error of the links."""
+"""Angle of gravity from an axis of the base above which errors of the links do not
+explain it."""
 CHECKED = 300
 """Number of samples of a run that are compared with the URDF's arm."""
 
@@ -125,8 +127,8 @@ def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]
 
 
 def share_of_arm(dynamics: JointDynamics, fit: TorqueFit) -> tuple[float, float]:
-    """Torques over those of the URDF's arm, both without the part that any payload,
-    offset and friction explain; and the correlation of the two."""
+    """Ratio of the torques to those of the URDF's arm, both without the part that any
+    payload, offset and friction explain, and their correlation."""
     size = len(dynamics.base)
     links = fit.shared[:size, :size] @ dynamics.links
     both = np.column_stack((links @ dynamics.arm, fit.shared[:size, -1]))
@@ -154,8 +156,9 @@ def of_joints(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Messag
 
 
 def joint_gains(dynamics: JointDynamics, fit: TorqueFit) -> tuple[Array, Array]:
-    """(n,) torques over those of the URDF's arm, 1 within 1 beforehand, and (n,)
-    standard deviations, which allow for other links, and any last one."""
+    """(n,) ratios of the torques to those of the URDF's arm, with a prior of 1 ± 1, and
+    their standard deviations (n,), which allow for errors of the links and any payload
+    on the last one."""
     n, size = dynamics.joints, len(dynamics.base)
     slow = np.maximum(fit.slow_std / fit.std, 1.0)
     rows = fit.moments.without_nuisances[:, :size] / slow[:, None, None]
@@ -216,7 +219,7 @@ def of_rivals(
 def of_arm(
     runs: LoadedRuns, found: TorqueFit, each: Sequence[TorqueFit]
 ) -> list[Message]:
-    """What was taken for the arm, where it may be another; `each` as of
+    """A message if the arm that was assumed may be another one; `each` is that of
     `LoadedRuns.alone`."""
     if runs.arm_known:
         what = (

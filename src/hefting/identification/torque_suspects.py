@@ -1,5 +1,5 @@
-"""Mistakes that are fitted beside the payload (`hefting.torques.suspects`): their size,
-to which the first step is too short, and their messages."""
+"""Messages on mistakes that are fitted together with the payload
+(`hefting.torques.suspects`), and the iteration to their size."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -14,8 +14,8 @@ from hefting.torques.runs import LoadedRuns
 from hefting.torques.suspects import Suspect, Suspects
 
 WRONG_SHIFT = 0.5, 1.0
-"""Change of mass or first moments, over the half widths of their intervals, above which
-a suspect gives doubt, and makes the answer wrong."""
+"""Change of mass or first moments by a suspect, over the half-widths of their intervals,
+above which its message is a warning, and an error."""
 SUSPECTS = frozenset(
     {
         "part-contradicts",
@@ -26,7 +26,7 @@ SUSPECTS = frozenset(
         "weight-contradicts",
     }
 )
-"""Codes of suspects."""
+"""Codes of messages on suspects."""
 RIVAL = "torques-of-other-arm"
 EXPLAINED_BY_RIVAL = SUSPECTS | {
     "empty-run-contradicts",
@@ -36,11 +36,11 @@ EXPLAINED_BY_RIVAL = SUSPECTS | {
     "no-positive-mass",
     "torque-unit",
 }
-"""Codes of what joints of another order or sign, or another gravity, do, too."""
+"""Codes of consequences of another order or sign of joints, or another gravity."""
 MOST_STEPS = 8
 """Largest number of steps to the size of a tilt or of zeros."""
 SMALL_STEP = 0.05
-"""Relative step at which they end."""
+"""Relative size of the last step."""
 
 
 def of_suspect(
@@ -50,38 +50,38 @@ def of_suspect(
     sources: Sequence[str],
     calibrated: bool = False,
 ) -> list[Message]:
-    """What of the runs is another than it is said to be, as a message that is as severe
-    as the payload's parameters are then others: `half` (10,) half widths of their
-    intervals. `sources` are the names of the loaded runs. An arm that was calibrated has
-    the gravity of its calibration."""
+    """The message on a suspect, as severe as its change of the payload's parameters
+    relative to `half` (10,), the half-widths of their intervals. `sources` are the names
+    of the loaded runs. A `calibrated` arm keeps the gravity of its calibration."""
     if suspect is None:
         return []
-    # what the samples leave open has no interval
+    # open parameters have infinite half-widths
     shift = float(np.abs(suspect.shift / np.maximum(half, 1e-9))[:4].max())
     alone = "the loaded runs, not the empty ones,", "the empty runs"
     runs = "all runs" if suspect.loaded is False else alone[suspect.loaded is None]
     say = error if shift > WRONG_SHIFT[1] else warning
-    # a controller takes weight out; more of it are other lengths
+    # a controller's payload reduces the weight; more weight is due to other lengths
     more = suspect.kind == "weight" and suspect.theta[0] > 0.0
     if shift < WRONG_SHIFT[0] and not (suspect.kind == "part" or more):
         say = note
-    return [_said(say, suspect, dynamics, runs, sources, calibrated)]
+    return [_suspect_message(say, suspect, dynamics, runs, sources, calibrated)]
 
 
 def of_empty_runs(
     dynamics: JointDynamics, delays: Sequence[Suspect], suspect: Suspect | None
 ) -> list[Message]:
-    """The message on a suspect of empty runs alone, which a calibration is made
-    from."""
+    """Messages on delays and a suspect of the empty runs of a calibration."""
     messages = of_delays(delays, empty=False)
     if suspect is not None:
-        messages.append(_said(warning, suspect, dynamics, "the empty runs", ()))
+        messages.append(
+            _suspect_message(warning, suspect, dynamics, "the empty runs", ())
+        )
     return messages
 
 
 def of_delays(delays: Sequence[Suspect], empty: bool) -> list[Message]:
-    """A note of the delays that were taken out, of runs with and without the payload
-    where there are `empty` ones beside others."""
+    """A note on delays that were removed, separately for loaded and empty runs if there
+    are `empty` ones too."""
     if not delays:
         return []
     loaded, every = (
@@ -97,8 +97,7 @@ def of_delays(delays: Sequence[Suspect], empty: bool) -> list[Message]:
 
 
 def without_explained(messages: Sequence[str]) -> list[str]:
-    """Without what a mistake that was named does, and what is advised for that: the
-    verdict stays."""
+    """The messages without consequences of a named mistake; the verdict stays."""
     coded = [each for each in messages if isinstance(each, Message)]
     explained: set[str] = set()
     if any(each.code in SUSPECTS and each.severity != "note" for each in coded):
@@ -110,7 +109,7 @@ def without_explained(messages: Sequence[str]) -> list[str]:
     return [each for each in messages if getattr(each, "code", "") not in explained]
 
 
-def _said(
+def _suspect_message(
     say: Callable[..., Message],
     suspect: Suspect,
     dynamics: JointDynamics,
@@ -178,19 +177,19 @@ def _turned(gravity: Array, theta: Array) -> Array:
 
 
 def give_gravity(gravity: Array) -> str:
-    """What to do where it is `gravity` (3,)."""
+    """Advice to give `gravity` (3,) [m/s²]."""
     return f"give `gravity`='{','.join(f'{x:.6g}' for x in gravity + 0.0)}'"
 
 
 def levelled(runs: LoadedRuns) -> Array:
-    """(3,) gravity that leaves no tilt in all runs [m/s²]."""
+    """(3,) gravity with which all runs show no tilt [m/s²]."""
     none = Suspect("tilt", False, np.zeros(3), 0.0, np.zeros(PAYLOAD))
     return _turned(runs.dynamics.gravity, _stepped(runs, none).theta)
 
 
 def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
-    """A tilt in all runs, or zeros, iterated to convergence; another suspect, or one
-    beside a calibration, as it is."""
+    """A tilt in all runs, or zeros, iterated to convergence; other suspects, and all if
+    the arm is calibrated, unchanged."""
     if suspect is None or runs.calibration is not None:
         return suspect
     if suspect.kind != "zeros" and (suspect.kind != "tilt" or suspect.loaded):
@@ -199,24 +198,24 @@ def refined(runs: LoadedRuns, suspect: Suspect | None) -> Suspect | None:
 
 
 def _stepped(runs: LoadedRuns, suspect: Suspect) -> Suspect:
-    """The payload changes by as much as its fit does, of which the first step falls
-    short, too."""
-    alike = (suspect.kind, suspect.loaded)
+    """The suspect with its size, of which the first step falls short, and the resulting
+    change of the payload, iterated with runs that are corrected for it."""
+    kind = (suspect.kind, suspect.loaded)
     before = runs.fit().common[-PAYLOAD:]
     for _ in range(MOST_STEPS):
-        there = _without(runs, suspect)
-        left = there.fit()
-        tried = Suspects(there, left).all()
-        more = next(each for each in tried if (each.kind, each.loaded) == alike).theta
-        shift = left.common[-PAYLOAD:] - before
-        suspect = replace(suspect, theta=suspect.theta + more, shift=shift)
-        if np.abs(more).max() < SMALL_STEP * np.abs(suspect.theta).max():
+        corrected = _without(runs, suspect)
+        fit = corrected.fit()
+        tried = Suspects(corrected, fit).all()
+        step = next(each for each in tried if (each.kind, each.loaded) == kind).theta
+        shift = fit.common[-PAYLOAD:] - before
+        suspect = replace(suspect, theta=suspect.theta + step, shift=shift)
+        if np.abs(step).max() < SMALL_STEP * np.abs(suspect.theta).max():
             break
     return suspect
 
 
 def _without(runs: LoadedRuns, suspect: Suspect) -> LoadedRuns:
-    """The runs without a tilt, or with the zeros put right."""
+    """The runs corrected for a tilt, or for joint zeros."""
     if suspect.kind == "tilt":
         turned = _turned(runs.dynamics.gravity, suspect.theta)
         return replace(runs, dynamics=runs.dynamics.under(turned))

@@ -47,8 +47,8 @@ class StreamFacts:
     jitter_share: float
     """the same over the usual step"""
     repeated: float
-    """share of the samples that equal the one before in every column: values that a
-    slower source held, or rest"""
+    """share of the samples that equal the previous one in every column, as at rest or if
+    a slower source holds its values"""
 
 
 def stream_facts(stream: Stream, static: bool) -> StreamFacts:
@@ -92,25 +92,25 @@ class Movement:
     source: str
     """how velocities and accelerations were found, in words"""
     linear_speed: tuple[float, float] | None
-    """mean and largest [m/s]; None where the position is not known"""
+    """mean and largest [m/s]; None if the position is unknown"""
     above_limit: float | None
-    """s spent above `SPEED_LIMIT`; None where the linear speed is not known"""
+    """s spent above `SPEED_LIMIT`; None if the linear speed is unknown"""
     angular_speed: tuple[float, float]
     """mean and largest [rad/s]"""
     turn: float
     """rad: the largest angle between any two of gravity's directions in sensor axes"""
     dynamism: float | None
-    """median (Nadeau et al. 2022, eq. 4); None where only gravity is modelled although
-    the sensor moves"""
+    """median (Nadeau et al. 2022, eq. 4); None if only gravity is modelled although the
+    sensor moves"""
 
     @property
     def keeps_limit(self) -> bool | None:
-        """Whether the speed never exceeds `SPEED_LIMIT`; None where it is not known."""
+        """Whether the speed never exceeds `SPEED_LIMIT`; None if unknown."""
         return None if self.above_limit is None else self.above_limit == 0.0
 
 
 def movement(recording: Recording, found: Measured | Ingested) -> Movement:
-    """How the sensor moves at the instants of its wrench."""
+    """Movement of the sensor at the instants of its wrench."""
     z, motion = found.measurements, found.motion
     angular = np.linalg.norm(
         z.angular_velocity if motion is None else motion.angular_velocity, axis=1
@@ -154,8 +154,8 @@ def _mean_and_largest(values: Array) -> tuple[float, float]:
 
 
 def _widest(gravity: Array) -> float:
-    """The largest angle [rad] between two directions (K, 3), to a few degrees: between
-    those furthest along each of many axes."""
+    """The largest angle [rad] between two of the directions (K, 3), to a few degrees:
+    that between those which reach farthest along each of 200 axes."""
     unit = gravity / np.maximum(np.linalg.norm(gravity, axis=1, keepdims=True), 1e-300)
     k = np.arange(200) + 0.5  # evenly over the sphere
     polar, azimuth = np.arccos(1.0 - k / 100.0), np.pi * (1.0 + 5.0**0.5) * k
@@ -193,16 +193,14 @@ class Channels:
 
 @immutable
 class WrenchFacts:
-    """What the wrench shows of sensor and object."""
+    """Facts about sensor and object from the wrench."""
 
     mass: float
-    """kg, by least squares beside a free bias, where that is determined, else
-    without"""
+    """kg, by least squares with a free bias if that determines it, otherwise without"""
     mass_std: float
-    """kg; infinite where undetermined"""
+    """kg; infinite if undetermined"""
     quick_mass_less_bias: float | None
-    """kg: mean |f| / |g| once the bias is taken away; None where the bias is not
-    known"""
+    """kg: mean |f| / |g| without the bias; None if the bias is unknown"""
     bias: Array | None
     """(6,) as recorded [N, N m], its mean if it drifts; None if the motion does not
     separate it from the object"""
@@ -211,35 +209,35 @@ class WrenchFacts:
     noise: tuple[float, float]
     """root-mean-square residual of force [N] and torque [N m]"""
     channels: dict[str, Channels]
-    """``force`` and ``torque``: what the object's motion and weight need, beside what
-    is left unexplained; and where the motion was smoothed here ``linear acceleration``,
-    ``angular velocity``, ``angular acceleration`` beside their standard deviations"""
+    """``force`` and ``torque``: as predicted from the object's motion and weight, with
+    the residual as noise; and if the motion was smoothed here ``linear acceleration``,
+    ``angular velocity``, ``angular acceleration`` with their standard deviations"""
     gravity_dominance: tuple[float, float] | None
-    """root-mean-square of what gravity needs over that of what motion needs, of force
-    and of torque; infinite without motion. In daily living it is about five (Nadeau et
-    al. 2022, sec. III). None where no mass is found, or only gravity is modelled
-    although the sensor moves"""
+    """root mean square of the part of gravity over that of motion, of force and of
+    torque; infinite without motion. In daily living it is about five (Nadeau et al. 2022,
+    sec. III). None if no mass is found, or only gravity is modelled although the sensor
+    moves"""
 
 
 def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts:
     """Facts of a recording and an unconstrained fit to it.
 
-    `comparable`: a mass was found, and motion is modelled beside gravity.
+    `comparable`: whether a mass was found, and motion is modelled as well as gravity.
     """
     z, turn = found.measurements, 1.0 if found.sign.on_object else -1.0
     explained = predict_wrench(z, fit.vector)
-    left = residuals(z, fit.vector, fit.bias)
+    residual = residuals(z, fit.vector, fit.bias)
     channels = {}
     parts = (("force", "N", slice(0, 3)), ("torque", "N m", slice(3, 6)))
     for name, unit, part in parts:
         square = (
-            found.counts @ left[:, part] ** 2 / found.counts.sum()
+            found.counts @ residual[:, part] ** 2 / found.counts.sum()
             + found.within.diagonal()[part]
         )
         channels[name] = Channels(unit, _rms(explained[:, part]), np.sqrt(square))
     if found.motion is not None:
         channels |= _motion_channels(found.motion)
-    noise = residual_size(left, found.counts, found.within)
+    noise = residual_size(residual, found.counts, found.within)
     g = float(np.linalg.norm(z.gravity, axis=1).mean())
     bare = (
         None
@@ -260,7 +258,7 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
 
 
 def _motion_channels(motion: Motion) -> dict[str, Channels]:
-    found = {}
+    channels = {}
     quantities = (
         ("linear_acceleration", "m/s²"),
         ("angular_velocity", "rad/s"),
@@ -270,8 +268,8 @@ def _motion_channels(motion: Motion) -> dict[str, Channels]:
         values, std = getattr(motion, name), getattr(motion, f"{name}_std")
         if values is not None and std is not None:
             noise = np.full(3, float(np.sqrt(np.mean(np.square(std)))))
-            found[name.replace("_", " ")] = Channels(unit, _rms(values), noise)
-    return found
+            channels[name.replace("_", " ")] = Channels(unit, _rms(values), noise)
+    return channels
 
 
 def _dominance(z: Measurements, vector: Array, explained: Array) -> tuple[float, float]:
@@ -291,5 +289,5 @@ def _dominance(z: Measurements, vector: Array, explained: Array) -> tuple[float,
 
 
 def _rms(values: Array) -> Array:
-    """(3,) of the columns of (K, 3)."""
+    """(3,) root mean square of the columns of (K, 3)."""
     return np.sqrt(np.mean(np.square(values), axis=0))

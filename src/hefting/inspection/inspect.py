@@ -58,19 +58,19 @@ def inspect(
     gravity : Gravity, ArrayLike or "estimate"
         (3,) in world axes [m/s²], or ``"estimate"`` to find its direction.
     tool : Estimate, what `calibrate` or `identify` returns, or path, optional
-        What the sensor holds besides the object, to subtract.
+        What the sensor holds in addition to the object, to subtract.
     start, duration : float, optional
         Part of the recording to inspect [s].
 
     Returns
     -------
     Inspection
-        Findings that could not be made are None; `Inspection.missing` states why.
+        Missing findings are None; `Inspection.missing` states why.
 
     Raises
     ------
     InputError
-        Only for what is no recording or no part of it, if `gravity` is not a valid
+        Only if `recording` is no recording, the part is empty, `gravity` is not a valid
         gravity, or `tool` no estimate.
 
     Examples
@@ -177,16 +177,16 @@ def _hint(gravity: Array, found: Conditioned) -> GravityHint | None:
     """Gravity by the data, if it was to be found or is well determined; else None."""
     adopted = found.tilt_std is not None
     if adopted:
-        std, there = found.tilt_std, found.gravity
+        std, hinted = found.tilt_std, found.gravity
     elif found.tilted is not None and found.sign.certain:
-        there = found.tilted.gravity
+        hinted = found.tilted.gravity
         std = float(np.hypot(found.tilted.std, SENSOR_ERROR))
     else:
         return None
     if std is None or not np.isfinite(std):
         return None
-    x, y, z = (there / np.linalg.norm(there)).tolist()
-    return GravityHint(angle_between(gravity, there), std, (x, y, z), adopted)
+    x, y, z = (hinted / np.linalg.norm(hinted)).tolist()
+    return GravityHint(angle_between(gravity, hinted), std, (x, y, z), adopted)
 
 
 def _quick_mass(recording: Recording, gravity: Array) -> float | None:
@@ -278,7 +278,7 @@ def _with_shape(found: Inspection) -> str:
 
 
 def _improvements(found: Inspection) -> Iterator[str]:
-    yield from _of_wrench(found)
+    yield from _wrench_advice(found)
     hint, m = found.gravity_hint, found.movement
     assert m is not None
     known = (
@@ -286,7 +286,7 @@ def _improvements(found: Inspection) -> Iterator[str]:
         and (found.static or found.duration > SHORT)
         and "m" not in found.undetermined
     )
-    # the verdict has the reasons of doubts
+    # otherwise the verdict's reasons come first
     no_doubt = found.verdict.level == "good"
     if hint is not None and hint.serious and known and no_doubt:
         yield (
@@ -306,10 +306,10 @@ def _improvements(found: Inspection) -> Iterator[str]:
             yield "record ten static poses or more"
         elif not found.static and found.duration < SHORT:
             yield f"record ten seconds or more: {found.duration:.2g} s is short"
-    yield from _of_streams(found)
+    yield from _stream_advice(found)
 
 
-def _of_wrench(found: Inspection) -> Iterator[str]:
+def _wrench_advice(found: Inspection) -> Iterator[str]:
     c = found.conditioned
     if c is not None:
         if abs(c.offset) > OFFSET:
@@ -336,7 +336,7 @@ def _of_wrench(found: Inspection) -> Iterator[str]:
             yield f"the {name} shows more noise than object (SNR {ratio:.2g}): record longer"
 
 
-def _of_streams(found: Inspection) -> Iterator[str]:
+def _stream_advice(found: Inspection) -> Iterator[str]:
     if found.static:
         return
     m = found.movement

@@ -33,8 +33,8 @@ class GravityHint:
     direction: tuple[float, float, float]
     """unit vector in world axes"""
     adopted: bool
-    """whether it was asked for and used for all else; the angle then is that from
-    straight down"""
+    """whether it was asked for and used for all other findings; the angle is then that
+    from straight down"""
 
     @property
     def serious(self) -> bool:
@@ -44,8 +44,8 @@ class GravityHint:
 
 @dataclass(frozen=True, eq=False, repr=False)
 class Inspection:
-    """Findings about a recording: what it holds, always; what can be found from it,
-    else None and why in `missing`.
+    """Findings about a recording: its content, and the findings from it, or None with the
+    reason in `missing`.
 
     The keys of `to_dict` are those of ``hefting inspect --json``, in docs/json.md.
 
@@ -65,7 +65,7 @@ class Inspection:
     gravity: Array
     """(3,) assumed, in world axes [m/s²]"""
     quick_mass: float | None
-    """mean |f| / |g| [kg], without regard to bias and motion; None without a wrench"""
+    """mean |f| / |g| [kg], which ignores bias and motion; None without a wrench"""
     movement: Movement | None
     conditioned: Conditioned | None
     """clocks, drift, outliers"""
@@ -74,12 +74,12 @@ class Inspection:
     facts: WrenchFacts | None
     """bias, noise, SNR, and the object by least squares"""
     identifiability: Identifiability | None
-    """parameters that the motion determines for an object of `TYPICAL_SIZE`, and why
-    not the rest"""
+    """parameters that the motion determines for an object of `TYPICAL_SIZE`, and reasons
+    for the others"""
     missing: dict[str, str]
-    """why there is no ``motion``, no ``conditioning`` or no ``object``"""
+    """reasons for missing ``motion``, ``conditioning`` or ``object``"""
     advice: tuple[str, ...]
-    """what to do next, in sentences"""
+    """next steps, in sentences"""
     warnings: tuple[str, ...]
     changes: Changes | None = None
     """changes of the object; all findings are of the stretch chosen"""
@@ -87,16 +87,16 @@ class Inspection:
     """the recording as an identification would take it; None if it cannot"""
 
     def __repr__(self) -> str:
-        """The verdict, what was found, and what to do next, a line each."""
-        said = (*self.verdict.reasons, *self.findings, *self.advice)
-        return "\n- ".join((f"{self.log}: {self.verdict}", *said))
+        """The verdict, its reasons, findings and advice, a line each."""
+        lines = (*self.verdict.reasons, *self.findings, *self.advice)
+        return "\n- ".join((f"{self.log}: {self.verdict}", *lines))
 
     @property
     def verdict(self) -> Verdict:
-        """Whether to trust what is identified from it, and why not."""
+        """Whether to trust an identification from it, and why not."""
         if self.facts is None:
-            nothing = "; ".join(dict.fromkeys(self.missing.values()))
-            return Verdict("do not use", (error("nothing-found", nothing),))
+            reasons = "; ".join(dict.fromkeys(self.missing.values()))
+            return Verdict("do not use", (error("nothing-found", reasons),))
         return verdict_of(self.warnings)
 
     @property
@@ -106,7 +106,7 @@ class Inspection:
 
     @property
     def findings(self) -> tuple[str, ...]:
-        """What conditioning found and corrects."""
+        """Findings of conditioning, which it corrects."""
         return () if self.conditioned is None else self.conditioned.findings
 
     def to_dict(self) -> dict[str, Any]:
@@ -117,14 +117,14 @@ class Inspection:
         out["verdict"] = self.verdict.level
         out["reasons"] = list(self.verdict.reasons)
         out["streams"] = {name: asdict(facts) for name, facts in self.streams.items()}
-        told = self.identifiability
-        out["undetermined"] = told and self.undetermined
-        out["identifiability"] = told and told.to_dict()
+        own = self.identifiability
+        out["undetermined"] = own and self.undetermined
+        out["identifiability"] = own and own.to_dict()
         out["wrench"] = self.sign and self.sign.name
         out["stretches"] = [] if self.changes is None else self.changes.to_dicts()
         out["wrench_t"] = self.sign and self.sign.t
-        said = (*self.notes, *self.findings, *self.warnings)
-        out["messages"] = [line.to_dict() for line in said if isinstance(line, Message)]
+        lines = (*self.notes, *self.findings, *self.warnings)
+        out["messages"] = [x.to_dict() for x in lines if isinstance(x, Message)]
         return json_ready(out | self._movement() | self._conditioned() | self._facts())
 
     def _movement(self) -> dict[str, Any]:

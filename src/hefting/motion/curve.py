@@ -43,12 +43,12 @@ standard deviations."""
 
 
 STRAIGHT = 0.05
-"""Bend relative to the largest ones, below which there is none."""
+"""Bend relative to the largest ones up to which a signal counts as straight."""
 
 
 def fresh_rows(time: Array, values: Array) -> Mask:
     """Mask (K,) of the rows with new values; False for repeats of a slower stream, and
-    for what was interpolated linearly between its values.
+    for rows interpolated linearly between its values.
 
     Equal rows count as repeats only if the median run of equal rows is at least two
     rows long. Runs longer than twice the median occur at rest: of these, one row in
@@ -127,7 +127,7 @@ class Curve:
     @classmethod
     def fit(cls, time: Array, values: Array, name: str) -> "Curve":
         """Fit the curve to samples (K, d) of a signal at times (K,) [s] that increase;
-        `name` says what it is in error messages."""
+        `name` is that of the signal in error messages."""
         kept = fresh_rows(time, values)
         samples = Observation(time, values)
         return cls.through((samples if kept.all() else samples[kept],), name, time[-1])
@@ -146,8 +146,8 @@ class Curve:
         Parameters
         ----------
         data : the samples, then measured derivatives.
-        name : what the signal is, for error messages.
-        end : [s] time to which the last value is known.
+        name : name of the signal in error messages.
+        end : [s] time up to which the last value holds.
         near : an approximate smoothness, as that of a fit without the derivatives; only
             its neighbourhood is searched.
         """

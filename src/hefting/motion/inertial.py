@@ -64,10 +64,10 @@ def fuse(
     contradicts the poses (other axes, other units, another gravity) is not used, and a
     warning says so.
     """
-    said: list[Message] = []
+    messages: list[Message] = []
     if gyroscope is not None and len(gyroscope) >= FEWEST_READINGS:
         poses, new = _fuse_gyroscope(poses, gyroscope)
-        said += new
+        messages += new
     if (
         accelerometer is not None
         and len(accelerometer) >= FEWEST_READINGS
@@ -75,9 +75,9 @@ def fuse(
     ):
         removed = np.zeros(3) if gravity_removed else gravity
         poses, new = _fuse_accelerometer(poses, accelerometer, removed)
-        said += new
+        messages += new
     notes, warnings = (
-        tuple(message for message in said if message.severity == severity)
+        tuple(message for message in messages if message.severity == severity)
         for severity in ("note", "warning")
     )
     return poses, notes, warnings
@@ -118,11 +118,11 @@ def _fuse_gyroscope(
         )
         fitted = replace(fitted, orientation=curve)
     spread = 2.0 * np.sqrt(variance * raw / len(gyroscope))
-    noted = (
+    what = (
         f"gyroscope used: noise {spread:.2g} rad/s, bias {_format_vector(found.bias)} rad/s, "
         f"{_format_delay(found.clock)}"
     )
-    return fitted, [note("gyroscope-used", noted)]
+    return fitted, [note("gyroscope-used", what)]
 
 
 def _fuse_accelerometer(
@@ -179,11 +179,11 @@ def _fuse_accelerometer(
             ),
         )
     spread = np.sqrt(variance * raw / len(accelerometer))
-    noted = (
+    what = (
         f"accelerometer used: noise {spread:.2g} m/s², bias {_format_vector(found.bias)} m/s², "
         f"at {_format_vector(1e3 * found.lever)} mm, {_format_delay(found.clock)}"
     )
-    return fitted, [note("accelerometer-used", noted)]
+    return fitted, [note("accelerometer-used", what)]
 
 
 @dataclass(frozen=True)

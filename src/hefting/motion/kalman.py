@@ -175,7 +175,7 @@ class PoseFilter:
     ) -> tuple[State, Motion]:
         """Process one or more samples; return the motion of samples at least `lag` old.
 
-        How the samples are divided among calls does not change the result.
+        The result does not depend on the division of the samples into calls.
 
         Parameters
         ----------

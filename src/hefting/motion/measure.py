@@ -45,7 +45,7 @@ DESCRIPTIONS = {
     "accelerometer": "orientation, smoothed, and the accelerometer",
     "orientation": "orientation alone: gravity only",
 }
-"""What each way to get the motion uses."""
+"""Sources of the motion, in words."""
 
 REST_GAP = 0.1
 """[s] Gap between stretches at rest, and least median length of those."""
@@ -93,13 +93,12 @@ def measure(
         fixed-lag Kalman filter, as live) ask for one of them.
     curves : the poses' smooth curves (`smooth_poses`), where they are known already.
     of : what messages call a row of the wrench.
-    counts : (N,) how many of those each row of the wrench stands for; one each by
-        default.
+    counts : (N,) number of those that each row of the wrench represents; by default one.
 
     A recording of static poses, of one held pose, or of orientation alone, gives zero
     motion: the reduced model. With orientation and an accelerometer (specific force a -
-    g), the latter gives the acceleration. Raises `InputError` when wrench or
-    orientation is missing, or what `source` asks for is.
+    g), the latter gives the acceleration. Raises `InputError` if the wrench, the
+    orientation, or streams that `source` needs are missing.
 
     Examples
     --------
@@ -292,7 +291,7 @@ def _samples_within_poses(recording: Recording, wrench: Stream) -> Mask:
 
 
 def _counted(counts: Array, of: str) -> str:
-    """The sum of the counts (K,) and what they are of, as in "3 wrench samples"."""
+    """The sum of the counts (K,) with its noun, as in "3 wrench samples"."""
     n = round(float(counts.sum()))
     return f"{n} {of}{'' if n == 1 else 's'}"
 
@@ -306,7 +305,7 @@ def _read_at(at: Array, stream: Stream) -> Array:
 
 def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measurements:
     """Motion from the log's own twist and acceleration columns, given in world axes."""
-    for name in TWIST:  # names what is missing
+    for name in TWIST:  # `recording[name]` raises if it is missing
         stream = recording[name]
         if stream.time[0] > wrench.time[0] or stream.time[-1] < wrench.time[-1]:
             raise InputError(

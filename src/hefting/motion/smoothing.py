@@ -18,10 +18,9 @@ class Curves:
 
     poses: SmoothedPoses
     alone: SmoothedPoses
-    """Of the poses without inertial sensors, which have clocks and axes of their
-    own."""
+    """Curves from the poses without inertial sensors, whose clocks and axes may differ"""
     source: str
-    """``"smooth"``, or ``"inertial"`` where a gyroscope or an accelerometer helped"""
+    """``"smooth"``, or ``"inertial"`` if a gyroscope or an accelerometer was used"""
     notes: tuple[Message, ...]
     """Notes on those sensors."""
     warnings: tuple[Message, ...]
@@ -33,11 +32,10 @@ def smooth_poses(
     alone: SmoothedPoses | None = None,
 ) -> Curves:
     """Fit smooth curves to the poses of a recording, and to its gyroscope and
-    accelerometer where it has them.
+    accelerometer if it has them.
 
-    `gravity` (3,) in world axes [m/s²]; `alone`: the curves without those sensors,
-    where they were fitted before. Raises `InputError` for fewer than
-    `FEWEST_SEGMENT_SAMPLES` poses.
+    `gravity` (3,) is in world axes [m/s²]; `alone` are the curves without those sensors,
+    if already fitted. Raises `InputError` for fewer than `FEWEST_SEGMENT_SAMPLES` poses.
     """
     poses = _fit_recorded_poses(recording) if alone is None else alone
     streams = recording.streams
@@ -52,7 +50,7 @@ def smooth_poses(
 
 
 def _fit_recorded_poses(recording: Recording) -> SmoothedPoses:
-    """Smooth curves through the orientation and, where there is one, the position;
+    """Smooth curves through the orientation and the position, if there is one;
     `InputError` for too few poses to differentiate."""
     orientation, position = recording["orientation"], None
     poses = len(orientation)

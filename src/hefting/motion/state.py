@@ -91,12 +91,11 @@ class Motion:
     def measurements(
         self, wrench_time: ArrayLike, wrench: ArrayLike, gravity: ArrayLike
     ) -> Measurements:
-        """This motion with the wrench measured beside it: samples for an estimator.
+        """Samples for an estimator: this motion with a measured wrench.
 
         The wrench is taken at the instants of the motion, linearly between its samples;
-        instants before its first or after its last sample, or where the motion is not
-        known, are left out. Without a position the motion counts as turning about the
-        sensor origin.
+        instants before its first or after its last sample, or with unknown motion, are
+        left out. Without a position the sensor origin counts as fixed.
 
         Parameters
         ----------
@@ -159,10 +158,9 @@ def acceleration_variances(motion: Motion) -> Array:
 def lasting_variances(motion: Motion) -> Array:
     """`acceleration_variances` without the part of jumps.
 
-    What a smooth curve takes from the acceleration before a jump it adds after it, so
-    that this part cancels in sums over the samples. Weights by all of the variance
-    would leave out one side or the other: on trapezoids at 500 Hz they double the
-    inertia's error.
+    The errors of a smooth curve before and after a jump are opposite and cancel in sums
+    over the samples. Weights by the full variance would suppress one side or the other:
+    on trapezoids at 500 Hz they double the inertia's error.
     """
     variances = acceleration_variances(motion)
     for row, jump in enumerate((motion.linear_jump_std, motion.angular_jump_std)):

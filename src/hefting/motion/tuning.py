@@ -25,8 +25,8 @@ maximum."""
 MOST_REFINEMENTS = 12
 """Largest number of evaluations after the coarse scan."""
 HOPELESS = 2.0
-"""Missing log likelihood, over the range of the first three values, above which an
-order is given up, as it rises less and less uphill."""
+"""Difference of the log likelihood from the needed one, over the range of the first
+values, above which an order is given up, as the slope decreases uphill."""
 
 
 @dataclass(frozen=True)
@@ -53,8 +53,8 @@ class Likelihood:
 
     d independent components share lambda and r² (a unit quaternion's four have three
     degrees of freedom). The polynomials of degree below m, which the model leaves free,
-    count as drawn with the variance they turn out
-    to have: without that price a higher order always wins on short recordings.
+    have a normal prior with the variance that is found: without this penalty a higher
+    order is always preferred on short recordings.
     """
 
     def __init__(self, normal: Normal, m: int, dt: float, d: int, floor: float):

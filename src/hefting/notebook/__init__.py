@@ -1,9 +1,9 @@
-"""Notebook: what estimates, comparisons and shapes show of themselves in Jupyter.
+"""Notebook: HTML of estimates, comparisons and shapes in Jupyter.
 
     html_of(hefting.identify("demo/log.csv"))
 
-What is shown is one block without scripts; all its styles are its own, and all text
-from outside is escaped.
+A value is one block without scripts, with inline styles; all text from outside is
+escaped.
 """
 
 import base64
@@ -36,7 +36,7 @@ TITLES = ("quantity", "estimate ± 95 %", "from", "to", "unit")
 MOMENTS = {"Jxx": (0, 0), "Jyy": (1, 1), "Jzz": (2, 2)}
 PRODUCTS = {"Jxy": (0, 1), "Jxz": (0, 2), "Jyz": (1, 2)}
 MOST_WARNINGS = 12
-"""Warnings that are shown."""
+"""Most warnings that are shown."""
 KNOWN = {
     "object": "the object's own shape",
     "bounds": "the object is somewhere inside",
@@ -49,16 +49,16 @@ class Row(NamedTuple):
 
     name: str
     value: str
-    """With how far its interval reaches at the farther end, or ``open``."""
+    """With ± the `reach` of its interval, or ``open``."""
     low: str
     high: str
-    """Ends of its interval; empty where there is none."""
+    """Ends of its interval, or empty."""
     unit: str
 
 
 def rows_of(estimate: Estimate, products: bool = True) -> list[Row]:
-    """Mass, COM and inertia about the COM, in sensor axes; `products` of inertia only
-    where they are wanted."""
+    """Mass, COM and moments of inertia about the COM, in sensor axes, with `products` of
+    inertia if wanted."""
     p = estimate.parameters
     unit, scale = power_of_thousand(p.inertia_at_com.diagonal())
 
@@ -82,7 +82,7 @@ def rows_of(estimate: Estimate, products: bool = True) -> list[Row]:
 
 
 def answer_html(answer: Answer | Estimate) -> str:
-    """An estimate, or what holds one, as a block."""
+    """An estimate, alone or in an answer, as a block."""
     estimate = answer if isinstance(answer, Estimate) else answer.estimate
     return block(card(estimate, type(answer).__name__))
 
@@ -99,14 +99,14 @@ def card(estimate: Estimate, title: str) -> str:
     reasons = estimate.verdict.reasons
     more = [f"warning: {text}" for text in estimate.warnings if text not in reasons]
     if len(more) > MOST_WARNINGS:
-        left = len(more) - MOST_WARNINGS
-        more[MOST_WARNINGS:] = [f"and {left} more in .warnings"]
+        hidden = len(more) - MOST_WARNINGS
+        more[MOST_WARNINGS:] = [f"and {hidden} more in .warnings"]
     verdict = verdict_html(estimate.verdict, after)
     return verdict + list_html(more) + beside(numbers, picture)
 
 
 def comparison_html(comparison: Comparison) -> str:
-    """The recommended estimate, then what each method found."""
+    """The recommended estimate, then a table of all methods."""
     names = list(comparison.shown)
     first = next(iter(comparison.results.values()))
     units = [f"{row.name} [{row.unit}]" for row in rows_of(first, products=False)]
@@ -130,7 +130,7 @@ def comparison_html(comparison: Comparison) -> str:
 
 
 def agreement_html(agreement: Agreement) -> str:
-    """In words, then each quantity of each estimate."""
+    """The result in words, then a table of each quantity by each estimate."""
     head = ("quantity", *agreement.values, "standard deviations apart")
     apart = np.max(list(agreement.apart.values()), axis=0)
     rows = []
@@ -142,11 +142,11 @@ def agreement_html(agreement: Agreement) -> str:
         ]
         rows.append((f"{name} [{unit}]", *cells, f"{apart[i]:.1f}"))
     doubted = [f"{name}: {verdict}" for name, verdict in agreement.doubted.items()]
-    words = paragraph(_verdict(agreement))
+    words = paragraph(_agreement_text(agreement))
     return block(words, list_html(doubted), table_html(head, rows))
 
 
-def _verdict(agreement: Agreement) -> str:
+def _agreement_text(agreement: Agreement) -> str:
     if not agreement.tested:
         return "nothing to compare by: no two estimates determine the same quantity"
     worst = agreement.largest
@@ -160,7 +160,7 @@ def _verdict(agreement: Agreement) -> str:
 
 def _number(value: float, ends: Array) -> str:
     half = float(abs(ends - value).max())
-    if half > 0.0 and half < 1e-4:  # moments of a small object, in full
+    if half > 0.0 and half < 1e-4:  # `plus_minus` rounds to six decimals
         return f"{value:.3g} ± {half:.1g}".replace("-", "−")
     return plus_minus(value, half)
 
@@ -195,11 +195,11 @@ KINDS: dict[type, Callable[[Any], str]] = {
     Agreement: agreement_html,
     Shape: shape_html,
 }
-"""What makes the HTML of each kind of value; the first that fits is taken."""
+"""Function that makes the HTML of each kind of value; the first matching one is used."""
 
 
 def html_of(value: object) -> str | None:
-    """A value as HTML for a notebook; None for a kind that has none."""
+    """A value as HTML for a notebook; None for other kinds of values."""
     for kind, make in KINDS.items():
         if isinstance(value, kind):
             return make(value)
@@ -207,24 +207,24 @@ def html_of(value: object) -> str | None:
 
 
 LONGEST = 400
-"""Characters of a text from outside that are shown."""
+"""Most characters of a text from outside that are shown."""
 LINE = "1px solid rgba(128,128,128,0.45)"
 CELL = f"padding:2px 8px 2px 0;text-align:left;border-bottom:{LINE};white-space:nowrap"
 HEAD = f"{CELL};font-weight:600"
 BADGES = {"good": "#1b6e3c", "usable with care": "#8a5a00", "do not use": "#b3261e"}
-"""Colour of each verdict: white text on it is readable."""
+"""Background of each verdict, on which white text is readable."""
 LARGEST = 100_000
-"""Characters of a picture at most."""
+"""Most characters of a picture."""
 RESOLUTIONS = (150, 100, 60)
-"""Dots per inch of the shape; the first with which the picture is no larger than
+"""Dots per inch of the shape; the first one is used for which the picture is at most
 `LARGEST`."""
 CARD = "background:#fff;border-radius:4px;padding:4px;max-width:100%;height:auto"
-"""Dark ink is drawn on white, whatever the page."""
+"""Style of pictures: their dark lines need white also on a dark page."""
 
 
 def text_html(text: str) -> str:
-    """A text from outside, cut to `LONGEST`; arguments of the library, which it has in
-    backquotes, are set as code."""
+    """A text from outside, cut to `LONGEST`; names of arguments in backquotes become
+    code."""
     text = printable(" ".join(str(text).split()))
     cut = text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …"
     return re.sub(r"`(\w+)`", r"<code>\1</code>", escape(cut))
@@ -237,7 +237,7 @@ def block(*parts: str) -> str:
 
 
 def beside(left: str, right: str) -> str:
-    """Two parts side by side, one below the other where the page is narrow."""
+    """Two parts side by side, one below the other on a narrow page."""
     if not right:
         return left
     style = "display:flex;flex-wrap:wrap;gap:12px 28px;align-items:flex-start"
@@ -246,7 +246,7 @@ def beside(left: str, right: str) -> str:
 
 
 def verdict_html(verdict: Verdict, after: str) -> str:
-    """The verdict, what it is of, and its reasons."""
+    """The verdict, the text `after` it, and its reasons."""
     colour = BADGES[verdict.level]
     badge = f"background:{colour};color:#fff;padding:1px 8px;border-radius:3px"
     line = (
@@ -257,7 +257,7 @@ def verdict_html(verdict: Verdict, after: str) -> str:
 
 
 def list_html(texts: Iterable[str]) -> str:
-    """Texts from outside, one to a line; nothing for none."""
+    """A list of texts from outside; empty without any."""
     items = "".join(f"<li>{text_html(text)}</li>" for text in texts)
     return (
         f'<ul style="margin:2px 0 8px;padding-left:20px">{items}</ul>' if items else ""
@@ -290,11 +290,11 @@ def table_html(
 
 
 def picture_html(scene: Scene, alt: str) -> str:
-    """Three views of a scene as an SVG within the page; nothing without matplotlib, and
-    where it would be larger than `LARGEST`.
+    """Three views of a scene as an SVG in the page; empty without matplotlib, and if it
+    were larger than `LARGEST`.
 
-    The SVG is the address of an image: its styles and names then cannot meet those of
-    the page, or of another picture.
+    The SVG is the data of an image, which keeps its styles and names apart from those of
+    the page and of other pictures.
     """
     try:
         for resolution in RESOLUTIONS:
@@ -308,7 +308,7 @@ def picture_html(scene: Scene, alt: str) -> str:
 
 
 def _svg(scene: Scene, resolution: float) -> bytes:
-    """The views as SVG; the shape itself as pixels of so many dots per inch."""
+    """The views as SVG, with the shape as pixels of a resolution [dots per inch]."""
     from hefting.plots.style import FORMATS, drawing, style, subfigures_of
     from hefting.plots.views import draw_scene, height_of
 

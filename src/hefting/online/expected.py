@@ -54,7 +54,8 @@ LATEST = 0.4
 STILL = 20.0
 """Size of its deviation above which the touch is not over."""
 LARGEST_MISFIT = 2.5
-"""Residual beside another body, over the noise, above which no body explains a window."""
+"""Residual of a fit of another body, over the noise, above which no body explains a
+window."""
 INERTIA_ARM = 0.3
 """[m] Prior standard deviation of another body's radius of gyration."""
 LONGEST = 6.0
@@ -65,13 +66,13 @@ REST = 1e-3
 
 @immutable
 class Deviation:
-    """How far a window of samples is from what is expected."""
+    """Deviation of a window of samples from the prediction."""
 
     size: float
     """d' cov(d)^-1 d over the scale of the noise, as errors that make the noise coloured,
     such as hysteresis, are larger in samples that were not fitted"""
     misfit: float
-    """root mean square of the residuals beside another body, over the noise"""
+    """root mean square of the residuals of a fit of another body, over the noise"""
 
 
 @immutable
@@ -182,8 +183,8 @@ class Expected:
 
 
 def _unexplained(X: Array, r: Array, mass: float) -> Array:
-    """(K, 6) residuals of r (K, 6) beside a body, with a prior of its inertia for a `mass`
-    [kg]; r and the derivatives X (K, 6, 10) are over the noise."""
+    """(K, 6) residuals of a fit of a body to r (K, 6), with a prior of its inertia for a
+    `mass` [kg]; r and the derivatives X (K, 6, 10) are over the noise."""
     X = X * np.repeat((1.0, 0.1, INERTIA_ARM**2 * mass), (1, 3, 6))
     H = np.einsum("kia,kib->ab", X, X)
     H += np.diag(np.repeat((1e-9 * np.trace(H), 1.0), (4, 6)))
@@ -246,14 +247,14 @@ class Watch:
     """Whether the object that is held is still the same."""
 
     onset: float | None = None
-    """[s] When the present deviation was first seen; None while there is none."""
+    """[s] Time at which the present deviation was first seen; None without one."""
     changed: bool = False
     """Whether another object is held."""
     rests: bool = False
     """Whether the poses have been the same since the onset."""
 
     def looked(self, expected: Expected, z: Measurements) -> Self:
-        """This after the latest K samples."""
+        """The state after the latest K samples."""
         deviation = expected.deviation(z)
         if deviation is None:
             return self

@@ -51,19 +51,19 @@ class History:
         self.latest = -np.inf
         """[s] Newest stamp of any stream."""
         self.silence: dict[str, float] = {}
-        """[s] How far the others went on since a stream's last sample."""
+        """[s] Advance of other streams since the last sample of each stream."""
         self.set_back: Message | None = None
-        """That a clock went back, by less than makes it another one, where it did."""
+        """Warning of a clock that was set back by too little to count as another one."""
         self._recent: dict[str, Samples] = {}
         self._before_jump: dict[str, float] = {}
         self._begun = -np.inf
-        """[s] Stamp of the clock that is believed since a jump."""
+        """[s] First stamp of the clock accepted after a jump."""
         self._far = 0
         self._leaps: dict[str, tuple[float, int]] = {}
-        """Last stamp of each stream, and how many in succession went ahead too far."""
+        """Last stamp of each stream, and number of the latest steps above `FORWARD`."""
 
     def checked(self, samples: Samples) -> Samples | None:
-        """The possible ones of some samples; None if they are of no stream. Others are
+        """The samples with possible values, None if they are of no stream; others are
         counted.
 
         Raises `InputError` for a stream whose every sample would be of another clock.
@@ -82,8 +82,8 @@ class History:
         Returns
         -------
         Message or None
-            Where the clock jumped: nothing was added. What was held is to be taken
-            first (`take_all`), and the samples added again.
+            If the clock jumped. Nothing was added: first take the present samples
+            (`take_all`), then add these again.
         """
         name, time, values = samples
         own = self._of_this_clock(name, time)
@@ -250,7 +250,7 @@ class Kept:
         self._clocks: list[dict[str, _Column]] = [{}]
         self._numbers = 0
         self.whole = True
-        """Whether all samples are there; if not, none are."""
+        """Whether all samples are kept; otherwise none are."""
 
     def add(self, samples: Samples) -> None:
         """Keep samples, unless there are too many."""

@@ -58,31 +58,31 @@ class LiveIdentifier:
     """Identification of what a robot holds, while it moves it.
 
     ``add`` takes samples of one stream, from any thread, and never waits; ``latest`` is
-    the last `LiveEstimate`. Sign, clock offset, drift, contacts and spikes are found as
-    `hefting.identify` finds them, again each second, in a process of its own.
+    the last `LiveEstimate`. Sign, clock offset, drift, contacts and spikes are found as by
+    `hefting.identify`, anew each second, in a process of its own.
 
     Parameters
     ----------
     shape : path, str, mesh, points or Shape, optional
         Where the object may have mass, as for `hefting.identify`.
     until : str or Accuracy, optional
-        How sure is sure enough, as in ``mass=1%,com=2mm``.
+        Sufficient accuracy, as in ``mass=1%,com=2mm``.
     rate : float
-        Estimates a second of the stream [Hz], at most.
+        Largest rate of estimates, in time of the stream [Hz].
     gravity, sign, bias, tool, method, sensor_pose_in_log, sensor_turned
         As for `hefting.identify`; one method.
     robot : Robot, optional
         Turns ``joint_positions`` into poses of the sensor.
     in_process : bool
-        False understands where it is asked, in the thread of ``step``: for streams that
-        are played as fast as it goes.
+        Whether the process is used; False ingests in the thread of ``step``, for streams
+        that are played as fast as possible.
     **hyperparameters
         Fields of the estimator.
 
     Raises
     ------
     InputError
-        For arguments that cannot be right.
+        For invalid arguments.
 
     Examples
     --------
@@ -153,14 +153,14 @@ class LiveIdentifier:
         samples : Samples or str
             Samples, or the name of their stream, as in `hefting.Recording`.
         time : float or (n,), optional
-            [s] Stamps, where the name is given.
+            [s] Stamps, if a name is given.
         values : (d,) or (n, d), optional
-            As `hefting.Recording` has them. Arrays must not be changed afterwards.
+            As in `hefting.Recording`. Arrays must not be changed afterwards.
 
         Raises
         ------
         InputError
-            For a name that is no stream's, and values of another shape than it has.
+            For an unknown stream, and values of another shape than that of the stream.
         """
         if isinstance(samples, str):
             times = np.atleast_1d(np.asarray(time, dtype=float))
@@ -168,7 +168,7 @@ class LiveIdentifier:
             rows = rows[None] if rows.ndim == 1 else rows
             samples = checked(Samples(samples, times, rows))
         if len(self._queue) >= QUEUE:
-            with suppress(IndexError):  # it was taken meanwhile
+            with suppress(IndexError):  # the queue may be empty by now
                 self._dropped += len(self._queue.popleft().time)
         self._queue.append(samples)
         self._came.set()
@@ -213,28 +213,29 @@ class LiveIdentifier:
         self._take()
         if self._pipeline.history.samples == 0 and not self._lost:
             return
-        self._tell(self._pipeline.step())
+        self._publish(self._pipeline.step())
         if self._thread is not None and self.period > SHORT_PERIOD:
             self._stop.wait(SHOWING)
         self._pipeline.look()
 
     def close(self, log: Recording | str | Path | None = None) -> LiveEstimate | None:
-        """End it, and give the final answer.
+        """End it, and return the final answer.
 
-        That is what `hefting.identify` finds in the whole stream: in `log`, where the
-        stream was recorded, else in the samples as they came, while they fit in memory
-        (`hefting.online.history`); else the last live answer. Of several objects it is the
-        last one's. ``until`` leaves nothing out of it: it may be surer than asked for.
+        That is the estimate of `hefting.identify` from the whole stream: from `log` if
+        given, otherwise from the samples as they came if they fit in memory
+        (`hefting.online.history`), otherwise the last live answer. Of several objects it
+        is that of the last. It uses all samples even if ``until`` is reached earlier.
 
         Parameters
         ----------
         log : Recording or path, optional
-            All of the stream.
+            The recorded stream.
 
         Returns
         -------
         LiveEstimate or None
-            None where no sample came. What made live estimates stop is told by it.
+            None without samples. An error that stopped live estimates is one of its
+            messages.
         """
         self._stop.set()
         self._came.set()
@@ -250,23 +251,23 @@ class LiveIdentifier:
         self._final = True
         self._take()
         last = self._latest
-        if self._pipeline.history.samples:  # what came and was said meanwhile counts
+        if self._pipeline.history.samples:  # with the latest samples and messages
             last = self._pipeline.current()
         if self._failure is not None:
             if last is None:
                 raise self._failure
-            said = warning("live-failed", f"live estimates ended: {self._failure}")
-            last = replace(last, messages=(*last.messages, said))
+            doubt = warning("live-failed", f"live estimates ended: {self._failure}")
+            last = replace(last, messages=(*last.messages, doubt))
         if last is None:
             return None
         recordings: list[Any] | None = [log]
         history = self._pipeline.history
-        # a log holds what a clock that went back stamped again
+        # a log also holds the samples that a clock that was set back stamped again
         if log is None or (history.set_back and history.kept.whole):
             recordings = history.kept.clocks() if history.kept.whole else None
         since = self._pipeline.object_since
         found = final_estimate(last, recordings, self.settings, since)
-        self._tell(self._pipeline.with_clock_doubt(found))
+        self._publish(self._pipeline.with_clock_doubt(found))
         return self._latest
 
     def __enter__(self) -> Self:
@@ -299,7 +300,7 @@ class LiveIdentifier:
                 due = max(due + self.period, time.monotonic())
         except HeftingError as error:
             self._failure = error
-        except Exception as error:  # any error is raised where someone waits
+        except Exception as error:  # raised to the callers of `latest` and `wait`
             self._failure = HeftingError(f"{type(error).__name__}: {error}")
         finally:
             self._stop.set()
@@ -335,7 +336,7 @@ class LiveIdentifier:
             return (samples,)
         return poses_of(samples, self._robot)
 
-    def _tell(self, found: LiveEstimate) -> None:
+    def _publish(self, found: LiveEstimate) -> None:
         counts = dict(found.counts) | {"dropped": self._dropped}
         state = "lost source" if self._lost else found.state
         with self._changed:

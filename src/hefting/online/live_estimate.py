@@ -59,9 +59,9 @@ class LiveEstimate:
     time: float
     """[s] Newest stamp of the stream."""
     state: LiveStateName
-    """``"waiting"`` for streams, ``"too little motion"``, ``"mistaken"`` where no
-    motion helps, ``"nothing held"`` beside the tool, ``"identified"``,
-    ``"sufficient"`` where that is what `until` asks for and may be used,
+    """``"waiting"`` for streams, ``"too little motion"``, ``"mistaken"`` if more motion
+    does not help, ``"nothing held"`` apart from the tool, ``"identified"``,
+    ``"sufficient"`` if it also has the accuracy `until` and may be used,
     ``"contradicted"`` while the wrench is not that of the object (touched, slipped or
     swapped), ``"lost source"``."""
     estimate: Estimate | None = None
@@ -69,15 +69,15 @@ class LiveEstimate:
     object: int = 1
     """Number of the object, which increases when another is held."""
     previous: Estimate | None = None
-    """The last estimate of the object before."""
+    """The last estimate of the previous object."""
     recent: Measurements | None = field(default=None, repr=False)
-    """Samples since the stream was last understood, corrected by that: the newest in
-    the estimate."""
+    """Samples since the stream was last understood, corrected by that understanding: the
+    newest ones of the estimate."""
     messages: tuple[Message, ...] = ()
     """Messages on the stream; the estimate has its own."""
     counts: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """``samples`` that came, ``dropped`` as they came faster than they were taken, and
-    ``skipped``: a number for each reason."""
+    """Numbers of ``samples``, of those ``dropped`` as they came too fast, and by reason
+    of those ``skipped``."""
 
     @property
     def sufficient(self) -> bool:
@@ -88,10 +88,10 @@ class LiveEstimate:
         """JSON-ready values: keys of `Estimate.to_dict`, where there is one, and
         ``state``, ``sufficient``, ``time``, ``object``, ``previous``, ``counts``."""
         own = {} if self.estimate is None else self.estimate.to_dict()
-        said = [message.to_dict() for message in self.messages]
+        messages = [message.to_dict() for message in self.messages]
         before = self.previous
         return own | {
-            "messages": [*said, *own.get("messages", [])],
+            "messages": [*messages, *own.get("messages", [])],
             "time": self.time,
             "state": self.state,
             "sufficient": self.sufficient,
@@ -114,13 +114,13 @@ def final_estimate(
     settings: Settings,
     since: float | None,
 ) -> LiveEstimate:
-    """The last live estimate with that of the whole stream, identified by `settings`;
-    `last` where the whole cannot be identified, or is not there; with the estimate of
-    the object before where nothing is held at the end.
+    """The last live estimate with the estimate from the whole stream by `settings`; with
+    that of the previous object if nothing is held at the end; unchanged if the whole
+    stream cannot be identified, or was not kept.
 
-    `recordings` are of each clock of the stream that has wrench and poses; None where
-    it was too long to be kept. Since the stamp `since` [s] the last object is held;
-    None where it is the first.
+    `recordings` are those of each clock of the stream with wrench and poses; None if it
+    was too long to be kept. The last object is held since the stamp `since` [s]; None for
+    the first one.
     """
     if recordings is None:
         what = (
@@ -142,7 +142,7 @@ def final_estimate(
             logs = [with_given_sensor_pose(one, settings.sensor_pose) for one in logs]
         if since is not None:  # an object is held in one clock: the last
             logs = logs[-1:]
-            # a record counts from its own start: what the two share is the end
+            # a log has its own time of the start, but the same end
             start = max(logs[0].duration - (last.time - since), 0.0)
         whole = logs[0] if len(logs) == 1 else logs
         if isinstance(settings.method, Estimator):
@@ -155,8 +155,8 @@ def final_estimate(
     except InputError as error:
         if understood is not None and _is_empty(understood.measurements, before):
             return _of_object_before(last, since)
-        said = note("live-little-motion", f"no final answer: {error}")
-        return replace(last, messages=(*last.messages, said))
+        why = note("live-little-motion", f"no final answer: {error}")
+        return replace(last, messages=(*last.messages, why))
     estimate, messages = found.estimate, _past_waiting(last)
     doubted = not estimate.verdict.usable
     if doubted and _is_empty(understood.measurements, before):
@@ -194,14 +194,14 @@ def _of_object_before(last: LiveEstimate, since: float | None) -> LiveEstimate:
     assert before is not None
     when = "" if since is None else f" since {since:.2f} s"
     what = f"nothing is held{when}: the final answer is of object {number}, before"
-    said = note("live-nothing-held", f"{what} ({before.mass:.4g} kg)")
+    message = note("live-nothing-held", f"{what} ({before.mass:.4g} kg)")
     return replace(
         last,
         state="nothing held",
         estimate=before,
         object=number,
         previous=None,
-        messages=(*_past_waiting(last), said),
+        messages=(*_past_waiting(last), message),
     )
 
 

@@ -185,7 +185,7 @@ class Pipeline:
 
     def _look_for_change(self) -> None:
         """Check whether new samples are of the understood object."""
-        # by which a change is judged
+        # old enough not to include another object
         reference = self._understood_by(self.history.latest - REFERENCE_AGE)
         if reference is None or reference.expected is None:
             return
@@ -211,8 +211,8 @@ class Pipeline:
         self.history.cut(since)
         was = "" if self._previous is None else f" ({self._previous.mass:.4g} kg)"
         what = f"the wrench is no longer that of object {before}{was}"
-        said = f"{what}: object {self.object} since {since:.2f} s"
-        self._messages.append(warning("new-object", said))
+        text = f"{what}: object {self.object} since {since:.2f} s"
+        self._messages.append(warning("new-object", text))
 
     @property
     def _silent(self) -> dict[str, float]:
@@ -240,8 +240,8 @@ class Pipeline:
     def current(self) -> LiveEstimate:
         """The current live estimate."""
         z = self._fold()
-        said: list[Message] = list(self._messages)
-        state = self._state(said)
+        messages: list[Message] = list(self._messages)
+        state = self._state(messages)
         found = LiveEstimate(
             float(self.history.latest),
             state,
@@ -249,18 +249,18 @@ class Pipeline:
             self.object,
             self._previous,
             z,
-            tuple(said),
+            tuple(messages),
             {"samples": self.history.samples, "skipped": self.history.skipped.copy()},
         )
         return self.with_clock_doubt(found)
 
     def with_clock_doubt(self, found: LiveEstimate) -> LiveEstimate:
         """The estimate with a warning, if a clock was set back."""
-        said, estimate = self.history.set_back, found.estimate
-        if said is None or estimate is None:
+        doubt, estimate = self.history.set_back, found.estimate
+        if doubt is None or estimate is None:
             return found
-        own = (*estimate.warnings, said)
-        return replace(found, estimate=replace(estimate, warnings=own))
+        warnings = (*estimate.warnings, doubt)
+        return replace(found, estimate=replace(estimate, warnings=warnings))
 
     def _fold(self) -> Measurements | None:
         """Update the estimate with the samples since the last understanding, and return
@@ -310,15 +310,15 @@ class Pipeline:
         before, self._until = self._until, (known, until)
         return before is None or before[0] is not known or before[1] != until
 
-    def _state(self, said: list[Message]) -> LiveStateName:
-        """The state; its message is added to `said`."""
+    def _state(self, messages: list[Message]) -> LiveStateName:
+        """The state; its message is added to `messages`."""
         if silent := self._silent:
             what = f"no {' and '.join(silent)} for {min(silent.values()):.0f} s"
-            said.append(warning("source-silent", f"{what}: does its driver run?"))
+            messages.append(warning("source-silent", f"{what}: does its driver run?"))
             return "lost source"
         if self._stall.lasts:
             what = f"the wrench stands still since {self._stall.since:.2f} s"
-            said.append(warning("wrench-stalled", f"{what}: does its driver run?"))
+            messages.append(warning("wrench-stalled", f"{what}: does its driver run?"))
             return "lost source"
         if self._watch.onset is not None:
             when = f"since {self._watch.onset:.2f} s"
@@ -327,16 +327,16 @@ class Pipeline:
                 when += ", while the poses rest"
                 why = "touched, or do the poses repeat?"
             what = f"the wrench is not that of the object {when}: {why}"
-            said.append(warning("live-contradicted", what))
+            messages.append(warning("live-contradicted", what))
             return "contradicted"
         if self._estimate is not None:
             return state_of(self._estimate)
         absent = [s for s in ("wrench", "orientation") if not self.history.has(s)]
         if absent:
-            said.append(note("live-waiting", f"waits for {' and '.join(absent)}"))
+            messages.append(note("live-waiting", f"waits for {' and '.join(absent)}"))
             return "waiting"
         if self._obstacle is None:
-            said.append(note("live-waiting", "waits for a second of samples"))
+            messages.append(note("live-waiting", "waits for a second of samples"))
             return "waiting"
-        said.append(self._obstacle)
+        messages.append(self._obstacle)
         return OBSTACLES.get(self._obstacle.code, "too little motion")

@@ -44,7 +44,7 @@ class Remote:
     def ask(self, task: Task) -> None:
         """Have a history understood."""
         if self._process is None or self._process.poll() is not None:
-            self._begin()  # what it had condensed is lost
+            self._begin()  # its condensed parts are lost
         assert self._process is not None
         assert self._process.stdin is not None
         self._waiting = 1
@@ -84,7 +84,7 @@ class Remote:
                 stdin=subprocess.PIPE,
                 stdout=subprocess.PIPE,
                 env=environment,
-                start_new_session=True,  # a terminal's Ctrl-C is not for it
+                start_new_session=True,  # a terminal's Ctrl-C does not reach it
             )
         except OSError as error:
             what = f"no process can be begun ({error.strerror})"
@@ -92,7 +92,7 @@ class Remote:
         assert self._process.stdin is not None
         with suppress(OSError):
             _send(self._process.stdin, self._settings)
-        self._answers = queue.SimpleQueue()  # one before may say still that it is dead
+        self._answers = queue.SimpleQueue()  # the old one may still get its None
         read = threading.Thread(
             target=_read,
             args=(self._process, self._answers),
@@ -116,21 +116,21 @@ def _read(
 
 def serve() -> None:
     """Understand the tasks on standard input until it ends."""
-    given, said = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
-    os.dup2(2, 1)  # whatever prints does not disturb the answers
+    tasks_in, answers_out = sys.stdin.buffer, os.fdopen(os.dup(1), "wb")
+    os.dup2(2, 1)  # prints go to standard error, apart from the answers
     with suppress(OSError, AttributeError):
         os.nice(NICENESS)
-    settings = _receive(given)
+    settings = _receive(tasks_in)
     if settings is None:
         return
     understand = Understander(pickle.loads(settings))
-    while (message := _receive(given)) is not None:
+    while (message := _receive(tasks_in)) is not None:
         try:
             found: Any = understand(pickle.loads(message))
         except Exception as error:
             found = HeftingError(f"{type(error).__name__}: {error}")
         with suppress(BrokenPipeError):
-            _send(said, pickle.dumps(found))
+            _send(answers_out, pickle.dumps(found))
 
 
 def _send(stream: IO[bytes], message: bytes) -> None:

@@ -97,20 +97,20 @@ class Source(Protocol):
     name: str
     """As the user named it."""
     chosen: tuple[Message, ...]
-    """What was chosen of what is there, such as topics, for the user."""
+    """Notes for the user on choices, such as that of topics."""
     skipped: Counter[str]
-    """Bad messages, by the reason why they were left out."""
+    """Numbers of bad messages by reason."""
 
     def open(self) -> None:
         """Connect and choose topics.
 
-        Raises `InputError` in one line: the host refuses, there is no such topic (and
-        what is there), the schema is not understood.
+        Raises `InputError` if the host refuses, there is no such topic (with the existing
+        ones), or the schema is unknown.
         """
         ...
 
     def read(self, timeout: float) -> list[Samples]:
-        """What came, after waiting at most `timeout` [s] for it; [] where nothing did.
+        """New samples, after waiting at most `timeout` [s] for them; [] without any.
 
         Raises `SourceLostError` when the connection is gone, and `EndOfSource` when a
         source that ends has given all.
@@ -118,7 +118,7 @@ class Source(Protocol):
         ...
 
     def close(self) -> None:
-        """Disconnect; again does nothing."""
+        """Disconnect; does nothing if already disconnected."""
         ...
 
 
@@ -185,7 +185,7 @@ def joined(parts: Sequence[Samples]) -> list[Samples]:
 def poses_of(samples: Samples, robot: Robot) -> list[Samples]:
     """Position and orientation of the sensor from joint positions. Raises `InputError`
     if these are not the robot's."""
-    # stamps may repeat here: the poses are checked as others are
+    # row numbers, as stamps may still repeat
     order = np.arange(len(samples.time), dtype=float)
     log = Recording({"joint_positions": Stream(order, samples.values)}, source="live")
     posed = with_poses(log, robot)

@@ -1,5 +1,5 @@
-"""Understanding: what a stream's recent history and its condensed older parts show of
-the object, and what later samples are corrected by."""
+"""Understanding: the estimate from a stream's recent history and its condensed older
+parts, and the corrections of later samples."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
@@ -84,7 +84,7 @@ class Task:
 
 @immutable
 class Understanding:
-    """What was found in a history, and what later samples are folded with."""
+    """Findings about a history, and what adding later samples needs."""
 
     end: float
     """[s] Last sample that was used, on the clock of the motion."""
@@ -154,9 +154,9 @@ class Understander:
         try:
             return self._identified(known, recent, recording)
         except InputError as error:
-            said = _obstacle(error, mistake_in(recent) is not None)
-            known, why = replace(known, obstacle=said), error.what
-        if holds_nothing(recent):  # what is held next shows as another object does
+            obstacle = _obstacle(error, mistake_in(recent) is not None)
+            known, why = replace(known, obstacle=obstacle), error.what
+        if holds_nothing(recent):  # the next object is noticed as a change
             known = replace(
                 known,
                 obstacle=note("live-nothing-held", f"nothing is held: {why}"),

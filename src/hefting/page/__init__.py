@@ -3,8 +3,8 @@ data.
 
     html = identification_page(found.estimate, found.ingested, found.estimator)
 
-Each section is a file; `hefting.page.html` puts them into a page. Text that comes from
-files or users is escaped by `hefting.page.html`.
+The files of this package make the sections; `hefting.page.html` assembles the page and
+escapes text from files and users.
 """
 
 from collections.abc import Callable, Iterable
@@ -45,14 +45,14 @@ UNITS = {"f": "N", "t": "N m"}
 
 @immutable
 class Context:
-    """What a page shows besides the result."""
+    """What a page shows in addition to the result."""
 
     shape: Shape | None = None
     truth: InertialParameters | None = None
     flange: Array | None = None
     """(4, 4) pose of the sensor in the flange's frame [m], for controllers"""
     command: str | None = None
-    """That made the result, as one would type it"""
+    """Command that made the result, as typed"""
     say: Callable[[str], str] = str
     """Turns names of arguments in backquotes into the reader's"""
 
@@ -70,22 +70,22 @@ def identification_page(
     Parameters
     ----------
     estimate : Estimate
-        The answer; of several methods the one recommended.
+        The answer; of several methods that of the recommended one.
     found : Ingested
         The recording as far as it was used, as in `Identification.ingested`.
     estimator : Estimator
-        That made the estimate.
+        The estimator that made it.
     context : Context, optional
-        Shape, truth and what else is shown.
+        Shape, truth and more to show.
     comparison : Comparison, optional
-        Of several methods.
+        Comparison of several methods.
     title : str
-        Of the page.
+        Title of the page.
 
     Returns
     -------
     str
-        HTML that needs nothing else.
+        The complete HTML.
 
     Raises
     ------
@@ -104,19 +104,19 @@ def identification_page(
     sections = [
         answer(estimate, c.truth, c.say),
         None if comparison is None else methods(comparison, c.truth, c.say),
-        *_of_recording(estimate, found, estimator, c),
-        _object(estimate, found, c),
+        *_recording_sections(estimate, found, estimator, c),
+        _object_section(estimate, found, c),
         prior(estimate, found, estimator, c.shape is not None),
         assumptions(estimate, c.say),
         command(c.command),
         controllers(estimate, c.flange, c.say),
     ]
-    return page_of(title, _from(estimate.provenance.get("log")), sections)
+    return page_of(title, _source_lines(estimate.provenance.get("log")), sections)
 
 
 def inspection_page(inspection: Inspection, context: Context | None = None) -> str:
-    """A page of a recording that was inspected: what it holds, and what least squares
-    finds from it; arguments and errors as of `identification_page`."""
+    """A page of an inspected recording: its content, and the estimate of least squares;
+    arguments and errors as of `identification_page`."""
     c = context or Context()
     found = inspection.ingested
     sections: list[Section | None] = list(inspected(inspection, c.say))
@@ -124,19 +124,19 @@ def inspection_page(inspection: Inspection, context: Context | None = None) -> s
     if found is not None and alone is not None:
         estimate, estimator = alone
         sections += [
-            *_of_recording(estimate, found, estimator, c),
-            _object(estimate, found, c),
+            *_recording_sections(estimate, found, estimator, c),
+            _object_section(estimate, found, c),
             assumptions(estimate, c.say),
         ]
     sections.append(command(c.command))
-    return page_of("What the log holds", _from(inspection.log), sections)
+    return page_of("What the log holds", _source_lines(inspection.log), sections)
 
 
 def prediction_page(
     prediction: Prediction, estimate: Estimate, context: Context | None = None
 ) -> str:
-    """A page of a predicted wrench, by the estimate it follows from; arguments and
-    errors as of `identification_page`."""
+    """A page of a wrench predicted from an estimate; arguments and errors as of
+    `identification_page`."""
     c = context or Context()
     sections = [
         *predicted(prediction, c.say),
@@ -144,11 +144,11 @@ def prediction_page(
         command(c.command),
         controllers(estimate, c.flange, c.say),
     ]
-    lines = _from(prediction.trajectory)
+    lines = _source_lines(prediction.trajectory)
     return page_of("The wrench along a motion", lines, sections)
 
 
-def _of_recording(
+def _recording_sections(
     estimate: Estimate, found: Ingested, estimator: Estimator, c: Context
 ) -> list[Section | None]:
     return [
@@ -158,23 +158,23 @@ def _of_recording(
     ]
 
 
-def _object(estimate: Estimate, found: Ingested, c: Context) -> Section:
+def _object_section(estimate: Estimate, found: Ingested, c: Context) -> Section:
     count = 0 if estimate.point_masses is None else len(estimate.point_masses)
     masses = c.shape is not None and count == c.shape.n
     gravity, known = found.measurements.gravity, {"truth": c.truth}
     return solid(scene_of({"estimate": estimate}, c.shape, known, gravity, masses))
 
 
-def _from(log: object) -> tuple[str, ...]:
+def _source_lines(log: object) -> tuple[str, ...]:
     return (f"From {log}",) if log else ()
 
 
 def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
     """A select box of controllers, and the text for each."""
-    # neither files of a simulator nor tables
+    # targets with suffixes are files for simulators, and tables
     shown = [t for t in REGISTRY.values() if t.write is not None and not t.suffixes]
     choices = [element("option", t.description, value=t.name) for t in shown]
-    texts = [_target(estimate, target, flange, say) for target in shown]
+    texts = [_target_text(estimate, target, flange, say) for target in shown]
     label = element("label", "Robot: ", element("select", *choices, id="controller"))
     button = element("button", "Copy", data_copy="controller-texts", type="button")
     content = join(
@@ -184,7 +184,7 @@ def controllers(estimate: Estimate, flange: Array | None, say: Say) -> Section:
     return Section("controllers", "Values for a robot's controller", content)
 
 
-def _target(
+def _target_text(
     estimate: Estimate, target: Target, flange: Array | None, say: Say
 ) -> Markup:
     pose = None if target.in_sensor_axes else flange
@@ -199,7 +199,7 @@ def _target(
 
 
 def command(words: str | None) -> Section | None:
-    """The command, to be copied; None where the page was not made by one."""
+    """The command with a button that copies it; None without a command."""
     if words is None:
         return None
     button = element("button", "Copy", data_copy="command-text", type="button")
@@ -208,7 +208,7 @@ def command(words: str | None) -> Section | None:
 
 
 def predicted(found: Prediction, say: Say) -> Iterable[Section]:
-    """The verdict with peaks, and the wrench over time."""
+    """Sections of the verdict and the peaks, and of the wrench over time."""
     when = "pose" if found.static else "at [s]"
 
     def row(which: str, name: str, peak: Peak) -> tuple[str, ...]:
@@ -229,11 +229,11 @@ def predicted(found: Prediction, say: Say) -> Iterable[Section]:
     )
     yield Section("answer", "Answer", content)
     figures = tuple(_figure(found, *part) for part in PARTS)
-    notes = [say(str(line)) for line in (*found.notes, *_agreement(found))]
+    notes = [say(str(line)) for line in (*found.notes, *_agreement_lines(found))]
     yield Section("wrench", "Wrench along the motion", items(notes), figures)
 
 
-def _agreement(found: Prediction) -> Iterable[str]:
+def _agreement_lines(found: Prediction) -> Iterable[str]:
     a = found.agreement
     if a is None:
         return

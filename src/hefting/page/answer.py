@@ -1,5 +1,5 @@
-"""Answer: whether to trust an estimate or a log, what to do, and numbers with their
-intervals, by one method or by several."""
+"""Answer: the verdict on an estimate or a log with advice, and numbers with their
+intervals, by one method or several."""
 
 from collections.abc import Callable, Iterable
 from typing import NamedTuple
@@ -41,7 +41,7 @@ WORDS = {
         "Something below makes it wrong: see to that and record or identify again.",
     ),
 }
-"""Style of each verdict, its words, and what to do."""
+"""Style, title and advice of each verdict."""
 MEANING = (
     "Each bar is a 95 % interval, the line across it the value; ± reaches to its farther end. "
     "In sensor axes."
@@ -52,14 +52,14 @@ NAMES = (
     *(f"COM {axis}" for axis in "xyz"),
     *(f"J{name}" for name in ("xx", "xy", "xz", "yy", "yz", "zz")),
 )
-"""Of the ten numbers, in this order; J about the COM."""
+"""Names of the ten numbers; J is about the COM."""
 SCALE = np.array((1.0, *[1e3] * 3, *[1e3] * 6))
-"""From SI units to those shown."""
+"""(10,) factors from SI units to those shown."""
 
 
 def answer(estimate: Estimate, truth: InertialParameters | None, say: Say) -> Section:
-    """The verdict of an estimate, and its numbers beside the truth; `say` turns names
-    of arguments in backquotes into the reader's."""
+    """The verdict of an estimate, and its numbers with the truth; `say` turns names of
+    arguments in backquotes into the reader's."""
     marks = " The triangle is the truth." if truth is not None else ""
     content = join(
         verdict_box(estimate.verdict, estimate.warnings, say),
@@ -70,7 +70,7 @@ def answer(estimate: Estimate, truth: InertialParameters | None, say: Say) -> Se
 
 
 def verdict_box(verdict: Verdict, warnings: Iterable[str], say: Say) -> Markup:
-    """The verdict in plain words, its reasons, and what else there is to know."""
+    """The verdict in plain words, its reasons, and the other warnings."""
     style, words, advice = WORDS[verdict.level]
     others = [line for line in warnings if line not in verdict.reasons]
     parts: list[Markup] = [
@@ -95,12 +95,12 @@ def _number_bars(
 
 
 class Group(NamedTuple):
-    """Those of the ten numbers that have one unit."""
+    """Some of the ten numbers, of one unit."""
 
     title: str
     unit: str
     rows: tuple[int, ...]
-    """of the ten"""
+    """indices"""
 
 
 GROUPS = (
@@ -118,7 +118,7 @@ def ten(body: InertialParameters) -> Array:
 
 def ends_of(estimate: Estimate) -> tuple[Array, Array]:
     """(10,) lower and upper ends of the 95 % intervals of an estimate, in the units
-    shown; infinite where it is open, NaN where the method has none."""
+    shown; infinite where open, NaN if the method has none."""
     if estimate.intervals is not None:
         low, high = ends_of_intervals(estimate.intervals)
     else:
@@ -129,13 +129,13 @@ def ends_of(estimate: Estimate) -> tuple[Array, Array]:
 
 
 def ends_of_intervals(intervals: dict[str, Array]) -> tuple[Array, Array]:
-    """The same of `Estimate.intervals`."""
+    """As `ends_of`, from `Estimate.intervals`."""
     low, high = ten_ends(intervals)
     return SCALE * low, SCALE * high
 
 
 def _half_widths(estimate: Estimate) -> Array:
-    """(10,) in the units shown, NaN where the method has none."""
+    """(10,) half-widths of the intervals in the units shown, NaN if there are none."""
     parts = [
         reach(estimate, name) for name in ("mass", "center_of_mass", "inertia_at_com")
     ]
@@ -148,26 +148,26 @@ def _half_widths(estimate: Estimate) -> Array:
 def methods(
     comparison: Comparison, truth: InertialParameters | None, say: Say
 ) -> Section:
-    """A table of all methods, and each quantity by all of them."""
+    """A table of all methods, and the intervals of each quantity by all of them."""
     best = comparison.recommended
     shown, skipped = comparison.shown, comparison.skipped
     known = [None] * 10 if truth is None else ten(truth)
     found = {name: (ten(e.parameters), *ends_of(e)) for name, e in shown.items()}
     groups = [
-        _group(found, best, i, group.unit, known[i])
+        _method_bars(found, best, i, group.unit, known[i])
         for group in GROUPS[:3]
         for i in group.rows
     ]
     content = join(
         element("p", f"Recommended: {best}, as {say(comparison.reason)}."),
-        _table(shown, best),
+        _method_table(shown, best),
         element("div", *groups, class_="groups"),
         items(f"{name} was left out: {say(why)}" for name, why in skipped.items()),
     )
     return Section("methods", "Methods side by side", content)
 
 
-def _table(shown: dict[str, Estimate], best: str) -> Markup:
+def _method_table(shown: dict[str, Estimate], best: str) -> Markup:
     rows = []
     for name, estimate in shown.items():
         residual = ["", ""]
@@ -180,9 +180,11 @@ def _table(shown: dict[str, Estimate], best: str) -> Markup:
     return table(head, rows)
 
 
-def _group(found: dict, best: str, i: int, unit: str, truth: float | None) -> Markup:
-    """One quantity by all methods; the scale is made for the one recommended, and for
-    values near to it."""
+def _method_bars(
+    found: dict, best: str, i: int, unit: str, truth: float | None
+) -> Markup:
+    """Quantity `i` by all methods; the scale fits the interval of the recommended one and
+    those whose value is near to its."""
     own, low, high = (each[i] for each in found[best])
     reach = 3.0 * max(high - low, 0.05 * abs(own))
     rows = []

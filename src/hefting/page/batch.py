@@ -1,5 +1,5 @@
-"""Batch: what came of many recordings, which of them are worth a look, and how one
-gets to these."""
+"""Batch: results of many recordings, those worth a look, and links and commands for
+them."""
 
 import json
 import re
@@ -31,20 +31,19 @@ from hefting.page.html import (
 )
 
 MOST_REASONS = 100
-"""Reasons that the page shows; the table has all."""
+"""Most reasons that the page shows; the table has all."""
 LONGEST = 500
-"""Characters of a text that are shown."""
+"""Most characters of a text that are shown."""
 MOST_RECORDINGS = 20
-"""Recordings of an object that a command names at most."""
+"""Most recordings that a command names."""
 
 
 def batch_page(found: Batch, context: Context | None = None) -> str:
-    """A page of a batch: verdicts, residuals and masses, why recordings failed, and
-    those worth a look, each with a link and the command that shows it.
+    """A page of a batch: verdicts, residuals and masses, reasons of failures, and the
+    recordings worth a look, each with a link and the command that shows it.
 
-    The HTML needs nothing else, and is of bounded size however many rows there are.
-    Raises `InputError` where the table cannot be read, `MissingDependencyError` without
-    plotly.
+    The HTML is complete, and its size is bounded for any number of rows. Raises
+    `InputError` if the table cannot be read, `MissingDependencyError` without plotly.
     """
     c = context or Context()
     summary = found.summary
@@ -84,18 +83,19 @@ def _outliers(found: Batch, say: Say) -> Section | None:
     if not outliers:
         return None
     names = {outlier.name for outlier in outliers}
-    said = found.rows(names, "recordings", "options")
+    table_rows = found.rows(names, "recordings", "options")
     rows = []
     for number, outlier in enumerate(outliers):
-        words = look_at(said[outlier.name]) if outlier.name in said else None
-        rows.append(_look(outlier, f"look-{number}", words, say))
+        row = table_rows.get(outlier.name)
+        words = None if row is None else look_at(row)
+        rows.append(_outlier_cells(outlier, f"look-{number}", words, say))
     return Section("outliers", "Worth a look", table(("recording", "why"), rows))
 
 
-def _look(
+def _outlier_cells(
     outlier: Outlier, name: str, words: str | None, say: Say
 ) -> tuple[Markup, Markup]:
-    parts = [_text(say(outlier.why))]
+    parts = [_cut(say(outlier.why))]
     if words is not None:
         parts += [
             element("pre", words, class_="wrap", id=name),
@@ -110,7 +110,7 @@ def _failures(
     if not reasons:
         return None
     rows = [
-        (f"{r.count:,}", _text(say(r.text)), r.error, Markup(" ".join(_examples(r))))
+        (f"{r.count:,}", _cut(say(r.text)), r.error, Markup(" ".join(_examples(r))))
         for r in reasons[:MOST_REASONS]
     ]
     content = table(("count", "reason", "class", "as"), rows)
@@ -139,7 +139,7 @@ def _doubts(summary: Summary, say: Say) -> Section | None:
     if not summary.doubts:
         return None
     rows = [
-        (f"{count:,}", code, _text(say(summary.doubt_texts[code])))
+        (f"{count:,}", code, _cut(say(summary.doubt_texts[code])))
         for code, count in summary.doubts.items()
     ]
     says = "A row may have several; the text is that of one of the rows."
@@ -179,12 +179,12 @@ def _times(summary: Summary) -> Section:
     return Section("times", "Time by stage", content)
 
 
-def _text(text: str) -> Markup:
+def _cut(text: str) -> Markup:
     return wrapped(text if len(text) <= LONGEST else f"{text[: LONGEST - 2]} …")
 
 
 def link(name: str, recording: str | None) -> Markup:
-    """A name that leads to the recording; the name alone where there is no file."""
+    """A name with a link to the recording; without one if there is no file."""
     try:
         target = None if recording is None else Path(recording).absolute().as_uri()
     except ValueError:
@@ -195,9 +195,9 @@ def link(name: str, recording: str | None) -> Markup:
 
 
 def look_at(row: Mapping[str, Any]) -> str | None:
-    """The command that identifies what a row (`recording`, `name`, `object`,
-    `recordings` and `options`) is of once more, and writes its report; None where it is
-    of very many recordings."""
+    """The command that repeats the identification of a row (`recording`, `name`,
+    `object`, `recordings` and `options`) and writes a report; None for no recordings, and
+    for more than `MOST_RECORDINGS`."""
     alone = row["recording"]
     recordings = [alone] if alone is not None else row["recordings"] or ()
     if not 0 < len(recordings) <= MOST_RECORDINGS:
@@ -205,7 +205,7 @@ def look_at(row: Mapping[str, Any]) -> str | None:
     name = row["name"] or (Path(alone).stem if alone is not None else row["object"])
     words = ["hefting", "identify", *map(file_word, recordings)]
     words += _options(json.loads(row["options"] or "{}"))
-    return shlex.join([*words, "--report", f"{_plain(name)}.html"])
+    return shlex.join([*words, "--report", f"{_file_stem(name)}.html"])
 
 
 def _options(options: Mapping[str, Any]) -> Sequence[str]:
@@ -219,5 +219,5 @@ def _options(options: Mapping[str, Any]) -> Sequence[str]:
     return words
 
 
-def _plain(name: str) -> str:
+def _file_stem(name: str) -> str:
     return re.sub(r"[^\w.-]+", "-", name).strip("-.")[:80] or "report"

@@ -1,5 +1,5 @@
-"""Figures: traces and layouts as plotly takes them, as plain data with few digits; and
-the colours of a page, light and dark."""
+"""Figures: traces and layouts of plotly as plain data with few digits, and the colours of
+a page, light and dark."""
 
 from typing import Any
 
@@ -11,8 +11,7 @@ from hefting.core.spatial import Array, Indices
 from hefting.scene import gaps_between
 
 DIGITS = 7
-"""Significant digits of numbers in a page: more than a screen shows, and few enough to
-keep it small."""
+"""Significant digits of numbers in a page: more than a screen resolves."""
 AXES = ("x", "y", "z")
 LEGEND = {
     "orientation": "h",
@@ -50,8 +49,8 @@ LIGHT = {
     "touched": "rgba(213,94,0,0.45)",
     "other": "rgba(120,120,120,0.22)",
 }
-"""Colours on white, by what they are for. Figures name one as ``@name``, styles as
-``var(--name)``. Lines are those of Okabe & Ito (2008), for the colour-blind."""
+"""Colours on white, by their use. Figures refer to one as ``@name``, styles as
+``var(--name)``. Lines have the colour-blind safe ones of Okabe & Ito (2008)."""
 DARK = LIGHT | {
     "paper": "#16181c",
     "ink": "#e6e6e6",
@@ -76,14 +75,14 @@ DARK = LIGHT | {
     "no-wrench": "rgba(220,220,220,0.25)",
     "other": "rgba(170,170,170,0.22)",
 }
-"""On near black, lighter."""
+"""Colours on near black."""
 GAP = 0.06
-"""Between two rows, over the height of the figure."""
+"""Distance of two rows over the height of the figure."""
 MOST_BINS = 60
 NARROWEST = 0.002
-"""Width of the axis [decades] where all values are the same."""
+"""Least width of a histogram's axis [decades]."""
 MOST_LABELLED = 2.5
-"""Decades up to which numbers between them are labelled."""
+"""Decades up to which an axis has labels within each decade."""
 
 
 @immutable
@@ -91,17 +90,17 @@ class Figure:
     """One drawing."""
 
     name: str
-    """Of its place in the page, unique"""
+    """Unique name, for its place in the page"""
     traces: list[Trace]
     layout: dict[str, Any]
     height: int = 420
     """[pixels]"""
     about: str = ""
-    """What it shows, for those who cannot see it"""
+    """Description for screen readers"""
 
 
 def numbers(values: ArrayLike) -> list[Any]:
-    """An array as lists of numbers of `DIGITS` digits; None for what is not finite."""
+    """An array as lists of numbers of `DIGITS` digits; None for those not finite."""
     array = np.asarray(values)
     if array.dtype.kind in "iu":
         return array.tolist()
@@ -122,7 +121,7 @@ def line(
     dots: bool = False,
     **more: Any,
 ) -> Trace:
-    """A curve, or dots in place of it."""
+    """A curve, or `dots`."""
     look: dict[str, Any] = {"mode": "markers", "marker": {"color": colour, "size": 6}}
     if not dots:
         look = {"mode": "lines", "line": {"color": colour, "width": 1.5}}
@@ -133,7 +132,7 @@ def line(
 def curve(
     time: Array, values: Array, shown: Indices, name: str, colour: str, **more: Any
 ) -> Trace:
-    """The `shown` samples of a curve over times (K,), without a line over gaps."""
+    """The `shown` samples of a curve over times (K,), interrupted at gaps."""
     gaps = gaps_between(time, shown)
     x, y = time[shown].astype(float), values[shown].astype(float)
     x, y = np.insert(x, gaps, np.nan), np.insert(y, gaps, np.nan)
@@ -143,7 +142,7 @@ def curve(
 def band(
     time: ArrayLike, low: ArrayLike, high: ArrayLike, colour: str, **more: Any
 ) -> Trace:
-    """What is between two curves; nothing where one is not finite."""
+    """The area between two curves, where both are finite."""
     t, lower, upper = (np.asarray(v, dtype=float) for v in (time, low, high))
     known = np.isfinite(lower) & np.isfinite(upper)
     t, lower, upper = t[known], lower[known], upper[known]
@@ -174,8 +173,8 @@ def axis(title: str, **more: Any) -> dict[str, Any]:
 
 
 def rows(titles: list[str], heights: list[float], x_title: str) -> dict[str, Any]:
-    """A layout of rows that have their x axis in common, from the top; axis ``y``, then
-    ``y2`` and so on."""
+    """A layout of rows with one x axis; their axes from the top are ``y``, ``y2`` and so
+    on."""
     free = 1.0 - GAP * (len(titles) - 1)
     shares = [height / sum(heights) * free for height in heights]
     layout: dict[str, Any] = {}
@@ -192,10 +191,8 @@ def rows(titles: list[str], heights: list[float], x_title: str) -> dict[str, Any
 
 
 def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
-    """How many of the values (n,) are in which bin; None where none is positive.
-
-    Values that are missing, zero or negative are not counted.
-    """
+    """Histogram of the positive values (n,) on a logarithmic axis; None if there are
+    none. Other values are not counted."""
     known = values[np.isfinite(values) & (values > 0.0)]
     if not len(known):
         return None
@@ -233,15 +230,15 @@ def histogram(name: str, title: str, unit: str, values: Array) -> Figure | None:
 
 
 def _step(largest: int) -> int:
-    """From label to label of an axis of counts, for five labels at most: 1, 2, 5, 10
-    and so on, as nothing is counted by halves."""
+    """Step between the labels of an axis of counts, of 1, 2, 5, 10 and so on, for at most
+    five steps."""
     steps = (first * 10**zeros for zeros in range(20) for first in (1, 2, 5))
     return next(step for step in steps if largest <= 5 * step)
 
 
 def _ticks(edges: Array) -> dict[str, Any]:
-    """Labels at 1, 2 and 5 of each decade, or at decades alone where those are many;
-    over less than a decade as plotly has them."""
+    """Labels at 1, 2 and 5 of each decade, only at decades on axes longer than
+    `MOST_LABELLED`; plotly's own on axes shorter than a decade."""
     low, high = float(edges[0]), float(edges[-1])
     if high - low < 1.0:
         return {"nticks": 6, "tickangle": 0}
@@ -252,7 +249,7 @@ def _ticks(edges: Array) -> dict[str, Any]:
 
 
 def _edges(sizes: Array) -> Array:
-    """Ends of bins that hold all sizes (n,) [decades]."""
+    """Edges of bins that hold all `sizes` (n,), in decades."""
     low, high = float(sizes.min()), float(sizes.max())
     room = max(0.0, 0.5 * (NARROWEST - (high - low)))
     bins = int(np.clip(np.sqrt(len(sizes)), 5, MOST_BINS))

@@ -1,6 +1,5 @@
-"""HTML: elements whose text is escaped; bars of intervals, or counts, of one kind above
-one another, on one scale; and sections with figures as one page that asks nothing of a
-network."""
+"""HTML: elements whose text is escaped; bars of intervals or counts on one scale; and
+sections with figures as one page that needs no network."""
 
 import base64
 import gzip
@@ -24,24 +23,24 @@ POLICY = (
     "default-src 'none'; script-src 'unsafe-inline' 'unsafe-eval' blob:; "
     "style-src 'unsafe-inline'; img-src data: blob:; worker-src blob:"
 )
-"""What the page may do: what stands in it, and nothing that is fetched. Plotly makes
-functions of shaders' descriptions, which needs ``unsafe-eval``."""
+"""Content security policy: the page runs what is in it and fetches nothing. Plotly
+compiles functions from descriptions of shaders, which needs ``unsafe-eval``."""
 
 
 class Markup(str):
-    """Text that is HTML already."""
+    """Text that is already HTML."""
 
     __slots__ = ()
 
 
 def escape(text: object) -> Markup:
-    """Any text as HTML that shows it as it is."""
+    """Any text as HTML; `Markup` is unchanged."""
     return text if isinstance(text, Markup) else Markup(_escape(str(text)))
 
 
 def element(tag: str, *content: object, **attributes: object) -> Markup:
-    """An element with its content; in names of attributes ``_`` stands for ``-``, a
-    trailing one is left out, as in ``class_``."""
+    """An element with its content; in names of attributes ``_`` becomes ``-``, a trailing
+    one is removed, as in ``class_``."""
     named = "".join(
         f' {name.rstrip("_").replace("_", "-")}="{_escape(str(value))}"'
         for name, value in attributes.items()
@@ -50,7 +49,7 @@ def element(tag: str, *content: object, **attributes: object) -> Markup:
 
 
 def join(*parts: object) -> Markup:
-    """Several, one after the other."""
+    """The parts, concatenated."""
     return Markup("".join(map(escape, parts)))
 
 
@@ -65,14 +64,14 @@ def wrapped(text: object) -> Markup:
 
 
 def items(lines: Iterable[object], **attributes: object) -> Markup:
-    """A list with an item a line; nothing without any."""
+    """A list of items; empty without any."""
     rows = [element("li", line) for line in lines]
     return element("ul", *rows, **attributes) if rows else Markup()
 
 
 def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
-    """A table in a box that scrolls where it is too wide; the first cell of each row
-    names it."""
+    """A table in a box that scrolls if it is too wide; the first cell of a row is its
+    heading."""
     top = element("tr", *(element("th", name, scope="col") for name in head))
     body = []
     for name, *cells in rows:
@@ -83,7 +82,7 @@ def table(head: Sequence[object], rows: Iterable[Sequence[object]]) -> Markup:
 
 
 def terms(pairs: Iterable[tuple[object, object]]) -> Markup:
-    """A list of terms, and what each is."""
+    """A list of terms with their descriptions."""
     rows = [
         element("div", element("dt", name), element("dd", what)) for name, what in pairs
     ]
@@ -95,11 +94,11 @@ class Section:
     """A part of a page, with a heading."""
 
     name: str
-    """Of its place in the page, unique"""
+    """Unique name, for its place in the page"""
     title: str
     content: Markup
     figures: tuple[Figure, ...] = ()
-    """Drawn after the content, unless it has their `place`"""
+    """Drawn after the content"""
 
     @property
     def html(self) -> Markup:
@@ -112,8 +111,8 @@ class Section:
 def page_of(
     title: str, lines: Iterable[str], sections: Iterable[Section | None]
 ) -> str:
-    """The page, with the library that draws its figures inside; `lines` stand below its
-    title. Raises `MissingDependencyError` without plotly."""
+    """The page, which includes the drawing library if there are figures; `lines` follow
+    its title. Raises `MissingDependencyError` without plotly."""
     shown = [section for section in sections if section is not None]
     figures = [figure for section in shown for figure in section.figures]
     links = [element("a", s.title, href=f"#{s.name}") for s in shown]
@@ -136,7 +135,7 @@ def page_of(
         '<meta name="viewport" content="width=device-width, initial-scale=1">'
         '<link rel="icon" href="data:,">'
         f"<title>{escape(title)}</title><style>{_styles()}</style></head>\n"
-        f"<body>{body}\n<script>{_own('report.js')}</script></body></html>\n"
+        f"<body>{body}\n<script>{_package_file('report.js')}</script></body></html>\n"
     )
 
 
@@ -157,11 +156,11 @@ def _styles() -> str:
         for colours in (LIGHT, DARK)
     )
     in_the_dark = f"@media (prefers-color-scheme: dark){{:root{{{dark}}}}}"
-    return f":root{{{light}}}{in_the_dark}\n{_own('report.css')}"
+    return f":root{{{light}}}{in_the_dark}\n{_package_file('report.css')}"
 
 
 def _json(name: str, value: object) -> Markup:
-    """Data for the script. No text in it can end the element."""
+    """Data for the script, escaped so that no text in it ends the element."""
     text = json.dumps(value, separators=(",", ":"), allow_nan=False)
     text = text.replace("<", "\\u003c").replace("&", "\\u0026")
     return Markup(f'<script type="application/json" id="{name}">{text}</script>')
@@ -175,40 +174,40 @@ def require_plotly() -> None:
 
 @lru_cache(maxsize=1)
 def _plotly() -> Markup:
-    """The drawing library, packed to two fifths of its size."""
+    """The drawing library, compressed to two fifths of its size."""
     require_plotly()
     source = files("plotly").joinpath("package_data", "plotly.min.js").read_bytes()
     packed = base64.b64encode(gzip.compress(source, mtime=0)).decode()
     return Markup(f'<script type="text/plain" id="plotly">{packed}</script>')
 
 
-def _own(name: str) -> str:
+def _package_file(name: str) -> str:
     return files("hefting.page").joinpath(name).read_text()
 
 
 @dataclass(frozen=True)
 class Row:
-    """One interval. Numbers are in the unit of its scale."""
+    """One quantity with its interval, in the unit of the scale."""
 
     name: str
     value: float | None
-    """None where only the interval is known; not shown where open"""
+    """None if only the interval is known; not shown if open"""
     low: float
-    """lower end, minus infinity where open; NaN where the method has no interval"""
+    """lower end, minus infinity if open; NaN if the method has no interval"""
     high: float
     truth: float | None = None
     matters: bool = True
-    """whether the scale is made to hold it"""
+    """whether the scale must hold it"""
 
     @property
     def is_open(self) -> bool:
-        """Whether nothing is known of it."""
+        """Whether the interval is infinite on both sides."""
         return bool(np.isinf((self.low, self.high)).all())
 
 
 def bars(rows: Sequence[Row], unit: str, *, from_zero: bool = False) -> Markup:
-    """Rows of one unit as HTML: name, number, and the interval as a bar; below them the
-    scale, which holds zero if `from_zero`."""
+    """Rows of one unit as HTML: name, number, and the interval as a bar, with a common
+    scale below, which holds zero if `from_zero`."""
     rows = [replace(row, value=None) if row.is_open else row for row in rows]
     low, high = _scale(rows, from_zero=from_zero)
     cells: list[Markup] = []
@@ -231,8 +230,8 @@ def _cells(name: str, number: str, *drawn: Markup) -> list[Markup]:
 
 
 def _number(row: Row) -> str:
-    """The value, and how far its interval reaches at the farther end; the middle of the
-    interval where there is no value."""
+    """The value ± the distance of the farther end of its interval; without a value the
+    middle of the interval."""
     if row.value is None and np.isfinite((row.low, row.high)).all():
         middle, half = 0.5 * (row.low + row.high), 0.5 * (row.high - row.low)
         return plus_minus(middle, half)
@@ -244,7 +243,8 @@ def _number(row: Row) -> str:
 
 
 def _scale(rows: Sequence[Row], *, from_zero: bool) -> tuple[float, float]:
-    """Ends of the scale: all finite numbers of the rows that matter, and some room."""
+    """Ends of a scale that holds all finite numbers of the rows that matter, with a
+    margin."""
     held = [0.0] if from_zero else []
     for row in rows:
         if row.matters:
@@ -294,18 +294,18 @@ def _labels(low: float, high: float, unit: str) -> list[Markup]:
 
 @dataclass(frozen=True)
 class Count:
-    """How much there is of one kind."""
+    """An amount of one kind."""
 
     name: str
     value: float
     shown: str
-    """The number with its unit"""
+    """The value as text"""
     colour: str = "x"
-    """By its name in `hefting.page.figure`"""
+    """Name of a colour of `hefting.page.figure`"""
 
 
 def counts(rows: Sequence[Count]) -> Markup:
-    """Rows as HTML: name, number and a bar, of the full width where it is all."""
+    """Rows as HTML: name, number, and its share of the total as a bar."""
     total = sum(row.value for row in rows) or 1.0
     cells: list[Markup] = []
     for row in rows:

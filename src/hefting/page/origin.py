@@ -1,5 +1,5 @@
-"""Origin: how an answer came about, over the recording and from shape and motion, and
-on which assumptions."""
+"""Origin: the estimate after each part of the recording, the contributions of shape and
+motion, and the assumptions."""
 
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
@@ -44,8 +44,8 @@ from hefting.page.recording import x_title
 from hefting.scene import vector_text
 
 WARMING_UP = 0.25
-"""Share of the instants at the beginning that the scale need not hold: intervals are
-often far wider there."""
+"""Share of the instants, from the first on, that the scale may leave out, as intervals
+are often far wider there."""
 ACTS = {
     "on-object": "the log holds what the sensor exerts on the object (on-object)",
     "on-sensor": "the log holds what the object exerts on the sensor (on-sensor)",
@@ -58,7 +58,7 @@ def converged(
     estimator: Estimator,
     truth: InertialParameters | None,
 ) -> Section:
-    """What the method would have said after each part of the recording."""
+    """The method's estimates from the samples up to each of several instants."""
     over, open_ = convergence(estimator, found, estimate), estimate.undetermined.ten
     over = replace(over, values=np.where(open_, np.nan, over.values))
     time = (
@@ -116,7 +116,8 @@ def _lines(
 
 
 def _range(over: Convergence, i: int, truth: Array | None) -> list[float] | None:
-    """Ends of the scale: all but what is at the beginning, and some room."""
+    """Ends of a scale that holds all values and intervals after `WARMING_UP`, with a
+    margin; None if none is finite."""
     first = int(WARMING_UP * len(over.rows))
     held = [SCALE[i] * over.values[first:, i]]
     held += [
@@ -135,24 +136,24 @@ def _range(over: Convergence, i: int, truth: Array | None) -> list[float] | None
 def prior(
     estimate: Estimate, found: Ingested, estimator: Estimator, shape_known: bool
 ) -> Section | None:
-    """Intervals before the motion, by the motion alone, and by both; None for a method
-    without a prior."""
+    """Intervals of the prior, of least squares on the motion, and of the estimate; None
+    for a method without a prior."""
     intervals = estimator.prior_intervals(estimate.mass)
     if intervals is None:
         return None
     what = "shape" if shape_known else "reach of the sensor"
-    told: list[tuple[str, Any, Array, Array, bool]]
-    told = [(what, [None] * 10, *ends_of_intervals(intervals), True)]
+    sources: list[tuple[str, Any, Array, Array, bool]]
+    sources = [(what, [None] * 10, *ends_of_intervals(intervals), True)]
     if (alone := least_squares(found)) is not None:
-        told.append(("motion", ten(alone[0].parameters), *ends_of(alone[0]), False))
-    told.append(("both", ten(estimate.parameters), *ends_of(estimate), True))
+        sources.append(("motion", ten(alone[0].parameters), *ends_of(alone[0]), False))
+    sources.append(("both", ten(estimate.parameters), *ends_of(estimate), True))
     short = [name.removeprefix("COM ") for name in NAMES]
     groups: list[Markup] = []
     for group in GROUPS[1:]:
         rows = [
             Row(f"{short[i]}: {by}", v[i], low[i], high[i], matters=matters)
             for i in group.rows
-            for by, v, low, high, matters in told
+            for by, v, low, high, matters in sources
         ]
         shown = element("h3", group.title), bars(rows, group.unit)
         groups.append(element("div", *shown))
@@ -167,8 +168,8 @@ def prior(
 
 
 def least_squares(found: Ingested) -> tuple[Estimate, Estimator] | None:
-    """What least squares finds, with what it leaves open; None where the recording
-    determines nothing."""
+    """The estimate of least squares, with its diagnostics, and its estimator; None if it
+    cannot be made."""
     try:
         estimator = estimator_for(OLS, found, None, {})
         estimate, used = run(estimator, found)
@@ -178,7 +179,7 @@ def least_squares(found: Ingested) -> tuple[Estimate, Estimator] | None:
 
 
 def assumptions(estimate: Estimate, say: Say) -> Section:
-    """What was assumed or found of the recording, and settings of the method."""
+    """Assumptions and findings about the recording, and settings of the method."""
     made = estimate.provenance
     pairs = [
         ("Log", made.get("log", "not known")),
@@ -255,9 +256,9 @@ def _tool(made: Mapping[str, Any]) -> str:
 
 
 def _settings(made: Mapping[str, Any]) -> str:
-    said = [
+    values = [
         f"{name} = {made[name]:g}"
         for name in ("points", *options())
         if isinstance(made.get(name), int | float)
     ]
-    return f", with {', '.join(said)}" if said else ""
+    return f", with {', '.join(values)}" if values else ""

@@ -1,4 +1,4 @@
-"""Recording: the wrench, what was left out, drift, dynamism and weights over time."""
+"""Recording: the wrench, spans left out, drift, dynamism and weights over time."""
 
 from collections.abc import Iterable, Sequence
 from itertools import pairwise
@@ -18,7 +18,7 @@ from hefting.page.html import Section, element, items, join, note
 from hefting.scene import PARTS, WrenchCurves, thinned, wrench_curves
 
 MOST_SPANS = 150
-"""Spans of one cause that are drawn: those nearest to each other become one."""
+"""Most spans of one cause that are drawn; if there are more, near ones are joined."""
 TIME, POSE = "Time since the start of the log [s]", "Pose"
 TIMES = "Time, one recording after the other [s]"
 
@@ -45,15 +45,15 @@ def wrench(estimate: Estimate, found: Ingested) -> Section:
 
 
 def x_title(found: Ingested) -> str:
-    """Of the axis that samples lie along."""
+    """Title of the x axis of samples."""
     if found.static:
         return POSE
     return TIMES if len(found.recordings) > 1 else TIME
 
 
 def spans_of(found: Ingested) -> tuple[Span, ...]:
-    """What was left out, on the time axis of the figures: of several recordings one
-    after the other, as their measurements are."""
+    """Spans left out, on the time axis of the figures, where several recordings follow
+    one another."""
     return tuple(
         Span(s.cause, s.start + shift, s.end + shift, s.samples)
         for part, shift in parts_of(found)
@@ -62,8 +62,8 @@ def spans_of(found: Ingested) -> tuple[Span, ...]:
 
 
 def parts_of(found: Ingested) -> Iterable[tuple[Ingested, float]]:
-    """Each recording, and by how much [s] its times since the start of its log are
-    later on the time axis of the figures, where recordings follow one another."""
+    """Each recording, with the shift [s] from times since the start of its log to the
+    time axis of the figures, where recordings follow one another."""
     row, axis_start = 0, found.log_start
     for part in found.recordings:
         first = float(part.measurements.time[0]) - part.log_start
@@ -72,8 +72,8 @@ def parts_of(found: Ingested) -> Iterable[tuple[Ingested, float]]:
 
 
 def summary(spans: Sequence[Span]) -> dict[str, str]:
-    """How much was left out for each cause, in words."""
-    found = {}
+    """Samples, duration and number of the spans left out, by cause, in words."""
+    texts = {}
     for cause in CAUSES:
         own = [span for span in spans if span.cause == cause]
         if own:
@@ -81,21 +81,21 @@ def summary(spans: Sequence[Span]) -> dict[str, str]:
             lasts = sum(span.end - span.start for span in own)
             count = f"{samples} samples, " if samples else ""
             places = f"{len(own)} place{'s' if len(own) > 1 else ''}"
-            found[cause] = f"{count}{lasts:.3g} s in {places}"
-    return found
+            texts[cause] = f"{count}{lasts:.3g} s in {places}"
+    return texts
 
 
 def _count_text(found: Ingested, curves: WrenchCurves) -> str:
-    """What a point of the curves stands for, where it is no sample of the log."""
+    """Note if the points of the curves are averages or a selection of the samples."""
     samples, drawn = round(float(found.counts.sum())), len(curves.time)
-    said = []
+    parts = []
     if samples > drawn:
-        said.append(f"{drawn:,} averages of {samples:,} samples")
+        parts.append(f"{drawn:,} averages of {samples:,} samples")
     if len(thinned(curves.measured[:, :3])) < drawn:
-        said.append(
+        parts.append(
             "long curves are thinned for drawing to their lowest and highest points"
         )
-    return f"Drawn: {'; '.join(said)}." if said else ""
+    return f"Drawn: {'; '.join(parts)}." if parts else ""
 
 
 def _figure(
@@ -120,7 +120,7 @@ def _figure(
 def component_lines(
     time: Array, values: Array, kind: str, row: str, *, dots: bool = False
 ) -> Iterable[Trace]:
-    """The three components of a quantity; measured ones wide and pale."""
+    """Curves of the three components; those of kind ``"measured"`` are wide and pale."""
     shown = thinned(values)
     for axis, column in zip(AXES, values.T, strict=True):
         pale = kind == "measured"
@@ -137,7 +137,7 @@ def component_lines(
 
 
 def marks(spans: Sequence[Span]) -> Iterable[dict[str, Any]]:
-    """What was left out as areas over the height of a figure, in its legend once for
+    """Spans left out as areas of the height of a figure, with one entry of the legend for
     each cause."""
     for cause in CAUSES:
         own = _fewer([span for span in spans if span.cause == cause])
@@ -160,7 +160,7 @@ def marks(spans: Sequence[Span]) -> Iterable[dict[str, Any]]:
 
 
 def _fewer(spans: list[Span]) -> list[Span]:
-    """At most `MOST_SPANS`: those with the least time between them are joined."""
+    """At most `MOST_SPANS` spans: those with the shortest gaps are joined."""
     spans = sorted(spans, key=lambda span: span.start)
     if len(spans) <= MOST_SPANS:
         return spans
@@ -169,9 +169,9 @@ def _fewer(spans: list[Span]) -> list[Span]:
     begins, ends = [0, *(cuts + 1)], [*cuts, len(spans) - 1]
     joined = []
     for b, e in zip(begins, ends, strict=True):
-        some = spans[b : e + 1]
-        end, samples = max(s.end for s in some), sum(s.samples for s in some)
-        joined.append(Span(some[0].cause, some[0].start, end, samples))
+        group = spans[b : e + 1]
+        end, samples = max(s.end for s in group), sum(s.samples for s in group)
+        joined.append(Span(group[0].cause, group[0].start, end, samples))
     return joined
 
 
@@ -214,7 +214,7 @@ def _drift_lines(found: Ingested) -> Iterable[Trace]:
         inner = drift.knots[(drift.knots > ends[0]) & (drift.knots < ends[1])]
         time = np.concatenate((ends[:1], inner, ends[1:]))
         values = drift(time)
-        with np.errstate(invalid="ignore"):  # infinite deviations give no band
+        with np.errstate(invalid="ignore"):  # no band for infinite deviations
             reach = Z95 * interpolated(time, drift.knots, drift.std)
         shown = time - part.log_start + shift
         for i in range(6):
@@ -227,7 +227,8 @@ def _drift_lines(found: Ingested) -> Iterable[Trace]:
 
 
 def _motion(found: Ingested, share: Array | None) -> Figure:
-    """Dynamism, and the weights (K,) that there are."""
+    """Dynamism, weights if the measurements have them, and the share (K,) of the full
+    model if the method has one."""
     z = found.measurements
     drawn = {"Dynamism": dynamism(z), "Weight": z.weights}
     drawn["Share of the full model"] = share

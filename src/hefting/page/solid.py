@@ -1,4 +1,4 @@
-"""Solid: a scene in three dimensions."""
+"""Solid: a scene in three dimensions, in plotly's terms."""
 
 from collections.abc import Iterable
 from typing import Any
@@ -13,20 +13,20 @@ from hefting.scene import Body, Ellipsoid, PointSet, Scene, Surface
 COLOURS = {"estimate": "@estimate", "truth": "@truth"}
 HEIGHT = 560
 FINEST = 1e-5
-"""Digits of lengths [m]: a hundredth of a millimetre."""
+"""[m] Resolution of coordinates."""
 VIEW = np.array(((0.707, 0.707, 0.0), (-0.287, 0.287, 0.914), (0.646, -0.646, 0.406)))
-"""Unit vectors to the right, upwards and to the eye, along the axes."""
+"""Unit vectors to the right, upwards and to the eye, as rows."""
 SEEN = np.array((0.45, 0.33))
-"""To the right and upwards, over the distance: of a view of 45 degrees what numbers and
-titles of the axes leave. Narrow screens are farther away."""
+"""Half the visible width and height over the distance: those of a view of 45 degrees
+without space for numbers and titles of the axes."""
 ROOM = 0.03
-"""Between what is drawn and the ends of an axis, over its length."""
+"""Margin between content and ends of an axis, over its length."""
 REACH_OF_AXES = 0.25
 """Length of the sensor's axes over the size of the scene."""
 
 
 def solid(scene: Scene) -> Section:
-    """The object: its shape, point masses, COM and ellipsoids, and the sensor."""
+    """Section with the object: shape, point masses, COM, ellipsoids, and the sensor."""
     lines = [
         f"No ellipsoid of equal inertia ({body.name}): {body.missing}."
         for body in scene.bodies
@@ -79,7 +79,7 @@ def figure_of(scene: Scene) -> Figure:
 
 
 def _ends(traces: list[Trace], name: str) -> tuple[float, float]:
-    """Ends [mm] of an axis that holds all that is drawn."""
+    """Ends [mm] of an axis that holds all traces, with a margin."""
     drawn = [value for trace in traces for value in trace[name] if value is not None]
     low, high = min(drawn), max(drawn)
     room = ROOM * (high - low) or 1.0
@@ -87,7 +87,8 @@ def _ends(traces: list[Trace], name: str) -> tuple[float, float]:
 
 
 def _eye(size: Array) -> dict[str, float]:
-    """Where a box of a size (3,) about the origin is seen from, all of it."""
+    """Position of the eye from which a box of sides `size` (3,) about the origin is fully
+    visible."""
     corners = 0.5 * size * np.stack(np.meshgrid(*3 * [(-1, 1)]), axis=-1).reshape(-1, 3)
     right_up, near = corners @ VIEW[:2].T, corners @ VIEW[2]
     distance = (near + (np.abs(right_up) / SEEN).max(axis=1)).max()
@@ -107,7 +108,7 @@ def _axis(name: str, step: float) -> dict[str, Any]:
 
 
 def _step(size: float) -> float:
-    """1, 2 or 5 times a power of ten, about a seventh of a size [m]."""
+    """Step of the axes [m]: 1, 2 or 5 times a power of ten, about a seventh of `size`."""
     power = 10.0 ** np.floor(np.log10(size / 7.0)) if size > 0.0 else 0.1
     return float(
         min((1.0, 2.0, 5.0, 10.0), key=lambda n: abs(n * power - size / 7.0)) * power
@@ -127,7 +128,7 @@ def _traces(scene: Scene) -> Iterable[Trace]:
 
 
 def _mm(points: Array) -> dict[str, list[Any]]:
-    """Coordinates of points (n, 3) [m] in millimetres, as plotly takes them."""
+    """Coordinates of points (n, 3) [m] in millimetres, by axis."""
     rounded = 1e3 * np.round(np.asarray(points) / FINEST) * FINEST
     return {name: numbers(c) for name, c in zip(AXES, rounded.T, strict=True)}
 

@@ -3,8 +3,7 @@
     figure = hefting.plots.plot_wrench(measurements, estimate)
     hefting.plots.save_figure(figure, "wrench")
 
-Each figure takes what it shows, so that they have no common call; `FIGURES` tells of
-them.
+Figures take different arguments; `FIGURES` describes them.
 """
 
 from importlib import import_module
@@ -38,8 +37,8 @@ FIGURES = {
         "object, and how sure one is expected to become",
     ),
 }
-"""Function that draws each figure, a public name of this package: the file it is in,
-and what it shows."""
+"""File and content of each figure, by the function that draws it, a public name of this
+package."""
 
 _HOME = {name: file for name, (file, _) in FIGURES.items()} | {
     "picture_of": "style",

@@ -1,6 +1,5 @@
-"""Pictures of an object in three views: as it was found, with its uncertainty, alone or
-beside the wrench that it explains; and a shape as it is posed, to check the pose by eye.
-Needs matplotlib."""
+"""Pictures of an object in three views: an estimate with its uncertainty, alone or beside
+its wrench; and a shape in its pose, to check the pose by eye. Needs matplotlib."""
 
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
@@ -30,21 +29,21 @@ def plot_object(
     """The object in three views, in sensor axes: COM with its 95 % region, and the
     uniform ellipsoid of equal inertia.
 
-    What the recording leaves open is not drawn: no ellipsoid where a moment's interval
-    is wider than the moment, no COM along an axis on which it is open.
+    Open parts are not drawn: no ellipsoid if the inertia is too uncertain
+    (`hefting.scene.LARGEST_DOUBT`), no COM along an axis on which it is open.
 
     Parameters
     ----------
     estimate : Estimate
-        Its verdict and numbers stand over the views.
+        Its verdict and numbers are the headline.
     shape : Shape, optional
-        Its surface is drawn, or its points where it has none; a box that only holds the
-        object as an outline.
+        Drawn by its surface, or its points without one; a box that only holds the object
+        by its outline.
     truth : InertialParameters, optional
-        Drawn beside the estimate.
+        Drawn too.
     masses : bool
         Whether ``estimate.point_masses`` are drawn. They are one of many sets with the
-        same ten parameters, no finding.
+        same ten parameters.
     say : callable
         Turns names of arguments in backquotes into the reader's.
 
@@ -102,8 +101,8 @@ def plot_shape(
     shape : Shape
         As posed in the sensor frame.
     estimates : mapping of str to Estimate, optional
-        What was found of the object, by the name that it is to have: its COM belongs
-        inside the shape. The COM of least squares knows nothing of the pose.
+        Estimates of the object by name, whose COM is inside a correctly posed shape. That
+        of least squares does not depend on the pose.
     gravity : array_like, optional
         (K, 3) gravity in sensor axes during a log [m/s²], drawn from the sensor.
 
@@ -117,10 +116,10 @@ def plot_shape(
         Without matplotlib.
     """
     uniform = {"uniform shape": shape.homogeneous}
-    found = dict(estimates or {})
-    scene = scene_of(found, shape, uniform, gravity).with_centers_only()
+    known = dict(estimates or {})
+    scene = scene_of(known, shape, uniform, gravity).with_centers_only()
     lines = ["the shape as posed, in sensor axes", *place_of(shape)]
-    for name, estimate in found.items():
+    for name, estimate in known.items():
         verdict, numbers = estimate.verdict, headline_of(estimate).numbers
         lines += [f"{name} ({verdict}; ± 95 %)", numbers[1]]
     with headed(height_of(scene), lines) as (figure, below):

@@ -1,5 +1,5 @@
-"""Picture of a planned motion: the joints within their limits, the fastest corner of
-the object, and how sure one is expected to become. Needs matplotlib."""
+"""Picture of a planned motion: the joints within their limits, the fastest corner of the
+object, and the expected uncertainty. Needs matplotlib."""
 
 from collections.abc import Callable
 from itertools import cycle
@@ -30,25 +30,25 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 JOINTS = (BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, BLACK)
-"""Colours of the joints, again from the first where there are more."""
+"""Colours of the joints, repeated for more of them."""
 QUANTITIES = {
     "mass": ("mass", "%", 1e2, BLUE),
     "center_of_mass": ("COM", "mm", 1e3, VERMILION),
     "inertia": ("inertia", "%", 1e2, GREEN),
 }
-"""Of each quantity of an `Accuracy`: name, unit, its factor, its colour."""
+"""Label, unit, factor from SI, and colour of each quantity of an `Accuracy`."""
 HEIGHTS = {"joints": 1.7, "shares": 1.1, "corner": 0.9, "widths": 1.3}
-"""Of the rows [in]."""
+"""Heights of the rows [in]."""
 LIMIT = {"linewidth": 0.6, "linestyle": (0, (4, 2))}
-"""A limit."""
+"""Style of limits."""
 LINE_OF_NAMES, BESIDE_NAME, LONGEST_NAME = 62, 6, 24
-"""Characters of a line of the legend, of what stands beside a name, and of a name."""
+"""Characters of a line of the legend, of the mark beside a name, and at most of a name."""
 
 
 def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
-    """Joint positions with those limits that come near; speed and acceleration of the
-    joint that is nearest to its limit; speed of the fastest corner; and half-widths of
-    the 95 % intervals that are expected, with what was asked for.
+    """Joint positions with limits in view; the largest joint speed and acceleration as
+    shares of their limits; speed of the fastest corner; and expected half-widths of the
+    95 % intervals, with those asked for.
 
     `say` turns names of arguments in backquotes into the reader's. Raises
     `MissingDependencyError` without matplotlib, and `InputError` as `corner_speeds`.
@@ -74,19 +74,19 @@ def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
 def _headline(plan: Plan) -> Headline:
     after = plan.forecast.accuracy[-1]
     numbers = [
-        f"{label} ± {_written(factor * value)} {unit}"
+        f"{label} ± {_number_text(factor * value)} {unit}"
         for name, (label, unit, factor, _) in QUANTITIES.items()
         if (value := getattr(after, name)) is not None
     ]
-    said = [f"expected: {', '.join(numbers)}"]
+    lines = [f"expected: {', '.join(numbers)}"]
     if plan.asked is not None:
         asked = str(plan.asked).replace(",", ", ")
-        said.append(f"asked {asked}: expected to be reached")
+        lines.append(f"asked {asked}: expected to be reached")
     what = f"planned motion of {plan.duration:.3g} s for '{plan.tip}'"
-    return Headline(what, "", True, tuple(said))
+    return Headline(what, "", True, tuple(lines))
 
 
-def _written(value: float) -> str:
+def _number_text(value: float) -> str:
     return f"{value:.2g}" if np.isfinite(value) else "open"
 
 

@@ -1,5 +1,5 @@
-"""Picture of a predicted wrench: force and torque with their 95 % bands, and what was
-measured. Needs matplotlib."""
+"""Picture of a predicted wrench: force and torque with their 95 % bands, and the measured
+ones. Needs matplotlib."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -32,22 +32,22 @@ if TYPE_CHECKING:
 SHADED = 0.3
 """Opacity of the band."""
 MOST_COLUMNS = 6
-"""Entries of the legend that fit a line."""
+"""Most entries in a line of the legend."""
 
 
 def plot_prediction(
     prediction: Prediction, say: Callable[[str], str] = str
 ) -> "Figure":
-    """Force and torque over time with the band, over what was measured. Below, what was
-    measured minus what was predicted, its mean dashed, which another bias of the sensor
-    would be; and half the band's width, which mostly is thinner than a line.
+    """Force and torque over time with the band, and the measured ones. Below them the
+    measured minus the predicted one, with its mean dashed, which may be another bias of
+    the sensor; and half the width of the band, which is often thinner than a line.
 
-    Where most of a difference is constant, the prediction with that constant is drawn
-    as well. Where the band has no end it is not drawn. Static poses are told by their
-    row, from 1. The verdict stands above; `say` turns names of arguments in backquotes
-    into the reader's. Raises `MissingDependencyError` without matplotlib.
+    If most of a difference is constant, the prediction plus that constant is drawn too.
+    An infinite band is not drawn. Static poses have their row, from 1, as time. The
+    headline is the verdict; `say` turns names of arguments in backquotes into the
+    reader's. Raises `MissingDependencyError` without matplotlib.
     """
-    part = [_whole]  # what draws each row of the force, and of the torque
+    part = [_whole]  # functions that draw the rows of the force, and of the torque
     part += [] if prediction.agreement is None else [_difference]
     part += [] if prediction.std is None else [_half_width]
     heights = [HEIGHTS[draw] for draw in part]
@@ -159,7 +159,7 @@ def _difference(
 
 
 def _finite(values: Array) -> Array:
-    """NaN, which is not drawn, for infinity."""
+    """The values with NaN, which is not drawn, in place of infinity."""
     return np.where(np.isfinite(values), values, np.nan)
 
 
@@ -186,4 +186,4 @@ def _legend(figure: "SubFigure", prediction: Prediction) -> None:
 
 
 HEIGHTS = {_whole: 1.6, _difference: 0.7, _half_width: 0.6}
-"""Relative height of each row, by what draws it."""
+"""Relative height of each row, by the function that draws it."""

@@ -1,5 +1,5 @@
-"""Style: the palette, sizes and fonts of every picture, the headline over it, and how
-it is saved. Needs matplotlib."""
+"""Style: palette, sizes and fonts of every picture, its headline, and how it is saved.
+Needs matplotlib."""
 
 import io
 import re
@@ -23,8 +23,8 @@ if TYPE_CHECKING:
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 BLUE, VERMILION, PURPLE = "#0072B2", "#D55E00", "#CC79A7"
-"""The colour-blind safe palette of Okabe & Ito (2008) but its yellow, too pale for
-lines."""
+"""The colour-blind safe palette of Okabe & Ito (2008) without yellow, which is too pale
+for lines."""
 COMPONENTS = {"x": BLUE, "y": VERMILION, "z": GREEN}
 SHADOW, INK = "#E4E4E4", "#303030"
 WIDTH = 3.5
@@ -32,18 +32,18 @@ WIDTH = 3.5
 TALLEST = 6.5
 """Greatest height of a picture [in]."""
 DRAWN = 1500
-"""Most samples drawn of a long recording, evenly chosen."""
+"""Most drawn samples of a recording, evenly chosen."""
 MEASURED: dict[str, Any] = {"linewidth": 1.8, "alpha": 0.35}
-"""A measured line, wide and pale, below the computed one."""
+"""Style of measured lines, wide and pale, below computed ones."""
 FORMATS: dict[str, dict[str, None]] = {
     ".png": {"Software": None},
     ".svg": {"Date": None},
     ".pdf": {"CreationDate": None},
 }
-"""File name endings of pictures, and what is left out of their metadata for files that
-are alike to be the same."""
+"""Suffixes of pictures, and the metadata that is removed so that equal pictures have
+equal bytes."""
 DPI = 300
-"""Of pictures made of pixels."""
+"""Resolution of raster pictures [dots per inch]."""
 
 STYLE: dict[Any, Any] = {
     "font.size": 7.0,
@@ -66,18 +66,18 @@ NO_LAYOUT: dict[Any, Any] = {
     "figure.autolayout": False,
     "figure.constrained_layout.use": False,
 }
-"""Settings in which a figure is left without a layout engine."""
+"""Settings with which a figure has no layout engine."""
 LINE = 0.15
 """Height of a line of the headline, or of a legend [in]."""
 COLUMN = 62
-"""Characters in the width of a column, about."""
+"""Approximate number of characters in `WIDTH`."""
 MOST_LINES = 3
-"""Lines of the reason that are shown."""
+"""Most lines of the reason."""
 
 
 def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
-    """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at
-    all; their paths."""
+    """Write `figure` as ``stem.png`` (300 dpi) and ``stem.svg``, each whole or not at all;
+    returns their paths."""
     paths = Path(f"{stem}.png"), Path(f"{stem}.svg")
     contents = [picture_of(figure, path.suffix) for path in paths]
     for path, content in zip(paths, contents, strict=True):
@@ -86,8 +86,8 @@ def save_figure(figure: "Figure", stem: str | Path) -> tuple[Path, Path]:
 
 
 def picture_suffix(path: str | Path) -> str:
-    """Suffix of a picture that is to be written, in lower case. `InputError` unless it
-    is one of `FORMATS`, `MissingDependencyError` without matplotlib."""
+    """Suffix of a picture to write, in lower case. `InputError` unless it is one of
+    `FORMATS`, `MissingDependencyError` without matplotlib."""
     suffix = Path(path).suffix.lower()
     if suffix not in FORMATS:
         fix = f"use {', '.join(FORMATS)}"
@@ -97,8 +97,8 @@ def picture_suffix(path: str | Path) -> str:
 
 
 def picture_of(figure: "Figure", suffix: str) -> bytes:
-    """`figure` as the content of a file of a suffix of `FORMATS`; raster 300 dpi. The
-    same bytes every time."""
+    """`figure` as the content of a file with a suffix of `FORMATS`, in 300 dpi; the same
+    bytes every time."""
     content = io.BytesIO()
     with style():
         figure.savefig(content, format=suffix[1:], dpi=DPI, metadata=FORMATS[suffix])
@@ -107,8 +107,8 @@ def picture_of(figure: "Figure", suffix: str) -> bytes:
 
 @contextmanager
 def style() -> Iterator[None]:
-    """Within it matplotlib draws as everything here is drawn. `MissingDependencyError`
-    without matplotlib."""
+    """A context in which matplotlib uses `STYLE`. `MissingDependencyError` without
+    matplotlib."""
     with needing("matplotlib", "plot"):
         import matplotlib
     with matplotlib.rc_context(STYLE):
@@ -117,8 +117,8 @@ def style() -> Iterator[None]:
 
 @contextmanager
 def drawing(height: float, width: float = WIDTH) -> "Iterator[Figure]":
-    """An empty figure of a height and a width [in], to draw on while this is entered;
-    then its layout is worked out, once and not again for every file format."""
+    """A context with an empty figure of a height and a width [in]; at its end the layout
+    is computed, once for all file formats."""
     with style():
         from matplotlib import rc_context
         from matplotlib.figure import Figure
@@ -127,20 +127,20 @@ def drawing(height: float, width: float = WIDTH) -> "Iterator[Figure]":
         yield figure
         figure.draw_without_rendering()
         with rc_context(NO_LAYOUT):
-            # none at all: with one called "none" every file would be drawn twice
+            # with the engine called "none" every file would be drawn twice
             figure.set_layout_engine(None)
 
 
 def chosen(count: int) -> Indices:
-    """At most `DRAWN` of so many indices, evenly chosen."""
+    """At most `DRAWN` of `count` indices, evenly chosen."""
     return np.unique(np.linspace(0, count - 1, min(count, DRAWN)).astype(np.intp))
 
 
 def lines_of(
     headline: "Headline", width: float = WIDTH, say: Callable[[str], str] = str
 ) -> list[str]:
-    """Lines of a headline over a picture of a width [in]; `say` turns the library's way
-    of naming its arguments into the reader's."""
+    """Lines of a headline over a picture of a width [in]; `say` turns names of arguments
+    in backquotes into the reader's."""
     columns = int(COLUMN * width / WIDTH)
     reason = wrap(say(headline.reason), columns)
     if len(reason) > MOST_LINES:
@@ -153,7 +153,7 @@ def lines_of(
 
 
 def _wrapped(text: str, columns: int) -> list[str]:
-    """Lines of at most so many characters that keep a name, its number and its interval
+    """Lines of at most `columns` characters that keep a name, its number and its interval
     together."""
     kept = re.sub(r"(\w+) (\S+) ± (\S+)", "\\1\xa0\\2\xa0±\xa0\\3", text)
     return [line.replace("\xa0", " ") for line in wrap(kept, columns)]
@@ -163,15 +163,15 @@ def _wrapped(text: str, columns: int) -> list[str]:
 def headed(
     height: float, lines: list[str], usable: bool = True, width: float = WIDTH
 ) -> "Iterator[tuple[Figure, SubFigure]]":
-    """A figure with a headline, and what is below it, of a height and a width [in], to
-    draw on while this is entered; then the figure is laid out."""
+    """As `drawing`, with a headline above an area of a height [in]; yields the figure and
+    this area."""
     with drawing(height + LINE * len(lines), width) as figure:
         yield figure, write_headline(figure, lines, usable)
 
 
 def write_headline(figure: "Figure", lines: list[str], usable: bool) -> "SubFigure":
-    """Write lines at the top left; of what is not to be used in another colour, and so
-    across the picture. Returns what is below them."""
+    """Write lines at the top left, if not usable in another colour, with the words "do not
+    use" across the picture. Returns the area below them."""
     figure.suptitle(
         "\n".join(lines),
         x=0.015,
@@ -198,29 +198,29 @@ def write_headline(figure: "Figure", lines: list[str], usable: bool) -> "SubFigu
 
 
 def subfigures_of(figure: "FigureBase", count: int) -> "list[SubFigure]":
-    """A figure divided from left to right into so many parts."""
+    """A figure divided from left to right into `count` parts."""
     return list(np.atleast_1d(np.asarray(figure.subfigures(1, count))))
 
 
 def draw_components(axes: "Axes", time: Array, values: Array, **look: Any) -> None:
-    """Three components (K, 3) over time (K,), all of one look, each in its colour."""
+    """Three components (K, 3) over time (K,), in one style and three colours."""
     for column, colour in zip(values.T, COMPONENTS.values(), strict=True):
         axes.plot(time, column, color=colour, **look)
 
 
 def line_of(static: bool, width: float) -> dict[str, Any]:
-    """The look of a line of a width [pt]; dots for static poses."""
+    """Style of a line of a width [pt]; dots for static poses."""
     dots: dict[str, Any] = {"marker": ".", "markersize": 3.0, "linestyle": "none"}
     return dots if static else {"linewidth": width}
 
 
 def write_title(axes: "Axes", text: str) -> None:
-    """What axes show, above them at the right."""
+    """Write a title above axes at the right."""
     axes.set_title(text, loc="right", pad=2.0, color=INK)
 
 
 def label_time(axes: "Axes", time: Array, static: bool) -> None:
-    """The time [s] of the lowest axes, or the numbers of static poses."""
+    """Label and limits of the x axis: time [s], or the numbers of static poses."""
     axes.set_xlabel("Pose" if static else "Time [s]")
     margin = 0.5 if static or len(time) == 1 else 0.0
     axes.set_xlim(time[0] - margin, time[-1] + margin)

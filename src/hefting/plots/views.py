@@ -31,7 +31,7 @@ LOOKS: dict[str, dict[str, Any]] = {
 }
 """How each body is drawn, by its name."""
 OTHER: dict[str, Any] = {"color": BLUE, "linestyle": (0, (5, 1)), "marker": "x"}
-"""How one of another name is drawn; over an estimate it makes a star of its mark."""
+"""How bodies of other names are drawn; the mark over that of an estimate is a star."""
 MARK = 0.06
 """Size of the mark of a COM [in]."""
 DOWN = 0.8
@@ -39,16 +39,16 @@ DOWN = 0.8
 NARROWEST = 0.35
 """Least side of a view over the longest."""
 SIDES, ROOM = 0.75, 0.95
-"""Width and height [in] that axes and their labels take."""
+"""Width and height [in] of axes and their labels."""
 SHADES = 0.78, 0.93
 """Grey of a surface seen from the side, and from the front."""
 MOST_VECTORS = 3_000
-"""Triangles above which a surface is pixels in a file of vectors."""
+"""Most triangles, or points, that are drawn as vectors in vector formats."""
 
 
 def size_of(scene: Scene) -> tuple[Array, Array, float]:
-    """Lower and upper corner (3,) [mm] of what is drawn, with a margin; inches per
-    millimetre at which three views have the width of a column."""
+    """Lower and upper corner (3,) [mm] of the scene, with a margin; inches per millimetre
+    at which three views fit the width of a column and `TALLEST`."""
     corners = 1e3 * scene.corners
     low, high = corners.min(axis=0), corners.max(axis=0)
     length = _axis_length(scene)
@@ -63,7 +63,7 @@ def size_of(scene: Scene) -> tuple[Array, Array, float]:
 
 
 def _axis_length(scene: Scene) -> float:
-    """Length at which the sensor's axes are drawn [mm]."""
+    """Length of the drawn sensor axes [mm]."""
     return 150.0 * float(np.ptp(scene.corners, axis=0).max()) or 10.0
 
 
@@ -75,8 +75,8 @@ def height_of(scene: Scene) -> float:
 
 
 def draw_scene(figure: "SubFigure", scene: Scene) -> None:
-    """Three views of a scene and their legend, on an empty figure of the width of a
-    column and the height that `height_of` says."""
+    """Three views of a scene and their legend, on an empty figure of the width of a column
+    and the height by `height_of`."""
     from matplotlib.lines import Line2D
 
     low, high, scale = size_of(scene)
@@ -112,8 +112,8 @@ def _legend_lines(scene: Scene) -> int:
 
 
 def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
-    """All that a scene holds, projected on axes `i` and `j`; `mark` is the size of a
-    COM's mark [mm]."""
+    """The scene projected on axes `i` and `j`; `mark` is the size of a COM's mark
+    [mm]."""
     if scene.surface is not None:
         _draw_surface(axes, scene.surface, i, j)
     if scene.points is not None:
@@ -127,8 +127,8 @@ def _draw_view(axes: "Axes", scene: Scene, i: int, j: int, mark: float) -> None:
 
 
 def _draw_surface(axes: "Axes", surface: Surface, i: int, j: int) -> None:
-    """The triangles that face the viewer, the nearer ones in front, paler the more they
-    face him; the edges of a box that only holds the object."""
+    """The triangles that face the viewer, with nearer ones in front, and paler the more
+    they face the viewer; of a box that only holds the object the edges."""
     if not surface.is_object:
         low, high = 1e3 * surface.vertices.min(axis=0), 1e3 * surface.vertices.max(0)
         corners = [[low[i], low[j]], [high[i], low[j]], [high[i], high[j]]]
@@ -229,8 +229,8 @@ def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
 def _draw_center(
     axes: "Axes", body: Body, i: int, j: int, look: dict[str, Any]
 ) -> None:
-    """The COM as a mark, or a line along the one axis on which it is open; nothing
-    where it is open on both."""
+    """The COM as a mark; as a line along the axis if it is open on one, nothing if it is
+    open on both."""
     center = 1e3 * body.center
     name = f"COM, {body.name}"
     if np.isnan(center).any():
@@ -274,8 +274,8 @@ def _draw_ellipsoid(
 
 
 def _draw_triad(axes: "Axes", i: int, j: int, length: float) -> None:
-    """Sensor origin and its two axes that lie in the view, each letter beside its tip:
-    a COM is often straight ahead."""
+    """Sensor origin and its two axes in the view, with each letter beside the tip, as a COM
+    is often ahead of it."""
     from matplotlib.patheffects import withStroke
 
     halo = [withStroke(linewidth=2.0, foreground="white")]

@@ -1,5 +1,5 @@
-"""Picture of the wrench that an estimate explains: measured, predicted, and what
-remains. Needs matplotlib."""
+"""Picture of the measured wrench, the one predicted by an estimate, and the residual.
+Needs matplotlib."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure, SubFigure
 
 HEIGHT = 4.3
-"""Of the rows and their legend [in]."""
+"""Height of the rows and their legend [in]."""
 
 
 def plot_wrench(
@@ -38,13 +38,12 @@ def plot_wrench(
     say: Callable[[str], str] = str,
     start: float | None = None,
 ) -> "Figure":
-    """Measured wrench, the wrench the estimate predicts (with its bias), and what
-    remains, over time or, for static poses, by pose.
+    """Measured wrench, the wrench predicted by the estimate (with its bias), and the
+    residual, over time or, for an estimate without a duration, by static pose.
 
-    Both are exerted by the sensor on the object. Static is an estimate without a
-    duration. `say` is as for `plot_object`; `start` is the time [s] that counts as zero,
-    by default that of the first measurement. Raises `MissingDependencyError` without
-    matplotlib.
+    Wrenches are exerted by the sensor on the object. `say` is as for `plot_object`;
+    `start` is the time [s] that counts as zero, by default that of the first measurement.
+    Raises `MissingDependencyError` without matplotlib.
     """
     headline = headline_of(estimate)
     lines = lines_of(headline, say=say)
@@ -62,7 +61,7 @@ def draw_wrench(
     """The rows of `plot_wrench` and their legend, on an empty figure."""
     curves = wrench_curves(measurements, estimate, start)
     static, shown = curves.static, chosen(len(measurements))
-    gaps = gaps_between(curves.time, shown)  # over which no line is drawn
+    gaps = gaps_between(curves.time, shown)  # where lines are interrupted
 
     def drawn(values: Array) -> Array:
         return np.insert(values[shown], gaps, np.nan, axis=0)

@@ -1,5 +1,5 @@
-"""Prediction: the wrench that an identified object needs along a motion, and how far it
-may be off."""
+"""Prediction: the wrench that an identified object needs along a motion, with its
+uncertainty."""
 
 from hefting.prediction.predict import predict
 from hefting.prediction.result import Agreement, Peak, Prediction

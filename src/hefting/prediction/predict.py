@@ -31,11 +31,10 @@ from hefting.prediction.result import Agreement, Peak, Prediction, agreement
 from hefting.prediction.spread import Spread, motion_spread, reading_std, regressor
 
 MOST = 500_000
-"""Instants that are predicted at most: eight minutes at 1 kHz. Numbers and their text
-are held in memory."""
+"""Largest number of predicted instants, all held in memory: eight minutes at 1 kHz."""
 ANOTHER_GRAVITY = 0.01
-"""Difference between two gravities over their size that is worth a word: half a
-degree."""
+"""Difference of the estimate's gravity from the given one, relative to its size, above
+which a warning is given: half a degree."""
 
 
 def predict(
@@ -54,21 +53,22 @@ def predict(
 
     Parameters
     ----------
-    estimate : or what `hefting.identify` returns, or the file of one, with the
-        parameters in the axes of the sensor that is to move.
-    trajectory : poses of the sensor, planned or recorded, or the path of a log, or a
-        table in memory (`hefting.as_recording`). Without
-        time: static poses. A wrench is not needed; where there is one,
-        ``Prediction.agreement`` says how well the estimate explains it.
-    gravity : (3,) in world axes [m/s²], or `Gravity.at` a latitude. What is not known
-        of its size is not in the band: where the estimate was made, it is the same.
-    tool : of `hefting.calibrate`, that the sensor bears as well: the wrench is that of
+    estimate : an estimate, the result of `hefting.identify`, or a file of one; its
+        parameters are in the axes of the sensor that moves.
+    trajectory : poses of the sensor, planned or recorded: a recording, the path of a
+        log, or a table in memory (`hefting.as_recording`). Without time: static poses.
+        A wrench is optional; ``Prediction.agreement`` compares it with the predicted
+        one.
+    gravity : (3,) in world axes [m/s²], or `Gravity.at` a latitude. The band does not
+        include the uncertainty of its size, which cancels where the estimate was made.
+    tool : a tool of `hefting.calibrate` that the sensor bears too: the wrench is that of
         both. An estimate made with `tool` is of the object alone.
-    motion : where velocities and accelerations come from, see
+    motion : source of velocities and accelerations, see
         `hefting.motion.measure.measure`.
-    start, duration : part of the motion to take [s].
-    sensor_accuracy : of a sensor that bears the object, as in ``0.5% 0.3N 0.01Nm``: the
-        band is then that of its reading, without noise and bias.
+    start, duration : part of the motion to use [s].
+    sensor_accuracy : accuracy of the sensor that bears the object, as in
+        ``0.5% 0.3N 0.01Nm``: the band is then that of its reading, without noise and
+        bias.
 
     Poses without noise are hardly changed by smoothing. At 100 Hz the wrench of smooth
     motion is off by less than 1e-5 of its size (root mean square), that of moves whose
@@ -97,18 +97,18 @@ def predict(
         raise InputError(what, trajectory.source, "take a part: `start`, `duration`")
     accuracy = SensorAccuracy.of(sensor_accuracy)
     spread = None if estimate.covariance is None else Spread.of(estimate.covariance)
-    found, agreed, refusal = _compared(
+    ingested, agreed, refusal = _compare(
         trajectory, estimate, spread, gravity, accuracy, motion
     )
     measured = measure(
         _wrenchless(trajectory, motion),
         gravity,
         motion,
-        found.conditioned.curves if found else None,
+        ingested.conditioned.curves if ingested else None,
         of="instant",
     )
     z = measured.measurements
-    with np.errstate(over="ignore", invalid="ignore"):  # what is not finite is refused
+    with np.errstate(over="ignore", invalid="ignore"):  # refused below if not finite
         wrench = predict_wrench(z, estimate.parameters.vector)
         reading = reading_std(wrench, accuracy)
         std = None if spread is None else np.hypot(spread.of_wrench(z), reading)
@@ -137,11 +137,11 @@ def predict(
             *trajectory.warnings,
             *measured.warnings,
             *_doubts(alone, frozen(gravity), borne=tool is not None),
-            *_open(spread, std),
+            *_open_warning(spread, std),
             *refusal,
             *(agreed.warnings if agreed else ()),
         ),
-        notes=(*trajectory.notes, *measured.notes, *_of_reading(std, accuracy)),
+        notes=(*trajectory.notes, *measured.notes, *_reading_note(std, accuracy)),
     )
 
 
@@ -149,8 +149,8 @@ PARTS = {"force": slice(0, 3), "torque": slice(3, 6)}
 
 
 def _wrenchless(recording: Recording, motion: Source) -> Recording:
-    """The recording with a wrench of zeros wherever its motion is known, so that
-    `measure` reads it there."""
+    """The recording with a wrench of zeros at every pose whose motion is known, as
+    `measure` needs a wrench."""
     poses = recording["orientation"]
     if motion in ("auto", "columns") and recording.has(*TWIST) and not recording.static:
         first = max(recording[name].time[0] for name in TWIST)
@@ -162,11 +162,11 @@ def _wrenchless(recording: Recording, motion: Source) -> Recording:
                 recording.source,
             )
         poses = poses[covered]
-    nothing = Stream(poses.time, np.zeros((len(poses), 6)), poses.rows)
-    return replace(recording, streams={**recording.streams, "wrench": nothing})
+    zeros = Stream(poses.time, np.zeros((len(poses), 6)), poses.rows)
+    return replace(recording, streams={**recording.streams, "wrench": zeros})
 
 
-def _compared(
+def _compare(
     recording: Recording,
     estimate: Estimate,
     spread: Spread | None,
@@ -174,8 +174,8 @@ def _compared(
     accuracy: SensorAccuracy | None,
     motion: Source,
 ) -> tuple[Ingested | None, Agreement | None, tuple[Message, ...]]:
-    """What is found of the recording's wrench, if it has one, and a warning where that
-    fails."""
+    """The recording as ingested and its agreement with the estimate, None without a
+    wrench; a warning if it cannot be ingested."""
     if not recording.has("wrench") or not recording["wrench"].values.any():
         return None, None, ()
     try:
@@ -189,9 +189,9 @@ def _compared(
 def _peak(
     z: Measurements, wrench: Array, spread: Spread | None, reading: Array, part: slice
 ) -> Peak:
-    """The largest force or torque, columns `part` of a predicted wrench (K, 6), with its
-    standard deviation to first order: that of the component along its direction, by the
-    parameters' and by those (K, 6) of a sensor's reading."""
+    """The largest force or torque, columns `part` of a predicted wrench (K, 6). To first
+    order its standard deviation is that of the component along its direction, from the
+    covariance of the parameters and the deviations `reading` (K, 6) of the sensor."""
     magnitude = np.linalg.norm(wrench[:, part], axis=1)
     k = int(np.argmax(magnitude))
     std = None
@@ -205,7 +205,7 @@ def _peak(
 
 
 def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Message]:
-    """Of the estimate; `borne` is whether the tool is in the prediction."""
+    """Warnings about the estimate; `borne` is whether the prediction includes a tool."""
     yield from doubts_of(estimate)
     if estimate.covariance is None:
         others = " and ".join(
@@ -223,23 +223,25 @@ def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Mess
             "bears its wrench as well, see `tool`"
         )
         yield warning("tool-subtracted", what, "tool")
-    found = numbers_in(estimate.provenance, "gravity", 3, LARGEST_GRAVITY)
+    assumed = numbers_in(estimate.provenance, "gravity", 3, LARGEST_GRAVITY)
     far = ANOTHER_GRAVITY * np.linalg.norm(gravity)
-    if found is not None and np.linalg.norm(found - gravity) > far:
-        x, y, z = found
+    if assumed is not None and np.linalg.norm(assumed - gravity) > far:
+        x, y, z = assumed
         what = f"the estimate was made with gravity ({x:.4g}, {y:.4g}, {z:.4g}) m/s²; see `gravity`"
         yield warning("another-gravity", what, "gravity")
 
 
-def _of_reading(
+def _reading_note(
     std: Array | None, accuracy: SensorAccuracy | None
 ) -> Iterator[Message]:
+    """A note if the band is that of a sensor's reading."""
     if std is not None and accuracy is not None:
         what = f"the band is that of the reading of a sensor of {accuracy}"
         yield note("band-of-reading", what, "sensor_accuracy")
 
 
-def _open(spread: Spread | None, std: Array | None) -> Iterator[Message]:
+def _open_warning(spread: Spread | None, std: Array | None) -> Iterator[Message]:
+    """A warning if the estimate leaves parameters open."""
     if spread is None or std is None or not spread.open.any():
         return
     infinite: Mask = np.isinf(std)

@@ -1,4 +1,4 @@
-"""What a prediction holds, and how it is written."""
+"""Result of a prediction, its agreement with a measured wrench, and its JSON and CSV."""
 
 from __future__ import annotations
 
@@ -22,45 +22,44 @@ from hefting.ingest.ingest import Ingested
 from hefting.prediction.spread import Spread, reading_std
 
 FEWEST = 12
-"""Samples below which a fit of their own says nothing of their noise."""
+"""Fewest samples from whose own fit their noise is estimated."""
 SEVERAL = 3.0
-"""What varies of a difference over what noise, and what is known of the estimate, make
-of it, from which on it is not the object of the estimate."""
+"""Ratio of the varying part of the difference to its standard deviation by noise and the
+estimate's covariance above which the object is taken for another one."""
 LARGELY = 0.1
-"""Share of the wrench's changes that such a difference leaves unpredicted from which on the
-prediction is not to be used: 8 % more mass, or a COM that is 1 cm elsewhere."""
+"""Ratio of the varying part of that difference to the variation of the wrench above which
+the prediction is not to be used: 8 % more mass, or a COM off by 1 cm."""
 MOSTLY = 0.5
-"""Share of the squared difference that varies below which its constant part is worth a
-word."""
+"""Share of the squared difference that varies below which its constant part is
+reported."""
 
 
 @immutable
 class Agreement:
-    """A measured wrench, put right and beside the predicted one, at L instants of its
-    own."""
+    """A measured wrench, corrected, and compared with the predicted one at its own L
+    instants."""
 
     time: Array
     """(L,) [s], on the motion's clock"""
     wrench: Array
-    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, less the estimate's bias,
-    of one for each recording that which fits best, and what drifts"""
+    """(L, 6) [N, N m] in the sign of `hefting.core.spatial`, without drift and the
+    estimate's bias; of several biases the one that fits best"""
     difference: Array
-    """(L, 6) that wrench minus the predicted one"""
+    """(L, 6) ``wrench`` minus the predicted one"""
     rms: Array
-    """(2,) root mean square an axis of the difference: force [N], torque [N m]"""
+    """(2,) root mean square of one axis of the difference: force [N], torque [N m]"""
     varying: Array
-    """(2,) the same of the difference less its mean, which another bias of the sensor
-    would be"""
+    """(2,) the same after subtraction of the mean, which may be another sensor bias"""
     own: Array | None
-    """(2,) the same of what least squares on this recording itself, with a free bias,
-    leave; None of a few samples"""
+    """(2,) the same for the residuals of least squares with a free bias on this
+    recording; None with fewer than `FEWEST` samples"""
     within: Array | None
-    """(2,) shares of forces and torques inside the band widened by ``own``: 0.95 where
-    all is as it should be"""
+    """(2,) shares of forces and torques inside the band widened by ``own``; 0.95 is
+    expected"""
     sign: WrenchSign
-    """which way the sensor counts"""
+    """sign convention of the measured wrench"""
     notes: tuple[Message, ...] = ()
-    """What was found of clock, drift and outliers, and put right."""
+    """Corrections of clock, drift and outliers."""
     warnings: tuple[Message, ...] = ()
 
     def __post_init__(self):
@@ -74,8 +73,8 @@ def agreement(
     found: Ingested,
     accuracy: SensorAccuracy | None = None,
 ) -> Agreement:
-    """How well `estimate` explains the wrench of a recording, as ingested with a free
-    bias, by a sensor of an `accuracy`."""
+    """Agreement of an estimate with the wrench of a recording, ingested with a free bias
+    and measured by a sensor of the given accuracy."""
     z, sign = found.measurements, found.sign
     warnings: list[Message] = []
     if not sign.certain:
@@ -89,56 +88,71 @@ def agreement(
     varying = _rms(difference - difference.mean(axis=0))
     bias = min(
         np.atleast_2d(np.zeros(6) if estimate.bias is None else estimate.bias),
-        key=lambda own: float(np.sum(_rms(difference - own) / (varying + 1e-9))),
+        key=lambda each: float(np.sum(_rms(difference - each) / (varying + 1e-9))),
     )
     difference = difference - bias
-    rms = _rms(difference)
-    own = within = wide = None
+    mean, rms = difference.mean(axis=0), _rms(difference)
+    # whether the constant part dominates the difference
+    constant = varying**2 < MOSTLY * rms**2
+    own = within = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
         own = _rms(residuals(z, fit.vector, fit.bias))
     if own is not None and spread is not None:
         known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
-        wide = Z95 * np.hypot(known, np.repeat(own, 3))
-    # a constant is most of a difference that noise does not explain
-    constant = varying**2 < MOSTLY * rms**2
-    if wide is not None:
-        mean = np.repeat(constant, 3) * difference.mean(axis=0)
-        inside = np.abs(difference - mean) <= wide
+        std = np.hypot(known, np.repeat(own, 3))
+        inside = np.abs(difference - np.repeat(constant, 3) * mean) <= Z95 * std
         within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
-        expected = _rms(wide) / Z95
-        beyond = varying > SEVERAL * expected
-        if beyond.any():
-            (force, torque), (usual, turning) = varying, expected
-            cause = "is it another object, or another grasp?"
-            if subtracted_tool(estimate.provenance) is not None:
-                cause = (
-                    "is the tool on the sensor here too (give `tool`), or is it "
-                    "another object, or another grasp?"
-                )
-            what = (
-                f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
-                f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"
-            )
-            changes = _rms(z.wrench - z.wrench.mean(axis=0))
-            most = (beyond & (varying > LARGELY * changes)).any()
-            say = error if most else warning
-            warnings.append(say("another-object", what))
+        changes = _rms(z.wrench - z.wrench.mean(axis=0))
+        has_tool = subtracted_tool(estimate.provenance) is not None
+        warnings += _other_object(varying, _rms(std), changes, has_tool)
     if own is not None and ((rms > 2.0 * own) & constant).any():
-        mean = [f"{x:.3g}" for x in difference.mean(axis=0)]
+        shown = [f"{x:.3g}" for x in mean]
         what = (
-            f"most of the difference is constant, ({', '.join(mean[:3])}) N, ({', '.join(mean[3:])}) N m: a bias "
+            f"most of the difference is constant, ({', '.join(shown[:3])}) N, ({', '.join(shown[3:])}) N m: a bias "
             "other than the estimate's? was the sensor zeroed in between?"
         )
         warnings.append(warning("constant-difference", what))
-    noted = found.conditioned.findings, tuple(warnings)
     return Agreement(
-        z.time, z.wrench - bias, difference, rms, varying, own, within, sign, *noted
+        z.time,
+        z.wrench - bias,
+        difference,
+        rms,
+        varying,
+        own,
+        within,
+        sign,
+        notes=found.conditioned.findings,
+        warnings=tuple(warnings),
     )
 
 
+def _other_object(
+    varying: Array, expected: Array, changes: Array, has_tool: bool
+) -> list[Message]:
+    """A message if the difference varies far more than expected; `changes` is the
+    variation of the wrench, all (2,) root mean squares, force [N] and torque [N m]."""
+    beyond = varying > SEVERAL * expected
+    if not beyond.any():
+        return []
+    (force, torque), (usual, turning) = varying, expected
+    cause = "is it another object, or another grasp?"
+    if has_tool:
+        cause = (
+            "is the tool on the sensor here too (give `tool`), or is it "
+            "another object, or another grasp?"
+        )
+    what = (
+        f"the difference varies by {force:.2g} N and {torque:.2g} N m, and is "
+        f"expected to by {usual:.2g} N and {turning:.2g} N m: {cause}"
+    )
+    is_large = (beyond & (varying > LARGELY * changes)).any()
+    say = error if is_large else warning
+    return [say("another-object", what)]
+
+
 def _rms(difference: Array) -> Array:
-    """Root mean square (2,) an axis of forces and torques (L, 6)."""
+    """Root mean square (2,) of one axis of forces and of torques (L, 6)."""
     return np.sqrt(np.mean(difference.reshape(-1, 2, 3) ** 2, axis=(0, 2)))
 
 
@@ -152,9 +166,9 @@ class Peak:
     value: float
     """[N] or [N m]"""
     time: float
-    """[s] when; of static poses the row, counted from 0"""
+    """[s]; of static poses the row, counted from 0"""
     std: float | None
-    """of the value there; None where the estimate has no covariance"""
+    """standard deviation of the value; None if the estimate has no covariance"""
 
     @property
     def reach(self) -> float | None:
@@ -162,8 +176,7 @@ class Peak:
         return None if self.std is None else Z95 * self.std
 
     def to_dict(self) -> dict[str, Any]:
-        """The value, when, and the ends of its band; null where there is none, or no
-        end."""
+        """Value, time and ends of its 95 % band, null where these do not exist."""
         reach = self.reach
         ends = (
             (None, None) if reach is None else (self.value - reach, self.value + reach)
@@ -176,9 +189,9 @@ class Prediction:
     """Wrench along a motion, exerted by the sensor on the object, in sensor axes about
     the sensor's origin.
 
-    The band is where that wrench itself lies with 95 % probability, each component and
-    instant by itself, if the motion is as given and only the parameters are uncertain.
-    What a sensor shows has its noise and bias besides.
+    The band holds the true wrench with 95 % probability, for each component and instant
+    separately, if the motion is exact and only the parameters are uncertain. A sensor's
+    reading has noise and bias in addition.
 
     Examples
     --------
@@ -188,9 +201,9 @@ class Prediction:
     """
 
     trajectory: str
-    """Where the motion came from."""
+    """Source of the motion."""
     method: str
-    """That made the estimate, and the tool that is counted in."""
+    """Method of the estimate, and of an added tool."""
     static: bool
     """Whether the rows are static poses; ``time`` then counts them from 0."""
     time: Array
@@ -198,20 +211,21 @@ class Prediction:
     wrench: Array
     """(K, 6) force [N] and torque [N m]"""
     std: Array | None
-    """(K, 6) standard deviations; infinite where the estimate leaves it open, None
-    where it has no covariance"""
+    """(K, 6) standard deviations; infinite where the estimate leaves a parameter open
+    that matters, None if it has no covariance"""
     peaks: dict[str, Peak]
-    """Largest size of ``force`` and of ``torque``; deviations to first order."""
+    """Largest norms of ``force`` and ``torque``; standard deviations to first order."""
     gravity: Array
     """(3,) in world axes [m/s²]"""
     source: str
-    """How the motion was found: a key of `hefting.motion.measure.DESCRIPTIONS`."""
+    """Source of the derivatives: a key of `hefting.motion.measure.DESCRIPTIONS`."""
     motion_std: Array | None = None
-    """(2,) what errors of a smoothed motion add, force [N] and torque [N m], root mean
-    square an axis; not part of the band. By smoothing's own account, which is too low
-    for motion without noise. None where the log gave the motion."""
+    """(2,) root mean square of one axis of the errors of force [N] and torque [N m] by
+    errors of a smoothed motion, which the band does not include. They are those that
+    smoothing estimates, which are too low for motion without noise. None if the log gave
+    the motion."""
     agreement: Agreement | None = None
-    """With the wrench that the log holds as well, if it does."""
+    """Agreement with the wrench of the log, if it has one."""
     warnings: tuple[str, ...] = ()
     notes: tuple[str, ...] = ()
 
@@ -239,13 +253,12 @@ class Prediction:
 
     @property
     def verdict(self) -> Verdict:
-        """Whether to trust it: what puts the estimate in doubt is among the
-        warnings."""
+        """Whether to trust it; doubts about the estimate are part of the warnings."""
         return verdict_of(self.warnings)
 
     @property
     def low(self) -> Array | None:
-        """(K, 6) lower end of the 95 % band; minus infinity where it is open."""
+        """(K, 6) lower end of the 95 % band; minus infinity where open."""
         return None if self.std is None else self.wrench - Z95 * self.std
 
     @property
@@ -256,10 +269,10 @@ class Prediction:
     @property
     def extremes(self) -> dict[str, tuple[Peak, Peak]]:
         """Lowest and highest value of each component ``fx`` .. ``tz``."""
-        found = {}
+        extremes = {}
         for i, name in enumerate(WRENCH):
             at = int(np.argmin(self.wrench[:, i])), int(np.argmax(self.wrench[:, i]))
-            found[name] = tuple(
+            extremes[name] = tuple(
                 Peak(
                     float(self.wrench[k, i]),
                     float(self.time[k]),
@@ -267,10 +280,10 @@ class Prediction:
                 )
                 for k in at
             )
-        return found
+        return extremes
 
     def to_dict(self) -> dict[str, Any]:
-        """JSON-ready values; null where the band has no end.
+        """JSON-ready values; null where the band is infinite.
 
         ``peaks`` by ``force`` and ``torque``, ``extremes`` by component with ``lowest``
         and ``highest``: each ``{"value", "time", "low", "high"}``. ``time`` (K),
@@ -317,9 +330,9 @@ class Prediction:
         }
 
     def csv(self) -> bytes:
-        """A table with a row an instant: ``time`` and ``fx`` .. ``tz``, named as in a
-        log so that what reads logs reads it, then ``fx_low``, ``fx_high`` and so on. An
-        open end is blank; static poses have no time, as in a log."""
+        """A table with one row for each instant: ``time`` and ``fx`` .. ``tz``, named as
+        in a log, which makes it readable as one, then ``fx_low``, ``fx_high`` and so
+        on. Infinite ends are blank; static poses have no time, as in a log."""
         import pyarrow as pa
         from pyarrow import csv
 
@@ -339,7 +352,7 @@ class Prediction:
 
 
 def _rows(values: Array | None) -> list | None:
-    """An array as lists, None for what is not finite."""
+    """An array as lists, with None for values that are not finite."""
     if values is None:
         return None
     return values.tolist() if np.isfinite(values).all() else json_ready(values)

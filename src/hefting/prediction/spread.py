@@ -1,6 +1,5 @@
-"""How far a predicted wrench A phi, A (6, 10) known from the motion, may be off: by an
-estimate's covariance C, which makes A C A', by the motion's errors, and by the sensor
-that reads it."""
+"""Errors of a predicted wrench A phi, with A (6, 10) from the motion: by the estimate's
+covariance C, which gives A C A', by errors of the motion, and by the sensor."""
 
 import numpy as np
 
@@ -15,9 +14,8 @@ from hefting.motion.weighting import effect_of_acceleration_errors
 
 
 def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
-    """(K, 6) standard deviations [N, N m] of the reading of a sensor that bears wrenches
-    (K, 6): by gain, cross-talk and offset, without noise and bias. Zeros where nothing
-    is said of the sensor."""
+    """(K, 6) standard deviations [N, N m] of a sensor's readings of wrenches (K, 6), by
+    gain, cross-talk and offset, without noise and bias. Zeros without an accuracy."""
     if accuracy is None:
         return np.zeros_like(wrench)
     variance = np.square(wrench) @ np.square(accuracy.channel_stds).T
@@ -27,12 +25,12 @@ def reading_std(wrench: Array, accuracy: SensorAccuracy | None) -> Array:
 
 
 TOUCHES = 1e-6
-"""[m/s², rad/s²] Entry of A below which a parameter does not matter: what smoothing
-makes of a sensor that does not turn; a micronewton metre for 1 kg m²."""
+"""[m/s², rad/s²] Entry of A up to which a parameter does not matter: the error by
+smoothing where the sensor does not turn, a micronewton metre for 1 kg m²."""
 
 
 class Spread(Covariance):
-    """What a covariance of the ten parameters makes of what is linear in them."""
+    """Standard deviations of linear functions of the ten parameters."""
 
     def std(self, rows: Array) -> Array:
         """Standard deviations (...) of ``rows @ phi``, rows (..., 10); infinite where
@@ -43,7 +41,7 @@ class Spread(Covariance):
         )
 
     def of_wrench(self, measurements: Measurements) -> Array:
-        """Standard deviations (K, 6) [N, N m] of the wrench that the motion needs."""
+        """Standard deviations (K, 6) [N, N m] of the predicted wrench."""
         std = np.empty((len(measurements), 6))
         for first in range(0, len(std), CHUNK):
             part = slice(first, first + CHUNK)
@@ -52,17 +50,14 @@ class Spread(Covariance):
 
 
 def regressor(measurements: Measurements) -> Array:
-    """A (K, 6, 10) of each instant; of the motion alone, with no regard to weights."""
+    """A (K, 6, 10) of each instant, without the weights of the measurements."""
     return (motion_features(measurements) @ FULL_MAP).reshape(-1, 6, 10)
 
 
 def motion_spread(vector: Array, motion: Motion | None) -> Array | None:
-    """What the errors of a smoothed motion add to the wrench (2,): root mean square an
-    axis of force and torque.
-
-    By the motion's own deviations; None where the log gave the motion, or does not tell
-    them.
-    """
+    """(2,) root mean square of one axis of the errors of force [N] and torque [N m] of a
+    body of parameters `vector` (10,), by the standard deviations of a smoothed motion.
+    None if the log gave the motion, or these are not finite."""
     if motion is None:
         return None
     spread = np.sqrt(

@@ -1,9 +1,9 @@
-"""Scene: what is to be drawn of an object, as plain data for any renderer.
+"""Scene: the drawn parts of an object, as plain data for any renderer.
 
     scene = scene_of(estimates={"estimate": found.estimate}, shape=shape)
     headline_of(found.estimate).lines
 
-All lengths are in metres, in sensor axes about the sensor origin. Nothing here draws.
+All lengths are in metres, in sensor axes about the sensor origin.
 """
 
 from collections.abc import Mapping
@@ -67,45 +67,46 @@ __all__ = [
 ]
 
 LARGEST_DOUBT = 0.75
-"""`inertia_doubt` from which on no ellipsoid is drawn: its axes may be half as long, or
-a third longer."""
+"""`inertia_doubt` from which on no ellipsoid is drawn: its axes may be half as long, or a
+third longer."""
 BOTH = np.array(((-1.0,), (1.0,)))
+"""Signs of the two ends of an extent about a center."""
 LEAST_SIZE = 0.2
-"""Distance from a COM to which its region is shown, however small all else is [m]."""
+"""[m] Distance from the COM up to which its region is always shown."""
 MOST_POINTS = 3_000
-"""Points of a cloud that are drawn at most."""
+"""Most points of a cloud that are drawn."""
 MOST_DIRECTIONS = 40
-"""Directions of gravity that are drawn at most."""
+"""Most directions of gravity that are drawn."""
 
 
 @immutable
 class PointSet:
-    """Points of a shape, and masses that a method put there."""
+    """Points of a shape, and their masses as found by a method."""
 
     positions: Array
     """(n, 3) [m]"""
     masses: Array | None = None
-    """(n,) [kg]; other masses have the same ten parameters"""
+    """(n,) [kg]; not unique for given ten parameters"""
 
 
 @immutable
 class Body:
-    """What is drawn of one rigid body."""
+    """The drawn parts of one rigid body."""
 
     name: str
-    """What it is, such as ``"estimate"`` or ``"truth"``"""
+    """Such as ``"estimate"`` or ``"truth"``"""
     center: Array
-    """(3,) COM [m]; NaN along an axis where it is open"""
+    """(3,) COM [m]; NaN along an axis on which it is open"""
     region: Ellipsoid | None = None
-    """That holds the COM with 95 % probability; None where it is not known"""
+    """Holds the COM with 95 % probability; None if unknown"""
     ellipsoid: Ellipsoid | None = None
-    """Of uniform density and equal inertia; None where inertia is not determined, or no
+    """Has uniform density and equal inertia; None if the inertia is not determined, or no
     body has it"""
     inertia_doubt: float | None = None
-    """Half the width of the widest 95 % interval of the moments over the largest
-    moment; None where it is not known, infinite where open"""
+    """Half the width of the widest 95 % interval of the moments over the largest moment;
+    None if unknown, infinite if open"""
     missing: str = ""
-    """Why there is no ellipsoid, where inertia was asked for"""
+    """Reason why there is no ellipsoid"""
 
     @property
     def open_axes(self) -> str:
@@ -115,17 +116,16 @@ class Body:
 
 @immutable
 class Scene:
-    """What is drawn, in sensor axes about the sensor origin, which is drawn too."""
+    """All drawn parts, in sensor axes about the sensor origin; the axes are drawn too."""
 
     bodies: tuple[Body, ...] = ()
     surface: Surface | None = None
     points: PointSet | None = None
     gravity: Array | None = None
-    """(K, 3) directions of gravity in sensor axes, unit vectors; None where no log
-    tells them"""
+    """(K, 3) unit vectors along gravity in sensor axes; None without a log"""
 
     def with_centers_only(self) -> Self:
-        """The same scene without what is said of inertia."""
+        """The same scene without ellipsoids of inertia and reasons for missing ones."""
         bodies = tuple(
             replace(body, ellipsoid=None, inertia_doubt=None, missing="")
             for body in self.bodies
@@ -134,8 +134,8 @@ class Scene:
 
     @property
     def corners(self) -> Array:
-        """Points (n, 3) [m] that all that has a size lies between; of a region for the COM
-        that is larger than all else only a part."""
+        """Points (n, 3) [m] whose bounding box holds all parts, but a COM region larger
+        than all others only in part."""
         parts = [np.zeros((1, 3))]
         parts += [] if self.surface is None else [self.surface.vertices]
         parts += [] if self.points is None else [self.points.positions]
@@ -159,12 +159,12 @@ def scene_of(
     gravity: ArrayLike | None = None,
     masses: bool = False,
 ) -> Scene:
-    """The scene of an object: `estimates` by the names that they are to have, and what
-    is `known` exactly, such as the truth; None for what is not there.
+    """The scene of an object: `estimates` and exactly `known` bodies, such as the truth,
+    by name; None is ignored.
 
-    Nothing is drawn of a shape that is not known. `gravity` (K, 3) is in sensor axes
-    [m/s²], of any length. With `masses` those are drawn that a method put at the points
-    of the shape: `InputError` if an estimate has others than one for each point.
+    An unknown shape is not drawn. `gravity` (K, 3) is in sensor axes, of any length. With
+    `masses` the point masses of the first estimate that has some are drawn at the points
+    of the shape: `InputError` unless there is one for each point.
     """
     bodies = [
         Body(name, body.center_of_mass, ellipsoid=uniform_ellipsoid(body))
@@ -172,7 +172,7 @@ def scene_of(
         if body is not None
     ]
     found = {name: each for name, each in (estimates or {}).items() if each is not None}
-    bodies += [_found(name, estimate) for name, estimate in found.items()]
+    bodies += [_estimated_body(name, estimate) for name, estimate in found.items()]
     surface = None if shape is None else surface_of(shape)
     points = None
     if shape is not None and masses:
@@ -184,8 +184,8 @@ def scene_of(
     return Scene(tuple(bodies), surface, points, directions)
 
 
-def _found(name: str, estimate: Estimate) -> Body:
-    """An estimate, without what it leaves open."""
+def _estimated_body(name: str, estimate: Estimate) -> Body:
+    """The body of an estimate, without its open parts."""
     half = com_reach(estimate)
     center = np.array(estimate.parameters.center_of_mass)
     if half is not None:
@@ -201,6 +201,7 @@ def _found(name: str, estimate: Estimate) -> Body:
 
 
 def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:
+    """(n,) [kg] of the first estimate that has point masses; see `scene_of`."""
     for estimate in estimates.values():
         if estimate.point_masses is not None:
             if len(estimate.point_masses) != shape.n:
@@ -225,11 +226,11 @@ def _directions(gravity: ArrayLike) -> Array | None:
 
 
 PARTS = (("Force", "N", 0), ("Torque", "N m", 3))
-"""Of a wrench: name, unit and first column of each."""
+"""Name, unit and first column of the two parts of a wrench."""
 MOST = 2_000
-"""Samples of a curve that are drawn at most: two a pixel column of a wide screen."""
+"""Most drawn samples of a curve: two for each pixel column of a wide screen."""
 GAP = 5.0
-"""Steps of the median length that a step is longer than over which no line is drawn."""
+"""Time step over the median one above which a curve is interrupted."""
 
 
 @immutable
@@ -241,13 +242,13 @@ class WrenchCurves:
     measured: Array
     """(K, 6) force [N] and torque [N m]"""
     predicted: Array
-    """(K, 6) of the estimate, with its bias"""
+    """(K, 6) by the estimate, with its bias"""
     static: bool
-    """Whether they are static poses."""
+    """Whether the instants are static poses."""
 
     @property
     def residual(self) -> Array:
-        """(K, 6) measured less predicted."""
+        """(K, 6) measured minus predicted."""
         return self.measured - self.predicted
 
     def rms(self, first: int) -> float:
@@ -258,9 +259,9 @@ class WrenchCurves:
 def wrench_curves(
     measurements: Measurements, estimate: Estimate, start: float | None = None
 ) -> WrenchCurves:
-    """The wrench measured and the wrench explained by an estimate made from it, which
-    is static if it has no duration. `start` is the time [s] that counts as zero, by
-    default that of the first measurement."""
+    """The measured wrench, and the one predicted by an estimate from these measurements,
+    which are static poses if it has no duration. `start` is the time [s] that counts as
+    zero, by default that of the first measurement."""
     static = estimate.duration is None
     predicted = predict_wrench(measurements, estimate.parameters.vector)
     predicted = predicted + _bias_of_each(estimate, len(measurements))
@@ -272,11 +273,11 @@ def wrench_curves(
 
 
 def _bias_of_each(estimate: Estimate, samples: int) -> Array:
-    """(K, 6) or (6,) bias of each of K samples; zero where it is not known."""
+    """(K, 6) or (6,) bias of K samples; zero if unknown."""
     bias = estimate.bias
     if bias is None or bias.ndim == 1:
         return np.zeros(6) if bias is None else bias
-    try:  # provenance may be that of a file
+    try:  # provenance from a file may be anything
         rows = [int(each["rows"]) for each in estimate.provenance["recordings"]]
     except (KeyError, TypeError, ValueError, OverflowError):
         return np.zeros(6)
@@ -286,8 +287,7 @@ def _bias_of_each(estimate: Estimate, samples: int) -> Array:
 
 
 def gaps_between(time: Array, shown: Indices) -> Indices:
-    """Positions of those of the `shown` samples of times (K,) [s] that a gap
-    precedes."""
+    """Positions in `shown`, indices of times (K,) [s], before which there is a gap."""
     steps = np.diff(time)
     if not len(steps):
         return np.zeros(0, dtype=np.intp)
@@ -297,10 +297,11 @@ def gaps_between(time: Array, shown: Indices) -> Indices:
 
 def thinned(values: ArrayLike, most: int = MOST) -> Indices:
     """Indices of at most `most` (2 c + 2 or more) samples of c curves (K, c), or one
-    (K,), that have their time in common; what is not finite is passed over.
+    (K,), with common times; NaN is ignored.
 
-    Of short curves all. Else the first and the last, and of consecutive parts of equal
-    length the lowest and the highest sample of each curve: no peak is lost.
+    They are all samples of short curves; otherwise the first and the last, and in each of
+    several parts of equal length the lowest and the highest of each curve, which keeps
+    the peaks.
     """
     columns = np.asarray(values, dtype=float)
     columns = columns.reshape(len(columns), -1)

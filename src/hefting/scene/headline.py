@@ -1,5 +1,5 @@
-"""Headline: verdict and numbers of an estimate, and the place of a shape, in the few
-lines that stand over a picture."""
+"""Headline: verdict and numbers of an estimate, or the place of a shape, in few lines
+above a picture."""
 
 from dataclasses import dataclass
 
@@ -12,7 +12,7 @@ from hefting.scene.surface import com_reach, reach
 from hefting.shapes import Shape
 
 MOST_DIGITS = 6
-"""Digits after the point at most."""
+"""Most digits after the point."""
 SUPERSCRIPTS = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
 
 
@@ -21,15 +21,14 @@ class Headline:
     """Verdict and numbers of an estimate."""
 
     verdict: str
-    """Such as ``"verdict: good"``, and what ± means."""
+    """Such as ``"verdict: good"``, and the meaning of ±."""
     reason: str
-    """The gravest reason why it is not good; else empty. Arguments of the library are
-    in backquotes, as in every message."""
+    """The gravest reason why it is not good, or empty. Arguments of the library are in
+    backquotes, as in every message."""
     usable: bool
     """Whether the estimate may be used at all."""
     numbers: tuple[str, ...]
-    """Mass, COM and inertia, a line each, with how far their 95 %
-    intervals reach at the farther end."""
+    """Mass, COM and inertia, a line each, ± the `reach` of their 95 % intervals."""
 
 
 def headline_of(estimate: Estimate) -> Headline:
@@ -44,9 +43,9 @@ def headline_of(estimate: Estimate) -> Headline:
 
 
 def plus_minus(value: float, half_width: float | None) -> str:
-    """A value with how far its interval reaches, such as ``172.24 ± 0.83``: as many
-    digits as that has with two significant ones; ``open`` where it is
-    infinite, the value alone where there is none."""
+    """A value and the half-width of its interval, such as ``172.24 ± 0.83``, to the
+    second significant digit of the half-width; ``open`` if this is infinite, the value
+    alone without one."""
     if half_width is None or np.isnan(half_width):
         return f"{value:.4g}".replace("-", "−")
     if np.isinf(half_width):
@@ -59,7 +58,7 @@ def plus_minus(value: float, half_width: float | None) -> str:
 
 
 def vector_text(values: ArrayLike, digits: int = 3) -> str:
-    """Numbers in brackets, to so many digits of the largest."""
+    """Numbers in brackets, rounded to `digits` significant digits of the largest."""
     numbers = np.asarray(values, dtype=float)
     largest = float(np.abs(numbers).max()) or 1.0
     rounded = np.round(numbers, digits - 1 - int(np.floor(np.log10(largest)))) + 0.0
@@ -67,8 +66,8 @@ def vector_text(values: ArrayLike, digits: int = 3) -> str:
 
 
 def power_of_thousand(values: Array) -> tuple[str, float]:
-    """What stands before a unit, such as ``"10⁻³ "``, and the factor for values to be
-    written with it: the power of a thousand that suits the largest."""
+    """The power of a thousand that suits the largest value, as the prefix of a unit, such
+    as ``"10⁻³ "``, and the factor from values to numbers in that unit."""
     largest = float(np.nan_to_num(np.abs(values)).max()) or 1.0
     power = 3 * int(np.floor(np.log10(largest) / 3.0))
     before = "" if power == 0 else f"10{str(power).translate(SUPERSCRIPTS)} "
@@ -76,9 +75,8 @@ def power_of_thousand(values: Array) -> tuple[str, float]:
 
 
 def inertia_doubt(estimate: Estimate) -> float | None:
-    """Half the width of the widest 95 % interval of the moments at the COM over the
-    largest moment, infinite where an entry of the tensor is open; None where the method
-    has no intervals."""
+    """The `reach` of the widest 95 % interval of the moments at the COM over the largest
+    moment; infinite if an entry of the tensor is open, None without intervals."""
     tensor = estimate.parameters.inertia_at_com
     half = reach(estimate, "inertia_at_com")
     if half is None:
@@ -106,7 +104,7 @@ def _center(estimate: Estimate) -> str:
 
 
 def _inertia(estimate: Estimate) -> str:
-    """The moments at the COM, in the power of a thousand that suits them."""
+    """The moments at the COM, in a unit that suits them."""
     tensor = estimate.parameters.inertia_at_com
     half = reach(estimate, "inertia_at_com")
     moments = tensor.diagonal()
@@ -127,8 +125,8 @@ def _each(names: tuple[str, ...] | str, values: Array, halves: Array | None) -> 
 
 
 def place_of(shape: Shape) -> tuple[str, ...]:
-    """Where a shape reaches along the axes of the sensor, and where its COM is if its
-    density is uniform; a line each."""
+    """Extent of a shape along the axes of the sensor, and its COM if its density is
+    uniform; a line each."""
     low, high = 1e3 * shape.hull.min(axis=0), 1e3 * shape.hull.max(axis=0)
     reach = ", ".join(
         f"{axis} {_mm(a)} to {_mm(b)}"

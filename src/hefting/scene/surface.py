@@ -1,5 +1,5 @@
-"""Surfaces: triangles of a shape, as many as a picture needs, and of the links of a
-robot; ellipsoids of where the COM is, and of equal inertia."""
+"""Surfaces: triangles of a shape, reduced to as many as a picture needs, and of a robot's
+links; ellipsoids of the COM's 95 % region, and of equal inertia."""
 
 import numpy as np
 
@@ -17,12 +17,12 @@ CHI95 = 2.7954834829151074
 """Radius that holds 95 % of a normal distribution in three dimensions, in standard
 deviations: the root of the 0.95 quantile of chi-squared with 3 degrees of freedom."""
 MOST_TRIANGLES = 30_000
-"""Triangles that are drawn at most: a picture of three views then takes a second or
-two, and shows the mesh to two percent of its size or better."""
+"""Most triangles that are drawn: a picture of three views then takes one or two seconds,
+and shows the mesh with errors of at most two percent of its size."""
 FINEST = 200
-"""Cells along the longest side in which vertices are merged at first."""
+"""Cells along the longest side of the first grid in which vertices are merged."""
 MOST_BYTES = 200_000_000
-"""Sizes of all meshes that are read of one arm [bytes]."""
+"""Largest total size of the mesh files of one arm [bytes]."""
 
 
 @immutable
@@ -44,12 +44,9 @@ class Ellipsoid:
 
     @property
     def principal(self) -> tuple[Array, Array]:
-        """Lengths (3,) [m] of the half-axes that are perpendicular to one another, the
-        longest first, and the rotation (3, 3) whose columns they lie along.
-
-        The half-axes given need not be perpendicular: those that are follow from a
-        singular value decomposition.
-        """
+        """Lengths (3,) [m] of the perpendicular half-axes, the longest first, and the
+        rotation (3, 3) with their directions as columns, by a singular value
+        decomposition of `half_axes`, which need not be perpendicular."""
         rotation, lengths, _ = np.linalg.svd(self.half_axes)
         if np.linalg.det(rotation) < 0.0:
             rotation[:, 2] = -rotation[:, 2]
@@ -57,7 +54,7 @@ class Ellipsoid:
 
     def triangles(self, rings: int = 16) -> tuple[Array, np.ndarray]:
         """Its surface: vertices (V, 3) [m] and triangles (F, 3) of their indices, on
-        so many circles of latitude, twice as many points on each."""
+        `rings` circles of latitude with twice as many points each."""
         polar = np.pi * (np.arange(rings) + 0.5) / rings
         azimuth = np.pi * np.arange(2 * rings) / rings
         p, a = (grid.ravel() for grid in np.meshgrid(polar, azimuth, indexing="ij"))
@@ -80,8 +77,7 @@ class Ellipsoid:
 
 
 def _ball_faces(rings: int) -> np.ndarray:
-    """(F, 3) indices of a grid of points on a ball and of its two poles, which come
-    last."""
+    """(F, 3) triangles of a grid of points on a ball and its two poles, the last two."""
     around = 2 * rings
     row, column = np.divmod(np.arange(around * (rings - 1)), around)
     here, beside = around * row + column, around * row + (column + 1) % around
@@ -116,9 +112,9 @@ def uniform_ellipsoid(body: InertialParameters) -> Ellipsoid | None:
 def com_region(estimate: Estimate) -> Ellipsoid | None:
     """The region that holds the COM with 95 % probability.
 
-    Its width along each axis follows from the estimate's intervals, which hold errors
-    that the covariance of some methods does not; its tilt from the covariance. None
-    where neither is known, or an axis is open.
+    Its width along each axis follows from the estimate's intervals, which for some
+    methods include errors that the covariance does not, its tilt from the covariance.
+    None without either, or if an axis is open.
     """
     half = com_reach(estimate)
     if half is None or not np.isfinite(half).all():
@@ -130,33 +126,33 @@ def com_region(estimate: Estimate) -> Ellipsoid | None:
 
 
 def com_reach(estimate: Estimate) -> Array | None:
-    """(3,) [m] of the COM; see `reach`."""
+    """`reach` (3,) [m] of the COM."""
     return reach(estimate, "center_of_mass")
 
 
 def reach(estimate: Estimate, name: str) -> Array | None:
-    """How far the 95 % interval of a quantity of ``Estimate.intervals`` reaches from its
-    value, at the farther end; from the covariance where there are no intervals.
+    """Distance from the value of a quantity of ``Estimate.intervals`` to the farther end of
+    its 95 % interval, or without intervals by the covariance.
 
-    So ``value ± reach`` holds the interval, also where it is lopsided. Infinite where it
-    is open, None where the method has no uncertainty.
+    ``value ± reach`` holds the interval even if it is asymmetric. Infinite where open, None
+    if the method has no uncertainty.
     """
     open_ = np.asarray(getattr(estimate.undetermined, name))
     if estimate.intervals is not None:
         value = np.asarray(getattr(estimate.parameters, name))
-        found = np.abs(estimate.intervals[name] - value).max(axis=0)
+        half = np.abs(estimate.intervals[name] - value).max(axis=0)
     elif estimate.std is not None:
-        found = Z95 * np.asarray(estimate.std[name])
+        half = Z95 * np.asarray(estimate.std[name])
     elif open_.any():
-        found = np.full(open_.shape, np.nan)
+        half = np.full(open_.shape, np.nan)
     else:
         return None
-    return np.where(open_, np.inf, found)
+    return np.where(open_, np.inf, half)
 
 
 def _com_correlation(estimate: Estimate) -> Array:
-    """Correlation (3, 3) of the COM's errors; none where the covariance does not tell
-    it."""
+    """Correlation (3, 3) of the COM's errors; the identity if the covariance does not
+    determine it."""
     covariance = estimate.covariance
     if covariance is None or not np.isfinite(covariance[:4, :4]).all():
         return np.eye(3)
@@ -185,8 +181,8 @@ class Surface:
 
 
 def surface_of(shape: Shape) -> Surface | None:
-    """The surface of a shape with about `MOST_TRIANGLES` at most; None for a cloud, and
-    where no shape is known."""
+    """The surface of a shape with at most `MOST_TRIANGLES`; None for a cloud or an
+    unknown shape."""
     if shape.faces is None or shape.known == "reach":
         return None
     vertices, faces = coarser(shape.hull, shape.faces, MOST_TRIANGLES)
@@ -194,22 +190,22 @@ def surface_of(shape: Shape) -> Surface | None:
 
 
 def coarser(vertices: Array, faces: np.ndarray, most: int) -> tuple[Array, np.ndarray]:
-    """The same surface with at most `most` triangles: vertices in one cell of a grid
-    are merged, and the grid made coarser until that is enough."""
+    """The surface with at most `most` triangles: vertices in one cell of a grid are
+    merged, with coarser and coarser grids."""
     size = float(np.ptp(vertices, axis=0).max())
     pitch = size / FINEST
-    merged, left = vertices, faces
-    while len(left) > max(most, 1):
-        merged, left = _merged(vertices, faces, pitch)
+    merged, remaining = vertices, faces
+    while len(remaining) > max(most, 1):
+        merged, remaining = _merged(vertices, faces, pitch)
         pitch *= 1.5
-    return merged, left
+    return merged, remaining
 
 
 def _merged(
     vertices: Array, faces: np.ndarray, pitch: float
 ) -> tuple[Array, np.ndarray]:
-    """Vertices merged by cells of side `pitch`, each at its vertices' mean; triangles
-    that vanish and those that occur twice are left out."""
+    """Vertices merged to their mean in each cell of side `pitch` [m], and the triangles
+    without degenerate and repeated ones."""
     i, j, k = ((vertices - vertices.min(axis=0)) / pitch).astype(np.int64).T
     cell = (i * 2 * FINEST + j) * 2 * FINEST + k
     _, index, count = np.unique(cell, return_inverse=True, return_counts=True)
@@ -229,7 +225,7 @@ def _merged(
 
 
 class LinkSurfaces:
-    """Reads geometries of one robot until their meshes are `MOST_BYTES`."""
+    """Reads geometries of one robot, up to meshes of `MOST_BYTES` in total."""
 
     def __init__(self):
         self._left = MOST_BYTES
@@ -237,8 +233,8 @@ class LinkSurfaces:
     def read(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
         """Vertices (V, 3) [m] in the link's frame and triangles (F, 3) of a geometry.
 
-        None where its mesh cannot be read, holds no triangle, has no extent, or is
-        larger than a robot, and where the meshes are too large together.
+        None if its mesh cannot be read, has no triangle or extent, is larger than
+        `LARGEST_SIZE`, or exceeds the total of `MOST_BYTES`.
         """
         try:
             vertices, faces = self._own(geometry)
@@ -252,7 +248,7 @@ class LinkSurfaces:
         return turned + geometry.position, faces
 
     def _own(self, geometry: Geometry) -> tuple[Array, np.ndarray]:
-        """The same in the geometry's own frame; `InputError` where it cannot be read."""
+        """The same in the geometry's own frame; `InputError` if it cannot be read."""
         if geometry.kind != "mesh":
             return simple_solid(geometry)
         assert geometry.file is not None

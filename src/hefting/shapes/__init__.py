@@ -1,7 +1,7 @@
 """Shapes: mesh, convex hull, point cloud, labelled parts or box -> `Shape` in the
 sensor frame.
 
-Here a shape and a pose are read from texts: a box or a file, seven numbers or a file.
+This file reads shapes and poses from their textual forms and from values in memory.
 """
 
 from __future__ import annotations
@@ -35,14 +35,14 @@ def load_shape(
     points_per_cm3: float | None = None,
     hull: bool = False,
 ) -> Shape:
-    """Point masses from ``box:X0,X1,Y0,Y1,Z0,Z1`` (metres, sensor frame) or a file,
-    told apart by its suffix.
+    """Point masses from ``box:X0,X1,Y0,Y1,Z0,Z1`` (metres, sensor frame) or from a file
+    whose kind follows from its suffix.
 
     .stl, .obj, .off, .glb and .ply with faces are meshes; .xyz, .txt, .csv, .npy and
     .ply without faces are filled point clouds; .ply without faces but with labels are
-    labelled parts, of which all points are kept. With `hull` the convex hull of a
-    file's vertices is taken instead. The pose may be text, as for `parse_pose`. Other
-    parameters and errors as for `Shape.from_mesh`.
+    labelled parts, of which all points are kept. With `hull` the convex hull of the
+    file's vertices is used. The pose may be text, as for `parse_pose`. Other parameters
+    and errors are those of `Shape.from_mesh`.
 
     Examples
     --------
@@ -89,7 +89,7 @@ def load_shape(
 def as_shape(
     shape: Any, unit: str | None = None, pose: ArrayLike | str | Path | None = None
 ) -> Shape | None:
-    """Shape of whatever describes one.
+    """Shape from a file, text, mesh or points.
 
     Parameters
     ----------
@@ -102,7 +102,7 @@ def as_shape(
     unit : str, optional
         Length unit of a file, mesh or points: m, cm, mm or in.
     pose : (4, 4), seven numbers, or text, optional
-        Of its frame in the sensor frame; text as for `parse_pose`.
+        Pose of its frame in the sensor frame; text as for `parse_pose`.
 
     Returns
     -------
@@ -111,7 +111,7 @@ def as_shape(
     Raises
     ------
     InputError
-        For what describes no shape, and a unit or pose beside a `Shape`.
+        For a value that is no shape, and for a unit or pose given with a `Shape`.
     """
     matrix = None if pose is None else as_pose(pose)
     if shape is None or isinstance(shape, Shape):
@@ -135,8 +135,8 @@ def as_shape(
 
 
 def as_pose(pose: ArrayLike | str | Path) -> Array:
-    """A pose (4, 4) as a matrix, seven numbers, or text as for `parse_pose`; `InputError`
-    for what is none."""
+    """Pose (4, 4) from a matrix, seven numbers, or text as for `parse_pose`; `InputError`
+    for anything else."""
     if isinstance(pose, str | Path):
         return parse_pose(pose)
     matrix = frozen(pose)
@@ -149,7 +149,7 @@ def as_pose(pose: ArrayLike | str | Path) -> Array:
 
 def parse_pose(source: str | Path) -> Array:
     """Pose (4, 4) of an object in the sensor frame from ``x,y,z,qx,qy,qz,qw``, from
-    ``x,y,z`` where nothing is turned, or from a JSON file.
+    ``x,y,z`` for parallel axes, or from a JSON file.
 
     The file holds a 4 x 4 matrix or a list of those numbers. Raises `InputError`
     unless the quaternion has unit norm within 1e-3 or the matrix is a rigid motion.

@@ -1,15 +1,15 @@
-"""Cells: volume, centroid and second moment of a solid in each cell of a grid, exactly.
+"""Cells: exact volume, centroid and second moment of a solid in each cell of a grid.
 
 A solid is the sum of signed prisms, each between one of its triangles and a plane below
-all of them. The triangles are cut at the planes of the grid; a piece in a cell gives
-the prism below it in that cell, and a whole column to each cell under it.
+all of them. The triangles are cut at the planes of the grid; a piece in a cell adds the
+prism below it in that cell, and a full column to each cell under it.
 
-A part thinner than a cell may pass between the points of the grid. Where the surface
-comes to a cell with no point within two cells of it, the solid is divided exactly into
-its shares of the cells. A cell with a point keeps it, at the centroid of its share; a
-cell without one joins a neighbour that has one; what is left is put together to larger
-pieces, as many as suit its volume, with a point at the centroid of each. That of a bent
-piece may be outside of the solid.
+A part thinner than a cell may lie between the points of the grid. If the surface enters
+a cell with no point within two cells, the solid is divided exactly into its shares of
+the cells. The point of a cell moves to the centroid of the share; a cell without a point
+is joined to a neighbour with one; the remaining cells are merged into larger pieces, in
+number proportional to their volume, with a point at the centroid of each. The centroid
+of a bent piece may be outside of the solid.
 """
 
 from dataclasses import dataclass
@@ -46,7 +46,7 @@ class Moments:
 
     def together(self, group: np.ndarray, count: int) -> "Moments":
         """Sums over the bodies of each of `count` groups; `group` (n,) is negative for
-        those that belong to none."""
+        bodies that are left out."""
         chosen = group >= 0
         index = group[chosen]
 
@@ -84,11 +84,13 @@ def moments_in_cells(
     for axis in range(3):
         pieces, index = _cut(pieces, index, axis, shape[axis])
     flat = np.ravel_multi_index(tuple(index.T), shape)
-    # about the lower corner of the own cell, in sides of a cell
+    # relative to the lower corner of the cell, in sides of a cell
     local = pieces - index[:, None, :]
     one, two = local[:, 1] - local[:, 0], local[:, 2] - local[:, 0]
     area = 0.5 * (one[:, 0] * two[:, 1] - one[:, 1] * two[:, 0])
     nodes = np.einsum("qk,nkd->qnd", POINTS, local)
+    # moments 1, x, y, z, xx, xy, xz, yy, yz, zz of the prisms below the pieces in their
+    # cells, and moments 1, x, y, xx, xy, yy of the pieces' projections
     own = np.zeros((10, len(area)))
     column = np.zeros((6, len(area)))
     for weight, (x, y, z) in zip(WEIGHTS, nodes.transpose(0, 2, 1), strict=True):
@@ -102,6 +104,7 @@ def moments_in_cells(
     cells = int(np.prod(shape))
     sums = [np.bincount(flat, row, cells) for row in own]
     total = np.asarray(np.stack(sums), dtype=float)
+    # of the pieces above each cell, whose prisms fill its whole height
     above = np.stack([np.bincount(flat, row, cells) for row in column])
     above = above.reshape(6, *shape)
     above = (np.cumsum(above[..., ::-1], axis=-1)[..., ::-1] - above).reshape(6, -1)
@@ -131,8 +134,8 @@ def _in_metres(
 def _cut(
     pieces: Array, index: np.ndarray, axis: int, count: int
 ) -> tuple[Array, np.ndarray]:
-    """Triangles (n, 3, 3) cut at the whole numbers along an axis, and the cells (n, 3)
-    they are in."""
+    """Pieces (m, 3, 3) of triangles (n, 3, 3), cut at the integers along an axis, and the
+    cells (m, 3) they are in."""
     along = pieces[:, :, axis]
     first = np.clip(np.floor(along.min(axis=1)).astype(np.int64), 0, count - 1)
     last = np.clip(np.ceil(along.max(axis=1)).astype(np.int64) - 1, first, count - 1)
@@ -159,11 +162,11 @@ def _cut(
 def _half_space(
     triangles: Array, axis: int, bound: Array, side: float
 ) -> tuple[Array, np.ndarray]:
-    """What of triangles (n, 3, 3) is on one side of a plane each, as triangles, and
-    which triangle each is part of.
+    """The parts (m, 3, 3) of triangles (n, 3, 3) on one side of a plane for each, and the
+    index (m,) of the triangle that each belongs to.
 
-    `bound` (n,) is the coordinate along `axis`; `side` is 1 for what is above it, -1
-    for what is below. Orientations are kept.
+    `bound` (n,) are the planes' coordinates along `axis`; `side` is 1 for the parts
+    above, -1 for those below. Orientations are kept.
     """
     depth = side * (triangles[:, :, axis] - bound[:, None])
     inside = depth > 0.0
@@ -187,25 +190,25 @@ def _half_space(
 
 
 SPACING = 0.5
-"""Distance of the points at which the surface is looked at, in sides of a cell."""
+"""Spacing of the sample points of large triangles, in sides of a cell."""
 MOST_SURFACE_POINTS = 2_000_000
-"""Most points at which the surface is looked at; of finer grids only some of them."""
+"""Most sample points of large triangles; for finer grids the spacing grows."""
 MOST_DIVIDED_CELLS = 2_000_000
 """Most cells a solid is divided into."""
 REACH = 2
-"""Cells by which a part may reach beyond those with a point; tips and edges of tools
-reach one further."""
+"""Cells by which a part may extend beyond the cells with a point; tips and edges of
+tools do so by one."""
 NEGLIGIBLE_CELL = 1e-9
-"""Share of a cell below which it counts as empty: rounding."""
+"""Share of a cell up to which it counts as empty, as by rounding."""
 NEGLIGIBLE_PART = 1e-5
 """Share of the solid's volume that parts without points may have."""
 POINTS_OVER_SHARE = 1.0
-"""Largest number of points of thin parts over what their volume would get."""
+"""Number of points of missed parts over that in proportion to their volume."""
 POINTS_OF_PART = 3
-"""Number of points of a thin part that may be more than that, so that its inertia does
-not rest on one."""
+"""Points in addition for each missed part, whose inertia one point does not
+represent."""
 PIECE_SIDES = (1, 2, 3, 4, 6, 8, 12, 16, 24, 32, 48, 64, 128, 256)
-"""Sides of a piece that are tried, in cells."""
+"""Candidate sides of a piece, in cells."""
 
 
 @immutable
@@ -228,8 +231,7 @@ class Lattice:
 
 
 def misses_a_part(triangles: Array, lattice: Lattice) -> bool:
-    """Whether the surface (F, 3, 3) comes to a cell with no point within `REACH` cells
-    of it."""
+    """Whether the surface (F, 3, 3) enters a cell with no point within `REACH` cells."""
     near = lattice.occupied
     for _ in range(REACH):
         near = _widened(near)
@@ -246,11 +248,11 @@ def misses_a_part(triangles: Array, lattice: Lattice) -> bool:
 def divided(
     triangles: Array, lattice: Lattice, target: int, count: int | None = None
 ) -> Moments:
-    """The solid as pieces, each for a point: those of the cells with a point, then those
-    that the grid misses.
+    """Moments of the pieces of the solid, one for each point: first those of cells with a
+    point, then those that the grid misses.
 
-    `target` is the number of points wanted of the whole solid, `count` the most points
-    of thin parts, by default as many as suit their volume.
+    `target` is the wanted number of points of the solid, `count` the most points of
+    missed parts, by default in proportion to their volume.
     """
     shares = moments_in_cells(triangles, lattice.low, lattice.size, lattice.shape)
     full = shares.volume > NEGLIGIBLE_CELL * float(np.prod(lattice.size))
@@ -274,8 +276,9 @@ def has_missed(pieces: Moments, lattice: Lattice) -> bool:
 
 
 def _pieces(missed: np.ndarray, suitable: float, count: int | None) -> np.ndarray:
-    """Number of the piece each missed cell is part of, in the order of
-    ``numpy.nonzero``: the finest division that has not too many."""
+    """Index of the piece of each missed cell, in the order of ``numpy.nonzero``, for the
+    finest division with fewer pieces than `count`, by default than a number that follows
+    from `suitable`, the number in proportion to volume."""
     from scipy.ndimage import label
 
     parts, number = label(missed, structure=np.ones((3, 3, 3)))  # pyright: ignore[reportGeneralTypeIssues]
@@ -294,17 +297,17 @@ def _pieces(missed: np.ndarray, suitable: float, count: int | None) -> np.ndarra
 
 
 def _joined(owner: np.ndarray) -> np.ndarray:
-    """Owners of cells (nx, ny, nz), with those of neighbours for cells without: across
-    a face first, then an edge, then a corner."""
-    found = owner
+    """Owners (nx, ny, nz), where a cell without one, -1, gets that of a neighbour: first
+    across a face, then an edge, then a corner."""
+    result = owner
     padded = np.pad(owner, 1, constant_values=-1)
     steps = [s for s in np.ndindex(3, 3, 3) if s != (1, 1, 1)]
     x, y, z = owner.shape
     for step in sorted(steps, key=lambda s: sum(abs(i - 1) for i in s)):
         i, j, k = step
         neighbour = padded[i : i + x, j : j + y, k : k + z]
-        found = np.where(found < 0, neighbour, found)
-    return found
+        result = np.where(result < 0, neighbour, result)
+    return result
 
 
 def _widened(mask: Mask) -> Mask:
@@ -319,8 +322,8 @@ def _widened(mask: Mask) -> Mask:
 
 
 def _points_on_large(triangles: Array, spacing: float) -> Array:
-    """Points on the triangles that are larger than `spacing` [m], about so far apart:
-    rows parallel to the longest edge."""
+    """Points (n, 3) on the triangles that are larger than `spacing` [m], about `spacing`
+    apart, in rows parallel to the longest edge."""
     a, b, c = triangles[:, 0], triangles[:, 1], triangles[:, 2]
     large = (np.maximum(np.abs(b - a), np.abs(c - a)) > spacing).any(axis=1)
     t = triangles[large]

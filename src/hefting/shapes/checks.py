@@ -1,5 +1,5 @@
-"""Checks of what shapes are made of: units, numbers, arrays and numbers of points; what
-is suspicious about a size, and how far a shape may be from its object."""
+"""Checks of the arguments of shapes (units, numbers, arrays, numbers of points), warnings
+about unlikely sizes, and the deviation of a shape from its object."""
 
 from pathlib import Path
 from typing import Any
@@ -14,26 +14,26 @@ from hefting.shapes.sampling import MAX_POINTS
 from hefting.shapes.solid import Solid
 
 SHORTEST, LONGEST = 1e-3, 3.0
-"""[m] Lengths between which a held object is likely."""
+"""[m] Likely lengths of a held object."""
 UNITS = {"m": 1.0, "cm": 1e-2, "mm": 1e-3, "in": 0.0254}
 """Length units [m] of a shape's file."""
 KNOWN = ("object", "bounds", "reach")
-"""What may be known of an object: its shape, a box around it, or nothing."""
+"""Values of `Shape.known`: the object's shape, a box around it, or nothing is known."""
 REACH = 0.5
-"""[m] Distance from the sensor, along each axis, within which a held object is taken to
-be."""
+"""[m] Largest distance of a held object of unknown shape from the sensor, along each
+axis."""
 ROUGH = 0.2
 """`Shape.shape_std` of a box or a hull that is only known to hold the object."""
 SMALL_CAPS = 0.02
-"""Share of a surface in the caps of its holes up to which they do not matter."""
+"""Share of the surface in caps of holes up to which holes are ignored."""
 SMALL_CAVITIES = 0.05
-"""`empty_share` up to which a cloud fills an object: it is 0.02 at most of 60 objects,
-0.2 to 0.6 of 5,000 points of their surfaces."""
+"""`empty_share` up to which a cloud counts as filled: for 60 objects it is at most 0.02,
+for clouds of 5,000 points of their surfaces 0.2 to 0.6."""
 DOUBT_OF_CAPS = 0.5
-"""`Shape.shape_std` of a mesh with holes over the share of the caps, up to `ROUGH`:
-nobody knows how the object bulges where the mesh has a hole. With meshes of which a
-fifth to a half is missing on one side, 95 % intervals hold 95 to 96 %; without it 92.5
-at 150 samples."""
+"""`Shape.shape_std` of a mesh with holes over the share of the caps, up to `ROUGH`, as
+the object's surface in a hole is unknown. For meshes that lack a fifth to a half on one
+side, 95 % intervals then hold the truth in 95 to 96 %, without it in 92.5 % at 150
+samples."""
 DEFAULT_POINTS = 56
 """Number of points when none is asked for (Nadeau et al. 2022, Sec. V)."""
 
@@ -67,7 +67,7 @@ def positive(value: float, name: str) -> float:
 
 
 def point_count(points: int) -> int:
-    """`points` if it is a sensible number of points, else `InputError`."""
+    """`points` if it is an integer from 1 to `MAX_POINTS`, else `InputError`."""
     if not isinstance(points, int | np.integer) or not 1 <= points <= MAX_POINTS:
         raise InputError(
             f"the number of points must be 1 to {MAX_POINTS}, not {points!r}"
@@ -108,7 +108,7 @@ def check_positions(positions: Array) -> None:
 def checked_numbers(
     values: Any, name: str, shape: tuple[int, ...], count: int
 ) -> Array | None:
-    """`values` of `count` point masses as a finite array of that shape, else
+    """`values` of `count` point masses as a finite array of the given shape, else
     `InputError`; None stays None."""
     if values is None:
         return None
@@ -152,7 +152,8 @@ def check_hull(hull: Array) -> None:
 
 
 def _in_other_units(longest: float, unit: str | None) -> str:
-    """In which units a file of so many metres by `unit` has a likely length."""
+    """A question: the units in which the longest side, `longest` metres if the unit is
+    `unit`, has a likely length."""
     lengths = {u: longest * x / unit_scale(unit) for u, x in UNITS.items()}
     likely = [f"{u} ({x:.3g} m)" for u, x in lengths.items() if SHORTEST < x < LONGEST]
     return f"is its `unit` {' or '.join(likely)}?" if likely else "is that its size?"
@@ -161,20 +162,20 @@ def _in_other_units(longest: float, unit: str | None) -> str:
 def suspicions(
     low: Array, extents: Array, pose: Array, unit: str | None
 ) -> tuple[Message, ...]:
-    """Warnings about a bounding box, its lower corner and sides in object axes, that is
-    unlikely for a held object."""
-    longest, found = float(extents.max()), []
+    """Warnings about a bounding box that is unlikely for a held object, given its lower
+    corner (3,) and sides (3,) [m] in object axes."""
+    longest, messages = float(extents.max()), []
     size = f"the shape is {longest:.3g} m long: {_in_other_units(longest, unit)}"
     if longest > LONGEST:
-        found.append(warning("shape-long", size, "unit"))
+        messages.append(warning("shape-long", size, "unit"))
     if longest < SHORTEST:
-        found.append(warning("shape-small", size, "unit"))
+        messages.append(warning("shape-small", size, "unit"))
     origin = inverse_pose(pose)[:3, 3]
     distance = float(np.linalg.norm(origin - np.clip(origin, low, low + extents)))
     if distance > 1 or (distance > 0.3 and distance > 5 * np.linalg.norm(extents)):
         what = f"the shape is {distance:.3g} m away from the sensor: check the unit and pose of the object"
-        found.append(warning("shape-far", what, "pose"))
-    return tuple(found)
+        messages.append(warning("shape-far", what, "pose"))
+    return tuple(messages)
 
 
 def check_parts(labels: Array, volumes: Array | None, path: str | Path) -> None:
@@ -188,13 +189,13 @@ def check_parts(labels: Array, volumes: Array | None, path: str | Path) -> None:
 
 
 def doubt_of_caps(share: float) -> float:
-    """`Shape.shape_std` of a mesh whose caps have this share of its surface."""
+    """`Shape.shape_std` of a mesh with this share of its surface in caps."""
     return min(DOUBT_OF_CAPS * share, ROUGH) if share > SMALL_CAPS else 0.0
 
 
 def check_doubt(known: str, shape_std: float) -> None:
-    """`InputError` for what cannot be known of a shape, or a deviation that is no
-    share."""
+    """`InputError` for a value that `Shape.known` cannot have, or a deviation outside of
+    0 to 1."""
     if known not in KNOWN:
         raise InputError(
             f"what is known of a shape is one of {', '.join(KNOWN)}, not {known}"
@@ -204,7 +205,7 @@ def check_doubt(known: str, shape_std: float) -> None:
 
 
 def check_one_given(points: int | None, points_per_cm3: float | None) -> None:
-    """`InputError` where a number of points and their density are both given."""
+    """`InputError` if both a number of points and their density are given."""
     if points is not None and points_per_cm3 is not None:
         what = "points and points_per_cm3 are both given"
         raise InputError(what, fix="give one of them")
@@ -213,9 +214,9 @@ def check_one_given(points: int | None, points_per_cm3: float | None) -> None:
 def count_of_points(
     solid: Solid, points: int | None, points_per_cm3: float | None, where: Any
 ) -> int:
-    """Number of points, as given, by density [1/cm³], or by default.
+    """Number of points: as given, by density [1/cm³], or the default.
 
-    Raises `InputError` where both are given, and for what is no number of points.
+    Raises `InputError` if both are given, or the number is not valid.
     """
     check_one_given(points, points_per_cm3)
     if points_per_cm3 is None:

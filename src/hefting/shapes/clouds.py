@@ -1,8 +1,8 @@
-"""Clouds: the convex hull of points, how deep a point is inside it, and one
-representative a voxel.
+"""Clouds: the convex hull of points, the depth of a point inside it, and one
+representative point of each voxel.
 
-The planes of a hull are found by a polytope that grows by points, and how deep a point
-is inside by few of its steps.
+A polytope grows by one point after another until its planes are those of the hull; the
+depth of a point is known after few of these steps.
 """
 
 from typing import Self
@@ -16,20 +16,19 @@ from hefting.core.spatial import Array, Mask
 from hefting.shapes.solid import normals_of
 
 SMALL_HULL = 3000
-"""Points up to which a hull is found here, if it has no more than `LARGEST_HULL`
-corners: that takes less time than importing `scipy.spatial`, which is a quarter of a
-second."""
+"""Most points for which this file finds the hull, if it has at most `LARGEST_HULL`
+corners: faster than importing `scipy.spatial`, which takes a quarter of a second."""
 FLAT = 1e-9
-"""Thickness of a hull, relative to its length, up to which it counts as flat
-(collinear, a single point)."""
+"""Thickness of a hull relative to its length up to which it counts as flat (collinear, a
+single point)."""
 
 LOOKED_AT, PER_VOXEL, MOST_VOXELS = 8_000, 5, 10_000_000
-"""Points of a cloud that are looked at, of them in a voxel, and most voxels."""
+"""Of `empty_share`: most points that are used, points per voxel, and most voxels."""
 
 
 def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]:
-    """Points (n, 3) and outward faces (F, 3) of their convex hull; `InputError` if they
-    are flat."""
+    """The points (n, 3) and the faces (F, 3) of their convex hull, oriented outward;
+    `InputError` if they are flat."""
     from scipy.spatial import ConvexHull, QhullError
 
     try:
@@ -46,23 +45,23 @@ def convex_hull(points: Array, where: object = None) -> tuple[Array, np.ndarray]
 def voxel_representatives(
     points: Array, target: int, pitch: float | None
 ) -> tuple[np.ndarray, float]:
-    """Indices of one point from every occupied voxel, and the pitch used.
+    """Indices of one point of every occupied voxel, and the pitch [m].
 
-    The point is the one nearest to the mean of those in its voxel. Without a `pitch`,
-    one that leaves about `target` points is searched for; a cloud of no more points
-    than that is kept whole.
+    It is the point nearest to the mean of the voxel's points. Without a `pitch`, one is
+    searched that gives about `target` points; a cloud of at most `target` points is kept
+    whole.
     """
     low, sides = points.min(axis=0), np.ptp(points, axis=0)
     longest = float(sides.max())
     if pitch is None:
         small, large = 0.3 * longest / max(target, len(points)), 1.01 * longest + 1e-9
-        found: dict[float, int] = {}
+        counts: dict[float, int] = {}
         for _ in range(40 if longest > 0 else 0):
             middle = float(np.sqrt(small * large))
-            found[middle] = len(np.unique(_voxels(points, low, sides, middle)))
-            fine = found[middle] > target
+            counts[middle] = len(np.unique(_voxels(points, low, sides, middle)))
+            fine = counts[middle] > target
             small, large = (middle, large) if fine else (small, middle)
-        pitch = min(found, key=lambda p: abs(found[p] - target)) if found else 1e-9
+        pitch = min(counts, key=lambda p: abs(counts[p] - target)) if counts else 1e-9
         if len(points) <= target:
             return np.arange(len(points)), pitch
     _, voxel = np.unique(_voxels(points, low, sides, pitch), return_inverse=True)
@@ -75,29 +74,29 @@ def voxel_representatives(
 
 
 def empty_share(points: Array) -> float:
-    """Share of the volume of a cloud (n, 3) that has no points, but some on either side
-    along each axis."""
-    some = np.random.default_rng(0).permutation(len(points))[:LOOKED_AT]
-    points = points[some] - points.min(axis=0)
+    """Share of the volume of a cloud (n, 3) in voxels without points that have some on
+    both sides along every axis."""
+    chosen = np.random.default_rng(0).permutation(len(points))[:LOOKED_AT]
+    points = points[chosen] - points.min(axis=0)
     pitch = voxel_representatives(points, len(points) // PER_VOXEL, None)[1]
     index = (points / pitch).astype(np.int64)
     if np.prod(index.max(axis=0) + 1.0) > MOST_VOXELS:  # of points far away
         return 0.0
     full = np.zeros(index.max(axis=0) + 1, bool)
     full[tuple(index.T)] = True
-    among = ~full
+    enclosed = ~full
     for axis in range(3):
-        for turned, seen in (
-            (among, full),
-            (np.flip(among, axis), np.flip(full, axis)),
+        for view, seen in (
+            (enclosed, full),
+            (np.flip(enclosed, axis), np.flip(full, axis)),
         ):
-            turned &= np.logical_or.accumulate(seen, axis)
-    return float(among.sum() / (among.sum() + full.sum()))
+            view &= np.logical_or.accumulate(seen, axis)
+    return float(enclosed.sum() / (enclosed.sum() + full.sum()))
 
 
 def _voxels(points: Array, low: Array, sides: Array, pitch: float) -> np.ndarray:
-    """Number (n,) of the voxel each point is in, of a lattice of some `pitch` centred
-    on the bounding box."""
+    """Key (n,) of the voxel of each point, in a lattice of some `pitch` [m] centred on
+    the bounding box."""
     shift = 0.5 * (np.ceil(sides / pitch) - sides / pitch)
     index = np.minimum(np.floor((points - low) / pitch + shift), 2**20).astype(np.int64)
     return (index[:, 0] << 42) + (index[:, 1] << 21) + index[:, 2]
@@ -118,7 +117,7 @@ class Hull:
 
     @classmethod
     def of(cls, points: ArrayLike) -> Self:
-        """Of points (V, 3) [m]. Raises `InputError` unless there is one and all are
+        """Hull of points (V, 3) [m]. Raises `InputError` unless V >= 1 and all are
         finite."""
         center, axes, along, sides = _principal(points)
         return cls(center, axes, *_faces(along, sides))
@@ -126,12 +125,12 @@ class Hull:
     def depth(self, x: ArrayLike) -> float:
         """Distance [m] from x (3,) to the nearest face, negative outside.
 
-        Outside it is that of the plane of the face that is violated most, which is the
-        distance to the hull itself only where the nearest point is inside that face,
-        and less beside an edge or a corner. A flat hull has faces on both sides: the
-        depth is 0 on it, and off it minus the larger of the distances from its plane
-        and beyond its outline; likewise for collinear points, and minus the distance
-        for a single point. The frame does not matter.
+        Outside it is the distance to the farthest plane of those beyond which x lies,
+        which is less than the distance to the hull if an edge or a corner is nearest. A
+        flat hull has faces on both sides: the depth is 0 on it, and elsewhere minus the
+        larger of the distances from its plane and beyond its outline; likewise for
+        collinear points, and minus the distance for a single point. The result does not
+        depend on the frame.
 
         Raises `InputError` unless x is finite.
         """
@@ -144,8 +143,8 @@ class Hull:
 
 
 def depth_in_hull(points: ArrayLike, x: ArrayLike) -> float:
-    """`Hull.depth` of x (3,) in the hull of points (V, 3) [m]: where x is inside a solid
-    one, in a tenth of the time, as most of its faces are not found."""
+    """`Hull.depth` of x (3,) in the hull of points (V, 3) [m]. If x is inside a solid
+    hull it takes a tenth of the time, as few faces are needed."""
     center, axes, along, sides = _principal(points)
     if len(sides) == 3 and len(along) <= SMALL_HULL:
         place = (axes @ (_target(x) - center)) / sides
@@ -156,8 +155,8 @@ def depth_in_hull(points: ArrayLike, x: ArrayLike) -> float:
 
 
 def _principal(points: ArrayLike) -> tuple[Array, Array, Array, Array]:
-    """Center (3,) and principal axes (3, 3) of points (V, 3), and along the first d of
-    these, in which they extend, the points (V, d) and their extents (d,)."""
+    """Center (3,) and principal axes (3, 3) as rows of points (V, 3); along the first d
+    axes, in which they extend, the points' coordinates (V, d) and extents (d,)."""
     P = np.asarray(points, dtype=float)
     if P.ndim != 2 or P.shape[1:] != (3,) or not len(P) or not np.isfinite(P).all():
         raise InputError(
@@ -199,17 +198,17 @@ def _faces(points: Array, sides: Array) -> tuple[Array, Array]:
 
 
 LARGEST_HULL = 400
-"""Corners up to which a hull is found here."""
+"""Most corners of a `Polytope`."""
 ROUNDING = 1e-13
-"""Distance from a plane, in a box of unit sides, that counts as none."""
+"""Distance from a plane, in a box of unit sides, that counts as zero."""
 MOST_STEPS = 100
-"""Points that are added at most to find the depth of another; most need a tenth."""
+"""Most points that are added to find a depth; usually ten are enough."""
 _NEXT, _AFTER = [1, 2, 0], [2, 0, 1]
 
 
 class Polytope:
-    """Convex polytope whose corners are some of the points (V, 3) in a box of unit
-    sides: at first four that are far from one another."""
+    """Convex polytope whose corners are some of the points (V, 3) in a box of unit sides,
+    initially four distant ones."""
 
     def __init__(self, points: Array):
         self._points = points
@@ -225,14 +224,14 @@ class Polytope:
 
     @property
     def planes(self) -> Array:
-        """Planes (F, 4) of its faces: n x + b <= 0 inside, normals outward; of those
-        that are gone n is zero and b -1."""
+        """Planes (F, 4) of its faces, (n, b) with n x + b <= 0 inside; removed faces have
+        n = 0 and b = -1."""
         return self._planes[: self._count]
 
     def add(self, k: int) -> bool:
-        """Grow by the k-th of the points: the faces that see it give way to a cone from
-        their outline to it. False where more than `LARGEST_HULL` corners would be
-        needed, or rounding leaves no outline."""
+        """Add the k-th point: the faces that see it are replaced by a cone from their
+        outline to it. False if there is no space for the faces of more than
+        `LARGEST_HULL` corners, or rounding leaves no outline."""
         x, y, z = self._points[k].tolist()
         known = self.planes
         height = known[:, 0] * x + known[:, 1] * y + known[:, 2] * z + known[:, 3]
@@ -247,7 +246,7 @@ class Polytope:
         cone = np.array([(a, b, k) for a, b in sorted(edges) if (b, a) not in edges])
         if self._count + len(cone) > len(self._planes) or not len(cone):
             return False
-        self._planes[sees] = 0.0, 0.0, 0.0, -1.0  # gone: they see nothing
+        self._planes[sees] = 0.0, 0.0, 0.0, -1.0  # removed: no point is above these
         new = slice(self._count, self._count + len(cone))
         self._planes[new], self._corners[new] = _plane(self._points, cone), cone
         self._count += len(cone)
@@ -255,35 +254,35 @@ class Polytope:
 
 
 def hull_planes(points: Array) -> Array | None:
-    """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides, as of
-    `Polytope.planes`, none gone.
+    """Planes (F, 4) of the solid hull of points (V, 3) in a box of unit sides, as those
+    of `Polytope.planes` without removed ones.
 
-    None where it has more than `LARGEST_HULL` corners, or rounding leaves a point
-    outside of a plane. Point after point, those far out first.
+    Points are added one by one, the outermost first. None if the hull has more than
+    `LARGEST_HULL` corners, or rounding leaves a point outside.
     """
-    found = Polytope(points)
+    polytope = Polytope(points)
     center = points.mean(axis=0)
-    left = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
-    while len(left := left[_outside(points[left], found.planes)]):
-        if not all(found.add(k) for k in left[:64].tolist()):
+    remaining = np.argsort(-np.linalg.norm(points - center, axis=1), kind="stable")
+    while len(remaining := remaining[_outside(points[remaining], polytope.planes)]):
+        if not all(polytope.add(k) for k in remaining[:64].tolist()):
             return None
-        left = left[64:]
-    planes = found.planes[found.planes[:, :3].any(axis=1)]
+        remaining = remaining[64:]
+    planes = polytope.planes[polytope.planes[:, :3].any(axis=1)]
     return None if _outside(points, planes, 10.0 * ROUNDING).any() else planes
 
 
 def depth_inside(points: Array, sides: Array, x: Array) -> float | None:
-    """Distance from x (3,) to the nearest face of the solid hull of points (V, 3), both
-    in a box of unit sides that are so long (3,); None where x is outside, or it takes
-    many steps.
+    """Distance [m] from x (3,) to the nearest face of the solid hull of points (V, 3),
+    with coordinates of both over the `sides` (3,) [m] of their box. None if x is outside
+    or `MOST_STEPS` are not enough.
 
-    A polytope in the hull grows by the point furthest beyond its face nearest to x. Where
-    there is none, that face is one of the hull's. No other is nearer, as the ball about
-    x that touches it is in the polytope, and so in the hull.
+    A polytope in the hull grows by the point farthest beyond its face nearest to x, until
+    there is none: that face is then a face of the hull. No other is nearer, as the ball
+    about x that touches it lies in the polytope, and so in the hull.
     """
-    found = Polytope(points)
+    polytope = Polytope(points)
     for _ in range(MOST_STEPS):
-        planes = found.planes
+        planes = polytope.planes
         lengths = np.sqrt(np.square(planes[:, :3] / sides).sum(axis=1))
         gone = lengths == 0.0
         lengths[gone] = 1.0
@@ -294,13 +293,14 @@ def depth_inside(points: Array, sides: Array, x: Array) -> float | None:
         furthest = int(np.argmax(height))
         if height[furthest] + planes[nearest, 3] <= ROUNDING:
             return float(depth[nearest]) if depth[nearest] >= 0.0 else None
-        if not found.add(furthest):
+        if not polytope.add(furthest):
             return None
     return None
 
 
 def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
-    """Which points (V, 3) are further outside of any of the planes (F, 4) than that."""
+    """Which of the points (V, 3) are outside of any plane (F, 4) by more than the
+    tolerance."""
     number = 1 + len(planes) * len(points) // 1_000_000  # bounds the memory
     parts = np.array_split(planes[planes[:, :3].any(axis=1)], number)
     return np.logical_or.reduce(
@@ -312,19 +312,19 @@ def _outside(points: Array, planes: Array, tolerance: float = ROUNDING) -> Mask:
 
 
 def _tetrahedron(points: Array) -> np.ndarray:
-    """Four of the points (V, 3), far from one another, not in a plane."""
+    """Indices (4,) of distant points of (V, 3) that are not in a plane."""
     first = int(np.argmin(points[:, 0]))
     away = points - points[first]
     second = int(np.argmax(np.einsum("vi,vi->v", away, away)))
-    off = np.cross(away, away[second])
-    third = int(np.argmax(np.einsum("vi,vi->v", off, off)))
-    fourth = int(np.argmax(np.abs(away @ off[third])))
+    normals = np.cross(away, away[second])
+    third = int(np.argmax(np.einsum("vi,vi->v", normals, normals)))
+    fourth = int(np.argmax(np.abs(away @ normals[third])))
     return np.array((first, second, third, fourth))
 
 
 def _plane(points: Array, faces: np.ndarray) -> Array:
-    """Planes (F, 4) of triangles (F, 3) of points; one without a normal, and all points
-    inside, where it is a line."""
+    """Planes (F, 4) of triangles (F, 3) of points, as of a removed face for a degenerate
+    triangle."""
     a = points[faces[:, 0]]
     u, v = points[faces[:, 1]] - a, points[faces[:, 2]] - a
     planes = np.empty((len(faces), 4))

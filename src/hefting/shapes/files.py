@@ -1,5 +1,5 @@
-"""Files of shapes: their bytes, checked before anything is made of them as a small file
-can ask for a lot of memory and time; and the vertices of PLY files."""
+"""Files of shapes: their bytes, with checks of size before parsing, as a small file can
+demand much memory and time; and the vertices of PLY files."""
 
 import json
 import os
@@ -15,14 +15,14 @@ from hefting.core.spatial import Array
 
 MAX_WORDS = 12_000_000
 """Most words, and most lines, of a mesh or point cloud in text. A word takes up to 130
-bytes of memory while it is read (ASCII PLY, .off), which makes 1.6 GB; it is 570,000
-triangles of an ASCII .stl."""
+bytes of memory while it is read (ASCII PLY, .off), 1.6 GB in all; an ASCII .stl of this
+size has 570,000 triangles."""
 
 MAX_LINE = 10_000
 """Longest line of a point cloud in text [characters]."""
 
 MAX_CLOUD = 1_000_000
-"""Most points of a cloud; the hull of so many takes some seconds."""
+"""Most points of a cloud, whose hull then takes some seconds."""
 
 MAX_NUMBERS = 50_000_000
 """Most numbers that the vertices of a PLY file may have in all (0.4 GB)."""
@@ -32,11 +32,11 @@ MAX_NODES = 10_000
 number."""
 
 PART = 2**20
-"""Bytes in which words are counted at a time."""
+"""Bytes of a block in which words are counted."""
 MAX_BYTES = 200_000_000
-"""Largest file read."""
+"""Size of the largest file that is read [bytes]."""
 PlyKind = str | tuple[str, str]
-"""Type of a property of a PLY file; of a list those of its length and its items."""
+"""Type of a property of a PLY file; for a list the types of its length and its items."""
 PlyElement = tuple[str, int, list[tuple[str, PlyKind]]]
 """Element of a PLY file: name, number, properties with their types."""
 PLY_TYPES = {
@@ -66,7 +66,7 @@ def check_text(data: bytes, path: str | Path) -> None:
     lines, words, between = 0, 0, True
     for first in range(0, len(data), PART):
         text = np.frombuffer(data, np.uint8, min(PART, len(data) - first), first)
-        # blanks, commas and what ends a line
+        # separators of words: control characters, blanks, commas, semicolons
         blank = (text <= ord(" ")) | (text == ord(",")) | (text == ord(";"))
         starts = ~blank
         starts[1:] &= blank[:-1]
@@ -91,17 +91,17 @@ def check_count(count: int, path: str | Path) -> None:
 
 
 def check_glb(data: bytes) -> None:
-    """`ValueError` for a binary glTF scene whose header is too large to be read as JSON,
-    whose arrays are longer than the file that holds them (glTF allows ones made of
-    nothing), or that has too many nodes."""
+    """`ValueError` for a binary glTF scene whose header is too large for JSON, whose
+    arrays are longer than the file (glTF allows arrays without data, filled with zeros),
+    or that has too many nodes."""
     header = data[20 : 20 + struct.unpack_from("<I", data, 12)[0]]
     if len(header) > MAX_JSON or header.count(b"[") + header.count(b"{") > MAX_LISTS:
         raise ValueError("the header is too large")
     scene = json.loads(header)
-    made_of_nothing = [a["count"] for a in scene["accessors"] if "bufferView" not in a]
+    without_data = [a["count"] for a in scene["accessors"] if "bufferView" not in a]
     if sum(accessor["count"] for accessor in scene["accessors"]) > len(data):
         raise ValueError("arrays longer than the file")
-    if sum(made_of_nothing) > MAX_CLOUD:
+    if sum(without_data) > MAX_CLOUD:
         raise ValueError("long arrays made of nothing")
     if len(scene.get("nodes", ())) > MAX_NODES:
         raise ValueError("too many nodes")
@@ -169,16 +169,16 @@ def _read_ascii(text: bytes, count: int, names: list[str]) -> dict[str, Array]:
 
 
 def _ply_body(data: bytes) -> int:
-    """Where the header of a PLY file has ended; 0 if it does not."""
+    """Offset of the first byte after the header of a PLY file; 0 if there is none."""
     end = data.find(b"end_header", 0, 100_000)
     return 0 if end < 0 else data.find(b"\n", end) + 1
 
 
 def read_ply_header(data: bytes) -> tuple[str, list[PlyElement], int]:
-    """Form, elements (name, number, properties with their types) and length of the
+    """Format, elements (name, number, properties with their types) and length of the
     header of a PLY file.
 
-    Raises ValueError, KeyError or IndexError for one that is none.
+    Raises ValueError, KeyError or IndexError for an invalid header.
     """
     form, elements, start = "", [], _ply_body(data)
     for line in data[:start].decode("ascii", "replace").splitlines():
@@ -197,7 +197,8 @@ def read_ply_header(data: bytes) -> tuple[str, list[PlyElement], int]:
 def read_bytes(
     path: str | Path, suffixes: tuple[str, ...], kind: str
 ) -> tuple[str, bytes]:
-    """Suffix and bytes of a file of an expected kind and bearable size."""
+    """Suffix and bytes of a file; `InputError` unless it has one of the suffixes, can be
+    read, and is neither empty nor larger than `MAX_BYTES`."""
     file, suffix = Path(path), Path(path).suffix.lower()
     if suffix not in suffixes:
         raise InputError(

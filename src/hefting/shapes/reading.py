@@ -1,8 +1,4 @@
-"""Reading shapes from files (meshes, point clouds, labelled parts), and checks of what
-is said of them.
-
-Files are not trusted.
-"""
+"""Reading meshes and point clouds from files, which are not trusted."""
 
 import io
 import logging
@@ -57,7 +53,7 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
     if suffix != ".glb":
         check_text(data, path)
     log = logging.getLogger("trimesh")
-    if not log.handlers:  # else Python prints what it says of a damaged file
+    if not log.handlers:  # otherwise Python prints messages about damaged files
         log.addHandler(logging.NullHandler())
     try:
         if suffix == ".glb":
@@ -89,7 +85,8 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
 
 
 def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
-    """Vertices and faces of a binary STL file, three vertices a face."""
+    """Vertices and faces of a binary STL file, each face with three vertices of its
+    own."""
     count, size = (
         struct.unpack_from("<I", data, STL_HEADER - 4)[0],
         STL_TRIANGLE.itemsize,
@@ -99,14 +96,14 @@ def _binary_stl(data: bytes, path: str | Path) -> tuple[Array, np.ndarray]:
         raise InputError(what, path, "export it again")
     triangles = np.frombuffer(data, STL_TRIANGLE, offset=STL_HEADER)
     _check_faces(len(triangles), path)
-    with np.errstate(invalid="ignore"):  # what is not finite is refused later
+    with np.errstate(invalid="ignore"):  # values that are not finite are refused later
         vertices = triangles["corners"].astype(float).reshape(-1, 3)
     return vertices, np.arange(len(vertices)).reshape(-1, 3)
 
 
 def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | None:
-    """Vertices and faces of a whole binary PLY file of vertices and triangles; None for
-    any other."""
+    """Vertices and faces of a complete binary PLY file that has nothing but vertices and
+    triangles; None for any other."""
     try:
         form, ((vertex, count, properties), (face, number, entries)), start = (
             read_ply_header(data)
@@ -126,7 +123,7 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
         return None
     _check_faces(number, path)
     table = np.frombuffer(data, points, count, start)
-    with np.errstate(invalid="ignore"):  # what is not finite is refused later
+    with np.errstate(invalid="ignore"):  # values that are not finite are refused later
         vertices = np.column_stack([table[axis] for axis in "xyz"]).astype(float)
     return vertices, faces[corners].astype(np.int64)
 
@@ -134,8 +131,8 @@ def _binary_ply(data: bytes, path: str | Path) -> tuple[Array, np.ndarray] | Non
 def _triangle_record(
     entries: list[tuple[str, PlyKind]], order: str
 ) -> tuple[np.dtype, str]:
-    """Layout of a triangle in a binary PLY file, and the name of its corners;
-    ValueError for a face of another kind."""
+    """Record of a triangle in a binary PLY file, and the name of its corners; ValueError
+    unless its only list is that of the corners."""
     lists = [(name, kind) for name, kind in entries if isinstance(kind, tuple)]
     ((corners, (length, index)),) = lists
     fields: list[tuple] = [
@@ -167,8 +164,8 @@ def _is_binary_stl(data: bytes) -> bool:
 
 
 def _as_utf8(data: bytes) -> bytes:
-    """Text in UTF-8; what is not is taken as Latin-1, which only comments and names can
-    differ in."""
+    """Text in UTF-8, converted from Latin-1 if it is not: the two differ only in comments
+    and names."""
     try:
         data.decode()
     except UnicodeDecodeError:
@@ -183,7 +180,7 @@ def read_cloud(path: str | Path) -> Array:
     if suffix == ".ply":
         return read_ply_vertices(path).positions
     try:
-        points = (_array_of if suffix == ".npy" else _text_table)(data, path)
+        points = (_numpy_array if suffix == ".npy" else _text_table)(data, path)
     except InputError:
         raise
     except Exception as error:  # a damaged header makes NumPy fail in any way
@@ -200,12 +197,11 @@ def read_cloud(path: str | Path) -> Array:
     return np.ascontiguousarray(points[:, :3])
 
 
-def _array_of(data: bytes, path: str | Path) -> Array:
-    """The first three columns of a NumPy file; ValueError for one that holds no
-    numbers."""
+def _numpy_array(data: bytes, path: str | Path) -> Array:
+    """The first three columns of a NumPy file; ValueError unless it has numbers."""
     if not data.startswith(b"\x93NUMPY"):
         raise ValueError("not an array")
-    with np.errstate(over="ignore"):  # the size that a header says
+    with np.errstate(over="ignore"):  # for sizes in a damaged header
         array = np.load(path, mmap_mode="r", allow_pickle=False)
     if array.dtype.kind not in "fiu":
         raise ValueError("not an array of numbers")

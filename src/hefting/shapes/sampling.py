@@ -1,7 +1,7 @@
 """Points inside a solid: the regular grid that matches its moments best, or seeded
 random points.
 
-Which points are inside is told by winding numbers counted along rays, all rays at once.
+Points inside are those with a winding number other than zero (`hefting.shapes.winding`).
 """
 
 import math
@@ -32,14 +32,14 @@ from hefting.shapes.winding import (
 MAX_POINTS = 1_000_000
 """Most points a shape may be given."""
 MAX_CELLS = 20_000_000
-"""Most grid cells looked at for one grid, or random points drawn for one sample."""
+"""Most cells of one grid, or random points drawn for one sample."""
 CELLS_LOOKED_AT = 200_000
-"""Grid cells tested in search of the best grid; more points leave fewer grids to choose
-from."""
+"""Cells that are tested in the search of the best grid, and so limit the number of
+grids."""
 GOOD = 0.01
-"""Mismatch (see `_score`) below which no better grid is looked for."""
+"""Score (see `_scores`) up to which other phases are not tried."""
 FEWEST, MOST = 0.9, 1.3
-"""Points a grid may have, relative to the wanted number, where there is such a grid."""
+"""Preferred number of points of a grid over the wanted one."""
 PHASES = (0.5, 0.0, 0.25, 0.75)
 """Where the first grid point lies in the first cell; 0.5 centres the grid in the
 bounding box."""
@@ -50,29 +50,31 @@ LATTICE = {
     0.25: (-0.25, 0, 1),
     0.75: (-0.75, 1, 0),
 }
-"""By phase: where the first cell that covers the bounding box begins, in cells, and how
-many cells without a point of the grid are before and after those with one."""
+"""By phase: begin of the first cell that covers the bounding box, in cells from its lower
+end, and number of cells without a grid point before and after those with one."""
 LARGEST_MISMATCH = 0.3
-"""Mismatch (see `_mismatch`) above which points stand for their exact shares of the
-solid: with 56 points 0.23 for one of twelve workshop tools and below 0.05 for the
-others, 0.37 and more where the grid counts a thin part too often or not at all."""
+"""`_mismatch` above which points represent their exact shares of the solid. With 56
+points it is 0.23 for one of twelve workshop tools and below 0.05 for the others, but at
+least 0.37 where the grid counts a thin part too often or misses it."""
 FINER_GRIDS = 12
-"""Grids tried at most for a solid that none has a point in, each of half the cell."""
+"""Most grids, each of half the cell, that are tried for a solid without a grid point
+inside."""
 
 
 @dataclass(frozen=True)
 class Samples:
-    """Points that stand for nearly equal shares of a solid."""
+    """Points that represent shares of a solid."""
 
     positions: Array
     """(n, 3) [m] in the axes of the shape's file."""
     volumes: Array
-    """(n,) share of the solid's volume that each point stands for, summing to one."""
+    """(n,) share of the solid's volume of each point, with sum one."""
     cell_second_moment: Array
-    """(3, 3) or (n, 3, 3) [m²] second moment per unit mass of the cell of one point
-    about it, of all alike or of each, same axes."""
+    """(3, 3) of every point, or (n, 3, 3) of each: second moment of its cell about it per
+    unit mass [m²], same axes."""
     missed: bool = False
-    """Whether the grid may miss parts of the solid that could not be looked for."""
+    """Whether the grid misses parts of the solid that are not divided as it has more than
+    `MOST_DIVIDED_CELLS`."""
 
 
 def sample(solid: Solid, count: int, sampling: str, seed: int) -> Samples:
@@ -91,23 +93,25 @@ def grid_points(solid: Solid, target: int) -> Samples:
     """Regular grid of cell centres inside a solid, about `target` of them;
     deterministic.
 
-    It lies along the axes of the file, or along the principal axes where these have a
-    clearly smaller bounding box. Cells are nearly cubic, with at least one layer
-    through each thin direction. Of grids of different pitch and phase the one is taken
-    that has nearly the wanted count and, as equal point masses, the centroid and second
-    moment nearest to those of the solid. Where it misses a part that is thinner than
-    its cells, points are added; then, and where it counts such a part too often, all
-    points stand for their exact shares of the solid (`hefting.shapes.cells`).
+    It lies along the axes of the file, or along the principal axes if these have a
+    clearly smaller bounding box. Cells are nearly cubic, with at least one layer through
+    each thin direction. Of grids of different pitch and phase the one is chosen whose
+    count is near to `target` and whose centroid and second moment as equal point masses
+    are nearest to those of the solid. If it misses a part that is thinner than its
+    cells, points are added; then, or if it counts such a part too often, all points
+    represent their exact shares of the solid (`hefting.shapes.cells`).
     """
     box, volume = working_box(solid), solid.volume
     looked_at = CELLS_LOOKED_AT * volume / (target * np.prod(box.sides))
     budget = int(np.clip(looked_at, 8, 320))
     cell = volume / target
-    # the count goes with 1 / cell, but the grid may miss or favour the shape
+    # the count is about volume / cell; correct for parts the grid misses or favours
     for _ in range(2):
         first = _evaluate(box, _centred(box, cell, 1 + budget // 60), target)
-        found = [count * np.prod(box.sides / cells) for count, _, (cells, _) in first]
-        middle = np.clip(median(np.array(found)), 0.1 * volume, 3 * volume)
+        volumes_inside = [
+            count * np.prod(box.sides / cells) for count, _, (cells, _) in first
+        ]
+        middle = np.clip(median(np.array(volumes_inside)), 0.1 * volume, 3 * volume)
         cell = float(middle) / target
     ranked = _evaluate(box, _centred(box, cell, max(12, budget // 3)), target)
     ranked.sort(key=itemgetter(1))
@@ -136,8 +140,9 @@ def grid_points(solid: Solid, target: int) -> Samples:
 
 
 def _mismatch(box: WorkingBox, points: Array, shares: Array, cell: Array) -> float:
-    """Difference of centroid and second moment between points of these shares and the
-    solid, in radii of gyration and in squares of them."""
+    """Root of the summed squares of the differences between points (n, 3) with `shares`
+    (n,) and the solid: of the centroid, over the radius of gyration, and of the second
+    moment, over its square."""
     offset = points - box.centroid
     mean = shares @ offset
     second = (offset * shares[:, None]).T @ offset + cell
@@ -149,8 +154,8 @@ def _mismatch(box: WorkingBox, points: Array, shares: Array, cell: Array) -> flo
 
 
 def _cells_alone(box: WorkingBox, target: int) -> Samples:
-    """About `target` points in a solid so thin that no grid has a point inside: its
-    shares of the cells of a grid."""
+    """About `target` points in a solid so thin that no grid has a point inside: those of
+    its shares of the cells of a grid."""
     cell, pieces = float(np.prod(box.sides)) / target, None
     for _ in range(FINER_GRIDS):
         cells = _centred(box, cell, 1)[0][0]
@@ -178,12 +183,11 @@ def _samples_of(box: WorkingBox, pieces: Moments) -> Samples:
 
 
 def random_points(solid: Solid, count: int, seed: int) -> Samples:
-    """`count` independent, uniformly distributed points inside a solid; the same for
-    the same `seed`."""
+    """`count` independent, uniformly distributed points inside a solid, by a `seed`."""
     box, rng = working_box(solid), np.random.default_rng(seed)
     share = min(1.0, solid.volume / float(np.prod(box.sides)))
     batch = int(np.clip(1.2 * count / share + 16, 64, 1_000_000))
-    found, total, drawn = [], 0, 0
+    parts, total, drawn = [], 0, 0
     while total < count:
         if drawn > max(MAX_CELLS, 20 * count):
             raise InputError(
@@ -192,20 +196,20 @@ def random_points(solid: Solid, count: int, seed: int) -> Samples:
             )
         points = box.low + box.sides * rng.random((batch, 3))
         inside = points_inside(box.triangles, points)
-        found.append(points[inside])
+        parts.append(points[inside])
         total, drawn = total + int(inside.sum()), drawn + batch
-    positions = np.concatenate(found)[:count]
+    positions = np.concatenate(parts)[:count]
     cell = np.eye(3) * (solid.volume / count) ** (2 / 3) / 12
     return Samples(positions @ box.axes.T, _volumes(box, positions, cell), cell)
 
 
 def _volumes(box: WorkingBox, points: Array, cell: Array) -> Array:
-    """Shares of volume near to equal ones that give the points the solid's centroid and
-    second moment.
+    """Nearly equal shares of volume (n,) with which the points have the solid's centroid
+    and second moment.
 
-    Least squares in the nine moments, damped where the points cannot reach them (a
-    single layer, say) and shortened so that no share falls below a quarter of its equal
-    part.
+    Least squares in the nine moments, damped where the points cannot fit them (as in a
+    single layer), with the change scaled down so that no share is below a quarter of an
+    equal one.
     """
     w = (points - box.centroid) @ box.whitening.T
     i, j = np.triu_indices(3)
@@ -213,7 +217,7 @@ def _volumes(box: WorkingBox, points: Array, cell: Array) -> Array:
         (w, w[:, i] * w[:, j] + (box.whitening @ cell @ box.whitening.T)[i, j])
     )
     mean = moments.mean(axis=0)
-    moments -= mean  # so that whatever the shares, their sum stays one
+    moments -= mean  # so that the sum of the shares stays one
     damped = moments.T @ moments / len(w) + 1e-3 * np.eye(9)
     wanted = np.append(np.zeros(3), np.eye(3)[i, j])
     change = moments @ np.linalg.solve(damped, wanted - mean)
@@ -223,11 +227,11 @@ def _volumes(box: WorkingBox, points: Array, cell: Array) -> Array:
 
 
 def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
-    """Up to `number` grids (cells along each side, phase) of nearly cubic cells of
-    about volume `cell`."""
+    """Up to `number` grids (cells along each side, phases) of nearly cubic cells of
+    about the volume `cell`."""
     low, high = 0.0, float(box.sides.max())
     sides = box.sides.tolist()
-    # the pitch h at which min(h, side) multiply to the wanted volume
+    # bisection for the pitch h at which the product of min(h, side) is `cell`
     for _ in range(60):
         middle = 0.5 * (low + high)
         small = math.prod(min(middle, side) for side in sides) < cell
@@ -243,13 +247,14 @@ def _centred(box: WorkingBox, cell: float, number: int) -> list[tuple]:
     # a side of one cell may be short, but not long
     even = (uneven < 1.7) & (size * (cells == 1) <= 1.6 * high).all(axis=1)
     cells = cells[even] if even.any() else cells
-    off = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
-    chosen = cells[np.argsort(off, kind="stable")[:number]].astype(int)
+    deviation = np.abs(np.log(np.prod(box.sides / cells, axis=1) / cell))
+    chosen = cells[np.argsort(deviation, kind="stable")[:number]].astype(int)
     return [(tuple(row), (0.5,) * 3) for row in chosen.tolist()]
 
 
 def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
-    """(count, score, grid) of every grid (cells, phase) that has cells."""
+    """(count, score, grid) of every grid (cells, phases) that has points, in batches of
+    bounded memory."""
     results, batch, size = [], [], 0
     known: dict[tuple, Array] = {}
     for grid in grids:
@@ -276,13 +281,14 @@ def _evaluate(box: WorkingBox, grids: list, target: int) -> list[tuple]:
 
 
 def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
+    """As `_evaluate`, for grids with the coordinates of their points along each axis."""
     rays, start, step, count, inside = _inside(box, batch)
-    found = np.flatnonzero(inside)
+    indices = np.flatnonzero(inside)
     end = np.cumsum(count)
-    ray = np.searchsorted(end, found, "right")
-    height = start[ray] + step[ray] * (found - end[ray] + count[ray])
+    ray = np.searchsorted(end, indices, "right")
+    height = start[ray] + step[ray] * (indices - end[ray] + count[ray])
     ends = np.cumsum([0, *(math.prod(map(len, lines)) for _, lines in batch)])
-    number = np.diff(np.searchsorted(found, ends))
+    number = np.diff(np.searchsorted(indices, ends))
     w = (np.column_stack((rays[ray], height)) - box.centroid) @ box.whitening.T
     scores = _scores(w, number, target)
     return [
@@ -294,8 +300,8 @@ def _evaluate_batch(box: WorkingBox, batch: list, target: int) -> list[tuple]:
 def _inside(
     box: WorkingBox, batch: list
 ) -> tuple[Array, Array, Array, np.ndarray, np.ndarray]:
-    """Rays (R, 2) of all grids with their lines, start, step and number of their cells;
-    which cells are inside."""
+    """Rays (R, 2) of all grids with their coordinates; start, step and number of the
+    points on each ray; and which points are inside."""
     number = [len(x) * len(y) for _, (x, y, _) in batch]
     rays, position = np.empty((sum(number), 2)), 0
     for (_, (x, y, _)), length in zip(batch, number, strict=True):
@@ -312,7 +318,8 @@ def _inside(
 
 
 def _points(box: WorkingBox, grid: tuple) -> tuple[Array, Lattice]:
-    """The points of a grid inside the solid, in the working frame, and its cells."""
+    """The points of a grid inside the solid, in the working frame, and the lattice of
+    its cells."""
     cells, phases = grid
     sides = zip(*grid, box.low, box.sides, strict=True)
     lines = [_centres(*side) for side in sides]
@@ -326,19 +333,20 @@ def _points(box: WorkingBox, grid: tuple) -> tuple[Array, Lattice]:
 
 
 def _centres(cells: int, phase: float, low: float, side: float) -> Array:
-    """Grid coordinates strictly inside one side of the box."""
+    """Coordinates of a grid's points strictly inside one side of the box."""
     index = np.arange(1 if phase == 0 else 0, cells)
     return np.asarray(low + side / cells * (index + phase), float)
 
 
 def _scores(w: Array, number: np.ndarray, target: int) -> list[float]:
-    """Mismatch of grids: of centroid and second moment of equal point masses against
-    the solid's own (whitened: 0.1 is a tenth of the solid's standard deviation or
-    variance along some axis), plus the relative error in count.
+    """Scores of grids: the difference of centroid and second moment of equal point
+    masses from those of the solid (whitened: 0.1 is a tenth of the solid's standard
+    deviation or variance along some axis), plus the relative error of the count; at
+    least 10 for a count outside of `FEWEST` to `MOST`.
 
-    `w` are the whitened points of one grid after the other, `number` of them each. Mere
-    points, as PMD uses them: with the cells' own inertia counted, its median COM error
-    on twelve tools was 0.99 % in place of 0.77 %.
+    `w` are the whitened points of all grids in turn, `number` of each. They count as
+    points, as in PMD: with the inertia of cells its median COM error on twelve tools was
+    0.99 % instead of 0.77 %.
     """
     grid = np.repeat(np.arange(len(number)), number)
     i, j = np.triu_indices(3)
@@ -353,7 +361,7 @@ def _scores(w: Array, number: np.ndarray, target: int) -> list[float]:
     mismatch = np.sqrt((first**2).sum(axis=0) + np.where(i == j, 1, 2) @ second**2)
     scores = np.abs(share - 1) + mismatch
     near = (share >= FEWEST) & (share <= MOST)
-    # mirrored grids tie, whatever the rounding: the first one wins
+    # scores of mirrored grids are equal in spite of rounding: the first one wins
     return [
         round(score, 6) if close else other
         for score, close, other in zip(scores.tolist(), near, far.tolist(), strict=True)

@@ -50,7 +50,7 @@ from hefting.shapes.sampling import sample
 from hefting.shapes.solid import Solid, box_solid, solid_from_mesh
 
 LABELS = ("segmentation", "label", "labels")
-"""Names under which a PLY file may keep the part each point belongs to."""
+"""Names of the property of a PLY file that holds the part of each point."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,34 +75,34 @@ class Shape(Shown):
     positions: Array = field(repr=False)
     """Points (n, 3) [m] in the sensor frame."""
     volumes: Array | None = field(default=None, repr=False)
-    """Share of the object's volume each point stands for (n,), summing to one; None:
-    equal shares."""
+    """Share of the object's volume of each point (n,), with sum one; None: equal."""
     labels: np.ndarray | None = field(default=None, repr=False)
-    """Part each point belongs to (n,) integers; None: not known."""
+    """Part of each point, (n,) integers; None: unknown."""
     cell_inertia: Array | None = field(default=None, repr=False)
-    """Inertia of each point's own cell about the point per unit mass (n, 6) [m²]: xx,
-    xy, xz, yy, yz, zz in sensor axes; None: mere points."""
+    """Inertia of the cell of each point about the point per unit mass (n, 6) [m²]: xx,
+    xy, xz, yy, yz, zz in sensor axes; None: zero."""
     extents: Array = None  # type: ignore[assignment]
     """Sides (3,) [m] of the object's bounding box along the axes of `pose`; by default
-    that of the points."""
+    those of the points."""
     pose: Array = field(default=None, repr=False)  # type: ignore[assignment]
     """Pose of the object in the sensor frame (4, 4); by default the identity."""
     homogeneous: InertialParameters = field(default=None, repr=False)  # type: ignore[assignment]
-    """The object with 1 kg evenly spread, in the sensor frame: exact for a mesh, else
-    made of the points."""
+    """The object with 1 kg of uniform density, in the sensor frame: exact for a mesh,
+    otherwise from the points."""
     hull: Array = field(default=None, repr=False)  # type: ignore[assignment]
     """Points (V, 3) [m] in the sensor frame whose convex hull holds the object; by
     default `positions`."""
     faces: np.ndarray | None = field(default=None, repr=False)
-    """Triangles (F, 3) of the surface, indices of `hull`; None: no surface is known."""
+    """Triangles (F, 3) of the surface, indices of `hull`; None: unknown."""
     shape_std: float = 0.0
-    """Share of its size by which the object may differ from the shape, as a standard
-    deviation: see `ROUGH`."""
+    """Standard deviation of the object from the shape, as a share of its size: see
+    `ROUGH`."""
     known: str = "object"
-    """What is known: ``"object"``, this is its shape; ``"bounds"``, it is somewhere
-    inside, of any shape; ``"reach"``, it is somewhere about the sensor, of any size."""
+    """What the shape is: ``"object"``, that of the object; ``"bounds"``, a volume that
+    holds the object, of any shape; ``"reach"``, the surroundings of the sensor, which
+    hold an object of any size."""
     warnings: tuple[str, ...] = ()
-    """What looks wrong with the shape, one line each."""
+    """Doubts about the shape, one line each."""
 
     def __post_init__(self):
         def keep(name, value):
@@ -140,7 +140,7 @@ class Shape(Shown):
 
     @cached_property
     def volume(self) -> float:
-        """Volume [m³] inside the surface; where none is known, of the bounding box."""
+        """Volume [m³] inside the surface, or if that is unknown, of the bounding box."""
         if self.faces is None:
             return float(np.prod(self.extents))
         corners = self.hull[self.faces] - self.hull[0]
@@ -156,8 +156,8 @@ class Shape(Shown):
 
     @cached_property
     def cell_matrix(self) -> Array:
-        """`matrix` with the inertia of every point's own cell added: never singular for
-        want of thickness."""
+        """`matrix` plus the inertia of the points' cells, so that points in a plane have
+        an inertia of full rank."""
         if self.cell_inertia is None:
             return self.matrix
         matrix = self.matrix.copy()
@@ -191,16 +191,16 @@ class Shape(Shown):
             3), ``faces`` (F, 3).
         unit : length unit of the mesh: m, cm, mm or in; None means m.
         pose : (4, 4) pose of the mesh's frame in the sensor frame [m]; by default the
-            same frame.
-        points : how many points, about (default 56).
-        points_per_cm3 : their density instead.
+            identity.
+        points : approximate number of points (default 56).
+        points_per_cm3 : their density, instead of `points`.
         sampling : ``grid``, see `sampling.grid_points`, or ``random``: uniform, exactly
             `points` of them.
         seed : of the random points.
 
         Meshes with holes are closed first (`solid.solid_from_mesh`). Raises
         `InputError` for a mesh that cannot be read or encloses no volume; `warnings`
-        tells of suspicious sizes, positions and holes.
+        reports unlikely sizes and positions, and holes.
         """
         where, arrays = None, arrays_of(mesh)
         if arrays is None:
@@ -231,7 +231,7 @@ class Shape(Shown):
             arrays = arrays_of(source)
             cloud = point_array(source) if arrays is None else arrays[0]
         elif Path(where).suffix.lower() in CLOUD_SUFFIXES:
-            cloud = read_cloud(where)  # of a .ply the vertices are enough
+            cloud = read_cloud(where)  # also the vertices of a .ply with faces
         else:
             cloud = read_mesh(where)[0]
         solid = solid_from_mesh(*convex_hull(cloud * unit_scale(unit), where), where)
@@ -254,7 +254,7 @@ class Shape(Shown):
 
         `cloud` is (n, 3) or a path to .xyz, .txt, .csv, .npy or .ply. A cloud of the
         surface alone puts all mass on the surface: use `from_hull` for it; `warnings`
-        tells of one. Other parameters and errors as for `from_mesh`.
+        reports one. Other parameters and errors as for `from_mesh`.
         """
         where = cloud if isinstance(cloud, str | Path) else None
         read = point_array(cloud if where is None else read_cloud(where), where)
@@ -267,30 +267,30 @@ class Shape(Shown):
         chosen, pitch = voxel_representatives(p, count, pitch)
         cell = np.tile(tensor_to_vector(np.eye(3) * pitch**2 / 6), (len(chosen), 1))
         extents = np.ptp(p, axis=0)
-        said = suspicions(p.min(axis=0), extents, pose, unit)
+        warnings = suspicions(p.min(axis=0), extents, pose, unit)
         if (empty := empty_share(p)) > SMALL_CAVITIES:
             what = (
                 f"{100 * empty:.0f} % of the cloud has no points: if they are of the "
                 "surface alone, take its convex hull (`hull`)"
             )
-            said = (*said, warning("cloud-hollow", what, "hull"))
+            warnings = (*warnings, warning("cloud-hollow", what, "hull"))
         return cls(
             _posed(p[chosen], pose),
             cell_inertia=cell,
             extents=extents,
             pose=pose,
             hull=_posed(p, pose),
-            warnings=said,
+            warnings=warnings,
         )
 
     @classmethod
     def from_parts(
         cls, path: str | Path, unit: str | None = "m", pose: ArrayLike | None = None
     ) -> Self:
-        """Points labelled by the part they belong to: all vertices of a PLY file.
+        """Points with the labels of their parts: all vertices of a PLY file.
 
-        The vertices have one of the properties `LABELS`, and optionally ``volume``, the
-        relative volume each stands for. Other parameters and errors as for `from_mesh`.
+        The vertices have one of the properties `LABELS`, and optionally ``volume``, their
+        relative volumes. Other parameters and errors as for `from_mesh`.
         """
         vertices = read_ply_vertices(path)
         label = next((name for name in LABELS if name in vertices.columns), None)
@@ -330,8 +330,7 @@ class Shape(Shown):
         pose: ArrayLike | None = None,
     ) -> Self:
         """Points inside a box from (x0, y0, z0) to (x1, y1, z1) [m] in the sensor frame,
-        or in one of that `pose` (4, 4); the object is somewhere inside, of any shape.
-        """
+        or in a frame of the given `pose` (4, 4); the box holds an object of any shape."""
         solid = box_solid((x0, y0, z0), (x1, y1, z1))
         shape = cls._from_solid(
             solid, "m", pose, points, points_per_cm3, sampling, seed, "box"
@@ -341,7 +340,7 @@ class Shape(Shown):
     @classmethod
     @lru_cache
     def unknown(cls, reach: float = REACH) -> Self:
-        """No shape at all: an object of a few to some 40 cm, within `reach` [m] of the
+        """An unknown shape: an object of a few to some 40 cm, within `reach` [m] of the
         sensor along each axis."""
         box = cls.from_box(-reach, reach, -reach, reach, -reach, reach)
         return replace(box, known="reach", warnings=())
@@ -393,5 +392,5 @@ def _pose_of(pose: ArrayLike | None) -> Array:
 
 
 def _posed(points: Array, pose: Array) -> Array:
-    """Points (n, 3) from the frame of which this is the pose."""
+    """Points (n, 3) of the frame with this pose, in the frame of the pose."""
     return points @ pose[:3, :3].T + pose[:3, 3]

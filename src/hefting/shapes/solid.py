@@ -1,4 +1,4 @@
-"""Solids: a surface mesh closed, or a box, with volume and moments exact."""
+"""Solids: a closed surface mesh, or a box, with its exact volume and moments."""
 
 from dataclasses import dataclass
 
@@ -9,18 +9,18 @@ from hefting.core.errors import InputError
 from hefting.core.spatial import Array, frozen
 
 LARGEST_DISTANCE = 1e3
-"""[m] No part of a box is further from the sensor."""
+"""[m] Largest coordinate of a box."""
 BOX_FACES = (
     *((0, 1, 3), (0, 3, 2), (4, 6, 7), (4, 7, 5), (0, 4, 5), (0, 5, 1)),
     *((2, 3, 7), (2, 7, 6), (0, 2, 6), (0, 6, 4), (1, 5, 7), (1, 7, 3)),
 )
 """Triangles of a box whose corner 4 i + 2 j + k is at its i-th x, j-th y and k-th z."""
 MERGE_TOLERANCE = 1e-6
-"""Vertices closer than about this fraction of the diagonal are one vertex."""
+"""Distance over the diagonal up to about which vertices are merged."""
 MOST_AROUND = 64
-"""Parts of a surface, the largest, in which others are looked for."""
+"""Number of the largest parts of a surface that may contain others."""
 MAX_BOUNDARY = 500_000
-"""Most boundary edges that are closed by caps."""
+"""Most boundary edges of the holes that are closed."""
 
 
 @dataclass(frozen=True)
@@ -28,8 +28,7 @@ class Solid:
     """Closed, oriented surface: every edge is used as often in one direction as in the
     other.
 
-    That makes the winding number of a point an integer, whichever direction it is
-    counted in.
+    The winding number of a point is then the same integer for any direction.
     """
 
     vertices: Array
@@ -61,11 +60,11 @@ class Solid:
 def solid_from_mesh(
     vertices: ArrayLike, faces: ArrayLike, where: object = None
 ) -> Solid:
-    """Solid bounded by a triangle mesh, closed where it has holes: vertices (V, 3) [m]
-    and faces (F, 3) of them, in either orientation.
+    """Solid bounded by a triangle mesh, whose holes are closed: vertices (V, 3) [m] and
+    faces (F, 3), in either orientation.
 
-    Each boundary loop is closed by a fan to its centre, so a mesh with holes keeps its
-    shape; faces of mixed orientation are turned alike first, closed parts outward.
+    Faces are oriented consistently, closed parts outward; then each boundary loop is
+    closed by a fan to its centre.
     Raises `InputError`, with the shape's name `where`, for an empty mesh, coordinates
     that are not finite, and a surface that encloses no volume.
     """
@@ -119,7 +118,7 @@ def solid_from_mesh(
 
 
 def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """The used vertices with near-duplicates merged, and the faces that keep three
+    """The used vertices with near-duplicates merged, and the faces that still have three
     distinct corners."""
     used, _, index = _unique(f.ravel())
     v, f = v[used], index.reshape(-1, 3)
@@ -134,7 +133,7 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
         raise InputError(
             "all vertices of the mesh coincide", where, "export the mesh again"
         )
-    # below 2**20 each
+    # each below 2**20
     cell = np.round((v - origin) / (MERGE_TOLERANCE * diagonal)).astype(np.int64)
     keys = (cell[:, 0] << 40) + (cell[:, 1] << 20) + cell[:, 2]
     _, first, index = _unique(keys)
@@ -144,12 +143,8 @@ def _merge(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
 
 
 def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
-    """The different keys (N,) in order, where each is first, and which of them each key
-    is.
-
-    As `numpy.unique` has it, which imports `numpy.ma` and takes as long as reading a
-    small mesh.
-    """
+    """`numpy.unique` of keys (N,) with first index and inverse, without its import of
+    `numpy.ma`, which takes as long as reading a small mesh."""
     order = np.argsort(keys, kind="stable")
     new = np.r_[True, keys[order[1:]] != keys[order[:-1]]]
     first = order[new]
@@ -159,8 +154,7 @@ def _unique(keys: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
 
 
 def _without_copies(f: np.ndarray) -> np.ndarray:
-    """Each face once. Of a surface whose faces all come in both orientations, one
-    orientation."""
+    """Each face once; if nearly all faces occur in both orientations, in one of them."""
     lowest = np.argmin(f, axis=1)[:, None]
     f = f[_groups(np.take_along_axis(f, (lowest + np.arange(3)) % 3, axis=1))[0]]
     first, number = _groups(np.sort(f, axis=1))
@@ -186,12 +180,12 @@ def _edges(f: np.ndarray, count: int) -> tuple[np.ndarray, np.ndarray]:
 
 
 def _orient(f: np.ndarray, v: Array) -> np.ndarray:
-    """Faces turned so that neighbours agree, and outward on closed parts; most of the
-    area of others keeps its orientation.
+    """Faces with the orientation of their neighbours, outward on closed parts; on others
+    that of most of the area.
 
-    Two copies of every face, one in each orientation, fall into two separate components
-    wherever the surface is orientable; each component of the surface takes the copy
-    nearer to the mesh as it came.
+    Two copies of every face, one in each orientation, form two separate components where
+    the surface is orientable; each part of the surface takes the copy that agrees with
+    more area of the given mesh.
     """
     keys, direction = _edges(f, len(v))
     order = np.argsort(keys, kind="stable")
@@ -212,8 +206,8 @@ def _orient(f: np.ndarray, v: Array) -> np.ndarray:
 
 
 def _components(n: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
-    """(n,) the least node of each one's component, of a graph with edges from `one` (e,)
-    to the `other`: the roots of trees are joined, and the trees flattened."""
+    """(n,) the lowest node of the component of each node, in a graph with edges from `one`
+    (e,) to `other`: roots of trees are joined, and trees flattened."""
     label = np.arange(n)
     while ((a := label[one]) != (b := label[other])).any():
         np.minimum.at(label, np.maximum(a, b), np.minimum(a, b))
@@ -223,9 +217,9 @@ def _components(n: int, one: np.ndarray, other: np.ndarray) -> np.ndarray:
 
 
 def _inward(v: Array, f: np.ndarray, part: np.ndarray) -> np.ndarray:
-    """Which parts of a surface are closed and have their normals inward, as CAD writes
-    mirrored instances; `part` (F,) is that of each face. A part in the bounding box of
-    another is a cavity, or solid, of that: it turns with it, or stays."""
+    """Which parts of a surface, given the part (F,) of each face, are closed with inward
+    normals, as of mirrored instances in CAD. A part in the bounding box of another is a
+    cavity or a solid in it, and has the result of that one."""
     corners = v[f]
     moment = np.einsum("fi,fi->f", corners[:, 0] - v[f[0, 0]], normals_of(corners))
     volume = np.bincount(part, moment)
@@ -239,16 +233,16 @@ def _inward(v: Array, f: np.ndarray, part: np.ndarray) -> np.ndarray:
     np.minimum.at(low, part, corners.min(axis=1))
     np.minimum.at(high, part, -corners.max(axis=1))
     around = np.arange(len(volume))
-    nothing = MERGE_TOLERANCE * np.ptp(v, axis=0).max()
+    tolerance = MERGE_TOLERANCE * np.ptp(v, axis=0).max()
     for k in np.argsort(-(low + high).sum(axis=1))[-MOST_AROUND:]:
-        inside = (low > low[k] - nothing) & (high > high[k] - nothing)
+        inside = (low > low[k] - tolerance) & (high > high[k] - tolerance)
         around[inside.all(axis=1)] = k
     return volume[around] < 0.0
 
 
 def _caps(v: Array, f: np.ndarray, where: object) -> tuple[Array, np.ndarray]:
-    """Vertices and one apex more per hole; triangles that close it, from its edges to
-    the apex."""
+    """The vertices with an apex added for each hole, and the triangles that close it,
+    from its edges to the apex."""
     keys, direction = _edges(f, len(v))
     unique, _, index = _unique(keys)
     net = np.bincount(index, weights=direction).astype(int)
@@ -358,12 +352,12 @@ def box_solid(lower: ArrayLike, upper: ArrayLike) -> Solid:
 
 
 def corners_between(low: Array, high: Array) -> Array:
-    """(8, 3) corners of the box between two (3,), the lowest first and the highest
-    last."""
+    """(8, 3) corners of the box between two corners (3,), the lowest first and the
+    highest last."""
     return np.where(np.indices((2, 2, 2)).reshape(3, 8).T == 1, high, low)
 
 
 def normals_of(triangles: Array) -> Array:
-    """(F, 3) normals of triangles (F, 3, 3), twice as long as their area."""
+    """(F, 3) normals of triangles (F, 3, 3), of twice the area as length."""
     a, b, c = triangles.swapaxes(0, 1)
     return np.cross(b - a, c - a)

@@ -1,5 +1,5 @@
-"""Winding numbers: which points are inside a closed surface, by rays through it, in the
-axes in which its bounding box is tight and rays meet few triangles."""
+"""Winding numbers: points inside a closed surface, by rays along z; and the axes in which
+its bounding box is small and rays meet few triangles."""
 
 from dataclasses import dataclass
 
@@ -11,7 +11,7 @@ from hefting.shapes.solid import Solid
 PAIRS_AT_ONCE = 500_000
 """Ray-triangle pairs tested at once; bounds the memory."""
 STEPS_TO_WALLS = 1000
-"""Points to each side at which walls are looked for."""
+"""Points of a ray to each side at which `sides_with_walls` tests for walls."""
 
 
 def winding_numbers(
@@ -30,6 +30,7 @@ def winding_numbers(
     them, so a ray through an edge or a corner is counted exactly once and no tolerance
     is needed.
     """
+    # the signed crossings of ray r between its points, from slot[r] on
     slot = np.concatenate(([0], np.cumsum(count + 1)))
     tally = np.zeros(slot[-1], dtype=np.int32)
     a, b, c = triangles[:, 0, :2], triangles[:, 1, :2], triangles[:, 2, :2]
@@ -58,7 +59,7 @@ def winding_numbers(
         ).astype(np.int64)
         np.add.at(tally, slot[ray] + below, sign)
         position = stop
-    # sums to zero over each ray, so rays do not mix
+    # the sum over each ray is zero, so one cumulative sum serves all rays
     above = np.cumsum(tally[::-1], dtype=np.int32)[::-1] - tally
     keep = np.ones(len(tally), dtype=bool)
     keep[slot[1:] - 1] = False
@@ -73,9 +74,9 @@ def points_inside(triangles: Array, points: Array) -> np.ndarray:
 
 
 def sides_with_walls(triangles: Array) -> int:
-    """On how many of six sides, along the axes, a closed surface of triangles (F, 3, 3)
-    has something of its inside, seen from the origin; 0 where that is inside."""
-    found, n = 0, STEPS_TO_WALLS
+    """Number of the six rays from the origin along the axes that pass through the inside
+    of the closed surface of triangles (F, 3, 3); 0 if the origin is inside."""
+    sides, n = 0, STEPS_TO_WALLS
     count = np.array([2 * n])
     for axis in range(3):
         turned = np.roll(triangles, axis, axis=2)
@@ -84,8 +85,8 @@ def sides_with_walls(triangles: Array) -> int:
         inside = winding_numbers(turned, ray, 0.5 * step - reach, step, count) != 0
         if inside[n - 1 : n + 1].any():
             return 0
-        found += int(inside[:n].any()) + int(inside[n:].any())
-    return found
+        sides += int(inside[:n].any()) + int(inside[n:].any())
+    return sides
 
 
 def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
@@ -96,12 +97,11 @@ def _ranges(first: np.ndarray, length: np.ndarray) -> np.ndarray:
 
 
 def _candidates(box_low: Array, box_high: Array, rays: Array):
-    """Rays that can meet a triangle, given the triangles' bounding boxes, through bins
-    over the rays.
+    """Rays that can meet a triangle, by bins of rays and the triangles' bounding boxes.
 
-    Returns the rays in order of their bins, and for every (triangle, row of bins) the
-    range of that order which the triangle's bounding box covers, with the triangle's
-    index.
+    Returns the indices of the rays ordered by bin, and for every (triangle, row of bins)
+    that has rays, begin and end of the range of that order in the triangle's bounding
+    box, and the triangle's index.
     """
     low, high = rays.min(axis=0), rays.max(axis=0)
     size = np.maximum(high - low, 1e-12 + 1e-12 * np.abs(high))
@@ -130,16 +130,16 @@ def _candidates(box_low: Array, box_high: Array, rays: Array):
     line = _ranges(bottom, tall) * nx
     first = begin[line + np.repeat(column(x_low), tall)]
     last = begin[line + np.repeat(column(x_high), tall) + 1]
-    some = np.flatnonzero(last > first)
-    return order, first[some], last[some], np.repeat(index, tall)[some]
+    occupied = np.flatnonzero(last > first)
+    return order, first[occupied], last[occupied], np.repeat(index, tall)[occupied]
 
 
 def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndarray):
-    """Of the given pairs: rays that do cross their triangle, the height z there, the
-    sign (+1 upward).
+    """Of the given pairs of rays and triangles those that cross: the ray, the height z of
+    the crossing, and its sign (+1 for a normal upward).
 
-    The line y = const of a ray meets the triangle where one corner is on the other side
-    of it than the two others: at the two edges of that corner.
+    The line y = const through a ray meets a triangle if one corner lies on the other side
+    of it than the two others, and crosses the two edges of that corner.
     """
     y = rays[ray, 1]
     x_of, y_of, z_of = triangles.reshape(-1, 3).T.copy()
@@ -150,8 +150,8 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
     alone = np.where(v == w, 0, np.where(u == w, 1, 2))
     is_low = np.where(alone == 0, u, np.where(alone == 1, v, w))
     x = rays[ray, 0]
-    # to the next corner and to the last: its lower and its higher end, and how far up
-    # the line meets it
+    # the edges to the next corner and to the last: lower and higher end, and the share
+    # of the edge below the line
     edges = []
     for step in (1, 2):
         one, other = first + alone, first + (alone + step) % 3
@@ -159,7 +159,7 @@ def _crossings(triangles: Array, rays: Array, ray: np.ndarray, triangle: np.ndar
         share = (y - y_of[low]) / (y_of[high] - y_of[low])
         ends = x_of[low], x_of[high]
         edge_x = ends[0] + share * (ends[1] - ends[0])
-        # rounded out of the triangle's box it would be told otherwise than by that
+        # rounding must not move it out of the bounding box that `_candidates` uses
         edge_x = np.clip(edge_x, np.minimum(*ends), np.maximum(*ends))
         edges.append((low, high, share, edge_x))
     ahead, last_ahead = (x < edge_x for *_, edge_x in edges)
@@ -201,8 +201,8 @@ class WorkingBox:
 
 
 def working_box(solid: Solid) -> WorkingBox:
-    """The axes of the file, or the principal axes if their box is smaller by a tenth;
-    rays along the last."""
+    """The solid in the axes of the file, or in principal axes if their box is smaller by a
+    tenth, with the axis last along which rays meet the fewest triangles."""
     _, principal = np.linalg.eigh(solid.second_moment)
     principal = principal * np.sign(
         principal[np.abs(principal).argmax(axis=0), np.arange(3)]

@@ -3,7 +3,7 @@
     session = Session(found, shape)
     answer = session.answer(2.5, Settings("PMD", {"c1": 10.0}))
 
-Session and playback are plain data. What draws them needs viser.
+Session and playback are plain data. The files that draw them need viser.
 """
 
 from collections.abc import Mapping
@@ -32,11 +32,11 @@ from hefting.shapes import Shape
 __all__ = ["Answer", "Frame", "Playback", "Session", "Settings"]
 
 MOST_FRAMES = 1_200
-"""Instants that are drawn at most, evenly chosen: a minute of 20 a second."""
+"""Most instants that are drawn, evenly chosen: a minute at `RATE`."""
 RATE = 20.0
-"""Instants a second that are drawn at most."""
+"""[Hz] Largest rate of drawn instants."""
 MOST_ANSWERS = 500
-"""Answers that are kept, so that going back in time costs nothing."""
+"""Most answers that are cached."""
 
 
 @immutable
@@ -46,19 +46,18 @@ class Frame:
     sample: int
     """Index of the sample of the measurements"""
     time: float
-    """[s] since the first sample; of static poses their number, from 1"""
+    """[s] since the first sample; the number of a static pose, from 1"""
     position: Array
-    """(3,) of the sensor in the world [m]; zero where the log does not tell it"""
+    """(3,) of the sensor in the world [m]; zero if not logged"""
     orientation: Array
-    """(4,) x, y, z, w, of the sensor in the world"""
+    """(4,) quaternion x, y, z, w of the sensor in the world"""
     measured: Array
     """(6,) wrench on the object in sensor axes [N, N m], with the bias"""
 
 
 class Playback:
-    """A recording as it is played, of `len` frames, the last one at the last sample: as
-    read, with the sensor's poses, and as conditioned, whose samples are those that are
-    played."""
+    """A recording as a sequence of N frames, the last one at the last sample. Frames are
+    samples of the ingested recording `found`, with poses of the `recording` as read."""
 
     def __init__(self, recording: Recording, found: Ingested):
         self.recording, self.found = recording, found
@@ -75,8 +74,7 @@ class Playback:
 
     @cached_property
     def times(self) -> Array:
-        """(N,) the same since the first sample [s]; of static poses their number, from
-        1."""
+        """(N,) times since the first sample [s]; numbers of static poses, from 1."""
         if self.static:
             return self.instants + 1.0
         return self.instants - self.found.measurements.time[0]
@@ -93,7 +91,7 @@ class Playback:
         )
 
     def instant(self, time: float) -> float:
-        """A time as those of `times` on the clock of the measurements [s]."""
+        """Time on the clock of the measurements [s] of a time of `times`."""
         start = -1.0 if self.static else float(self.found.measurements.time[0])
         return start + time
 
@@ -103,35 +101,36 @@ class Playback:
 
     @cached_property
     def poses(self) -> tuple[Array, Array]:
-        """Position (N, 3) [m] and orientation (N, 4) of the sensor at each frame, those
-        that were logged nearest to it."""
-        turned = self.at("orientation")
-        place = self.at("position")
-        return np.zeros((len(self), 3)) if place is None else place, turned  # type: ignore[return-value]
+        """Position (N, 3) [m] and orientation (N, 4) of the sensor, as logged nearest to
+        each frame."""
+        orientation = self.at("orientation")
+        position = self.at("position")
+        if position is None:
+            position = np.zeros((len(self), 3))
+        return position, orientation  # type: ignore[return-value]
 
     def at(self, name: str) -> Array | None:
-        """Values (N, d) of a stream logged nearest to each frame; None where there is
-        no such stream."""
+        """Values (N, d) of a stream as logged nearest to each frame; None without such a
+        stream."""
         if not self.recording.has(name):
             return None
         stream = self.recording[name]
         return stream.values[_nearest(stream, self.instants)]
 
     def bias(self, estimate: Estimate | None) -> Array:
-        """(6,) bias of the wrench that an estimate found [N, N m]; zero where it found
-        none."""
+        """(6,) bias of the wrench by an estimate [N, N m], zero if it has none."""
         known = None if estimate is None else estimate.common_bias
         return np.zeros(6) if known is None else known
 
     def predicted(self, estimate: Estimate, sample: int) -> Array:
-        """(6,) wrench [N, N m] that the object needs at a sample, without bias."""
+        """(6,) predicted wrench [N, N m] at a sample, without bias."""
         z = self.found.measurements[sample : sample + 1]
         return predict_wrench(z, estimate.sensed_vector)[0]
 
     @cached_property
     def largest(self) -> Array:
-        """(2,) largest force [N] and torque [N m] of the measured wrench less a
-        constant bias that least squares found."""
+        """(2,) largest force [N] and torque [N m] of the measured wrench without the
+        constant bias found by least squares."""
         bias = self.found.fit.bias
         wrench = self.found.measurements.wrench - (0.0 if bias is None else bias)
         sizes = np.linalg.norm(wrench.reshape(-1, 2, 3), axis=2).max(axis=0)
@@ -139,15 +138,17 @@ class Playback:
 
 
 def _chosen(found: Ingested) -> Indices:
+    """(N,) evenly chosen samples, within `MOST_FRAMES` and `RATE`."""
     count = len(found.measurements)
-    most = MOST_FRAMES
+    limit = MOST_FRAMES
     if not found.static:
-        most = min(most, 2 + int(RATE * float(np.ptp(found.measurements.time))))
-    chosen = np.linspace(0, count - 1, max(1, min(count, most)))
+        limit = min(limit, 2 + int(RATE * float(np.ptp(found.measurements.time))))
+    chosen = np.linspace(0, count - 1, max(1, min(count, limit)))
     return np.unique(chosen.round().astype(np.intp))
 
 
 def _nearest(stream: Stream, instants: Array) -> Indices:
+    """(N,) rows of a stream nearest in time to the instants (N,) [s]."""
     time = stream.time
     after = np.clip(np.searchsorted(time, instants), 1, max(len(time) - 1, 1))
     after = np.minimum(after, len(time) - 1)
@@ -157,29 +158,28 @@ def _nearest(stream: Stream, instants: Array) -> Indices:
 
 @dataclass(frozen=True)
 class Settings:
-    """A method, and hyperparameters that were set by hand."""
+    """A method, and hyperparameters set by hand."""
 
     method: str
-    """Name of a method, of a variant, or of an estimate that was given"""
+    """Name of a method, of a variant, or of a given estimate"""
     hyperparameters: Mapping[str, Any] = field(default_factory=dict[str, Any])
-    """By name; those that the method does not have are left out"""
+    """By name; those that the method does not have are ignored"""
 
     @property
     def key(self) -> tuple[Any, ...]:
-        """What tells these settings from others."""
+        """Hashable value of these settings."""
         return self.method, tuple(sorted(self.hyperparameters.items()))
 
 
 @immutable
 class Answer:
-    """What is known of the object at an instant."""
+    """The estimate at an instant, or why there is none."""
 
     estimate: Estimate | None
-    """None where there is none"""
     scene: Scene
-    """What is to be drawn, in sensor axes"""
+    """The object to draw, in sensor axes"""
     refusal: str = ""
-    """Why there is no estimate"""
+    """Reason why there is no estimate"""
 
     @property
     def headline(self) -> Headline | None:
@@ -188,13 +188,12 @@ class Answer:
 
 
 class Session:
-    """A recording that was read and conditioned, and what methods find from it.
+    """An ingested recording, and estimates of methods from it.
 
-    `shape` is where the object may have mass, in the sensor frame; `hyperparameters`
-    are values by name, for methods that have them, where `Settings` say nothing else;
-    `given` are estimates made elsewhere, by the names that they are to have among the
-    methods; the `truth` is drawn beside the estimate. Raises `InputError` if the
-    recording determines no object.
+    `shape` is where the object may have mass, in the sensor frame; `hyperparameters` are
+    defaults by name, for methods that have them; `given` are estimates made elsewhere,
+    listed with the methods by their names here; the `truth` is drawn too. Raises
+    `InputError` if the recording determines no object.
     """
 
     def __init__(
@@ -215,21 +214,21 @@ class Session:
 
     @cached_property
     def methods(self) -> tuple[str, ...]:
-        """Names of the methods for which enough is known of the object, after those of
-        the estimates that were given."""
-        return (*self.given, *(name for name in METHODS if self._serves(name)))
+        """Names of the given estimates, then of the methods whose needs the shape
+        meets."""
+        return (*self.given, *(name for name in METHODS if self._needs_are_met(name)))
 
     @property
     def default(self) -> Settings:
-        """The first estimate that was given; else the method that `hefting.identify`
-        would take."""
+        """The first given estimate; without one the default method of
+        `hefting.identify`."""
         name = next(iter(self.given), default_method(self.shape is not None))
         return Settings(name)
 
     def estimator(self, settings: Settings) -> Estimator:
         """The estimator that `hefting.identify` would use with these settings.
 
-        Raises `InputError` for an unknown method, or a hyperparameter that cannot be.
+        Raises `InputError` for an unknown method or an invalid hyperparameter.
         """
         name = spelled(settings.method)
         key = settings.key
@@ -243,15 +242,15 @@ class Session:
         return self._estimators[key]
 
     def estimate(self, instant: float, settings: Settings) -> Estimate:
-        """The estimate from the samples up to an instant [s], see `estimate_until`; one
-        that was given does not depend on it. Errors are those of `estimate_until`."""
+        """The estimate from the samples up to an instant [s], as by `estimate_until`, with
+        its errors; a given estimate does not depend on the instant."""
         if settings.method in self.given:
             return self.given[settings.method]
         estimator = self.estimator(settings)
         return estimate_until(self.found, estimator, self.shape, instant)
 
     def answer(self, instant: float, settings: Settings) -> Answer:
-        """The same with its scene; where there is no estimate, why."""
+        """The estimate with its scene, or the reason why there is none; cached."""
         key = (float(instant), *settings.key)
         with self._lock:
             known = self._answers.get(key)
@@ -270,8 +269,7 @@ class Session:
         return Answer(estimate, self.scene(estimate))
 
     def scene(self, estimate: Estimate | None) -> Scene:
-        """What is drawn of the object, with the masses that a method put at the points
-        of the shape."""
+        """The object to draw, with point masses of the estimate at the shape's points."""
         found, known = {"estimate": estimate}, {"truth": self.truth}
         return scene_of(found, self.shape, known, masses=self._has_masses(estimate))
 
@@ -280,7 +278,7 @@ class Session:
             return False
         return len(estimate.point_masses) == self.shape.n
 
-    def _serves(self, name: str) -> bool:
+    def _needs_are_met(self, name: str) -> bool:
         needs = METHODS[name].needs
         if needs == "labelled parts":
             return self.shape is not None and self.shape.labels is not None

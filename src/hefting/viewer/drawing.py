@@ -1,5 +1,5 @@
-"""Drawing: a scene as nodes of viser, in the frame of the sensor, and the colours of
-all that is drawn. Needs viser."""
+"""Drawing: a scene as nodes of viser in the frame of the sensor, and the colours of the
+viewer. Needs viser."""
 
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
@@ -24,22 +24,22 @@ ARROWS = {
     "torque, measured": SKY,
     "torque, predicted": BLUE,
 }
-"""Of each arrow of the wrench; what is predicted is the darker one of each pair."""
+"""Colours of the arrows of the wrench; the predicted one of each pair is darker."""
 MASSES = ("#7B5EA7", "#3B8BC2", "#2BA58D", "#8CC63F", "#F2B705")
-"""Scale of masses from none to the largest, seen on white and on black."""
+"""Colour scale from zero to the largest mass, visible on white and on black."""
 SENSOR = "/sensor"
-"""Node that moves with the sensor; all that is drawn of the object is below it."""
+"""Node that moves with the sensor; the object's nodes are below it."""
 LEAST_SIZE = 0.05
-"""Size of a scene that holds nothing [m]."""
+"""[m] Least size of a scene."""
 MOST_REACH = 3.0
-"""A region for the COM that reaches farther than so many sizes of the scene would hide
-all else, and is not drawn."""
+"""Reach of a COM region over the size of the scene above which it is not drawn, as it
+would hide everything else."""
 STROKES = {
     "x": (((0, 0), (1, 1)), ((0, 1), (1, 0))),
     "y": (((0, 1), (0.5, 0.5)), ((1, 1), (0.5, 0.5)), ((0.5, 0.5), (0.5, 0))),
     "z": (((0, 1), (1, 1)), ((1, 1), (0, 0)), ((0, 0), (1, 0))),
 }
-"""Strokes of letters in a square of side 1: right, up."""
+"""Strokes of letters: ends (right, up) in a unit square."""
 NO_SHADOWS: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
 AXES_SHARE = 0.5
 """Greatest length of the sensor's axes over the size of the scene."""
@@ -62,13 +62,13 @@ def colours_of(masses: Array) -> np.ndarray:
 
 
 def size_of(scene: Scene) -> float:
-    """Largest extent of what is drawn [m]."""
+    """Largest extent of a scene [m]."""
     return max(float(np.ptp(scene.corners, axis=0).max()), LEAST_SIZE)
 
 
 def axes_length(size: float) -> float:
-    """Length at which the sensor's axes are drawn [m]: 1, 2 or 5 times a power of ten,
-    that suits a scene of a size."""
+    """Length of the drawn sensor axes [m]: the largest 1, 2 or 5 times a power of ten
+    within `AXES_SHARE` of the scene's `size` [m]."""
     power = 10.0 ** np.floor(np.log10(AXES_SHARE * size))
     return float(
         max(n * power for n in (1.0, 2.0, 5.0) if n * power <= AXES_SHARE * size)
@@ -76,23 +76,22 @@ def axes_length(size: float) -> float:
 
 
 class ObjectDrawing:
-    """The object, as nodes below `SENSOR`; surface and what is known of it in the scene
-    do not change later."""
+    """The object, as nodes below `SENSOR`; the surface is that of the first scene."""
 
     def __init__(self, api: "SceneApi", scene: Scene):
         self._api = api
         self.size = size_of(scene)
         self._nodes: dict[str, Any] = {}
-        self._absent: set[str] = set()  # nodes of which the scene now holds nothing
+        self._absent: set[str] = set()  # nodes that the present scene does not have
         self.hidden: set[str] = set()
-        """Kinds of nodes that are not to be seen: ``"shape"``, ``"masses"``,
-        ``"inertia"``, ``"region"``, ``"truth"``"""
+        """Kinds of hidden nodes: ``"shape"``, ``"masses"``, ``"inertia"``,
+        ``"region"``, ``"truth"``"""
         self._draw_axes()
         if scene.surface is not None:
             self._draw_surface(scene.surface)
 
     def show(self, scene: Scene) -> None:
-        """Draw a scene in place of what was drawn."""
+        """Draw a scene in place of the previous one."""
         self._draw_points(scene.points)
         names = {body.name for body in scene.bodies}
         for body in scene.bodies:
@@ -206,7 +205,7 @@ class ObjectDrawing:
         ).vertices = np.asarray(vertices, dtype=np.float32)
 
     def _node(self, name: str, add: Callable[..., Any], *what: Any, **look: Any) -> Any:
-        """A node that is to be seen; it is made the first time."""
+        """The node of a present part; `add` makes it the first time."""
         self._absent.discard(name)
         if name not in self._nodes:
             self._nodes[name] = add(f"{SENSOR}/{name}", *what, **look)
@@ -214,8 +213,8 @@ class ObjectDrawing:
 
 
 def letter(axis: str, length: float) -> Array:
-    """Strokes (n, 2, 3) [m] of the letter x, y or z beyond the end of an axis of some
-    length [m]: viser's labels lag behind nodes that move."""
+    """Strokes (n, 2, 3) [m] of the letter x, y or z beyond the end of an axis of the given
+    length [m], as viser's labels lag behind moving nodes."""
     i = "xyz".index(axis)
     right, up = np.roll(np.eye(3), -i, axis=0)[:2]
     ends = np.array(STROKES[axis]) - 0.5

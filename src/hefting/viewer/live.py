@@ -1,7 +1,7 @@
-"""Live view: what is known of the object while a stream goes on, in any number of
-browsers. Needs viser.
+"""Live view: the estimate of the object while a stream runs, in any number of browsers.
+Needs viser.
 
-What is shown is kept by the server, so that a browser that comes late sees the whole.
+The server keeps the content, so that a browser that connects later shows all of it.
 """
 
 from collections.abc import Callable
@@ -27,33 +27,33 @@ if TYPE_CHECKING:
     from viser import GuiApi, ViserServer
 
 LAST = 20.0
-"""[s] of the wrench that are shown."""
+"""[s] Duration of the wrench that is drawn."""
 MOST_SAMPLES = 500
-"""Samples of the wrench that are drawn."""
+"""Most samples of the wrench that are drawn."""
 MOST_ESTIMATES = 600
-"""Estimates that curves over time are drawn of; of more every second one goes."""
+"""Most estimates in curves over time; if there are more, every second one is dropped."""
 COLOURS = {
     "identified": GOOD,
     "sufficient": GOOD,
     "contradicted": BAD,
     "lost source": BAD,
 }
-"""Of the states; the others wait for something."""
+"""Colours of states; `CARE` for others, in which something is awaited."""
 AWAY = 2.2
-"""Distance of the camera over the size of what is drawn."""
+"""Distance of the camera over the size of the scene."""
 LARGEST_START = 1e5
-"""[s] Stamps above it, as of the wall clock, are drawn since the first of them: their
-digits would not fit beside one another."""
+"""[s] Larger stamps, as of the wall clock, are drawn relative to the first one: labels
+with all their digits would overlap."""
 MOST_MESSAGES = 4
 INTERVALS = {
     "mass [kg]": {"mass": "#0072B2", "low": "#0072B280", "high": "#0072B280"},
     "COM, ± [mm]": {"x": "#D55E00", "y": "#009E73", "z": "#0072B2"},
 }
-"""What is drawn over time: the curves of each plot, and their colours."""
+"""Plots over time: their curves, and the colours of these."""
 
 
 class LiveView:
-    """What a stream tells of an object, perhaps of known shape, as it is seen. `say`
+    """Page of a stream's live estimates, and of the object's shape if it is known. `say`
     turns names of arguments in backquotes into the reader's."""
 
     def __init__(
@@ -78,11 +78,11 @@ class LiveView:
         self._follower: Follower[LiveEstimate] = Follower(self._draw, self._fail)
 
     def show(self, found: LiveEstimate) -> None:
-        """Show it soon, in another thread; of several the last."""
+        """Show an estimate soon, in another thread; skips all but the latest."""
         self._follower.want(found)
 
     def settle(self) -> bool:
-        """Wait until what was to be shown is; whether it came about."""
+        """Wait until the latest estimate is shown; whether it is."""
         return self._follower.settle()
 
     def close(self) -> None:
@@ -93,7 +93,7 @@ class LiveView:
         before = -np.inf if self.shown is None else self.shown.time
         with self.server.atomic():
             self.text.content = live_html(found, self.say)
-            if not 0.0 <= found.time - before <= FORWARD:  # the first, or another clock
+            if not 0.0 <= found.time - before <= FORWARD:  # first, or the clock jumped
                 self._start = found.time if abs(found.time) > LARGEST_START else 0.0
                 self.intervals.forget()
                 self.wrench.forget()
@@ -125,8 +125,8 @@ class LiveView:
 
 
 class Intervals:
-    """Mass with its interval, and half the interval of the COM, over the time of the
-    stream."""
+    """Plots of the mass with its interval, and of the COM's half-widths, over the time of
+    the stream."""
 
     def __init__(self, gui: "GuiApi"):
         self._rows: list[tuple[float, ...]] = []
@@ -150,14 +150,14 @@ class Intervals:
             )
 
     def forget(self) -> None:
-        """Begin anew with the next estimate."""
+        """Drop all estimates."""
         self._rows = []
 
     def add(self, time: float, number: int, estimate: Estimate) -> None:
-        """Add an estimate of the object of a number."""
+        """Add the estimate of the `number`-th object at a time [s]."""
         low, high = estimate.interval("mass")
         half = np.full(3, np.nan) if (com := com_reach(estimate)) is None else 1e3 * com
-        if number != self._object:  # no line from one object to the next
+        if number != self._object:  # interrupt the curves between objects
             self._object = number
             self._rows.append((time, *[np.nan] * 6))
         self._rows.append((time, estimate.mass, float(low), float(high), *half))
@@ -170,8 +170,8 @@ class Intervals:
 
 
 class RecentWrench:
-    """Force and torque of the latest seconds, measured and as the estimate predicts
-    them."""
+    """Plots of force and torque over the latest seconds, measured and predicted by the
+    estimate."""
 
     def __init__(self, gui: "GuiApi"):
         self._kept = np.empty((0, 13))
@@ -182,14 +182,14 @@ class RecentWrench:
         ]
 
     def forget(self) -> None:
-        """Begin anew with the next samples."""
+        """Drop all samples."""
         self._kept = self._kept[:0]
 
     def show(
         self, recent: Measurements | None, estimate: Estimate | None, start: float
     ) -> None:
-        """Add new samples, with the wrench that an estimate predicts; times are drawn
-        since `start` [s]."""
+        """Add new samples with the wrench predicted by an estimate; times are drawn
+        relative to `start` [s]."""
         if recent is None or estimate is None or not len(recent):
             return
         new = recent.time > self._kept[-1:, 0].max(initial=-np.inf)
@@ -199,9 +199,9 @@ class RecentWrench:
         rows = np.column_stack((recent.time, recent.wrench, predicted))[new]
         kept = np.concatenate((self._kept, rows))
         self._kept = kept[kept[:, 0] > kept[-1:, 0].max(initial=0.0) - LAST]
-        self._put(self._kept[:: 1 + len(self._kept) // MOST_SAMPLES], start)
+        self._plot(self._kept[:: 1 + len(self._kept) // MOST_SAMPLES], start)
 
-    def _put(self, rows: Array, start: float) -> None:
+    def _plot(self, rows: Array, start: float) -> None:
         for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
             measured = rows[:, 1 + first : 4 + first].T
             predicted = rows[:, 7 + first : 10 + first].T
@@ -211,8 +211,8 @@ class RecentWrench:
 
 
 def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
-    """State, verdict, numbers with their 95 % intervals, and what is to be said, with
-    `say` as in `LiveView`. All text is escaped."""
+    """State, verdict, numbers with their 95 % intervals, and messages, with `say` as in
+    `LiveView`. All text is escaped."""
     state = f"{found.state}, {found.time:.1f} s"
     if found.object > 1:
         state += f", object {found.object}"

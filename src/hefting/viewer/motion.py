@@ -1,4 +1,4 @@
-"""What moves with a recording: the arm, and arrows and curves of the wrench. Needs
+"""Motion along a recording: the arm, and arrows and curves of the wrench. Needs
 viser."""
 
 import re
@@ -21,22 +21,22 @@ if TYPE_CHECKING:
     from viser import GuiApi, SceneApi
 
 MOST_TRIANGLES = 4_000
-"""Triangles of one mesh that are drawn at most."""
+"""Most triangles of one drawn mesh."""
 THICKNESS = 0.012
-"""Of the line from joint to joint [m]."""
+"""[m] Thickness of the lines from joint to joint."""
 LONGEST = {"force": 1.0, "torque": 0.6}
 """Length of the longest arrow over the size of the scene."""
 APART = 0.02
-"""Distance between the arrows of the measured and the predicted, over the size of the
-scene: they would hide one another."""
+"""Distance between the arrows of the measured and the predicted wrench over the size of
+the scene, so that neither hides the other."""
 HEIGHT = 170
-"""Of a plot [pixels]."""
+"""[pixels] Height of a plot."""
 
 
 class ArmDrawing:
-    """Links of an arm as their geometries, those without any as lines from their joint
-    to the next ones. `joints` (N, n) are the positions at each frame, in the columns
-    that the arm's links name [rad], [m]."""
+    """Links of an arm, drawn by their geometries, or without any as lines from their joint
+    to the next ones. `joints` (N, n) are the positions [rad, m] at each frame, in the
+    columns to which the arm's links refer."""
 
     def __init__(self, api: "SceneApi", arm: Arm, joints: Array):
         self.arm = arm
@@ -48,7 +48,7 @@ class ArmDrawing:
             name = f"/arm/{i} {plain(link.name)}"
             self.frames.append(api.add_frame(name, show_axes=False))
             drawn.append(self._draw(api, name, link.geometries))
-        # what lies between two joints is the link that bears the second
+        # the line between two joints represents the link that bears the second one
         parents = [link.parent for link in arm.links]
         bare = [i for i, at in enumerate(parents) if at is not None and not drawn[at]]
         self._bare = np.array(bare, dtype=np.intp)
@@ -68,7 +68,7 @@ class ArmDrawing:
             self.lines.points = self._segments(index)
 
     def _segments(self, index: int) -> np.ndarray:
-        """Ends (n, 2, 3) of the lines [m]."""
+        """Ends (n, 2, 3) [m] of the lines at a frame."""
         origins = self.position[index]
         ends = np.stack((origins[self._bearers], origins[self._bare]), axis=1)
         return np.asarray(ends, dtype=np.float32)
@@ -76,8 +76,8 @@ class ArmDrawing:
     def _draw(
         self, api: "SceneApi", name: str, geometries: tuple[Geometry, ...]
     ) -> bool:
-        """Draw what a link looks like: its visual parts; if none of them can be read,
-        those for collisions. Whether anything is drawn."""
+        """Draw a link's visual geometries, or if none can be read its collision
+        geometries; returns whether there are any."""
         for part in ("visual", "collision"):
             meshes = [self._mesh(each) for each in geometries if each.part == part]
             known = [mesh for mesh in meshes if mesh is not None]
@@ -95,19 +95,20 @@ class ArmDrawing:
         return False
 
     def _mesh(self, geometry: Geometry) -> tuple[Array, np.ndarray] | None:
-        """Vertices (V, 3) [m] in the link's frame and triangles of a geometry, no more
-        than are drawn; None where its mesh cannot be read."""
+        """Vertices (V, 3) [m] in the link's frame and at most `MOST_TRIANGLES` triangles
+        of a geometry; None if its mesh cannot be read."""
         surface = self._surfaces.read(geometry)
         return None if surface is None else coarser(*surface, MOST_TRIANGLES)
 
 
 def plain(name: str) -> str:
-    """A name from a file as part of a node's name."""
+    """A name from a file made safe as part of a node's name."""
     return re.sub(r"[^\w .-]", "_", name)[:40]
 
 
 def arrow(vector: Array, scale: float, aside: float) -> Array:
-    """Tail and tip (2, 3) [m] of an arrow along a vector, moved aside across it."""
+    """Tail and tip (2, 3) [m] of an arrow of a vector (3,) times `scale`, displaced by
+    `aside` [m] perpendicular to it."""
     across = np.cross(vector, (0.0, 0.0, 1.0))
     if np.linalg.norm(across) < 1e-3 * np.linalg.norm(vector):
         across = np.cross(vector, (1.0, 0.0, 0.0))
@@ -116,9 +117,9 @@ def arrow(vector: Array, scale: float, aside: float) -> Array:
 
 
 class WrenchArrows:
-    """Force and torque on the object in sensor axes, measured and predicted, without
-    bias. The largest of the playback have arrows of the lengths `LONGEST`, in a scene
-    of `size` [m]."""
+    """Arrows of force and torque on the object in sensor axes, measured and predicted,
+    without bias. The largest of the playback have the lengths `LONGEST` times `size`
+    [m], that of the scene."""
 
     def __init__(self, api: "SceneApi", playback: Playback, size: float):
         self.playback, self.size = playback, size
@@ -139,7 +140,8 @@ class WrenchArrows:
         self.hidden = False
 
     def show(self, frame: Frame, estimate: Estimate | None) -> None:
-        """Draw the wrench at a frame, as an estimate explains it."""
+        """Draw the wrench at a frame without the estimate's bias, and the predicted
+        one."""
         wrenches = {"measured": frame.measured - self.playback.bias(estimate)}
         if estimate is not None:
             wrenches["predicted"] = self.playback.predicted(estimate, frame.sample)
@@ -155,9 +157,9 @@ class WrenchArrows:
 
 
 class WrenchPlots:
-    """Force and torque over the whole recording: measured, and as the estimate predicts
-    it with its bias. A vertical line stands at the instant up to which the estimate
-    goes."""
+    """Plots of force and torque over the whole recording: measured, and predicted by the
+    estimate with its bias. A vertical line marks the end of the samples of the
+    estimate."""
 
     def __init__(self, gui: "GuiApi", playback: Playback):
         self.playback = playback
@@ -172,19 +174,19 @@ class WrenchPlots:
         ]
 
     def show(self, index: int, estimate: Estimate | None) -> None:
-        """Draw the wrench that an estimate predicts, and the line at a frame."""
+        """Draw the wrench predicted by an estimate, and the line at a frame."""
         for (_, _, first), handle in zip(PARTS, self.handles, strict=True):
             data = self._data(first, estimate, index)
             scales = scales_of(data)
-            if scales != handle.scales:  # a new scale undoes a reader's zoom
+            if scales != handle.scales:  # setting a scale resets the user's zoom
                 handle.scales = scales
             handle.data = data
 
     def _data(
         self, first: int, estimate: Estimate | None, index: int
     ) -> tuple[Array, ...]:
-        """Times, three measured and three predicted components, and the line, which is
-        NaN but at two neighbouring frames."""
+        """Times, three measured and three predicted components from column `first` on, and
+        the line, NaN except at two neighbouring frames."""
         part = slice(first, first + 3)
         measured = self._samples.wrench[:, part]
         predicted = np.full_like(measured, np.nan)
@@ -200,8 +202,8 @@ class WrenchPlots:
 def add_plot(
     gui: "GuiApi", title: str, times: str, data: tuple[Array, ...], drawn: Any
 ) -> Any:
-    """A plot of force or torque over times that have a name, each array of `data`
-    `drawn` as `curves` say."""
+    """A plot of force or torque: the arrays of `data` over the first one, whose axis is
+    called `times`, in the styles `drawn`, as from `curves`."""
     return gui.add_uplot(
         data,
         drawn,
@@ -215,8 +217,8 @@ def add_plot(
 
 
 def scales_of(data: tuple[Array, ...]) -> dict[str, Any]:
-    """Scales on which the measured curves of a plot are whole, and the predicted ones
-    as far as they are of the same size. They change in steps, seldom."""
+    """Scales of a plot that hold the measured curves, and the predicted ones up to about
+    the same size beyond. They change in steps, to change seldom."""
     measured, predicted = np.array(data[1:4]), np.array(data[4:7])
     low, high = float(measured.min()), float(measured.max())
     step = 0.2 * (high - low) or 1.0
@@ -230,7 +232,7 @@ def scales_of(data: tuple[Array, ...]) -> dict[str, Any]:
 
 
 def curves() -> tuple[Any, ...]:
-    """How each array of the plots is drawn."""
+    """Styles of the arrays of `WrenchPlots`."""
     measured = [
         {"label": f"{axis} measured", "stroke": f"{colour}60", "width": 4}
         for axis, colour in COMPONENTS.items()

@@ -1,5 +1,5 @@
-"""Panel: what stands beside the scene: the answer, what the colours mean, and controls
-of the instant, the method and its hyperparameters. Needs viser."""
+"""Panel beside the scene: the answer, a legend of the colours, and controls of the
+instant, the method and its hyperparameters. Needs viser."""
 
 from collections.abc import Callable
 from html import escape
@@ -26,27 +26,25 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 MOST_REASONS = 3
-"""Reasons for doubt that are shown."""
+"""Most reasons for doubt that are shown."""
 GOOD, CARE, BAD = "#16916B", "#C07500", "#D64937"
-"""Of the verdict, read on white and on black."""
+"""Colours of the verdict, readable on white and on black."""
 LEVELS = {"good": GOOD, "usable with care": CARE, "do not use": BAD}
 TYPICAL_POSE_STD = (5.0, 5.0)
-"""[mm] and [°] shown before any is set: what Bayes reckons with where the pose is not
-exact."""
+"""[mm] and [°] Initial values: those of the Bayes method for a pose that is not exact."""
 NUMBERS = {
     "c1": ("c1", "dynamism at which the full model takes over", 0.01, 0.01),
     "regularization": ("lambda", "pull to equal masses [N/kg]", 0.0, 0.001),
 }
-"""Label and hint of the number of each hyperparameter, its smallest value, and how
-finely it is shown and set."""
+"""Label, hint, smallest value and step of each hyperparameter's number."""
 
 
 def answer_html(
     answer: Answer, used: str, static: bool, say: Callable[[str], str] = str
 ) -> str:
-    """Verdict, reasons for doubt, numbers with their 95 % intervals, and what they rest
-    on: how much of the recording is `used`, and whether it consists of `static` poses.
-    `say` turns names of arguments in backquotes into the reader's. All text is
+    """Verdict, reasons for doubt, numbers with their 95 % intervals, and their basis: the
+    part `used` of the recording, in words, and the number of samples, or of `static`
+    poses. `say` turns names of arguments in backquotes into the reader's. All text is
     escaped."""
     if answer.estimate is None:
         return block(bold("no answer yet", BAD) + line(say(answer.refusal)))
@@ -66,8 +64,8 @@ def answer_html(
 
 
 def legend_html(answer: Answer, size: float, largest: Array) -> str:
-    """What the colours mean, and how long things are. `size` is that of the scene [m],
-    `largest` (2,) the largest force [N] and torque [N m]."""
+    """Legend of colours and lengths. `size` is that of the scene [m], `largest` (2,) the
+    largest force [N] and torque [N m]."""
     scene = answer.scene
     rows = [_mark(COM, "COM, with the region that holds it (95 %)")]
     rows.append(_mark(INERTIA, "uniform ellipsoid of equal inertia"))
@@ -92,12 +90,12 @@ def legend_html(answer: Answer, size: float, largest: Array) -> str:
 
 
 def block(inner: str) -> str:
-    """What stands in the panel, with its margins."""
+    """Content of the panel, with its margins."""
     return f'<div style="padding:0.4em 0.8em;font-size:13px;line-height:1.35">{inner}</div>'
 
 
 def bold(text: str, colour: str) -> str:
-    """A line in bold, of a colour; the text is escaped."""
+    """A bold line in a colour; the text is escaped."""
     return f'<div style="font-weight:700;color:{colour}">{escape(text)}</div>'
 
 
@@ -134,9 +132,8 @@ def _scale(largest: float) -> str:
 
 
 class Controls:
-    """Widgets of a server's panel that say which instant and which settings of a
-    session and its playback are wanted. `changed` is called, in any thread, when
-    something else is."""
+    """Widgets of a server's panel for the instant of a playback and the settings of a
+    session. `changed` is called, in any thread, when one of them changes."""
 
     def __init__(
         self,
@@ -188,12 +185,12 @@ class Controls:
 
     @property
     def chosen_time(self) -> float:
-        """Time that is wanted, as those of `Playback.times`."""
+        """Time set by the user, as those of `Playback.times`."""
         return min(float(self.time.value), float(self._playback.times[-1]))
 
     @property
     def settings(self) -> Settings:
-        """Settings that are wanted."""
+        """Settings set by the user."""
         method = str(self.method.value)
         names = self._hyperparameters(method)
         chosen: dict[str, Any] = {

@@ -1,5 +1,5 @@
-"""Players: a recording, or a planned motion, as one page that plays without a server.
-Needs viser."""
+"""Players: a recording or a planned motion as one page that plays without a server. Needs
+viser."""
 
 from html import escape
 from pathlib import Path
@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from viser import ViserServer
 
 POSES_A_SECOND = 2.0
-"""Of a recording of static poses."""
+"""[1/s] Pace of a recording of static poses."""
 PAUSE = 1.0
-"""[s] at the end."""
+"""[s] Pause at the end."""
 STYLE = """<style>
 #hefting{position:fixed;right:0.6em;top:0.6em;z-index:5;max-width:min(24em,92vw);
 max-height:45vh;overflow:auto;font:13px/1.35 system-ui,sans-serif;border-radius:6px;
@@ -34,24 +34,24 @@ background:rgba(255,255,255,0.88);color:#222;box-shadow:0 1px 4px rgba(0,0,0,0.2
 .mantine-Select-wrapper{width:4.5em!important}
 </style>"""
 FOLDED = "<script>if(innerWidth<=600)hefting.open=false</script>"
-"""On a phone the box would hide the object: a touch opens it."""
+"""Closes the box on a phone, where it would hide the object."""
 SCHEME = (
     "window.__VISER_EMBED_CONFIG__="
     "{darkMode:matchMedia('(prefers-color-scheme: dark)').matches};"
 )
-"""Lets the page follow the reader's colour scheme."""
+"""Makes the page follow the reader's colour scheme."""
 RATE = 20.0
-"""[Hz] of the frames."""
+"""[Hz] Rate of the frames."""
 EDGES = tuple((i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit)
-"""Of a box whose corner i is at the high end of an axis where the axis' bit is set."""
+"""Edges of a box whose corner i is at the high end of the axes whose bits are set in i."""
 THIN, THICK = 0.004, 0.008
-"""[m] of the lines of the path and of the box."""
+"""[m] Thickness of the lines of the path and of the box."""
 
 
 def player_of(viewer: Viewer, title: str) -> str:
-    """The page: the whole recording, played with the answer that is shown now.
+    """A page that plays the whole recording with the answer that the viewer now shows.
 
-    It holds all it needs, and asks for nothing. `title` is escaped.
+    It is complete and makes no requests. `title` is escaped.
     """
     playback = viewer.playback
     viewer.show_frame(0)
@@ -62,7 +62,7 @@ def player_of(viewer: Viewer, title: str) -> str:
         recorded.insert_sleep(float(step) / pace)
         viewer.show_frame(index)
     recorded.insert_sleep(PAUSE)
-    viewer.show_frame(0)  # what was recorded first shares memory with what is shown
+    viewer.show_frame(0)  # the recorded first frame shares memory with the shown one
     return dressed(recorded.as_html(), title, _answer(viewer))
 
 
@@ -77,7 +77,7 @@ def _answer(viewer: Viewer) -> str:
 
 
 def dressed(page: str, title: str, inside: str) -> str:
-    """viser's page with a title, which is escaped, and a box that has HTML inside."""
+    """viser's page with a title, which is escaped, and a box with HTML `inside`."""
     box = (
         f'<details id="hefting" open><summary>{escape(title)}</summary>'
         f"{inside}</details>"
@@ -90,10 +90,10 @@ def dressed(page: str, title: str, inside: str) -> str:
 
 
 def plan_player(plan: Plan) -> str:
-    """The page: the plan's arm, read from `Plan.source`, along the motion, with the box
-    of the object, and the path of the tip.
+    """A page that plays the plan's arm, read from `Plan.source`, along the motion, with
+    the box of the object and the path of the tip.
 
-    Raises `InputError` where the robot cannot be read, `MissingDependencyError` without
+    Raises `InputError` if the robot cannot be read, `MissingDependencyError` without
     viser.
     """
     count = max(round(plan.duration * RATE), 1)

@@ -1,5 +1,5 @@
-"""A server of viser that is quiet, listens where it is told to and nowhere else, and
-opens no tunnel; and work that follows what its browsers want last. Needs viser."""
+"""A quiet server of viser that listens at one address only and opens no tunnel; and a
+thread that handles the latest request of its browsers. Needs viser."""
 
 import contextlib
 import io
@@ -18,18 +18,18 @@ if TYPE_CHECKING:
 HOST = "127.0.0.1"
 """Address that only this machine reaches."""
 OWN_NAMES = ("127.0.0.1", "localhost", "[::1]")
-"""How pages of this machine name it."""
+"""Names of this machine in addresses of its own pages."""
 EVERYWHERE = ("0.0.0.0", "::", "")
-"""Addresses by which a machine listens under all of its names."""
+"""Addresses that stand for all interfaces of this machine."""
 SKY, GROUND = 3.0, (120, 120, 140)
-"""Light from above, and the colour of that from below."""
+"""Intensity of the light, and the colour of that from below."""
 T = TypeVar("T")
 
 
 @contextmanager
 def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
-    """A server at an address or name of this machine while this is entered, and a port,
-    of which 0 is any that is free; it is free again afterwards.
+    """A context with a server at an address or name of this machine and a port, which is
+    released at the end; port 0 is any free one.
 
     Raises `InputError` if it cannot listen there, `MissingDependencyError` without
     viser.
@@ -40,7 +40,7 @@ def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
     with contextlib.redirect_stdout(io.StringIO()), _own_pages_only(host):
         server = viser.ViserServer(host, port, verbose=False)
     try:
-        if port not in (0, server.get_port()):  # taken since it was looked at
+        if port not in (0, server.get_port()):  # taken since `_check_free`
             raise _in_use(host, port)
         _refuse_tunnels(server)
         _light(server)
@@ -51,8 +51,8 @@ def serving(host: str = HOST, port: int = 0) -> "Iterator[ViserServer]":
 
 
 def _light(server: "ViserServer") -> None:
-    """Light the scene from all sides, without the picture of surroundings and the
-    shadows that a processor without a graphics card draws for many seconds."""
+    """Light the scene from all sides, without environment map and shadows, which take many
+    seconds without a graphics card."""
     scene = server.scene
     scene.configure_environment_map(hdri=None)
     scene.configure_default_lights(cast_shadow=False)
@@ -60,15 +60,15 @@ def _light(server: "ViserServer") -> None:
 
 
 def address_of(server: "ViserServer") -> str:
-    """Where a browser on this machine finds the server."""
+    """Address of the server for a browser on this machine."""
     host = server.get_host()
     host = {"0.0.0.0": HOST, "::": "::1", "": HOST}.get(host) or host
     return f"http://{f'[{host}]' if ':' in host else host}:{server.get_port()}"
 
 
 def _check_free(host: str, port: int) -> None:
-    """`InputError` where the server could not listen: it would look for another port
-    by itself, or wait for ever."""
+    """`InputError` if a server cannot listen there: viser would choose another port by
+    itself, or wait for ever."""
     if not 0 <= port < 2**16:
         raise InputError(f"{port} is no port", "--port", "give 1024 to 65535")
     try:
@@ -90,9 +90,8 @@ def _in_use(host: str, port: int, why: str = "") -> InputError:
 
 @contextmanager
 def _own_pages_only(host: str) -> Iterator[None]:
-    """Servers made while this is entered refuse pages of other sites, which a browser
-    lets connect to any port of this machine; viser does not ask where a page is
-    from."""
+    """A context in which servers that are made refuse pages of other sites, which
+    browsers let connect to any port of this machine; viser does not check the origin."""
     from websockets.asyncio import server as websockets
 
     serve, own = websockets.serve, (re.escape(host), *map(re.escape, OWN_NAMES))
@@ -110,7 +109,7 @@ def _own_pages_only(host: str) -> Iterator[None]:
 
 
 def _refuse_tunnels(server: "ViserServer") -> None:
-    """Let no page ask for an address on the internet, which viser offers."""
+    """Disable viser's requests of pages for a public address on the internet."""
     from viser import _messages
 
     for message in (_messages.ShareUrlRequest, _messages.ShareUrlDisconnect):
@@ -118,9 +117,9 @@ def _refuse_tunnels(server: "ViserServer") -> None:
 
 
 class Follower(Generic[T]):
-    """Calls `work`, in a thread of its own, with what was wanted last; what was wanted
-    in between, while it worked, is passed over. `failed` is told of an exception that
-    `work` raised, and it goes on."""
+    """Calls `work` in a thread of its own with the latest request; requests that are
+    replaced by another while it works are skipped. After an exception of `work` it calls
+    `failed` with it and goes on."""
 
     def __init__(self, work: Callable[[T], None], failed: Callable[[Exception], None]):
         self._work, self._failed = work, failed
@@ -131,21 +130,20 @@ class Follower(Generic[T]):
         self._thread.start()
 
     def want(self, what: T) -> None:
-        """Work on this next."""
+        """Request a call of `work` with this next."""
         with self._changed:
             self._wanted = [what]
             self._changed.notify_all()
 
     def settle(self) -> bool:
-        """Wait until nothing is wanted any more, a minute at most; whether that came
-        about."""
+        """Wait until all requests are done, at most a minute; whether they are."""
         with self._changed:
             return self._changed.wait_for(
                 lambda: self._closed or not (self._wanted or self._busy), 60.0
             )
 
     def close(self) -> None:
-        """End the thread after what it works on now."""
+        """End the thread after its present call."""
         with self._changed:
             self._closed = True
             self._changed.notify_all()

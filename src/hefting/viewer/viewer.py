@@ -1,4 +1,4 @@
-"""Viewer: scene, controls and answer in a browser, one following the other. Needs
+"""Viewer: scene, controls and answer in a browser, which follow each other. Needs
 viser."""
 
 import threading
@@ -21,20 +21,20 @@ if TYPE_CHECKING:
 
 FIELD_OF_VIEW = np.radians(45.0)
 FROM = np.array((1.0, -1.3, 0.6))
-"""Where the camera is at first: to the right, the front, and above."""
+"""Initial direction to the camera: to the right, the front, and above."""
 ABOVE_PANEL = 0.17
-"""How far below the object the camera looks where the panel takes the lower part of a
-narrow window, over its distance."""
+"""Distance by which the camera looks below the object in a narrow window, whose lower
+part holds the panel, over the camera's distance."""
 TICK = 0.05
-"""[s] between the frames of what is played."""
+"""[s] Interval of frames while playing."""
 SHOWN = ("shape", "masses", "region", "inertia", "truth", "wrench")
-"""What can be hidden."""
+"""Parts that can be hidden."""
 
 
 class Viewer:
-    """A session as it is seen and handled: the arm at the recorded joint positions, and
-    at first `settings`, by default those of the session. `say` turns names of arguments
-    in backquotes into the reader's."""
+    """The page of a session, with the arm at the recorded joint positions and initial
+    `settings`, by default those of the session. `say` turns names of arguments in
+    backquotes into the reader's."""
 
     def __init__(
         self,
@@ -51,12 +51,12 @@ class Viewer:
         self.say = say
         first = session.answer(float(playback.instants[-1]), settings)
         self.answer: Answer = first
-        """What is shown."""
+        """The answer that is shown."""
         gravity = session.found.conditioned.gravity
         server.scene.set_up_direction(-gravity / np.linalg.norm(gravity))
         self.drawing = ObjectDrawing(server.scene, first.scene)
         self.arrows = WrenchArrows(server.scene, playback, self.drawing.size)
-        joints = playback.at("joint_positions")  # an arm asks for them
+        joints = playback.at("joint_positions")
         self.arm: ArmDrawing | None = None
         if arm is not None and joints is not None:
             self.arm = ArmDrawing(server.scene, arm, joints)
@@ -96,16 +96,17 @@ class Viewer:
         )
 
     def follow(self) -> None:
-        """Show what the controls want, soon and in another thread."""
+        """Show the instant and settings of the controls, soon and in another thread."""
         self._follower.want((self.controls.chosen_time, self.controls.settings))
 
     def settle(self) -> bool:
-        """Wait until what the controls want is shown; whether it came about."""
+        """Wait until the instant and settings of the controls are shown; whether they
+        are."""
         return self._follower.settle()
 
     def show(self, time: float, settings: Settings) -> None:
-        """Show the answer up to a time, as those of `Playback.times`, and the frame
-        nearest to it."""
+        """Show the answer up to a time, one like those of `Playback.times`, and the
+        nearest frame."""
         answer = self.session.answer(self.playback.instant(time), settings)
         index = self.playback.nearest(time)
         with self._lock, self.server.atomic():
@@ -221,7 +222,7 @@ class Viewer:
                     client.camera.look_at = lower  # the position had moved it
 
     def _extent(self) -> tuple[Array, Array]:
-        """Lowest and highest corner (3,) [m] of all that is drawn."""
+        """Lowest and highest corner (3,) [m] of the path with the object, and the arm."""
         path, size = self.playback.poses[0], self.drawing.size
         low, high = path.min(axis=0) - 0.7 * size, path.max(axis=0) + 0.7 * size
         if self.arm is not None:
