@@ -24,10 +24,10 @@ from hefting.request.request import (
     canonical_name,
     check_request,
     files_of,
+    given_options,
     in_folder,
     option_kinds,
     request_of,
-    said,
 )
 
 if TYPE_CHECKING:
@@ -112,7 +112,7 @@ class Recordings:
         self._table, self._folder = table, folder
         self.texts = texts
         self._unreadable = unreadable or {}
-        self._options = said(options or {})
+        self._options = given_options(options or {})
         self._group_by = group_by or "object"
         self._is_grouped = group_by is not None
         kinds = option_kinds()
@@ -141,7 +141,9 @@ class Recordings:
             recording = str(self._folder / recording)
         options = self._options
         try:
-            own = said({option: cells[name] for name, option in self._columns.items()})
+            own = given_options(
+                {option: cells[name] for name, option in self._columns.items()}
+            )
             options = options | (in_folder(own, self._folder) if self._folder else own)
         except InputError as error:
             problem = str(error)
@@ -244,8 +246,8 @@ def recordings_of(
         if not table.num_rows:
             raise InputError("there are no recordings", paths[0], "name some in rows")
         folder = paths[0].parent
-        own = in_folder(said(given), folder) if given else {}
-        return Recordings(table, folder, own | said(options or {}), group_by)
+        own = in_folder(given_options(given), folder) if given else {}
+        return Recordings(table, folder, own | given_options(options or {}), group_by)
     logs = [log for path in paths for log in logs_at(path)]
     if paths and logs == [str(paths[0])] and not paths[0].exists():
         raise InputError(

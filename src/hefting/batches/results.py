@@ -213,8 +213,10 @@ def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
     where = np.repeat(np.arange(len(lengths)), lengths)
     rows = np.concatenate([np.arange(n) for n in lengths])
     digests = np.concatenate(found)
-    latest = len(digests) - 1 - np.unique(digests[::-1], return_index=True)[1]
-    chosen = latest[np.argsort(_ranks(digests[latest], order), kind="stable")]
+    _, from_end = np.unique(digests[::-1], return_index=True)
+    latest = len(digests) - 1 - from_end
+    ranks = _ranks(digests[latest], order)
+    chosen = latest[np.argsort(ranks, kind="stable")]
     for first in range(0, len(chosen), GROUP):
         part = chosen[first : first + GROUP]
         yield _rows_at(places, where[part], rows[part])

@@ -58,8 +58,8 @@ def list_in(cell: str) -> list[str]:
 
 
 def lists_of(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
-    """Number of numbers, by column, of the columns whose first cells that are not blank
-    hold lists."""
+    """Length of the list in the first cell that is not blank, by column; other columns
+    are absent."""
     found = {}
     for j in range(width):
         cells = (row[j] for row in rows if row[j:] and row[j] not in ("", *NOTHING))

@@ -80,8 +80,8 @@ class CsvTable:
     """number of numbers of each column of lists; they have columns after the others"""
     end: int | None = None
     """position of the end of the last row [bytes]; None: the end of the file"""
-    said: tuple[Message, ...] = ()
-    """warnings about the rest of the file"""
+    warnings: tuple[Message, ...] = ()
+    """about the rest of the file"""
 
     @property
     def width(self) -> int:
@@ -176,9 +176,8 @@ class CsvTable:
             rows = np.arange(before + 1, before + 1 + lines)
             if table.num_rows != lines:  # pyarrow has skipped empty lines
                 ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
-                rows = rows[: len(ends) + 1][
-                    np.diff(np.append(ends, len(text)), prepend=-1)[:lines] > 1
-                ]
+                lengths = np.diff(np.append(ends, len(text)), prepend=-1)[:lines]
+                rows = rows[: len(ends) + 1][lengths > 1]
             if len(rows) != table.num_rows:
                 raise InputError(
                     "a quoted cell goes over several lines",

@@ -165,10 +165,11 @@ def _fit(
 def _joined(
     uppers: Sequence[Sequence[str]], lower: Sequence[str]
 ) -> tuple[str, ...] | None:
-    """Names of groups (``Force``) joined to those of the columns under them (``X``):
-    from the next upper line, or from more lines until all names differ.
+    """Names of groups (``Force``) joined to those of the columns under them (``X``), from
+    the next upper line, or from all upper lines where names repeat otherwise.
 
-    None where one of the two lines names each column by itself, or joined names repeat.
+    None where one of the first two lines names each column by itself, or where joined
+    names repeat.
     """
     if _name_each(lower) or any(map(_name_each, uppers[:1])):
         return None

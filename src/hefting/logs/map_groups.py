@@ -139,7 +139,7 @@ class Groups:
         bare = any(len(words) == 1 for words in found)
         return set() if bare else {word for words in found for word in words}
 
-    def beside(self, near: Set[str]) -> Choice | None:
+    def xyz_of_words(self, near: Set[str]) -> Choice | None:
         """Columns x, y, z whose words are all in `near`, those of other choices: the
         position ``right_x`` beside ``right_qx``."""
         for words, columns in self.by_words.items():

@@ -291,7 +291,7 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     choice = (
         groups.find("position", "xyz", near)
         or groups.numbered("position", 3, near)
-        or groups.beside(near - QUANTITY_WORDS)
+        or groups.xyz_of_words(near - QUANTITY_WORDS)
         or groups.find("torque-or-translation", "xyz", near)
     )
     if choice is None:

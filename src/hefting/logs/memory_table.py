@@ -117,8 +117,8 @@ class MemoryTable:
         if not ignored:
             return found
         what = f"ignored unknown columns: {summarize_list(ignored)}"
-        said = warning("columns-ignored", what, "column_map")
-        return replace(found, warnings=(*found.warnings, said))
+        about = warning("columns-ignored", what, "column_map")
+        return replace(found, warnings=(*found.warnings, about))
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """All rows at once, of the columns at these positions. `InputError` for what is

@@ -71,9 +71,8 @@ def check_matrices(stream: Stream, source: str, labels: Sequence[str]) -> None:
 def no_rotations(matrices: Array) -> Mask:
     """Mask (N,) of matrices (N, 3, 3) that are no rotations, up to rounding."""
     with np.errstate(over="ignore", invalid="ignore"):
-        error = np.abs(
-            np.matmul(matrices, matrices.transpose(0, 2, 1)) - np.eye(3)
-        ).max(axis=(1, 2))
+        products = np.matmul(matrices, matrices.transpose(0, 2, 1))
+        error = np.abs(products - np.eye(3)).max(axis=(1, 2))
         return ~(error < ORTHOGONAL) | (np.linalg.det(matrices) < 0)
 
 

@@ -41,8 +41,8 @@ def without_times(recording: Recording) -> Recording:
         return recording
     what = f"each of {len(stream)} rows, some {pause:.3g} s apart, is taken as a static pose"
     left = (m for m in recording.warnings if getattr(m, "code", "") != "time-step-long")
-    said = (*left, warning("poses-static", what))
-    return replace(recording, streams=kept, static=True, warnings=said, angles=None)
+    warnings = (*left, warning("poses-static", what))
+    return replace(recording, streams=kept, static=True, warnings=warnings, angles=None)
 
 
 def warn_about_static(recording: Recording) -> Recording:

@@ -112,16 +112,7 @@ def collect(
                 f"holds more than {MAX_CELLS // len(wanted):,} rows, too many to read"
             )
             raise InputError(what, table.source, "cut out the part of interest")
-        numbers, untimed = (
-            (np.arange(begin, count), None)
-            if time is None
-            else _read_column(block, time, nan_is_blank)[:2]
-        )
-        if nanoseconds is not None:
-            more, blank, _ = _read_column(block, nanoseconds, nan_is_blank)
-            numbers = numbers + 1e-9 * (
-                more if blank is None else np.where(blank, 0.0, more)
-            )
+        numbers, untimed = _read_times(block, begin, time, nanoseconds, nan_is_blank)
         times.append(numbers)
         rows.append(block.rows)
         for name, columns in groups.items():
@@ -287,6 +278,26 @@ def _read_column(
     return values, blank, nan if blank is None else nan & ~blank
 
 
+def _read_times(
+    block: Block,
+    begin: int,
+    time: int | None,
+    nanoseconds: int | None,
+    nan_is_blank: bool,
+) -> tuple[NDArray, Mask | None]:
+    """Times (R,) of a block, or row numbers from `begin` on without a column of `time`,
+    and a mask of blank times."""
+    if time is None:
+        return np.arange(begin, begin + len(block.rows)), None
+    times, untimed, _ = _read_column(block, time, nan_is_blank)
+    if nanoseconds is None:
+        return times, untimed
+    more, blank, _ = _read_column(block, nanoseconds, nan_is_blank)
+    if blank is not None:
+        more = np.where(blank, 0.0, more)
+    return times + 1e-9 * more, untimed
+
+
 def _read_group(
     table: Table,
     block: Block,
@@ -303,11 +314,10 @@ def _read_group(
         *(_read_column(block, column, nan_is_blank) for column in columns), strict=True
     )
     blank = gaps.find(block.rows, blanks, nans)
-    if (
-        untimed is not None
-        and (lost := untimed if blank is None else untimed & ~blank).any()
-    ):
-        where = f"{table.source}, row {block.rows[np.argmax(lost)]}, column {label(table, time or 0)}"
+    lost = untimed if untimed is None or blank is None else untimed & ~blank
+    if lost is not None and lost.any():
+        row = block.rows[np.argmax(lost)]
+        where = f"{table.source}, row {row}, column {label(table, time or 0)}"
         raise InputError("the time is blank", where, "give the row its time")
     for numbers, names in (((times,), [time or 0]), (values, columns)):
         if not any(_is_wrong(column) for column in numbers):

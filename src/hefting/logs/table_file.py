@@ -242,7 +242,7 @@ def opened(
     """The table at `path`, and the reader of it or of a part of it; errors as for
     `read_table_file`."""
     table, read = _opened(file_format, path, column_map, wrench_needed)
-    if not (warnings := getattr(table, "said", ())):
+    if not (warnings := getattr(table, "warnings", ())):
         return table, read
 
     def read_and_warn(part: Table) -> Recording:

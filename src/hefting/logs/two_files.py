@@ -123,7 +123,7 @@ def _fits(chosen: ColumnMap, path: str | Path) -> bool:
 def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
     """Content of a table, by a map or by its names."""
     table = _table(path, chosen)
-    warnings = getattr(table, "said", ())
+    warnings = getattr(table, "warnings", ())
     torques = column_names("joint_torques", len(table.names) - 1)
     if chosen is None and set(table.names) == {"time", *torques}:
         only = {"time": {"column": "time"}, "joint_torques": [*torques]}

@@ -12,7 +12,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.identification import Identification, identify
 from hefting.request.settings import (
-    bias_said,
+    bias_of,
     gravity_of,
     hyperparameters_of,
     reading_of,
@@ -67,7 +67,7 @@ def canonical_name(name: str) -> str:
     return ALSO.get(plain, plain)
 
 
-def said(options: Mapping[str, Any]) -> dict[str, Value]:
+def given_options(options: Mapping[str, Any]) -> dict[str, Value]:
     """The given options by canonical name, each with a value of its type.
 
     Numbers and booleans may be texts; a list becomes text, its items separated by
@@ -139,8 +139,9 @@ def _names_file(name: str, value: str) -> bool:
 
 
 def request_of(options: Mapping[str, Any]) -> SimpleNamespace:
-    """The options as `said` returns them, with the defaults or None for the others."""
-    return SimpleNamespace(**(dict.fromkeys(option_kinds()) | DEFAULTS | said(options)))
+    """The options by `given_options`, with the defaults or None for the others."""
+    others = dict.fromkeys(option_kinds()) | DEFAULTS
+    return SimpleNamespace(**(others | given_options(options)))
 
 
 def identify_requested(
@@ -182,7 +183,7 @@ def check_request(request: SimpleNamespace) -> None:
     a = request
     gravity_of(a)
     hyperparameters_of(a)
-    bias_said(a.bias)
+    bias_of(a.bias)
     if a.method is not None:
         method_named(a.method)
     check_convention(a.wrench)

@@ -80,7 +80,7 @@ def reading_of(
     from hefting.ingest.bias import tare
     from hefting.ingest.tool import load_tool
 
-    bias = bias_said(a.bias)
+    bias = bias_of(a.bias)
     if isinstance(bias, list):  # a tare window becomes six numbers for each recording
         bias = [tare(recording, *bias) for recording in recordings]
     return {
@@ -94,7 +94,7 @@ def reading_of(
     }
 
 
-def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
+def bias_of(text: str) -> "str | list[float] | Array | BiasOfEstimate":
     """A bias model's name, start and end of a tare window [s], or the content of a
     file: six numbers, or the bias of an estimate."""
     from hefting.ingest.bias import load_bias

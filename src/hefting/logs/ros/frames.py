@@ -74,8 +74,8 @@ def checked(raw: Link, series: Series, where: str, live: bool = False) -> Link:
             "repair its publisher",
         )
     alike = len(series) == 1 or not live
-    still = raw.static or (alike and bool((series.values == series.values[0]).all()))
-    return Link(raw.parent, raw.child, series[-1:] if still else series, still)
+    static = raw.static or (alike and bool((series.values == series.values[0]).all()))
+    return Link(raw.parent, raw.child, series[-1:] if static else series, static)
 
 
 @dataclass
@@ -105,14 +105,14 @@ class Tree:
 
     def fixed_to(self, frame: str) -> set[str]:
         """The frame, and all that static links connect to it."""
-        beside: dict[str, list[str]] = {}
+        neighbours: dict[str, list[str]] = {}
         for link in (link for links in self.links.values() for link in links):
             if link.static:
-                beside.setdefault(link.parent, []).append(link.child)
-                beside.setdefault(link.child, []).append(link.parent)
+                neighbours.setdefault(link.parent, []).append(link.child)
+                neighbours.setdefault(link.child, []).append(link.parent)
         found, left = {frame}, [frame]
         while left:
-            new = set(beside.get(left.pop(), ())) - found
+            new = set(neighbours.get(left.pop(), ())) - found
             found |= new
             left += new
         return found
