@@ -19,7 +19,7 @@ from hefting.cli import build_parser
 from hefting.page import Context
 from hefting.page.batch import LONGEST, MOST_REASONS, batch_page
 from hefting.page.figure import LIGHT, histogram
-from hefting.request.request import said
+from hefting.request.request import given_options
 from html_pages import Words, figures_of, sections_of, text_of
 
 LARGEST = 5_000_000
@@ -135,7 +135,9 @@ def test_hostile_names_are_only_text(tmp_path, name):
 
 
 def test_every_option_of_a_row_is_one_of_the_command(tmp_path):
-    options = said({"hull": True, "points": 40, "start": 1.5, "pose_std": "1mm,1deg"})
+    options = given_options(
+        {"hull": True, "points": 40, "start": 1.5, "pose_std": "1mm,1deg"}
+    )
     row = doubted("log.csv", "x", "wrong", "do not use")
     row["options"] = json.dumps(options)
     page = batch_page(batch_of(tmp_path / "results", [row]))

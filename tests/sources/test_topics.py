@@ -84,8 +84,8 @@ def test_what_is_no_channel(channel):
 @pytest.mark.parametrize("text", ["", "nothing", "[]", "[" * 100_000, '{"op": 1}'])
 def test_what_a_server_should_not_say_is_survived(text):
     transport = FoxgloveTransport("ws://localhost")
-    transport._tell(text)
-    transport._tell('{"op": "advertise", "channels": 7}')
+    transport._read_text(text)
+    transport._read_text('{"op": "advertise", "channels": 7}')
     assert transport.topics == []
 
 

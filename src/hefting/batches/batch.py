@@ -1,5 +1,5 @@
-"""Batch: identify many recordings, keep one row of each, and say in a line what was
-done."""
+"""Batch: identify many recordings, keep one row of each, and sum up the run in a
+line."""
 
 import time
 from collections.abc import Callable, Collection, Iterator
@@ -23,34 +23,34 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 LONG = 120.0
-"""[s] From here on times are told in minutes."""
+"""[s] Longer times are printed in minutes."""
 
 
 @dataclass
 class Progress:
-    """How far a batch is."""
+    """Numbers of recordings of a batch."""
 
     total: int
     done: int = 0
     kept: int = 0
-    """of these, rows of an earlier run that stay"""
+    """of `done`, those whose row of an earlier run is kept"""
     failed: int = 0
-    """of these, new rows with an error"""
+    """number of new rows with an error"""
 
 
 @immutable
 class Batch:
-    """What a batch made."""
+    """Result of a batch."""
 
     folder: Path
-    """Of the table; ``pandas.read_parquet(folder)`` reads it."""
+    """Folder of the table, which ``pandas.read_parquet(folder)`` reads."""
     progress: Progress
     seconds: float
     unused: tuple[str, ...] = field(default=())
-    """Columns of the manifest that say nothing that is understood."""
+    """Columns of the manifest that are no options."""
     texts: int = 0
-    """Files in folders that end in .txt, .dat or .log and were left out, as others end
-    so, too."""
+    """Number of files in folders that were left out because they end in .txt, .dat or
+    .log and need not be logs."""
 
     def table(self, *names: str) -> "pa.Table":
         """The rows as an Arrow table, of the columns named or of all."""
@@ -59,7 +59,7 @@ class Batch:
         return parquet.read_table(self.folder, columns=list(names) or None)
 
     def rows(self, names: Collection[str], *columns: str) -> dict[str, Row]:
-        """Some columns of some rows, by what identifies them."""
+        """Some columns of the rows with these identities, by identity."""
         wanted = list(dict.fromkeys(("recording", "name", "object", *columns)))
         return {
             name: row
@@ -69,7 +69,7 @@ class Batch:
 
     @cached_property
     def summary(self) -> Summary:
-        """What all rows in the folder come to."""
+        """Summary of all rows in the folder."""
         return summary_of(Results(self.folder).tables(list(COLUMNS)))
 
     def to_dict(self) -> dict[str, Any]:
@@ -103,24 +103,24 @@ def batch(
         A manifest (CSV, Parquet or TOML; see `hefting.batches.manifest`), a folder, a
         pattern such as ``"day*/*.csv"``, logs, or rows of a manifest.
     output : path
-        Folder for the table, of results and nothing else; see
+        Folder for the table, which holds only results; see
         `hefting.batches.results`. The columns are in `hefting.batches.columns`.
     jobs : int, optional
-        Local processes, by default one a core.
+        Number of local processes, by default one per core.
     scheduler : str, optional
-        Address of a Dask scheduler to use instead (extra ``batch``); its workers find
-        the recordings under the same paths.
+        Address of a Dask scheduler to use instead (extra ``batch``); its workers must
+        find the recordings under the same paths.
     resume : bool
-        Whether to go on in a folder with results: rows whose recording, options and
-        version of this library are the same stay.
+        Whether to continue in a folder with results: rows are kept whose recording,
+        options and version of this library are unchanged.
     group_by : str, optional
-        Column of the manifest that tells the object, or ``"folder"``: the recordings of
-        each object are identified together, each with a bias and a clock of its own.
+        Column of the manifest that names the object, or ``"folder"``: the recordings of
+        each object are identified together, each with its own bias and clock.
     progress : callable, optional
         Called with a `Progress` after each recording.
     **options
-        For all recordings of which the manifest does not say otherwise: options of
-        ``hefting identify`` by name, as they are typed.
+        Options of ``hefting identify`` by name, as they are typed, for all recordings
+        for which the manifest has none.
 
     Returns
     -------
@@ -130,9 +130,9 @@ def batch(
     ------
     InputError
         For recordings, options or a folder that cannot be used; not for a recording
-        that cannot be identified, whose row says why.
+        that cannot be identified: its row holds the error.
     HeftingError
-        Where workers or the scheduler are lost. What was done is in the folder.
+        Where workers or the scheduler are lost. Finished rows are in the folder.
 
     Examples
     --------
@@ -145,7 +145,7 @@ def batch(
     """
     began = time.monotonic()
     entries = recordings_of(recordings, options, group_by)
-    entries.check(with_files=scheduler is None)  # whose workers have the files
+    entries.check(with_files=scheduler is None)  # a cluster's workers have the files
     count = Progress(len(entries))
     with (
         Results.opened(Path(output), resume) as results,
@@ -172,7 +172,7 @@ def batch(
 def _rows(
     entries: Recordings, kept: Kept, workers: Jobs
 ) -> Iterator[tuple[int, Row | None]]:
-    """One, and the row of each recording; None where that is unchanged."""
+    """For each recording 1 and its row, or None where that is unchanged."""
     tasks = ((entry, kept.get(entry.identity)) for entry in entries)
     with closing(workers.run(row_of, tasks)) as results:
         for number, row in results:
@@ -182,7 +182,7 @@ def _rows(
 
 
 def headline(found: Batch) -> str:
-    """Recordings, time, rate, and what was there already."""
+    """A line: number of recordings, time, rate, unchanged rows and rows in all."""
     progress = found.progress
     new = progress.done - progress.kept
     several = "" if progress.done == 1 else "s"
@@ -198,5 +198,5 @@ def headline(found: Batch) -> str:
 
 
 def duration(seconds: float) -> str:
-    """A time as people say it."""
+    """A time [s] as text in seconds or minutes."""
     return f"{seconds:.1f} s" if seconds < LONG else f"{seconds / 60.0:.1f} min"

@@ -1,9 +1,7 @@
-"""Columns of the table of results: what is kept of a recording, and how Arrow types
-it.
+"""Columns of the table of results, with their Arrow types.
 
 The keys are those of ``hefting identify --json``; matrices are lists of fixed size, row
-by row. What does not apply is null: all but the first columns of a recording that
-failed.
+by row. A value that does not apply is null, as most of a recording that failed.
 """
 
 import json
@@ -17,9 +15,9 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 SCHEMA = "hefting.batch/1"
-"""Name and version of the form, in the metadata of the files."""
+"""Name and version of the schema, in the metadata of the files."""
 STAGES: tuple[str, ...] = ("reading", "motion", "conditioning", "solving")
-"""Stages of an identification whose seconds are kept."""
+"""Stages of an identification, whose times [s] are kept."""
 
 Row = dict[str, Any]
 
@@ -104,7 +102,7 @@ def columns() -> "pa.Schema":
 
 
 def filled(row: Row, estimate: Estimate) -> Row:
-    """A row with what was found: the keys of ``hefting identify --json``."""
+    """A row with an estimate, by the keys of ``hefting identify --json``."""
     found = estimate.to_dict()
     found["provenance"] = json.dumps(found["provenance"])
     found["messages"] = [

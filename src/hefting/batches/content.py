@@ -1,5 +1,5 @@
-"""Content: what a result follows from, as a hash: the bytes of all files, the options
-and the source of this library. And the hashes of the rows that an earlier run left."""
+"""Content: hashes of what a result depends on (the bytes of all files, the options and
+the source of this library), and those of the rows of an earlier run."""
 
 import json
 import os
@@ -32,8 +32,8 @@ HASH = 16
 
 
 def signature(path: str | Path) -> Signature:
-    """What tells that a file, or any in a folder, has changed; empty where there is
-    none."""
+    """Metadata that change with the file at a path, or with any in the folder there;
+    empty where there is none."""
     return tuple(
         (name, about.st_ino, about.st_size, about.st_mtime_ns)
         for name, about in _files(Path(path))
@@ -41,9 +41,9 @@ def signature(path: str | Path) -> Signature:
 
 
 def hash_of(log: str, options: Mapping[str, Value]) -> str:
-    """Hash of what the identification of a log by options follows from.
+    """Hash of what the identification of a log with options depends on.
 
-    Files count by their content, wherever they are. Raises `OSError` for a log that
+    Of files it depends on the content, not on the path. Raises `OSError` for a log that
     cannot be read, `InputError` for a pipe or a device, which may have no end.
     """
     files = files_of(options)
@@ -51,21 +51,21 @@ def hash_of(log: str, options: Mapping[str, Value]) -> str:
     contents = {
         name: _digest_once(file, signature(file)) for name, file in files.items()
     }
-    told = json.dumps([source_version(), words, contents], sort_keys=True)
-    return blake2b((told + _digest(log)).encode(), digest_size=16).hexdigest()
+    settings = json.dumps([source_version(), words, contents], sort_keys=True)
+    return blake2b((settings + _digest(log)).encode(), digest_size=16).hexdigest()
 
 
 @lru_cache(maxsize=64)
 def _digest_once(path: str, _as_it_is: Signature) -> str:
-    """Digest of a file that many recordings share; missing files are told by what reads
-    them. `InputError` for one that is too large for what reads it."""
+    """Digest of a file that many recordings share, cached by its signature.
+    `InputError` for one that is too large; a missing one fails where it is read."""
     if os.path.isfile(path):
         check_size(path)
     return _digest(path)
 
 
 def _digest(path: str) -> str:
-    """Digest of the bytes of a file, or of all in a folder with their names."""
+    """Digest of the bytes of a file, or of all files in a folder and their names."""
     check_readable(path)
     found, buffer = blake2b(digest_size=16), bytearray(BLOCK)
     view = memoryview(buffer)
@@ -79,7 +79,8 @@ def _digest(path: str) -> str:
 
 
 def _files(path: Path) -> list[tuple[str, os.stat_result]]:
-    """The file at a path, or those in the folder there, by name."""
+    """Name, relative to the path, and metadata of the file there (with no name), or of
+    the files in the folder there, sorted; empty where there is none."""
     try:
         if not path.is_dir():
             return [("", path.stat())]
@@ -90,8 +91,8 @@ def _files(path: Path) -> list[tuple[str, os.stat_result]]:
 
 
 class Kept:
-    """Hash of each row by what identifies it, in 24 bytes a row, from `rows` of
-    (identities, hashes), arrays of texts, of which later ones count."""
+    """Hash of each row by its identity, in 24 bytes a row. `rows` gives pairs of arrays
+    of texts (identities, hashes); later ones replace earlier ones."""
 
     def __init__(self, rows: "Iterable[tuple[pa.ChunkedArray, pa.ChunkedArray]]" = ()):
         names: list[Digests] = [np.empty(0, np.uint64)]
@@ -108,8 +109,8 @@ class Kept:
         return len(self._names)
 
     def get(self, identity: str) -> str | None:
-        """Hash of the row that was written last; None where there is none, or it is to
-        be made again."""
+        """Hash of the row that was written last; None without a row, or where it has no
+        hash, as after an error that may pass."""
         digest = np.uint64(digest_of(identity))
         at = int(np.searchsorted(self._names, digest, side="right")) - 1
         if at < 0 or self._names[at] != digest:
@@ -119,10 +120,10 @@ class Kept:
 
 
 def digests_of(identities: "pa.ChunkedArray") -> Digests:
-    """(n,) of texts."""
+    """(n,) 64-bit digests of texts."""
     return np.fromiter(map(digest_of, identities.to_pylist()), np.uint64)
 
 
 def digest_of(identity: str) -> int:
-    """A number of 64 bits for a text."""
+    """The 64-bit digest of a text, as a number."""
     return int.from_bytes(blake2b(identity.encode(), digest_size=8).digest(), "big")

@@ -1,9 +1,9 @@
-"""One object in many recordings: each is condensed where its data lie, and all of an
-object are identified together.
+"""One object in many recordings: workers condense each recording, and the object is
+identified from all of its recordings together.
 
-An answer is that of all samples, with a bias, a clock and a drift of each recording's
-own; it is no average of estimates. A recording that fails, or is wrong alone where
-others are not, is left out, and named.
+The estimate is that from all samples, with a bias, clock offset and drift for each
+recording, and no average of estimates. Recordings that fail, or are faulty where others
+of the object are not, are left out and named.
 """
 
 from collections.abc import Iterable, Iterator, Sequence
@@ -35,28 +35,29 @@ from hefting.jobs import Jobs, Lost
 from hefting.request.request import request_of
 
 WAVE = 200
-"""Recordings that are condensed before their objects are identified: some 30 MB, unless
-one object has more."""
+"""Number of recordings that are condensed before their objects are identified, which
+take some 30 MB; an object with more is not divided."""
 SHARED = (
     *OF_SHAPES,
     *("method", "mass", "tool", "pose_std", "shape_std", "sensor_accuracy"),
 )
-"""Options that are said of an object, and so the same of all its recordings."""
+"""Options that describe an object, and so are the same for all its recordings."""
 
 
-Told = Sequence[dict[str, Any]]
-"""What others tell of each part of a recording: arguments of `hefting.identify`."""
-Task = tuple[Entry, Told]
+FromOthers = Sequence[dict[str, Any]]
+"""For each part of a recording arguments of `hefting.identify` that follow from the
+other recordings of its object."""
+Task = tuple[Entry, FromOthers]
 """A recording to condense."""
 
 
 @dataclass(frozen=True)
 class Condensed:
-    """A recording of an object, condensed, or why it is left out."""
+    """A recording of an object, condensed, or the error for which it is left out."""
 
     entry: Entry
     parts: Sequence[Ingested] = ()
-    """One; of a recording that is read in windows, each of them."""
+    """one for the recording, or one for each window where it is read in windows"""
     error: Row = field(default_factory=dict)
     """`error` and `error_text`, where it failed"""
     hash: str | None = None
@@ -68,10 +69,10 @@ class Condensed:
 def rows_of_objects(
     entries: Recordings, kept: Kept, workers: Jobs
 ) -> Iterator[tuple[int, Row | None]]:
-    """For each object how many of the recordings, grouped by it, it has, and its row;
-    None where that is unchanged by the hashes `kept` of rows that are there."""
+    """For each object the number of its recordings and its row, or None where that is
+    unchanged according to the hashes `kept` of an earlier run."""
     for wave in _waves(entries.in_groups()):
-        groups = [_sharing([entries[row] for row in rows]) for rows in wave]
+        groups = [_with_shared_options([entries[row] for row in rows]) for rows in wave]
         known = _hashes([g for g in groups if kept.get(g[0].row_name)], workers)
         changed = []
         for group in groups:
@@ -89,8 +90,8 @@ def rows_of_objects(
             )
 
 
-def _sharing(group: list[Entry]) -> list[Entry]:
-    """The recordings of an object, each with what others say of the object."""
+def _with_shared_options(group: list[Entry]) -> list[Entry]:
+    """The recordings of an object, each with the `SHARED` options of all of them."""
     shared = {
         name: value
         for entry in group
@@ -101,7 +102,7 @@ def _sharing(group: list[Entry]) -> list[Entry]:
 
 
 def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
-    """Groups, so many at a time that they have some `WAVE` recordings."""
+    """The groups in lists that have at least `WAVE` recordings, except the last."""
     wave: list[list[int]] = []
     for group in groups:
         wave.append(group)
@@ -113,7 +114,8 @@ def _waves(groups: Iterable[list[int]]) -> Iterator[list[list[int]]]:
 
 
 def _hashes(groups: Sequence[Sequence[Entry]], workers: Jobs) -> dict[str, str]:
-    """Hash of each object by its recordings; empty where one cannot be read."""
+    """Joint hash of each object's recordings, by object; empty where one cannot be
+    read."""
     entries = [entry for group in groups for entry in group]
     found = {entries[k].identity: h for k, h in workers.run(_hash, entries)}
     return {
@@ -139,16 +141,19 @@ def _joint_hash(hashes: Sequence[object]) -> str:
 def _condensed(
     groups: Sequence[Sequence[Entry]], workers: Jobs
 ) -> list[list[Condensed]]:
-    """The recordings of each object, those again of which others tell something."""
+    """The condensed recordings of each object; those are condensed twice for which
+    arguments follow from the others."""
     tasks: list[Task] = [(entry, []) for group in groups for entry in group]
     parts = _run(tasks, workers)
     for group in groups:
         parts |= _left_out([parts[entry.identity] for entry in group])
     again = [
-        (each.entry, told)
+        (each.entry, from_others)
         for group in groups
-        for each, told in _told([parts[entry.identity] for entry in group])
-        if any(told)
+        for each, from_others in _from_others(
+            [parts[entry.identity] for entry in group]
+        )
+        if any(from_others)
     ]
     parts |= _run(again, workers)
     return [[parts[entry.identity] for entry in group] for group in groups]
@@ -165,7 +170,8 @@ def _run(tasks: Sequence[Task], workers: Jobs) -> dict[str, Condensed]:
 
 
 def _left_out(recordings: Sequence[Condensed]) -> dict[str, Condensed]:
-    """Those that are wrong alone, as failed, where others are right."""
+    """The faulty recordings of an object as failed, by identity; none where all usable
+    ones are faulty."""
     found = {}
     for each in recordings:
         mistake = next(filter(None, map(mistake_in, each.parts)), None)
@@ -176,36 +182,41 @@ def _left_out(recordings: Sequence[Condensed]) -> dict[str, Condensed]:
     return found if len(found) < len(usable) else {}
 
 
-def _told(recordings: Sequence[Condensed]) -> Iterator[tuple[Condensed, Told]]:
-    """What to read again of the parts of each recording, as the others tell it."""
+def _from_others(
+    recordings: Sequence[Condensed],
+) -> Iterator[tuple[Condensed, FromOthers]]:
+    """Each usable recording, with the arguments for its parts that follow from the
+    others."""
     usable = [each for each in recordings if each.parts]
-    told = iter(what_others_tell([part for each in usable for part in each.parts]))
+    arguments = iter(what_others_tell([part for each in usable for part in each.parts]))
     for each in usable:
-        yield each, [next(told) for _ in each.parts]
+        yield each, [next(arguments) for _ in each.parts]
 
 
 def condensed(task: Task) -> Condensed:
-    """A recording without its samples; raises nothing of an input."""
-    entry, told = task
+    """A condensed recording; an exception becomes its error."""
+    entry, from_others = task
     with stopwatch() as watch:
         try:
-            key, parts = attempted(lambda: _condense(entry, told))
+            key, parts = attempted(lambda: _condense(entry, from_others))
         except Exception as error:
             return Condensed(entry, error=failure(error), seconds=watch.seconds)
     return Condensed(entry, parts, hash=key, seconds=watch.seconds)
 
 
-def _condense(entry: Entry, told: Told) -> tuple[str, list[Ingested]]:
+def _condense(entry: Entry, from_others: FromOthers) -> tuple[str, list[Ingested]]:
+    """The recording's hash, and its condensed parts."""
+
     def do(key: str) -> tuple[str, list[Ingested]]:
         request = request_of(entry.options)
         shape = shape_once(request)
-        return key, list(parts_of(request, entry.recording, shape, told))
+        return key, list(parts_of(request, entry.recording, shape, from_others))
 
     return read_unchanged(entry, do)
 
 
 def _row_of_object(parts: Sequence[Condensed]) -> Row:
-    """The row of an object; raises nothing of an input."""
+    """The row of an object; an exception becomes its error."""
     group = [each.entry for each in parts]
     usable = [each for each in parts if each.parts]
     failed = [each for each in parts if not each.parts]
@@ -228,7 +239,7 @@ def _row_of_object(parts: Sequence[Condensed]) -> Row:
 
 
 def _start(group: Sequence[Entry]) -> Row:
-    """What the row of an object has whatever comes of it."""
+    """The row of an object before its identification."""
     first = group[0]
     return start_row(first) | (
         {"recording": None, "name": None} if first.object else {}
@@ -236,8 +247,8 @@ def _start(group: Sequence[Entry]) -> Row:
 
 
 def _identified(row: Row, usable: list[Condensed], failed: list[Condensed]) -> Row:
-    """The row with the estimate. `InputError` where there is no recording to go by, and
-    where they say different things of the object."""
+    """The row with the estimate, or with the errors where no recording is usable.
+    `InputError` where `SHARED` options differ between recordings."""
     if not usable:
         first = failed[0].error
         if len(failed) == 1:
@@ -253,8 +264,8 @@ def _identified(row: Row, usable: list[Condensed], failed: list[Condensed]) -> R
     request = request_of(own[0])
     parts = [part for each in usable for part in each.parts]
     estimate = estimate_of_parts(request, parts, shape_once(request))
-    told = tuple(
+    left_out = tuple(
         warning("recording-left-out", f"left out: {each.error['error_text']}")
         for each in failed
     )
-    return filled(row, replace(estimate, warnings=(*told, *estimate.warnings)))
+    return filled(row, replace(estimate, warnings=(*left_out, *estimate.warnings)))

@@ -1,10 +1,10 @@
-"""Manifest: a table that names recordings, and what is said of each.
+"""Manifest: a table of recordings and the options of each.
 
-A CSV or Parquet file has a column `recording` with the path of each, and one for each
-option of ``hefting identify`` that is to be said of some: `shape`, `object_pose` (or
-`pose`), `method`, `gravity`, `tool`, `mass` and so on; an empty cell says nothing. A
-TOML file has options for all at its top, and one table ``[[recordings]]`` for each
-recording. Paths are relative to the manifest.
+A CSV or Parquet file has a column `recording` with the paths, and columns for options
+of ``hefting identify``: `shape`, `object_pose` (or `pose`), `method`, `gravity`, `tool`,
+`mass` and so on; an empty cell gives no option. A TOML file has options for all
+recordings at its top, and one table ``[[recordings]]`` for each recording. Paths are
+relative to the manifest.
 """
 
 from collections import Counter
@@ -25,13 +25,14 @@ RECORDING = "recording"
 TEXTS = frozenset({RECORDING, "name"})
 """Columns that hold text."""
 OWN_COLUMNS = (RECORDING, "name", "object")
-"""Columns that are no options, in letters of any case."""
+"""Columns that are no options; upper and lower case are the same."""
 MEANT = frozenset({"recordings", "file", "files", "filename", "path", "paths", "log"})
-"""Columns by which a table that is no log is told from one without recordings."""
+"""Columns that users may have named so instead of `recording`; a table with one of
+these is taken for a manifest if it is no log."""
 SUFFIXES = (".csv", ".parquet", ".toml")
 SEPARATORS = (",", ";", "\t")
 LARGEST_TOML = 20_000_000
-"""Largest manifest in TOML that is read [bytes]: 100,000 recordings have half."""
+"""Largest manifest in TOML that is read [bytes]: 100,000 recordings take half of it."""
 LARGEST_TABLE = 2**30
 """Largest manifest in CSV or Parquet that is read [bytes]."""
 LONGEST_HEADER = 100_000
@@ -40,7 +41,7 @@ LONGEST_HEADER = 100_000
 
 def is_manifest(path: Path) -> bool:
     """Whether a file is a manifest: TOML, or a table with a column `recording`, or with
-    one that seems to be meant for it and none of a log's forces."""
+    one of `MEANT` and without a log's forces (`fx`)."""
     suffix = path.suffix.lower()
     if suffix == ".toml":
         return True
@@ -54,7 +55,7 @@ def is_manifest(path: Path) -> bool:
 
 
 def read_manifest(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
-    """Rows of a manifest, and the options it gives for all.
+    """Rows of a manifest, and its options for all recordings.
 
     Raises `InputError` where it cannot be read, is too large, or has no column
     `recording`.
@@ -108,7 +109,7 @@ def _header(path: Path) -> str:
 
 
 def _separator(path: Path) -> str:
-    """What separates the columns of a CSV file: that which the header has most."""
+    """The separator of a CSV file's columns: the most frequent one in its header."""
     header = _header(path)
     return max(SEPARATORS, key=header.count)
 

@@ -1,6 +1,7 @@
-"""One recording of a batch: from what is said of it to its row, in whichever process.
+"""One recording of a batch: from its path and options to its row, in any process.
 
-Faults of the machine may pass, and are tried again; those of the input never.
+After a fault of the machine, which may pass, it is tried again; after one of the input
+it is not.
 """
 
 import errno
@@ -42,10 +43,11 @@ T = TypeVar("T")
 OF_SHAPES = ("shape", "unit", "object_pose", "box", "hull", "points", "points_per_cm3")
 """Options by which a shape is given."""
 SHAPES = 8
-"""Shapes that a process keeps: recordings of one object follow one another."""
+"""Number of shapes that a process keeps, as recordings of one object follow one
+another."""
 
 PAUSES = (0.5, 2.0)
-"""[s] Waited before the second and the third attempt: a server that is busy answers."""
+"""[s] Waits before the second and the third attempt, for a busy server to answer."""
 
 TRANSIENT = frozenset(
     getattr(errno, name)
@@ -56,13 +58,14 @@ TRANSIENT = frozenset(
     )
     if hasattr(errno, name)
 )
-"""Errors of the system that may be gone the next time."""
+"""Numbers of system errors that may not occur again."""
 
 
 def row_of(task: tuple[Entry, str | None]) -> Row | None:
-    """The row of a recording; of one that fails, why. Raises nothing of an input.
+    """The row of a recording, with the estimate or with the error.
 
-    None where the row that is there already, with the same hash, stays.
+    `task` is the recording and the hash of its row of an earlier run, if any. None
+    where that hash is the recording's, so that the earlier row is kept.
     """
     entry, kept = task
     row = start_row(entry)
@@ -78,7 +81,7 @@ def row_of(task: tuple[Entry, str | None]) -> Row | None:
 
 
 def start_row(entry: Entry) -> Row:
-    """What a row has whatever comes of it."""
+    """The row of a recording before its identification."""
     return {
         "recording": entry.recording,
         "name": entry.name,
@@ -91,8 +94,8 @@ def start_row(entry: Entry) -> Row:
 
 
 def failure(error: BaseException) -> Row:
-    """What a row says of an error; without a hash where the error may pass, so that it
-    is tried again."""
+    """The columns of an error; the hash is None where the error may pass, so that the
+    next run tries again."""
     text = " ".join(str(error).split())
     if not isinstance(error, HeftingError | ChangedError | MemoryError | OSError):
         text = f"unexpected, please report it: {text}"
@@ -103,13 +106,13 @@ def failure(error: BaseException) -> Row:
 
 
 def lost(result: Lost) -> Row:
-    """What a row says of a recording that no worker survives."""
+    """The columns of the error of a recording at which every worker died."""
     text = f"{result.reason}; is it too large? try fewer --jobs"
     return {"error": "WorkerDied", "error_text": text, "hash": None}
 
 
 def read_unchanged(entry: Entry, do: Callable[[str], T]) -> T:
-    """What `do` makes of a recording; it is called with the hash of what that holds.
+    """What `do` returns for a recording, called with the hash of its content.
 
     Raises `InputError` where its row of the manifest is wrong or it cannot be read,
     `ChangedError` where it changes meanwhile, and what `do` raises.
@@ -123,7 +126,7 @@ def read_unchanged(entry: Entry, do: Callable[[str], T]) -> T:
 
 
 def _estimate(entry: Entry, kept: str | None, row: Row) -> Estimate | None:
-    """The estimate; None where the row that is kept follows from the same."""
+    """The estimate, and the hash in the `row`; None where that equals `kept`."""
 
     def do(key: str) -> Estimate | None:
         row["hash"] = key
@@ -136,8 +139,8 @@ def _estimate(entry: Entry, kept: str | None, row: Row) -> Estimate | None:
 
 
 def content_of(entry: Entry) -> str:
-    """Hash of what a recording holds and of what is said of it. `InputError` where its
-    row of the manifest is wrong, or it cannot be read."""
+    """Hash of a recording's content and options. `InputError` where its row of the
+    manifest is wrong, or it cannot be read."""
     if entry.problem is not None:
         raise InputError(entry.problem)
     try:
@@ -148,27 +151,27 @@ def content_of(entry: Entry) -> str:
 
 
 def shape_once(request: SimpleNamespace) -> Shape | None:
-    """The shape that a request means, read once for recordings that follow one
-    another."""
-    said = {name: getattr(request, name) for name in OF_SHAPES}
-    files = {name: signature(file) for name, file in files_of(said).items()}
-    return _shape(tuple(said.items()), tuple(files.items()))
+    """The shape of a request, cached by its options and by the signatures of their
+    files."""
+    given = {name: getattr(request, name) for name in OF_SHAPES}
+    files = {name: signature(file) for name, file in files_of(given).items()}
+    return _shape(tuple(given.items()), tuple(files.items()))
 
 
 @lru_cache(maxsize=SHAPES)
 def _shape(
-    said: tuple[tuple[str, object], ...],
-    _as_they_are: tuple[tuple[str, Signature], ...],
+    given: tuple[tuple[str, object], ...],
+    _signatures: tuple[tuple[str, Signature], ...],
 ) -> Shape | None:
-    return shape_of(SimpleNamespace(**dict(said)))
+    return shape_of(SimpleNamespace(**dict(given)))
 
 
 class ChangedError(Exception):
-    """A recording is not what it was when its reading began."""
+    """A recording changed while it was read."""
 
 
 def is_of_machine(error: BaseException) -> bool:
-    """Whether an error, or what caused it, is no fault of the input."""
+    """Whether an error, or one of its causes, is a fault of the machine."""
     causes: list[BaseException] = []
     cause: BaseException | None = error
     while cause is not None and cause not in causes:
@@ -182,8 +185,8 @@ def is_of_machine(error: BaseException) -> bool:
 
 
 def attempted(what: Callable[[], T]) -> T:
-    """What a call returns; once more after each of `PAUSES` while it fails by a fault
-    of the machine. Raises what the last attempt raised."""
+    """What a call returns. After a fault of the machine it is called again after each
+    of `PAUSES`. Raises what the last attempt raised."""
     for seconds in PAUSES:
         try:
             return what()
@@ -199,18 +202,18 @@ STAGE_OF = {
     "smoothing the motion": "motion",
     "identifying": "solving",
 }
-"""Stage of what is reported; all else is conditioning."""
+"""Stage by the progress that is reported; all others are conditioning."""
 
 
 class Stopwatch:
-    """Time by stage; what comes before the first report is reading."""
+    """Time by stage; reading lasts until the first report."""
 
     def __init__(self) -> None:
         self._seconds: dict[str, float] = dict.fromkeys(STAGES, 0.0)
         self._stage, self._since = "reading", perf_counter()
 
     def __call__(self, reported: str, share: float | None = None) -> None:
-        """A stage is begun, or goes on."""
+        """Begin or continue the stage of the progress that is `reported`."""
         now = perf_counter()
         self._seconds[self._stage] += now - self._since
         self._stage, self._since = STAGE_OF.get(reported, "conditioning"), now
@@ -224,15 +227,17 @@ class Stopwatch:
 
 @contextmanager
 def stopwatch() -> Generator[Stopwatch, None, None]:
-    """A stopwatch of what is reported meanwhile; warnings are not shown."""
+    """A stopwatch that listens to progress within the block; Python's warnings are not
+    shown there."""
     watch = Stopwatch()
     with listening(watch), warnings.catch_warnings():
-        warnings.simplefilter("ignore")  # of NumPy: what matters is a message
+        warnings.simplefilter("ignore")  # NumPy's; relevant ones are messages
         yield watch
 
 
 def is_in_windows(request: SimpleNamespace, log: str) -> bool:
-    """Whether a log is read window by window: it is large, and all of it is wanted."""
+    """Whether a log is read window by window: where it is large, all of it is used, and
+    its bias is not from a tare window."""
     is_whole = not request.start and request.duration is None
     has_tare = request.bias.startswith("tare:")
     return is_whole and not has_tare and needs_windows(log)
@@ -244,15 +249,15 @@ def estimate_of(request: SimpleNamespace, log: str, shape: Shape | None) -> Esti
     if not is_in_windows(request, log):
         return identify_requested(request, log, shape).estimate
     parts = _together(parts_of(request, log, shape))
-    told = what_others_tell(parts)
-    if any(told):
-        parts = _together(parts_of(request, log, shape, told))
+    from_others = what_others_tell(parts)
+    if any(from_others):
+        parts = _together(parts_of(request, log, shape, from_others))
     return estimate_of_parts(request, parts, shape)
 
 
 def _together(parts: Iterable[Ingested]) -> list[Ingested]:
-    """All parts, none of which takes more than its bytes while others are made: half of
-    what it takes when it is used."""
+    """All parts as a list; each is pickled, which halves its memory, while the others
+    are made."""
     packed = deque(pickle.dumps(part) for part in parts)
     return [pickle.loads(packed.popleft()) for _ in range(len(packed))]
 
@@ -261,10 +266,10 @@ def parts_of(
     request: SimpleNamespace,
     log: str,
     shape: Shape | None,
-    told: Sequence[Mapping[str, Any]] = (),
+    from_others: Sequence[Mapping[str, Any]] = (),
 ) -> Iterator[Ingested]:
-    """A recording, or each window of it, condensed; where others tell something of
-    them, that is `told` of each."""
+    """A recording, or each window of it, condensed. `from_others` has for each
+    arguments of `hefting.identify` that follow from the other parts."""
     for k, recording in enumerate(_recordings(request, log)):
         reading = reading_of_one(request, recording)
         yield condense(
@@ -272,14 +277,14 @@ def parts_of(
             shape,
             method=request.method,
             hyperparameters=hyperparameters_of(request),
-            **(reading | dict(told[k] if k < len(told) else {})),
+            **(reading | dict(from_others[k] if k < len(from_others) else {})),
         )
 
 
 def estimate_of_parts(
     request: SimpleNamespace, parts: Sequence[Ingested], shape: Shape | None
 ) -> Estimate:
-    """The estimate of the object of which all parts are."""
+    """The estimate of one object from all parts."""
     return identify_parts(
         parts,
         shape,

@@ -1,5 +1,5 @@
-"""Recordings of a batch: from a manifest, a folder, a pattern or a list, each with what
-is said of it."""
+"""Recordings of a batch, from a manifest, a folder, a pattern or a list, each with its
+options."""
 
 import glob
 import os
@@ -24,26 +24,26 @@ from hefting.request.request import (
     canonical_name,
     check_request,
     files_of,
+    given_options,
     in_folder,
     option_kinds,
     request_of,
-    said,
 )
 
 if TYPE_CHECKING:
     import pyarrow as pa
 
 FOLDER = "folder"
-"""What recordings may also be grouped by: the folder each is in."""
+"""Word to group recordings by the folder that each is in."""
 NO_LOGS = frozenset({".txt", ".dat", ".log"})
-"""Endings of logs that are not looked for in folders: notes have them, too."""
+"""Endings of logs that are not looked for in folders, as other files have them too."""
 LEFT_OUT_TEXTS = (
     "files that end in .txt, .dat or .log, as others than logs do, were left out ({}): "
     "name them, as 'FOLDER/*.txt', if they are logs"
 )
-"""How many of these were in folders."""
+"""Text with the number of files in folders that end in `NO_LOGS`."""
 METADATA = "metadata.yaml"
-"""File by which the folder of a ROS 2 bag is told from one that holds bags."""
+"""File that the folder of a ROS 2 bag has, and a folder of several bags has not."""
 PATTERN = frozenset("*?[")
 
 Sources = str | Path | Sequence[str | Path | Mapping[str, Any]]
@@ -56,48 +56,48 @@ class Entry:
     recording: str
     """Path."""
     name: str | None = None
-    """What tells it from others of the same path."""
+    """Name that distinguishes it from others of the same path."""
     object: str | None = None
-    """Which object it is of, by the column that recordings are grouped by."""
+    """Name of the object, from the column that recordings are grouped by."""
     options: Mapping[str, Value] = field(default_factory=dict)
-    """What is said of it, by the options of ``hefting identify``."""
+    """Options of ``hefting identify`` for it."""
     problem: str | None = None
-    """What is wrong with its row of the manifest."""
+    """Error in its row of the manifest."""
 
     @property
     def identity(self) -> str:
-        """What tells it from the others of a batch."""
+        """Name or path, which no other recording of the batch has."""
         return self.name or self.recording
 
     @property
     def row_name(self) -> str:
-        """What identifies the row of its object; of a recording of none, itself."""
+        """Identity of its object's row, or without an object of its own."""
         return self.object or self.identity
 
 
 class Recordings:
-    """Recordings of a batch, as a table; rows become entries when they are asked for.
+    """Recordings of a batch, as a table, each row of which becomes an entry on access.
 
     Parameters
     ----------
     table : pyarrow.Table
-        Column `recording`; of others see `hefting.batches.manifest`.
+        Has a column `recording`, and others as in `hefting.batches.manifest`.
     folder : Path, optional
-        What paths in the table are relative to.
+        Folder that paths in the table are relative to.
     options : mapping
-        What is said of all, where a row says nothing.
+        Options of the recordings whose rows do not have them.
     group_by : str, optional
-        Column that tells the object, or `FOLDER`.
+        Column that names the object, or `FOLDER`.
     texts : int
-        Files in folders that may be logs and were left out for their ending (`NO_LOGS`).
+        Number of files in folders that were left out for their ending (`NO_LOGS`).
     unreadable : mapping
-        What is wrong with recordings that no table can hold, by what stands for them.
+        Errors of recordings whose path no table can hold, by the text in its place.
 
     Raises
     ------
     InputError
-        For an option that there is not or whose value is not of its type, a column to
-        group by that there is not, and a recording that stands twice without a name.
+        For an unknown option or a value of another type, an unknown column to group by,
+        and a recording that occurs twice without a name.
     """
 
     def __init__(
@@ -112,7 +112,7 @@ class Recordings:
         self._table, self._folder = table, folder
         self.texts = texts
         self._unreadable = unreadable or {}
-        self._options = said(options or {})
+        self._options = given_options(options or {})
         self._group_by = group_by or "object"
         self._is_grouped = group_by is not None
         kinds = option_kinds()
@@ -141,7 +141,9 @@ class Recordings:
             recording = str(self._folder / recording)
         options = self._options
         try:
-            own = said({option: cells[name] for name, option in self._columns.items()})
+            own = given_options(
+                {option: cells[name] for name, option in self._columns.items()}
+            )
             options = options | (in_folder(own, self._folder) if self._folder else own)
         except InputError as error:
             problem = str(error)
@@ -156,8 +158,8 @@ class Recordings:
         return (self[row] for row in range(len(self)))
 
     def check(self, with_files: bool = True) -> None:
-        """`InputError` for what is said of all and is wrong whatever the recording;
-        files that are named may be looked at by others alone."""
+        """`InputError` for options of all recordings that are wrong for every one;
+        options that name files are checked only `with_files`."""
         options = dict(self._options)
         for name in () if with_files else files_of(options):
             del options[name]
@@ -165,20 +167,20 @@ class Recordings:
 
     @property
     def unused(self) -> list[str]:
-        """Columns that say nothing that is understood."""
+        """Columns that are no options."""
         own = {*OWN_COLUMNS, *self._columns, self._group_by}
         return [name for name in self._table.column_names if name not in own]
 
     def identities(self) -> Iterator[str]:
-        """What identifies the rows of results, in order; objects where recordings are
+        """Identities of the rows of results, in order, by object where recordings are
         grouped."""
         if not self._is_grouped:
             return (entry.identity for entry in self)
         return (self[rows[0]].row_name for rows in self.in_groups())
 
     def in_groups(self) -> list[list[int]]:
-        """Rows of each object, in the order in which objects first come; recordings of
-        no object are one of their own."""
+        """Row numbers of each object, in order of their first rows; a recording without
+        an object is a group of its own."""
         groups: dict[object, list[int]] = {}
         for row in range(len(self)):
             entry = self[row]
@@ -191,9 +193,9 @@ class Recordings:
         return cells.get(self._group_by)
 
     def _check_names(self) -> None:
-        """`InputError` for two recordings that nothing tells apart."""
+        """`InputError` for two recordings of the same name, or path without a name."""
         found, folder = self._table[RECORDING].to_pylist(), self._folder
-        if folder is not None:  # "a.csv" and "./a.csv" are one
+        if folder is not None:  # "a.csv" and "./a.csv" are the same
             found = [each and str(folder / each) for each in found]
         if "name" in self._table.column_names:
             names = self._table["name"].to_pylist()
@@ -210,23 +212,23 @@ def recordings_of(
     options: Mapping[str, Any] | None = None,
     group_by: str | None = None,
 ) -> Recordings:
-    """The recordings that are meant.
+    """The recordings at paths, or of rows.
 
     Parameters
     ----------
     sources : path, or list of paths or of dictionaries
         A manifest (CSV, Parquet, TOML), a folder with all logs below it, a pattern such
-        as ``"day*/*.csv"``, or a log; several of these but one manifest; or rows of a
+        as ``"day*/*.csv"``, or a log; a list of these without manifests; or rows of a
         manifest, as dictionaries.
     options : mapping, optional
-        Options of ``hefting identify`` for all that do not say otherwise.
+        Options of ``hefting identify`` for recordings that do not have them.
     group_by : str, optional
-        Column of the manifest that tells the object, or ``"folder"``.
+        Column of the manifest that names the object, or ``"folder"``.
 
     Raises
     ------
     InputError
-        Where there is none, and as `Recordings`.
+        Where there are no recordings, and as `Recordings`.
     """
     import pyarrow as pa
 
@@ -244,8 +246,8 @@ def recordings_of(
         if not table.num_rows:
             raise InputError("there are no recordings", paths[0], "name some in rows")
         folder = paths[0].parent
-        own = in_folder(said(given), folder) if given else {}
-        return Recordings(table, folder, own | said(options or {}), group_by)
+        own = in_folder(given_options(given), folder) if given else {}
+        return Recordings(table, folder, own | given_options(options or {}), group_by)
     logs = [log for path in paths for log in logs_at(path)]
     if paths and logs == [str(paths[0])] and not paths[0].exists():
         raise InputError(
@@ -264,8 +266,8 @@ def recordings_of(
 
 
 def logs_at(path: Path) -> list[str]:
-    """Paths of the logs that a path means: itself, those in a folder or below, or those
-    that match a pattern; in order."""
+    """Paths of the logs in or below a folder, or that match a pattern, sorted; else the
+    path itself."""
     if path.is_dir():
         return [str(path)] if _is_log(path) else sorted(_logs_below(path))
     if not path.exists() and PATTERN & set(str(path)):
@@ -274,8 +276,8 @@ def logs_at(path: Path) -> list[str]:
 
 
 def _logs_below(folder: Path) -> Iterator[str]:
-    """Logs in a folder and in those below, results of batches left out; a folder that
-    is a log is one."""
+    """Logs in a folder and below, which may be folders themselves; not results of
+    batches, nor hidden files."""
     endings = {ending for each in formats() for ending in each.suffixes} - NO_LOGS
     for where, folders, files in os.walk(folder):
         for name in [each for each in folders if each.startswith(".")]:
@@ -301,13 +303,13 @@ def _is_result(path: Path) -> bool:
 
     name, _, _ = SCHEMA.partition("/")  # of any version
     try:
-        told = parquet.read_schema(path).metadata if path.is_file() else None
+        metadata = parquet.read_schema(path).metadata if path.is_file() else None
     except (OSError, pa.ArrowException):
-        return False  # whoever reads it says what is wrong
-    return (told or {}).get(b"hefting", b"").startswith(f"{name}/".encode())
+        return False  # reading it as a log raises the error
+    return (metadata or {}).get(b"hefting", b"").startswith(f"{name}/".encode())
 
 
 def _is_log(folder: Path) -> bool:
-    """Whether a folder is one log: the files of a bag that says so, not several bags of
-    a file each."""
+    """Whether a folder is one log: a bag with metadata, not several bags of one file
+    each."""
     return (folder / METADATA).is_file() and find_format(folder) is not None

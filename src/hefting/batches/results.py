@@ -1,10 +1,9 @@
-"""Results: a folder of Parquet files, one row a recording, that one process at a time
-may write to.
+"""Results: a folder of Parquet files with one row for each recording, to which one
+process at a time may write.
 
-While a batch runs, rows come as parts, each written beside and then renamed; at its end
-all become one file, in the order of the recordings. A row that is there twice
-counts as written last. Whatever happens, there is no half file; what was written is
-there.
+While a batch runs, rows are written as parts, each under a temporary name and then
+renamed; at its end all become one file, in the order of the recordings. Of rows with
+the same identity the last one counts. No file is ever incomplete.
 """
 
 import os
@@ -32,40 +31,40 @@ TABLE = "recordings.parquet"
 """File with all rows, at the end."""
 PART = re.compile(r"part-(\d{6,})\.parquet")
 ROWS = 500
-"""Rows of a part at most."""
+"""Largest number of rows of a part."""
 SECONDS = 5.0
-"""[s] After so long rows are written, few as they may be."""
+"""[s] Age at which rows are written as a part, however few."""
 GROUP = 1000
-"""Rows that are held at a time while all are gathered."""
+"""Number of rows that are in memory at once while all are gathered."""
 COMPRESSION = "zstd"
 
 
 Place = tuple[Path, int]
-"""Rows that can be read at once: a file, and the number of a row group of it."""
+"""A file, and the number of a row group in it."""
 
 
 class Results:
-    """The rows in a folder, of which this process is the only writer; see `opened`."""
+    """The rows in a folder, which only this process writes; see `opened`."""
 
     def __init__(self, folder: Path):
         self.folder = folder
         self.kept = Kept()
-        """Of the rows that are there when it is opened."""
+        """Hashes of the rows that were there when it was opened."""
         self._rows: list[Row] = []
         self._since = time.monotonic()
         self._next = 1 + max(map(_number, self._parts()), default=0)
         self._is_changed = False
 
     def add(self, row: Row) -> None:
-        """Keep a row; it is written with others, soon."""
+        """Keep a row, and write the kept rows once they are many or old."""
         self._rows.append(row)
         late = time.monotonic() - self._since > SECONDS
         if late or len(self._rows) >= ROWS:
             self.write()
 
     def write(self) -> None:
-        """Write what was added as a part. `InputError` where that fails: nothing of it
-        is there then, and all that was written before is."""
+        """Write the added rows as a part. `InputError` where that fails; no part of
+        them is written then."""
         if not self._rows:
             return
         path = self.folder / f"part-{self._next:06d}.parquet"
@@ -75,8 +74,8 @@ class Results:
         self._is_changed = True
 
     def gather(self, order: Iterable[str]) -> None:
-        """All rows in one file, in the order of what identifies them; the parts go
-        after. `InputError` where there is no room for it: the parts stay."""
+        """Write all rows to one file, in the `order` of their identities, and remove the
+        parts. `InputError` where that fails; the parts stay then."""
         self.write()
         files = self._files()
         if not self._is_changed and files == [self.folder / TABLE]:
@@ -87,7 +86,7 @@ class Results:
             path.unlink()
 
     def tables(self, names: list[str] | None = None) -> "Iterator[pa.Table]":
-        """The rows, some at a time, of some columns or of all."""
+        """The rows, a row group at a time, with the named columns or all."""
         for path in self._files():
             with _opened(path) as file:
                 for group in range(file.num_row_groups):
@@ -107,12 +106,11 @@ class Results:
     @classmethod
     @contextmanager
     def opened(cls, folder: Path, resume: bool) -> Generator[Self, None, None]:
-        """The results in a folder of nothing else, which is made where it is not there;
-        with `resume` there may be results already.
+        """The results in a folder, which is made if needed; it may hold results only
+        with `resume`, and no other files.
 
-        Raises `InputError` where there are results and that is not said, another
-        process writes there, the folder cannot be made, or holds anything that is not
-        of a batch.
+        Raises `InputError` for results without `resume` or other files there, for a
+        folder that cannot be made, and while another process writes there.
         """
         try:
             folder.mkdir(parents=True, exist_ok=True)
@@ -135,8 +133,8 @@ class Results:
 
 
 def _check_alone(folder: Path) -> None:
-    """`InputError` for what is no result: who reads the folder as a table reads all of
-    it but hidden files."""
+    """`InputError` for files that are no results: programs that read a folder as a
+    table read all its files but hidden ones."""
     names = (each.name for each in folder.iterdir() if each.name[0] not in "._")
     others = (name for name in names if name != TABLE and not PART.fullmatch(name))
     if (first := min(others, default=None)) is not None:
@@ -151,14 +149,14 @@ def _number(part: Path) -> int:
 
 @contextmanager
 def _opened(path: Path) -> "Generator[parquet.ParquetFile, None, None]":
-    """A file of results. `InputError` where it cannot be read or is none."""
+    """An open file of results. `InputError` where it cannot be read or is none."""
     import pyarrow as pa
     from pyarrow import parquet
 
     try:
         with parquet.ParquetFile(path, memory_map=False, pre_buffer=False) as file:
-            told = file.schema_arrow.metadata or {}
-            if told.get(b"hefting") != SCHEMA.encode():
+            metadata = file.schema_arrow.metadata or {}
+            if metadata.get(b"hefting") != SCHEMA.encode():
                 fix = "choose another folder"
                 raise InputError(f"is no result of schema {SCHEMA}", path, fix)
             yield file
@@ -171,21 +169,21 @@ def _opened(path: Path) -> "Generator[parquet.ParquetFile, None, None]":
 def rows_named(
     table: "pa.Table", names: Collection[str]
 ) -> "Iterator[tuple[str, Row]]":
-    """Rows with the names by which they are identified."""
+    """Identity and row, of the rows whose identity is one of `names`."""
     for place, name in enumerate(_identities(table).to_pylist()):
         if name in names:
             yield name, table.slice(place, 1).to_pylist()[0]
 
 
 def _identities(table: "pa.Table") -> "pa.ChunkedArray":
-    """What tells rows apart: name, path, or of several recordings the object."""
+    """Identity of each row: its name, path or, of several recordings, object."""
     import pyarrow.compute as pc
 
     return pc.coalesce(table["name"], table["recording"], table["object"])  # pyright: ignore[reportAttributeAccessIssue]
 
 
 def _write_whole(path: Path, tables: "Iterator[pa.Table]") -> None:
-    """Tables as the row groups of one file, which is there whole or not at all."""
+    """Write tables as the row groups of one file, completely or not at all."""
     from pyarrow import parquet
 
     try:
@@ -201,8 +199,8 @@ def _write_whole(path: Path, tables: "Iterator[pa.Table]") -> None:
 
 
 def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
-    """All rows of the files, each once, as written last: in the order of the digests of
-    what identifies them, those that are not among these at the end."""
+    """The last row of each identity in the files, in the `order` of digests of the
+    identities; rows that are not in it come at the end."""
     places: list[Place] = []
     found: list[Digests] = []
     for path in files:
@@ -215,15 +213,18 @@ def _in_order(files: list[Path], order: Digests) -> "Iterator[pa.Table]":
     where = np.repeat(np.arange(len(lengths)), lengths)
     rows = np.concatenate([np.arange(n) for n in lengths])
     digests = np.concatenate(found)
-    latest = len(digests) - 1 - np.unique(digests[::-1], return_index=True)[1]
-    chosen = latest[np.argsort(_ranks(digests[latest], order), kind="stable")]
+    _, from_end = np.unique(digests[::-1], return_index=True)
+    latest = len(digests) - 1 - from_end
+    ranks = _ranks(digests[latest], order)
+    chosen = latest[np.argsort(ranks, kind="stable")]
     for first in range(0, len(chosen), GROUP):
         part = chosen[first : first + GROUP]
         yield _rows_at(places, where[part], rows[part])
 
 
 def _ranks(digests: Digests, order: Digests) -> Indices:
-    """Place of each digest in an order; of those that are not in it, after all."""
+    """(n,) Index of each digest in `order`; the length of `order` for those not in
+    it."""
     by_digest = np.argsort(order, kind="stable")
     at = np.searchsorted(order, digests, sorter=by_digest)
     at = by_digest[np.minimum(at, len(order) - 1)] if len(order) else at
@@ -232,7 +233,7 @@ def _ranks(digests: Digests, order: Digests) -> Indices:
 
 
 def _rows_at(places: list[Place], where: Indices, rows: Indices) -> "pa.Table":
-    """Rows of several places, in the order in which they are named."""
+    """The row with number `rows[k]` of the place with number `where[k]`, for each k."""
     import pyarrow as pa
 
     found, order = [], []
@@ -246,15 +247,14 @@ def _rows_at(places: list[Place], where: Indices, rows: Indices) -> "pa.Table":
 
 
 LOCK = ".lock"
-"""File in the folder that is locked; the system unlocks it when its process ends,
-however that comes."""
+"""File in the folder that is locked; the system unlocks it when the process ends."""
 
 
 @contextmanager
 def locked(folder: Path) -> Generator[None, None, None]:
-    """No other process has the folder meanwhile.
+    """Lock a folder for this process within the block.
 
-    Raises `InputError` when one has it, or when the folder cannot be written.
+    Raises `InputError` when another process has it, or when it cannot be written.
     """
     path = folder / LOCK
     try:
@@ -275,7 +275,7 @@ def locked(folder: Path) -> Generator[None, None, None]:
 
 
 def _opened_lock(path: Path) -> int:
-    """The file, locked by this process.
+    """Handle of the file, locked by this process.
 
     Raises `InputError` when another one has it, and `OSError` when it cannot be
     written.
@@ -290,11 +290,11 @@ def _opened_lock(path: Path) -> int:
             raise InputError(what, path.parent, fix)
         if _is_there(path, handle):
             return handle
-        os.close(handle)  # who had it has ended meanwhile, and took the file away
+        os.close(handle)  # the process that had it removed it meanwhile
 
 
 def _is_there(path: Path, handle: int) -> bool:
-    """Whether the file that is open is still the one of this path."""
+    """Whether the path is that of the open file, which may have been removed."""
     try:
         return os.path.samestat(os.stat(path), os.fstat(handle))
     except FileNotFoundError:
@@ -302,7 +302,7 @@ def _is_there(path: Path, handle: int) -> bool:
 
 
 def _lock(handle: int) -> bool:
-    """Whether the file is this process's now."""
+    """Lock a file if no other process has; returns whether it is locked."""
     try:
         import fcntl
     except ImportError:  # Windows

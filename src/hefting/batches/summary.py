@@ -1,7 +1,7 @@
-"""Summary of a batch: how many of what verdict, why some failed, how large residuals
-are, and which recordings are worth a look.
+"""Summary of a batch: number of rows by verdict, reasons of failures, residuals, and
+the recordings that are worth a look.
 
-Rows are read some at a time; of each no more is kept than a few numbers and its name.
+Rows are read some at a time, and only a few numbers and the name of each are kept.
 """
 
 import json
@@ -23,26 +23,26 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MOST_EXAMPLES = 5
-"""Recordings that are named for a reason."""
+"""Largest number of recordings that are named for a reason."""
 MOST_REASONS = 500
-"""Reasons that are told apart; what comes after them counts as one, so that memory is
-bounded where each text differs."""
+"""Largest number of reasons; further ones are counted as one (`OTHER`), which bounds
+memory where every text differs."""
 OTHER = "other reasons: see the table"
 
 
 @dataclass
 class Reason:
-    """Why some failed."""
+    """An error that recordings have in common."""
 
     error: str
     """Class of the error."""
     text: str
-    """What it says, without what differs between recordings."""
+    """Its text; where recordings differ in numbers, with # for these."""
     count: int = 0
     examples: list[str] = field(default_factory=list)
-    """Some of what failed so, by what identifies it."""
+    """Identities of some rows with this error."""
     paths: list[str | None] = field(default_factory=list)
-    """Of each example the path, unless it stands for several recordings."""
+    """Path of each example, None for one of several recordings."""
 
 
 class Reasons:
@@ -58,9 +58,9 @@ class Reasons:
         path: str | None,
         of: str | None = None,
     ) -> None:
-        """Count a failure (`error`, its class, and `error_text`, what it says) of
-        `name` at `path` among those that say the same of other recordings; `of` is the
-        path that the text speaks of, where that is another."""
+        """Count a failure, with the class of its `error` and its `error_text`, of the
+        row `name` at `path`, together with those of the same text but for paths and
+        numbers. `of` is the path in the text where the row has none."""
         error, own = failure["error"], _without_path(failure["error_text"], path or of)
         general = re.sub(r"\d[\d.,:e+-]*", "#", own)
         key = error, general
@@ -80,24 +80,25 @@ class Reasons:
 
 
 def _without_path(text: str, recording: str | None) -> str:
-    """What is said, without the recording it is said of."""
+    """A text with "..." for the recording's path or file name, and without these where
+    they come first."""
     for path in filter(None, (recording, Path(recording or "").name)):
         text = text.replace(path, "...")
     return re.sub(r"^\.\.\.[^:]*: ", "", text)
 
 
 FAR = 5.0
-"""Robust standard deviations of the logarithm of the residual from which on a recording
-is far above the rest: of a Gaussian one in four million."""
+"""Robust standard deviations of the logarithm of the residual above the median, from
+which on a recording is an outlier: one in four million of a Gaussian."""
 LEAST_FACTOR = 1.5
-"""Residual over the median up to which none is far above the rest, however alike these
-are: copies, or one sensor's."""
+"""Ratio of an outlier's residual to the median at least; the spread alone would be too
+strict for copies, or recordings of one sensor."""
 FEWEST = 20
-"""Residuals that say how large residuals are."""
+"""Smallest number of residuals among which outliers are looked for."""
 MOST_OUTLIERS = 20
-"""Recordings worth a look that are named, of each kind."""
+"""Largest number of recordings worth a look that are named, of each kind."""
 MAD = 1.4826
-"""Standard deviation of a Gaussian over its median absolute deviation."""
+"""Ratio of a Gaussian's standard deviation to its median absolute deviation."""
 COLUMNS = (
     *("recording", "name", "object", "error", "error_text", "left_out"),
     *("verdict", "reasons"),
@@ -111,27 +112,28 @@ class Outlier:
     """A recording that is worth a look."""
 
     name: str
-    """What identifies it."""
+    """Identity of its row."""
     recording: str | None
-    """Its path, unless it stands for several."""
+    """Its path; None for several recordings of an object."""
     why: str
 
 
 @immutable
 class Summary:
-    """What a folder of results holds."""
+    """Summary of a folder of results."""
 
     verdicts: dict[str, int]
     """Number of rows by verdict, of those that did not fail."""
     reasons: tuple[Reason, ...]
-    """Why the others failed, the most frequent first."""
+    """Errors of the rows that failed, the most frequent first."""
     left_out: tuple[Reason, ...]
-    """Why recordings of objects were left out, which other recordings still tell of;
-    the most frequent first."""
+    """Errors of recordings that were left out of objects with other recordings, the
+    most frequent first."""
     doubts: dict[str, int]
-    """Number of rows by what puts them in doubt, the most frequent first."""
+    """Number of rows by code of a message that puts them in doubt, the most frequent
+    first."""
     doubt_texts: dict[str, str]
-    """What is said by each of these in one of the rows."""
+    """Text of such a message in one of the rows, by code."""
     residuals: Array
     """(n, 2) force [N] and torque [N m] residuals of rows that did not fail."""
     masses: Array
@@ -169,7 +171,7 @@ class Summary:
 
 
 def summary_of(tables: "Iterable[pa.Table]") -> Summary:
-    """Summary of rows, of which `COLUMNS` are read, some at a time."""
+    """Summary of the rows of tables, from their `COLUMNS`."""
     verdicts, doubts = Counter[str](), Counter[str]()
     texts: dict[str, str] = {}
     failures, left_out = Reasons(), Reasons()
@@ -215,7 +217,7 @@ def summary_of(tables: "Iterable[pa.Table]") -> Summary:
 
 
 def _together(outliers: Iterable[Outlier]) -> tuple[Outlier, ...]:
-    """Each recording once, with all that it is worth a look for."""
+    """Each recording once, with all its reasons."""
     whys: dict[tuple[str, str | None], list[str]] = {}
     for each in outliers:
         whys.setdefault((each.name, each.recording), []).append(each.why)
@@ -223,31 +225,31 @@ def _together(outliers: Iterable[Outlier]) -> tuple[Outlier, ...]:
 
 
 def _why_not(row: dict[str, Any]) -> str:
-    """Why a row is not to be used: the gravest reason, and how many more there are."""
+    """Verdict of a row, its first reason, and the number of the others."""
     first, *others = row["reasons"] or ("no reason is given",)
     more = f" (and {len(others)} more)" if others else ""
     return f"{row['verdict']}: {first}{more}"
 
 
 def _doubts(row: dict[str, Any]) -> dict[str, str]:
-    """What puts a row in doubt: texts of messages by their codes."""
+    """Texts, by code, of the messages that put a row in doubt."""
     reasons = set(row["reasons"] or ())
-    told = row["messages"] or ()
-    return {each["code"]: each["text"] for each in told if each["text"] in reasons}
+    messages = row["messages"] or ()
+    return {each["code"]: each["text"] for each in messages if each["text"] in reasons}
 
 
 class _Found:
-    """Rows that did not fail, a hundred bytes or so of each."""
+    """Numbers and names of the rows that did not fail, some hundred bytes each."""
 
     def __init__(self) -> None:
         self._numbers, self._names = array("d"), bytearray()
         self._ends = array("q", [0])
         self.of_object: dict[str, array[int]] = {}
-        """Rows of each object."""
+        """row numbers of each object"""
 
     def add(self, name: str, row: dict[str, Any], numbers: Sequence[float]) -> None:
-        """A row: mass and half its interval [kg], force [N] and torque [N m]
-        residual."""
+        """Add a row; `numbers` are mass and half its interval [kg], and force [N] and
+        torque [N m] residual."""
         if row["object"] is not None:
             self.of_object.setdefault(row["object"], array("q")).append(len(self))
         self._numbers.extend(numbers)
@@ -260,18 +262,18 @@ class _Found:
 
     @property
     def values(self) -> Array:
-        """(n, 4) the numbers of all rows."""
+        """(n, 4) numbers of all rows"""
         return np.array(self._numbers).reshape(-1, 4)
 
     def outlier(self, row: int, why: str) -> Outlier:
-        """A row as one that is worth a look."""
+        """A row as an outlier for a reason."""
         text = self._names[self._ends[row] : self._ends[row + 1]]
         name, path, is_object = json.loads(bytes(text))
         return Outlier(name, None if is_object else path or name, why)
 
 
 def _far_residuals(found: _Found) -> list[Outlier]:
-    """Recordings whose residual is far above that of the rest."""
+    """Recordings whose residual is an outlier (`FAR`, `LEAST_FACTOR`)."""
     values = found.values
     if len(values) < FEWEST:
         return []
@@ -296,7 +298,7 @@ def _far_residuals(found: _Found) -> list[Outlier]:
 
 
 def _far_masses(found: _Found) -> list[Outlier]:
-    """Recordings whose mass contradicts that of the others of their object."""
+    """Recordings whose mass contradicts the median of their object's recordings."""
     values = found.values
     far: list[tuple[float, Outlier]] = []
     for thing, own in found.of_object.items():

@@ -1,7 +1,7 @@
 """Command line: parse, call one library function, print or save.
 
-Plain `argparse`, one command's file and parser at a time, and imports of the library
-inside the commands keep ``hefting --help`` and the start of every command quick.
+Plain `argparse`, the file and parser of one command only, and imports of the library
+inside the commands make ``hefting --help`` and the start of every command quick.
 """
 
 import argparse
@@ -21,10 +21,10 @@ from hefting.core.plain_text import spell_out
 from hefting.core.threads import use_one_thread
 
 STATUS_STOPPED = 130
-"""Exit status of a command that Ctrl-C ended, as shells have it."""
+"""Exit status of a command that Ctrl-C ended, as in shells."""
 
 SPELL_OUT = "hefting.spell-out"
-"""Name of how signs are printed that an encoding does not have."""
+"""Name of the error handler for signs that an encoding does not have."""
 
 COMMANDS = {
     "demo": "simulate a robot arm wielding a hammer, identify it, write pictures.",
@@ -81,11 +81,9 @@ methods and log formats."""
 
 
 def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
-    """The parser of ``hefting``, with the arguments of the one command that is the
-    first of `words`.
+    """The parser of ``hefting``, with the arguments of the command in `words`.
 
-    `InputError` for a command that there is not, and for options the command does not
-    have.
+    `InputError` for an unknown command, and for unknown options of the command.
     """
     from hefting import __version__
 
@@ -137,7 +135,7 @@ def commands_of(
 
 
 def add_command(parser: argparse.ArgumentParser, name: str) -> None:
-    """Give the parser of a command its arguments, its examples and what it runs."""
+    """Give the parser of a command its arguments, its examples and its function."""
     module = import_module(f"hefting.cli.{name}")
     module.add_arguments(parser)
     parser.set_defaults(run=module.run)
@@ -154,7 +152,7 @@ def sentence(text: str) -> str:
 def main() -> None:
     """Entry point of ``hefting``. Exit status: 0 done, 2 bad usage or input, 3 done but
     the answer is not to be used, 130 stopped, 1 anything else."""
-    if sys.stdout is None:  # was closed before the start
+    if sys.stdout is None:  # it was closed before the start
         sys.stdout = open(os.devnull, "w")  # noqa: SIM115 (as long as the process)
     spell_out_signs()
     use_one_thread()
@@ -173,7 +171,7 @@ def main() -> None:
         _fail(str(stop) or "stopped", STATUS_STOPPED)
     except MemoryError:
         _fail("there is not enough memory; use a shorter recording, a simpler shape", 1)
-    except BrokenPipeError:  # the reader of a pipe went away
+    except BrokenPipeError:  # the reader of a pipe has ended
         sys.stderr.close()
         sys.exit(1)
     except OSError as error:  # of standard output: files are read and written elsewhere
@@ -197,7 +195,7 @@ def _option(match: re.Match[str]) -> str:
     name, quoted, plain = match.groups()
     option, value = OPTIONS.get(name), quoted or plain
     if option is None:
-        # of methods only where a command has looked at them
+        # options of methods matter only if a command has imported them
         estimators = sys.modules.get("hefting.estimators")
         of_methods = () if estimators is None else estimators.options()
         if name not in of_methods and name not in all_options():
@@ -207,7 +205,7 @@ def _option(match: re.Match[str]) -> str:
 
 
 def _joined(words: list[str]) -> list[str]:
-    """``--option -1,2`` as ``--option=-1,2``: what starts with a minus is a value."""
+    """``--option -1,2`` as ``--option=-1,2``, so that argparse takes it for a value."""
     joined: list[str] = []
     for word in words:
         if (
@@ -222,7 +220,7 @@ def _joined(words: list[str]) -> list[str]:
 
 
 def spell_out_signs() -> None:
-    """Let signs that the encoding of an output does not have be printed in ASCII."""
+    """Print signs in ASCII that the encoding of an output does not have."""
     codecs.register_error(SPELL_OUT, spell_out)
     for stream in (sys.stdout, sys.stderr):
         if isinstance(stream, io.TextIOWrapper):
@@ -230,8 +228,8 @@ def spell_out_signs() -> None:
 
 
 def _drop_output() -> None:
-    """Let what is still to be printed go nowhere, so that Python does not try it again
-    at its end."""
+    """Discard the rest of standard output, so that Python does not try to print it at
+    its end."""
     with contextlib.suppress(OSError, ValueError):
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
 

@@ -83,7 +83,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Run what is not done yet, and print what came of it; returns the exit status."""
+    """Run the batch and print its summary; returns the exit status."""
     from hefting.batches.batch import batch
     from hefting.cli.report.batch import batch_report
     from hefting.cli.report.estimate import print_lines
@@ -117,7 +117,7 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _check_report(a: argparse.Namespace) -> None:
-    """`InputError` for results or a page that cannot be written so."""
+    """`InputError` for names of results or page that cannot be used."""
     check_report(a.report)
     if Path(a.output).suffix.lower() in {".csv", ".parquet"}:
         fix = "name a folder, in which the table is recordings.parquet"
@@ -129,7 +129,7 @@ def _check_report(a: argparse.Namespace) -> None:
 
 @contextmanager
 def _bar(quiet: bool) -> "Generator[Callable[[Progress], None], None, None]":
-    """Recordings done, rate and time left, on standard error where that is a
+    """Shows recordings done, rate and time left on standard error, if that is a
     terminal."""
     if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield lambda progress: None
@@ -145,11 +145,11 @@ def _bar(quiet: bool) -> "Generator[Callable[[Progress], None], None, None]":
 
     columns = (
         *(BarColumn(20), MofNCompleteColumn()),
-        TextColumn("{task.fields[told]}"),
+        TextColumn("{task.fields[about]}"),
         TimeRemainingColumn(compact=True),
     )
     with Display(*columns, console=Console(stderr=True), transient=True) as display:
-        bar = display.add_task("", total=None, told="")
+        bar = display.add_task("", total=None, about="")
 
         def show(progress: "Progress") -> None:
             speed = display.tasks[0].speed
@@ -158,14 +158,14 @@ def _bar(quiet: bool) -> "Generator[Callable[[Progress], None], None, None]":
                 bar,
                 total=progress.total,
                 completed=progress.done,
-                told=f"{rate}{progress.failed:,} failed, left",
+                about=f"{rate}{progress.failed:,} failed, left",
             )
 
         yield show
 
 
 def _given(a: argparse.Namespace) -> dict[str, Any]:
-    """Options that were given for all, by name."""
+    """The given options for all recordings, by name."""
     from hefting.request.request import DEFAULTS, option_kinds
 
     values = {name: getattr(a, name, None) for name in option_kinds()}

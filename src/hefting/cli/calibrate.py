@@ -51,8 +51,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identify what the empty gripper is, save it, and say how to use it; returns the
-    exit status."""
+    """Identify the empty gripper, save it, and print how to use it; returns the exit
+    status."""
     from hefting.cli.report import exit_status
     from hefting.cli.report.estimate import Line, estimate_report, print_lines
     from hefting.identification.identify import calibration
@@ -72,8 +72,8 @@ def run(arguments: argparse.Namespace) -> int:
         raise InputError(what, "--json", "leave it out")
     if a.torques:
         with progress("calibrating"):
-            said = calibrate(a)
-        print_lines(list(map(Line, said)), render)
+            lines = calibrate(a)
+        print_lines(list(map(Line, lines)), render)
         return 0
     with progress("calibrating", a.json):
         found = calibration(

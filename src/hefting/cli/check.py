@@ -29,8 +29,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Check, repair if asked for, and print; returns the exit status: 3 where links
-    are left that no body can have."""
+    """Check, repair with ``--repair``, and print; returns the exit status, 3 where links
+    remain that no body can have."""
     from hefting.cli.report import STATUS_DO_NOT_USE
     from hefting.cli.report.inertias import inertias_report
     from hefting.cli.report.printing import print_report
@@ -56,6 +56,6 @@ def run(arguments: argparse.Namespace) -> int:
 
 
 def _shown(diff: str) -> str:
-    """The diff without what controls a terminal, of which XML allows some, but for
-    tabs and ends of lines."""
+    """The diff without signs that control a terminal, which XML allows; tabs and line
+    ends stay."""
     return re.sub(r"(?:[^\n\t\r]|\r(?!\n))+", lambda text: printable(text[0]), diff)

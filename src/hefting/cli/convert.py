@@ -45,7 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Convert, and say what was read and chosen; returns the exit status."""
+    """Convert, and print what was read and chosen; returns the exit status."""
     a = arguments
     if a.estimate is not None:
         return _run_with_estimate(a)
@@ -68,8 +68,8 @@ def _run_plain(a: argparse.Namespace) -> None:
     with progress("converting", stages={"reading the log": 1.0}):
         recording = part_of(a, read_recording(a))
         lost = write_log(recording, a.output)
-    _print(_told(recording))
-    _tell_lost(lost)
+    _print(_description(recording))
+    _warn_about_lost(lost)
     written = find_writer(a.output)
     if recording.joint_names and written and written.is_table:
         names = ", ".join(recording.joint_names)
@@ -78,8 +78,8 @@ def _run_plain(a: argparse.Namespace) -> None:
 
 
 def _run_with_estimate(a: argparse.Namespace) -> int:
-    """Write the recording and what was found from it, for a dashboard; returns the exit
-    status, which tells of an estimate that is not to be used."""
+    """Write the recording and an estimate for a dashboard; returns the exit status, 3 for
+    an estimate that is not to be used."""
     from hefting.cli.report import exit_status
     from hefting.dashboards import dashboard_for, replay_of, write_dashboard
 
@@ -93,29 +93,30 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
         recording = part_of(a, read_recording(a))
         replay = replay_of(recording, estimate, shape)
         lost = write_dashboard(replay, a.output, render)
-    _print(_told(recording))
-    _tell_lost(lost)
+    _print(_description(recording))
+    _warn_about_lost(lost)
     print(printable(f"verdict of {a.estimate}: {estimate.verdict}"))
     _print([f"warning: {line}" for line in replay.warnings])
     wrote(a.output)
     return exit_status(estimate.verdict)
 
 
-def _tell_lost(streams: tuple[str, ...]) -> None:
-    """A warning of what the output does not hold."""
+def _warn_about_lost(streams: tuple[str, ...]) -> None:
+    """Warn of streams that the output does not hold."""
     if streams:
         names = ", ".join(name.replace("_", " ") for name in streams)
         _print([f"warning: not written, as the format cannot hold it: {names}"])
 
 
 def _print(lines: list[str]) -> None:
-    """Lines no wider than `WIDTH`, with options in place of the library's arguments."""
+    """Print lines wrapped to `WIDTH`, with options in place of the library's
+    arguments."""
     for line in lines:
         print(wrapped(printable(render(line)), WIDTH))
 
 
 def _output_help() -> str:
-    """The suffixes that are written: of canonical tables, then of each other format."""
+    """The suffixes of canonical tables, then of each other format that is written."""
     from hefting.logs.registry import formats, join_words, table_formats
 
     tables = [suffix for each in table_formats() for suffix in each.written]
@@ -127,8 +128,8 @@ def _output_help() -> str:
     return "; ".join(parts)
 
 
-def _told(recording: "Recording") -> list[str]:
-    """What was read: streams with samples and rates, then notes and warnings."""
+def _description(recording: "Recording") -> list[str]:
+    """Lines on the streams with samples and rates, then notes and warnings."""
     rates = recording.rates()
     lasts = "static poses" if recording.static else f"{recording.duration:.6g} s"
     lines = [f"{recording.source}: {lasts}"]

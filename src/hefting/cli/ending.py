@@ -1,4 +1,4 @@
-"""Signals that ask for an end are taken as Ctrl-C is."""
+"""Signals that request an end act as Ctrl-C."""
 
 import os
 import signal
@@ -8,13 +8,12 @@ from contextlib import contextmanager
 from typing import Any
 
 ENDS = ("SIGTERM", "SIGHUP")
-"""Those signals, where there are such: as of ``timeout``, and of a terminal that is
-closed."""
+"""Those signals, where the system has them: of ``timeout``, and of a closed terminal."""
 
 
 @contextmanager
 def interrupted_by_signals() -> Iterator[None]:
-    """Signals that ask for an end raise `KeyboardInterrupt` inside."""
+    """Make signals that request an end raise `KeyboardInterrupt` within the block."""
     asked = [getattr(signal, name) for name in ENDS if hasattr(signal, name)]
     asked = [each for each in asked if signal.getsignal(each) != signal.SIG_IGN]
     before = [signal.signal(each, _end) for each in asked]
@@ -27,7 +26,7 @@ def interrupted_by_signals() -> Iterator[None]:
 
 
 def _end(number: int, _: Any) -> None:
-    """End as Ctrl-C does; nothing is written to a terminal that was closed."""
+    """End as Ctrl-C does; a closed terminal gets no output."""
     if number != signal.SIGTERM:
         signal.signal(number, signal.SIG_IGN)  # it may come again, from the shell
         nowhere = os.open(os.devnull, os.O_WRONLY)

@@ -87,7 +87,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def print_exported(exported: "Exported", path: str | None = None) -> None:
-    """Print an exported text, or write it to a path; what is to be known of it first."""
+    """Print an exported text, or write it to a path, after its warnings."""
     for line in exported.warnings:
         say(f"warning: {render(line)}")
     if path:
@@ -98,8 +98,8 @@ def print_exported(exported: "Exported", path: str | None = None) -> None:
 
 
 def _check_suffix(path: str, target: str, into: str | None) -> None:
-    """`InputError` for the suffix of another target than the one that is written; that
-    of a file that something is put into may be any."""
+    """`InputError` for the suffix of another target; with ``--into``, that file's suffix
+    is always allowed."""
     from hefting.export import REGISTRY, SUFFIXES
 
     suffix = Path(path).suffix

@@ -89,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_common(parser: argparse.ArgumentParser) -> None:
-    """What most people need."""
+    """Options that most users need."""
     from hefting.estimators import default_method
 
     add_shape(parser)
@@ -111,7 +111,7 @@ def _add_common(parser: argparse.ArgumentParser) -> None:
 
 
 def add_reading(log: argparse._ActionsContainer) -> None:
-    """What of the recording is used, and how it is taken."""
+    """Options on the part of the recording and its conventions."""
     add_part(log)
     add_wrench(log, "auto, none, estimate, tare:START,END or a JSON file")
     add_motion(log)
@@ -132,7 +132,7 @@ def _add_methods(group: argparse._ActionsContainer) -> None:
 
 
 def add_hyperparameters(group: argparse._ActionsContainer) -> None:
-    """Plain numbers that methods take."""
+    """Options for the numbers that methods take."""
     from hefting.estimators import options
 
     for name, option in options().items():
@@ -143,8 +143,8 @@ def add_hyperparameters(group: argparse._ActionsContainer) -> None:
 
 
 def _formats() -> str:
-    """Suffixes of files that can be written, with the format's name where its suffix
-    does not tell it."""
+    """Suffixes of files that can be written, with the format's name unless its suffix
+    contains it."""
     from hefting.export import SUFFIXES
     from hefting.logs.registry import join_words
     from hefting.plots.style import FORMATS
@@ -157,8 +157,7 @@ def _formats() -> str:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Identify, save what was asked for, and print the result; returns the exit
-    status."""
+    """Identify, write the outputs, and print the result; returns the exit status."""
     a = arguments
     require_shape(a)
     _check_outputs(a)
@@ -190,11 +189,11 @@ def run(arguments: argparse.Namespace) -> int:
     results = Results(
         estimates, best, comparison, truth, errors, written, (*pictures, *pages)
     )
-    return _told(a, results, outputs)
+    return _print_results(a, results, outputs)
 
 
 def _run_torques(a: argparse.Namespace) -> int:
-    """The same from joint torques: results and texts, without pictures of a wrench."""
+    """`run` with joint torques: without pictures, which show a wrench."""
     from hefting.cli.torques import identified as by_torques
 
     pictures = [path for path in a.output if is_picture(path)]
@@ -213,7 +212,7 @@ def _run_torques(a: argparse.Namespace) -> int:
     flange = pose_of(a.sensor_pose_in_flange)
     written = write(outputs, estimates[best], flange, a.accept, fill)
     results = Results(estimates, best, None, truth, errors, written, ())
-    return _told(a, results, outputs)
+    return _print_results(a, results, outputs)
 
 
 def _errors(
@@ -225,8 +224,11 @@ def _errors(
     return {k: known.errors(e.parameters, shape) for k, e in estimates.items()}
 
 
-def _told(a: argparse.Namespace, results: Results, outputs: "list[str]") -> int:
-    """Print results, of which `outputs` could be written; the exit status."""
+def _print_results(
+    a: argparse.Namespace, results: Results, outputs: "list[str]"
+) -> int:
+    """Print the results; returns the exit status. `outputs` are the files of
+    ``--output`` that could be written."""
     from hefting.cli.report import exit_status
 
     if a.json:
@@ -270,7 +272,7 @@ def _identify(
     shape: "Shape | None",
     reading: dict[str, Any],
 ) -> "Comparison | Identification":
-    """By the method that was asked for, or by several."""
+    """The result of the chosen method, or of several."""
     settings = hyperparameters_of(a)
     names = [name.strip() for name in (a.method or "").split(",")]
     if len(names) > 1 or names[0].lower() == "all":
@@ -286,7 +288,7 @@ def _identify(
 def _estimates(
     a: argparse.Namespace, found: "Comparison | Identification"
 ) -> "tuple[Comparison | None, dict[str, Estimate], str]":
-    """The comparison if there is one, estimates by method, the method recommended."""
+    """The comparison, if any, the estimates by method, and the recommended method."""
     from hefting.identification.compare import Comparison
 
     if isinstance(found, Comparison):

@@ -41,7 +41,7 @@ from hefting.cli.report.live import display_of, no_answer
 from hefting.cli.report.results import Results, print_results
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.request.settings import (
-    bias_said,
+    bias_of,
     gravity_of,
     hyperparameters_of,
     pose_of,
@@ -68,16 +68,17 @@ EXAMPLES = (
 )
 
 FASTEST = 100.0
-"""Speed beyond which estimates would not keep up with a log."""
+"""Largest speed of a played log with which estimates keep up."""
 
 ROLES = ("wrench", "pose", "joint", "imu")
 """Roles whose topics can be named."""
 
-TOLD_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept", "live-failed")
-"""Messages that say what the final answer is of, and what ended the live ones."""
+PRINTED_AT_END = ("live-part-used", "live-nothing-held", "live-not-kept", "live-failed")
+"""Codes of messages on the part that the final answer is from, and on the end of the
+live ones."""
 
 STEP = 0.2
-"""Longest wait for an estimate before it is looked what the source does [s]."""
+"""[s] Longest wait for an estimate between two looks at the source."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -128,7 +129,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_results(parser: argparse.ArgumentParser) -> None:
-    """What is made of the final answer."""
+    """Options on the final answer."""
     from hefting.export import SUFFIXES, TARGETS
     from hefting.logs.registry import join_words
 
@@ -142,7 +143,7 @@ def _add_results(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_reading(group: argparse._ActionsContainer) -> None:
-    """How the stream is taken."""
+    """Options on the conventions of the stream."""
     add_wrench(group, "auto, none, estimate or a JSON file")
     add_gravity(group)
     add_sensor_accuracy(group)
@@ -185,7 +186,8 @@ def _run(a: argparse.Namespace) -> int:
             identifier.add(samples)
 
         def record(step: "Callable[..., None] | None", *given: "Samples") -> None:
-            """Do a step of recording, unless one failed: the answer needs none."""
+            """Do a step of recording, unless one failed before: the estimates do not
+            need it."""
             try:
                 if step is not None and not failed:
                     step(*given)
@@ -198,7 +200,7 @@ def _run(a: argparse.Namespace) -> int:
             if a.verbose or message.severity != "note" or "source" in message.code:
                 display.say(render(message))
 
-        gc.freeze()  # a full collection of all that was imported takes some 25 ms
+        gc.freeze()  # to collect the imported objects takes some 25 ms
         try:
             with Pump(source, deliver, tell) as pump:
                 _follow(pump, identifier, display, view)
@@ -212,7 +214,7 @@ def _run(a: argparse.Namespace) -> int:
             found = with_skipped(found, pump.source)
             view(found)
     if recorder is not None and not failed:
-        _tell_record(recorder)
+        _report_record(recorder)
     if found is None or found.estimate is None:
         say(no_answer(found, render))
         return STATUS_DO_NOT_USE
@@ -223,7 +225,8 @@ def _run(a: argparse.Namespace) -> int:
 def _view(
     a: argparse.Namespace, shape: "Shape | None"
 ) -> "Generator[Callable[[LiveEstimate], None], None, None]":
-    """What shows an estimate in browsers; nothing unless that is wanted."""
+    """A function that shows an estimate in browsers; without ``--view`` it does
+    nothing."""
     if not a.view:
         yield lambda found: None
         return
@@ -249,8 +252,8 @@ def _follow(
     display: Any,
     view: "Callable[[LiveEstimate], None]",
 ) -> None:
-    """Show estimates until the source ends, or Ctrl-C, or a request to end, such as
-    that of ``timeout``, or the terminal is closed."""
+    """Show estimates until the source ends, or Ctrl-C or a signal, as of ``timeout`` or
+    a closed terminal, comes."""
     from hefting.sources.live import with_skipped
 
     with suppress(KeyboardInterrupt), interrupted_by_signals():
@@ -274,7 +277,7 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
         print_object(found)
     else:
         for message in found.messages:
-            if message.code in TOLD_AT_END:
+            if message.code in PRINTED_AT_END:
                 say(render(message))
         results = Results({method: estimate}, method, None, None, {}, written)
         print_results(results, render, a.verbose)
@@ -292,14 +295,14 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
 
 
 def _whole(recorder: Any) -> Any:
-    """The record, where all that came is in one file; else None."""
+    """The record's file, if it is one with all samples; else None."""
     if recorder is None or len(recorder.paths) > 1 or +recorder.left_out:
         return None
     return recorder.paths[0] if recorder.count else None
 
 
-def _tell_record(recorder: Any) -> None:
-    """Say which files were written, and what is not in them."""
+def _report_record(recorder: Any) -> None:
+    """Print which files were written, and which samples are not in them."""
     say(f"wrote {', '.join(map(str, recorder.paths))}")
     for name, count in recorder.left_out.items():
         if count:
@@ -326,7 +329,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 
 def _request(a: argparse.Namespace) -> "Request":
-    """What is asked of the source."""
+    """The options of the source."""
     from hefting.request.settings import recording_of
     from hefting.sources import Request
 
@@ -350,7 +353,7 @@ def _request(a: argparse.Namespace) -> "Request":
 
 
 def _is_live(source: str) -> bool:
-    """Whether a source is no log."""
+    """Whether a source is live, not a log."""
     return "://" in source or source == "-"
 
 
@@ -358,18 +361,18 @@ def _settings(a: argparse.Namespace) -> dict[str, Any]:
     """Arguments of the live identifier."""
     settings = hyperparameters_of(a)
     settings |= {"gravity": gravity_of(a), "sign": a.wrench, "rate": a.rate}
-    said = bias_said(a.bias)
-    if isinstance(said, list):
+    bias = bias_of(a.bias)
+    if isinstance(bias, list):
         what = f"'{a.bias}' is for recordings"
         raise InputError(what, "--bias", "use auto, none, estimate or a JSON file")
-    settings["bias"] = said
+    settings["bias"] = bias
     if a.method is not None:
         settings["method"] = a.method
     if a.tool:
         from hefting.ingest.tool import load_tool
 
         settings["tool"] = load_tool(a.tool)
-    if _is_live(a.source):  # a log is read with them
+    if _is_live(a.source):  # reading a log uses them already
         settings["robot"] = robot_of(a) if a.urdf else None
         settings["sensor_pose_in_log"] = sensor_pose_of(a)
     return settings

@@ -20,7 +20,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Print the map; on standard error what no column seems to hold."""
+    """Print the map, and on standard error the quantities that were not found."""
     from hefting.logs.map_guess import guess_map
 
     with input_file(arguments.log) as path:

@@ -1,5 +1,4 @@
-"""What several commands share: their options, how texts are read, and the log the
-options describe."""
+"""Options that several commands share, and the log that the options describe."""
 
 import argparse
 import os
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
     from hefting.shapes import Shape
 
 GRAVITY = "0,0,-9.80665"
-"""`hefting.core.spatial.STANDARD_GRAVITY` as one writes it on the command line."""
+"""`hefting.core.spatial.STANDARD_GRAVITY` as on the command line."""
 POSE = "x,y,z[,qx,qy,qz,qw] [m], or a JSON file with a 4 x 4 matrix"
 ESTIMATE = "written by hefting identify --output; - reads standard input"
 
@@ -32,12 +31,12 @@ def add_number(
     text: str,
     default: float | None = None,
 ) -> None:
-    """An option that takes a number."""
+    """Add an option that takes a number."""
     parser.add_argument(option, type=float, metavar=metavar, help=text, default=default)
 
 
 def add_json(parser: argparse._ActionsContainer) -> None:
-    """Output for machines."""
+    """Option on JSON output."""
     parser.add_argument(
         "--json", action="store_true", help="print one JSON object and nothing else"
     )
@@ -47,7 +46,7 @@ def add_verbose(
     parser: argparse._ActionsContainer,
     what: str = "what was found, assumed and checked on the way",
 ) -> None:
-    """Details."""
+    """Option on details."""
     parser.add_argument(
         "-v",
         "--verbose",
@@ -57,7 +56,7 @@ def add_verbose(
 
 
 class _WhenShown:
-    """Text that is made where help is shown, as it takes imports."""
+    """Text that is made when help is shown, as it needs imports."""
 
     def __init__(self, make: Callable[[], str]):
         self._make = make
@@ -69,7 +68,7 @@ class _WhenShown:
 def add_output(
     parser: argparse._ActionsContainer, what: str | Callable[[], str]
 ) -> None:
-    """Files to write."""
+    """Option on files to write."""
     action = parser.add_argument(
         "--output",
         metavar="FILE",
@@ -83,7 +82,7 @@ def add_output(
 
 
 def add_workers(parser: argparse._ActionsContainer) -> None:
-    """Who does many tasks."""
+    """Options on local processes or a cluster."""
     parser.add_argument(
         "--jobs", type=int, metavar="N", help="local processes; default one a core"
     )
@@ -93,7 +92,7 @@ def add_workers(parser: argparse._ActionsContainer) -> None:
 
 
 def add_export(parser: argparse._ActionsContainer) -> None:
-    """How files for simulators and robots are written."""
+    """Options on files for simulators and robots."""
     parser.add_argument(
         "--sensor-pose-in-flange",
         metavar="POSE",
@@ -114,8 +113,8 @@ def add_export(parser: argparse._ActionsContainer) -> None:
 
 
 def fill_inertia_of(text: str | None, shape: "Shape | None") -> "Fill":
-    """What `export` takes for it; `InputError` for another word, and where the shape is
-    not given."""
+    """The argument of `export` for the text of ``--fill-inertia``; `InputError` for
+    another word, and where the shape is not given."""
     if text == "shape":
         if shape is None:
             raise InputError("which shape?", "--fill-inertia shape", "give --shape")
@@ -141,8 +140,8 @@ def add_recording(
     what: str = "recording",
     count: str | None = None,
 ) -> "argparse._ArgumentGroup":
-    """The log and what its format needs; returns the group of the latter, for more of
-    its kind. `count` is how many logs, as `argparse` names it; by default one."""
+    """Add the log, and options of its format; returns the group of these, for more.
+    `count` is the number of logs as for `argparse`, by default one."""
     from hefting.logs.registry import formats, join_words
 
     known = join_words([name for each in formats() for name in each.help_names], "or")
@@ -163,7 +162,7 @@ def add_recording(
 
 
 def add_log_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup":
-    """What formats of logs need; returns the group, for more of its kind."""
+    """Add options of log formats; returns their group, for more."""
     from hefting.logs.registry import all_options, join_words, table_formats
 
     tables = join_words([each.name for each in table_formats()], "or")
@@ -197,13 +196,13 @@ def add_log_options(parser: argparse.ArgumentParser) -> "argparse._ArgumentGroup
 
 
 def add_part(parser: argparse._ActionsContainer, do: str = "use") -> None:
-    """What part of a recording is used."""
+    """Options on the part of a recording."""
     add_number(parser, "--start", "S", "leave out what is before [s]", default=0.0)
     add_number(parser, "--duration", "S", f"{do} this much [s]")
 
 
 def add_wrench(parser: argparse._ActionsContainer, biases: str) -> None:
-    """Whom the wrench acts on, and its bias."""
+    """Options on the sign convention of the wrench, and on its bias."""
     parser.add_argument(
         "--wrench",
         metavar="auto|on-object|on-sensor",
@@ -219,7 +218,7 @@ def add_wrench(parser: argparse._ActionsContainer, biases: str) -> None:
 
 
 def add_motion(parser: argparse._ActionsContainer) -> None:
-    """Where velocities and accelerations come from."""
+    """Option on the source of velocities and accelerations."""
     parser.add_argument(
         "--motion",
         metavar="SOURCE",
@@ -230,7 +229,7 @@ def add_motion(parser: argparse._ActionsContainer) -> None:
 
 
 def add_gravity(parser: argparse._ActionsContainer) -> None:
-    """The gravity a recording was made in."""
+    """Options on gravity."""
     parser.add_argument(
         "--gravity",
         metavar="X,Y,Z|estimate",
@@ -241,7 +240,7 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
 
 
 def add_place(parser: argparse._ActionsContainer) -> None:
-    """Where on the Earth a recording was made, for the size of gravity."""
+    """Options on the place on the Earth, for the size of gravity."""
     add_number(
         parser, "--latitude", "DEG", "local gravity, straight down, north positive"
     )
@@ -249,7 +248,7 @@ def add_place(parser: argparse._ActionsContainer) -> None:
 
 
 def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
-    """How far the sensor may be off."""
+    """Option on the accuracy of the sensor."""
     parser.add_argument(
         "--sensor-accuracy",
         metavar="ACCURACY",
@@ -261,7 +260,7 @@ def add_sensor_accuracy(parser: argparse._ActionsContainer) -> None:
 def add_tool(
     parser: argparse._ActionsContainer, what: str = "subtract this gripper"
 ) -> None:
-    """What the sensor holds besides the object."""
+    """Option on a tool that the sensor holds besides the object."""
     parser.add_argument(
         "--tool",
         metavar="FILE",
@@ -270,7 +269,7 @@ def add_tool(
 
 
 def add_mass(parser: argparse._ActionsContainer) -> None:
-    """What a scale showed."""
+    """Option on a scale's reading."""
     parser.add_argument(
         "--mass",
         metavar="0.512kg±1g",
@@ -281,7 +280,7 @@ def add_mass(parser: argparse._ActionsContainer) -> None:
 
 
 def part_of(a: argparse.Namespace, recording: "Recording") -> "Recording":
-    """The part of a recording that `add_part` tells."""
+    """The part of a recording by the options of `add_part`."""
     if not a.start and a.duration is None:
         return recording
     return recording.slice(a.start, a.duration)
@@ -290,7 +289,7 @@ def part_of(a: argparse.Namespace, recording: "Recording") -> "Recording":
 def read_recording(
     arguments: argparse.Namespace, wrench_needed: bool = True
 ) -> "Recording":
-    """The recording the arguments describe, from standard input for ``-``."""
+    """The recording that the arguments describe; ``-`` is standard input."""
     from hefting.request.settings import recording_of
 
     with input_file(arguments.log) as path:
@@ -299,9 +298,8 @@ def read_recording(
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` for standard output, an output in no folder, one that is an input,
-    by whatever link, and would be overwritten, and one that is there and no regular
-    file."""
+    """`InputError` for standard output, an output in an absent folder, one that is also
+    an input, also by a link, and an existing one that is no regular file."""
     if path == "-":
         raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():
@@ -313,12 +311,12 @@ def check_output(path: str, *inputs: str | None) -> None:
 
 
 def is_same(path: str, other: str) -> bool:
-    """Whether two paths are of one file, by whatever link."""
+    """Whether two paths are of one file, also by links."""
     return os.path.realpath(path) == os.path.realpath(other)
 
 
 def add_shape(parser: argparse._ActionsContainer) -> None:
-    """The shape, and where it is; for details see `add_shape_details`."""
+    """Options on the shape and its pose; for others see `add_shape_details`."""
     parser.set_defaults(points=None, points_per_cm3=None)
     parser.add_argument(
         "--shape",
@@ -348,7 +346,7 @@ def add_shape(parser: argparse._ActionsContainer) -> None:
 
 
 def add_shape_details(group: argparse._ActionsContainer) -> None:
-    """How well the shape is known, and of how many points it is made."""
+    """Options on the accuracy of the shape, and on its number of points."""
     from hefting.estimators import methods_with
 
     pose, shape = (", ".join(methods_with(name)) for name in ("pose_std", "shape_std"))

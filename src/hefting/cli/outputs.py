@@ -1,4 +1,4 @@
-"""What commands write: files by their suffixes, and a page that needs no network."""
+"""Outputs of commands: files by their suffixes, and a page that needs no network."""
 
 import argparse
 import json
@@ -31,12 +31,11 @@ if TYPE_CHECKING:
 
 SUFFIX = ".html"
 STATUS_NOT_WRITTEN = 2
-"""Exit status where an output that was asked for was left out, and nothing worse is to
-be told."""
+"""Exit status where an output was left out, without a worse status."""
 
 
 def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
-    """The outputs to write, without those that must not be: each is told on standard
+    """The outputs to write; those that must not be written are named on standard
     error."""
     if not a.output:
         return []
@@ -44,7 +43,7 @@ def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
 
     kept: list[str] = []
     for path in a.output:
-        if is_picture(path):  # says itself what is open and not to be used
+        if is_picture(path):  # a picture shows the verdict and what is open
             kept.append(path)
             continue
         why = _why_not(a, estimate, REGISTRY[SUFFIXES[Path(path).suffix]])
@@ -58,7 +57,8 @@ def wanted(a: argparse.Namespace, estimate: "Estimate") -> list[str]:
 def _why_not(
     a: argparse.Namespace, estimate: "Estimate", target: "Target"
 ) -> str | None:
-    """Why an estimate is not written for a target, and what writes it; else None."""
+    """The reason why an estimate is not written for a target, and the option that writes
+    it; else None."""
     if not (estimate.verdict.usable or a.accept or target.is_read_back):
         return "the estimate is not to be used; --accept writes it"
     if target.write_estimate is not None:
@@ -106,7 +106,7 @@ def draw_pictures(
     shape: "Shape | None",
     truth: "InertialParameters | None",
 ) -> dict[str, bytes]:
-    """The contents of those of the paths that are pictures; nothing is written."""
+    """The contents of the pictures in `paths`; nothing is written."""
     wanted = [path for path in paths if is_picture(path)]
     if not wanted:
         return {}
@@ -125,7 +125,7 @@ def print_object(found: Any) -> None:
 
 
 def add_report(parser: argparse._ActionsContainer) -> None:
-    """What is told, and where the page goes."""
+    """Options on printed text, and on the page."""
     parser.add_argument(
         "--report",
         metavar=f"FILE{SUFFIX}",
@@ -157,8 +157,8 @@ def identified(
     truth: "InertialParameters | None",
     flange: "Array | None",
 ) -> str | None:
-    """The page of what was found by one method or by several, `estimate` being the one
-    to trust; None where no page is wanted."""
+    """The page of the result of one method or several, `estimate` being the recommended
+    one; None where no page is wanted."""
     if path is None:
         return None
     from hefting.identification.compare import Comparison
@@ -173,16 +173,16 @@ def identified(
 
 
 def page_context(**known: Any) -> "Context":
-    """What a page shows beside what was found: the command, as one would type it, and
-    what is `known` of the object."""
+    """Further content of a page: the command as typed, and what is `known` of the
+    object."""
     from hefting.page import Context
 
     return Context(command=shlex.join(["hefting", *sys.argv[1:]]), say=render, **known)
 
 
 def no_output_format(path: str, known: "Iterable[str]") -> InputError:
-    """That a file to write has none of the `known` endings; a page has an option of its
-    own."""
+    """The error for a file to write with none of the `known` endings; for a page it names
+    ``--report``."""
     suffix = Path(path).suffix
     fix = f"use {', '.join(known)}"
     if not suffix:

@@ -1,5 +1,5 @@
-"""The parser of the command line: help that fits 80 columns, and errors of one line
-that name what was probably meant."""
+"""The parser of the command line, with help of 80 columns, and errors of one line that
+propose a correction."""
 
 import argparse
 import re
@@ -12,7 +12,7 @@ from typing import IO, Any, NoReturn
 from hefting.core.errors import InputError, printable
 
 WIDTH = 80
-"""Columns of help, also where the terminal has more."""
+"""Largest number of columns of help."""
 
 WORDINGS = (
     (r"argument (\S+): invalid int value: (.*)", r"\1: \2 is not a whole number"),
@@ -25,7 +25,7 @@ WORDINGS = (
     ),
     (r"the following arguments are required: (.*)", r"\1: missing"),
 )
-"""What `argparse` says, and what is said in its place."""
+"""Patterns of messages of `argparse`, and their replacement."""
 
 
 class HelpFormatter(argparse.RawDescriptionHelpFormatter):
@@ -36,7 +36,7 @@ class HelpFormatter(argparse.RawDescriptionHelpFormatter):
         super().__init__(prog, max_help_position=26, width=columns - 1, **settings)
 
     def _split_lines(self, text: str, width: int) -> list[str]:
-        """No line ends at the hyphen of a file's name."""
+        """Wrap without breaks at hyphens, as of file names."""
         return wrap(" ".join(text.split()), width, break_on_hyphens=False)
 
     def _iter_indented_subactions(
@@ -61,8 +61,7 @@ class Parser(argparse.ArgumentParser):
         self._optionals.title = "common options"
 
     def parse_known_args(self, args=None, namespace=None):  # pyright: ignore
-        """As that of `argparse`, but for what is too much: it is reported by the
-        command it was given to."""
+        """As `argparse`, but the command itself reports surplus arguments."""
         found, rest = super().parse_known_args(args, namespace)
         if rest:
             self.error(f"too many arguments: {' '.join(rest)[:80]}")
@@ -84,9 +83,8 @@ class Parser(argparse.ArgumentParser):
         raise InputError(message, fix=f"see {self.prog} --help")
 
     def check_options(self, words: Sequence[str], where: str = "") -> None:
-        """`InputError` that names all of the `words` that are unknown options, each
-        with the one that was probably meant, and `where` they are; and for a value that
-        is empty."""
+        """`InputError` for an empty value, and one that names all unknown options in
+        `words`, each with a similar known one, and `where` they are."""
         known = [name for name in self._option_string_actions if name.startswith("--")]
         unknown = []
         for last, word in zip(("", *words), words, strict=False):
@@ -104,15 +102,14 @@ class Parser(argparse.ArgumentParser):
             self.error(f"unknown option{plural} {', '.join(unknown)}{where}")
 
     def _print_message(self, message: str, file: IO[str] | None = None) -> None:
-        """Print help or version; that of `argparse` says nothing where it cannot."""
+        """Print help or version; unlike `argparse`, raise the errors of that."""
         file = file or sys.stdout
         if file is not None:
             file.write(message)
 
 
 def say(message: str) -> None:
-    """Print a message for a person on standard error: in one line, or wrapped where
-    that is a terminal."""
+    """Print a message on standard error: in one line, or wrapped in a terminal."""
     text = "hefting: " + printable(" ".join(message.split()))
     if sys.stderr.isatty():
         text = wrapped(text, max(get_terminal_size().columns, 20) - 1)
@@ -120,7 +117,7 @@ def say(message: str) -> None:
 
 
 def wrote(*paths: object) -> None:
-    """Print the names of files that were written, several of them one a line."""
+    """Print the names of written files, several of them on a line each."""
     names = [printable(str(path)) for path in paths]
     print(f"wrote {names[0]}" if len(names) == 1 else "\n  ".join(("wrote:", *names)))
 
@@ -131,8 +128,8 @@ def output_width() -> int:
 
 
 def wrapped(text: str, width: int) -> str:
-    """A line in as many as it takes, all but the first one with two spaces more. Names
-    in quotes, as of a command that is to be copied, stay in one."""
+    """A line wrapped to a width, with the lines after the first indented by two more
+    spaces. Quoted names, as in a command to be copied, are not broken."""
     if len(text) <= width:
         return text
     start = text[: len(text) - len(text.lstrip())]
@@ -149,8 +146,8 @@ def wrapped(text: str, width: int) -> str:
 
 
 def did_you_mean(word: str, choices: Iterable[str]) -> str:
-    """``" (did you mean --shape?)"`` where a choice resembles `word`, dashes aside;
-    else an empty string."""
+    """``" (did you mean --shape?)"`` for the choice that resembles `word`, dashes aside;
+    else empty."""
     from difflib import get_close_matches
 
     by_letters = {choice.lstrip("-"): choice for choice in choices}
@@ -160,7 +157,7 @@ def did_you_mean(word: str, choices: Iterable[str]) -> str:
 
 
 def _usage_of(action: argparse.Action) -> str:
-    """What must be given for an argument: its name, after its option if it has one."""
+    """Usage of an argument: its name, after its option if it has one."""
     name = action.metavar or action.dest
     text = name if isinstance(name, str) else " ".join(name)
     if action.option_strings:

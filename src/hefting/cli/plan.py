@@ -89,7 +89,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def _add_limits(group: argparse._ActionsContainer) -> None:
-    """What the motion keeps to."""
+    """Options on the limits of the motion."""
     add_number(
         group,
         "--speed",
@@ -119,7 +119,7 @@ def _add_limits(group: argparse._ActionsContainer) -> None:
 
 
 def _add_sensor(group: argparse._ActionsContainer) -> None:
-    """What the sensor can."""
+    """Options on the sensor."""
     group.add_argument(
         "--sensor-noise",
         metavar="FORCE,TORQUE",
@@ -155,8 +155,8 @@ def _add_sensor(group: argparse._ActionsContainer) -> None:
 
 
 def run(arguments: argparse.Namespace) -> int:
-    """Plan, save what was asked for, and print what is expected of it; returns the exit
-    status, that of `hefting predict` for an estimate not to be used."""
+    """Plan, write the outputs, and print the expected accuracy; returns the exit status,
+    3 for an estimate that is not to be used."""
     from hefting.cli.report import exit_status
 
     a = arguments
@@ -198,7 +198,7 @@ def _check_outputs(a: argparse.Namespace) -> None:
 
 
 def _require_joints(a: argparse.Namespace) -> None:
-    """`InputError` for a file that holds another number of joints than the plan."""
+    """`InputError` for a format that needs another number of joints than the plan's."""
     from hefting.planning.files import JOINTS, require_joints
     from hefting.robots import Robot
 

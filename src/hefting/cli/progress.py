@@ -1,5 +1,4 @@
-"""Progress in a terminal: stage, share and time left of what takes more than a
-second."""
+"""Progress in a terminal: stage, share and time left of work of more than a second."""
 
 import sys
 import threading
@@ -14,7 +13,7 @@ if TYPE_CHECKING:
     from rich.progress import Progress, TaskID
 
 PATIENCE = 1.0
-"""[s] Nothing is shown of what is done before."""
+"""[s] Time before progress is shown."""
 
 STAGES = {
     "reading the log": 0.25,
@@ -24,14 +23,13 @@ STAGES = {
     "looking for mistakes in the recording": 0.2,
     "identifying": 0.05,
 }
-"""Stages of what is done to a recording, in order, and their typical share of the
-time."""
+"""Stages of reading and identifying, in order, and their typical share of the time."""
 
 
 class Display:
-    """One line on standard error, from `PATIENCE` on; erased at the end. It shows
-    `stage` until something is reported; `stages` are expected in this order, with their
-    typical share of the time, others are shown by their name alone."""
+    """One line on standard error, after `PATIENCE`, erased at the end. It shows `stage`
+    until the first report. `stages` are the expected ones, in order, with their typical
+    share of the time; of others it shows only the name."""
 
     def __init__(self, stage: str, stages: Mapping[str, float] = STAGES):
         total, begins = sum(stages.values()), accumulate(stages.values(), initial=0.0)
@@ -48,7 +46,7 @@ class Display:
         self._timer.start()
 
     def __call__(self, stage: str, share: float | None) -> None:
-        """So much of a stage is done; see `Listener` of `hefting.core.progress`."""
+        """Show that a share of a stage is done; see `hefting.core.progress.Listener`."""
         begin, length = self._parts.get(stage, (0.0, 0.0))
         with self._lock:
             self._stage = stage
@@ -98,7 +96,7 @@ class Display:
 def progress(
     stage: str, quiet: bool = False, stages: Mapping[str, float] = STAGES
 ) -> Iterator[None]:
-    """Show what goes on, unless it is to be `quiet` or standard error is no terminal;
+    """Show progress within the block, unless `quiet` or standard error is no terminal;
     `stages` as for `Display`."""
     if quiet or sys.stderr is None or not sys.stderr.isatty():
         yield

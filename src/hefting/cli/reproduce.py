@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Run what is not done yet, write tables, figures and the page, and say where."""
+    """Run unfinished experiments, write tables, figures and page, and print where."""
     from hefting.reproduction import EXPERIMENTS, reproduce
 
     a = arguments

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from hefting.shapes import Shape
 
 BY_LEAST_SQUARES = "log, by least squares"
-"""Name of what a log says of the object, whatever the shape."""
+"""Name of the estimate from a log that does not use the shape."""
 DEFAULT = "hefting-show.png"
 EXAMPLES = (
     "hefting show --shape drill.stl --unit mm --object-pose 0,0,0.05",
@@ -101,7 +101,7 @@ def _tool_beside(estimate: "Estimate | None") -> "Estimate | None":
 
 
 def _of_log(a: argparse.Namespace, tool: "Estimate | None") -> "tuple[Estimate, Array]":
-    """What least squares finds without the shape, and gravity (K, 3) in sensor axes."""
+    """The least-squares estimate, and gravity (K, 3) in sensor axes [m/s²]."""
     from hefting.identification import identify
 
     found = identify(read_recording(a), method="OLS", gravity=gravity_of(a), tool=tool)
@@ -109,7 +109,7 @@ def _of_log(a: argparse.Namespace, tool: "Estimate | None") -> "tuple[Estimate, 
 
 
 def _depths(shape: "Shape", found: "dict[str, Estimate]") -> list[str]:
-    """How deep each COM is in the shape's convex hull, a line each."""
+    """A line for each estimate with the depth of its COM in the shape's convex hull."""
     from hefting.scene import com_reach, depth_of, headline_of
 
     lines = []

@@ -27,9 +27,9 @@ EXAMPLES = (
 )
 
 LASTS = 10.0
-"""[s] of a recording, where nothing else is said."""
+"""[s] Default duration of a recording."""
 LEVER = 0.05
-"""m: torque over force of a bias or a drift of which only the force is given."""
+"""[m] Torque over force of a bias or a drift that is given by its force only."""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -163,7 +163,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 
 def run(arguments: argparse.Namespace) -> None:
-    """Simulate, write, and print what was made and how to read it."""
+    """Simulate, write, and print a description and the command that reads it."""
     from hefting.logs import write_log
     from hefting.simulation.scenario import mujoco_version
 
@@ -175,13 +175,13 @@ def run(arguments: argparse.Namespace) -> None:
     output = Path(a.output)
     truth = truth_of(a)
     check_outputs(a, truth)
-    mujoco_version()  # say at once when it is missing
+    mujoco_version()  # fails at once where it is missing
     scenario = _scenario(a)
     with progress("simulating", stages={"simulating": 1.0}):
         made = scenario.run()
         lost = write_log(made.recording, output)
         write_beside(a, scenario.held, made.facts, truth)
-    print(*map(printable, _told(scenario, made)), sep="\n")
+    print(*map(printable, _description(scenario, made)), sep="\n")
     if lost:
         print(
             f"warning: not written, as the format cannot hold it: {', '.join(lost).replace('_', ' ')}"
@@ -191,7 +191,7 @@ def run(arguments: argparse.Namespace) -> None:
 
 
 def _simulate_torques(a: argparse.Namespace) -> None:
-    """Two runs with joint torques in place of a wrench."""
+    """Simulate two runs with joint torques in place of a wrench."""
     from hefting.cli.simulated_files import beside, check_options, simulate_torques
     from hefting.simulation.scenario import mujoco_version
 
@@ -200,7 +200,7 @@ def _simulate_torques(a: argparse.Namespace) -> None:
     check_options(a, fresh._actions)
     truth = truth_of(a)
     check_outputs(a, truth, *beside(Path(a.output)))
-    mujoco_version()  # say at once when it is missing
+    mujoco_version()  # fails at once where it is missing
     simulate_torques(a, _held(a), truth)
 
 
@@ -276,7 +276,7 @@ def _faults(a: argparse.Namespace) -> "Faults":
 
 
 def _six(text: str | None, option: str, seed: list[int]) -> tuple:
-    """Six numbers; of one, a force so large in some direction, with a torque."""
+    """Six numbers; for one, a force of that size in a random direction, with a torque."""
     from hefting.simulation.scenario import random_six
 
     if not text:
@@ -287,7 +287,7 @@ def _six(text: str | None, option: str, seed: list[int]) -> tuple:
     return tuple(random_six(force, LEVER * force, seed).tolist())
 
 
-def _told(scenario: "Scenario", made: "Simulated") -> list[str]:
+def _description(scenario: "Scenario", made: "Simulated") -> list[str]:
     about, body = made.facts["simulation"], scenario.held.parameters
     lines = [
         f"{scenario.held.name}, {body.mass:.4g} kg, on the arm {about['arm']}; wrench from {about['engine']}",

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 def truth_of(a: argparse.Namespace) -> Path:
-    """Where the truth goes."""
+    """Path of the file with the truth."""
     return Path(a.truth or Path(a.output).with_suffix(".truth.json"))
 
 
@@ -55,7 +55,7 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
 def write_beside(
     a: argparse.Namespace, held: "HeldObject", facts: dict[str, Any], truth: Path
 ) -> None:
-    """Write what is true of the log, and the object's mesh if it is asked for."""
+    """Write the truth (`facts`), and with ``--mesh`` the object's mesh."""
     write_atomically(truth, json.dumps(facts, indent=1) + "\n")
     if a.mesh:
         kind = Path(a.mesh).suffix[1:].lower()
@@ -65,7 +65,7 @@ def write_beside(
 def read_back(
     a: argparse.Namespace, scenario: "Scenario", made: "Simulated", truth: Path
 ) -> str:
-    """How to read the log back, or why it cannot be."""
+    """The command that reads the log back, or why it cannot be read."""
     if made.recording.has("orientation") or (
         made.recording.has("joint_positions") and Path(a.arm).suffix
     ):
@@ -94,24 +94,24 @@ def _command(a: argparse.Namespace, scenario: "Scenario", truth: Path) -> str:
 
 
 LASTS = 30.0
-"""[s] Either run, where nothing else is said."""
+"""[s] Default duration of each run."""
 TAKEN = {
     *("output", "torques", "object", "density", "unit", "object_pose", "arm"),
     *("duration", "rate", "seed", "truth", "mesh", "run", "help"),
 }
-"""Arguments that mean something with torques."""
+"""Arguments that are used with torques."""
 RENAMED = {"ur5": "ur5e"}
-"""Arms of which another has masses."""
+"""Arms whose model has no masses, and the model that is used instead."""
 
 
 def beside(output: Path) -> tuple[Path, Path]:
-    """The empty run and the URDF that go with a log."""
+    """Paths of the empty run and the URDF for a log."""
     empty = output.with_suffix(f".empty{output.suffix}")
     return empty, output.with_suffix(".urdf")
 
 
 def check_options(a: argparse.Namespace, actions: Iterable[argparse.Action]) -> None:
-    """`InputError` for an option that means nothing with torques."""
+    """`InputError` for an option that is not used with torques."""
     for action in actions:
         if action.dest not in TAKEN and getattr(a, action.dest) != action.default:
             option = action.option_strings[-1]
@@ -119,7 +119,7 @@ def check_options(a: argparse.Namespace, actions: Iterable[argparse.Action]) -> 
 
 
 def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> None:
-    """Simulate, write, and print what was made and how to read it."""
+    """Simulate, write, and print a description and the command that reads it."""
     from hefting.logs import write_log
     from hefting.simulation.torque_scenario import TorqueScenario
 
@@ -137,14 +137,14 @@ def simulate_torques(a: argparse.Namespace, held: "HeldObject", truth: Path) -> 
                 raise InputError(what, path, "write .csv, .parquet or a bag")
         write_atomically(urdf, made.urdf)
         write_beside(a, held, made.facts, truth)
-    _tell(made, held, duration)
+    _describe(made, held, duration)
     wrote(*(path for path in (output, empty, urdf, truth, a.mesh) if path))
     words = ["hefting", "identify", str(output), "--torques", "--urdf", str(urdf)]
     words += ["--sensor-frame", "flange", "--empty", str(empty)]
     print(printable(f"read it back: {shlex.join([*words, '--truth', str(truth)])}"))
 
 
-def _tell(made: "TorquesSimulated", held: "HeldObject", duration: float) -> None:
+def _describe(made: "TorquesSimulated", held: "HeldObject", duration: float) -> None:
     about, mass = made.facts["simulation"], held.parameters.mass
     on = f"on the arm {about['arm']}; torques from {about['engine']}"
     print(printable(f"{held.name}, {mass:.4g} kg, {on}"))

@@ -1,4 +1,4 @@
-"""Standard input in the place of a file, where ``-`` is given."""
+"""Standard input in place of a file, for ``-``."""
 
 import contextlib
 import os
@@ -19,18 +19,18 @@ KINDS = (
     (b"{", ".json"),
     (b"\x1f\x8b", ".gz"),
 )
-"""How each kind of input begins, and the ending of its name; all else is CSV."""
+"""First bytes of each kind of input, and the suffix of its name; others are CSV."""
 
 MAX_BYTES = 2 * 1024**3
-"""Most that is read [bytes]; a log may be as large."""
+"""Largest input, as for a log [bytes]."""
 
 
 @contextlib.contextmanager
 def input_file(path: str) -> Iterator[str]:
-    """The path itself; for ``-``, that of a temporary file with all of standard input.
+    """The path itself; for ``-`` that of a temporary file with all of standard input.
 
-    Errors of what reads it speak of standard input. `InputError` where that is a
-    terminal, or too large.
+    An `InputError` within the block names standard input then. `InputError` where that is
+    a terminal, or too large.
     """
     if path != "-":
         yield path
@@ -50,7 +50,7 @@ def input_file(path: str) -> Iterator[str]:
 
 
 def _copy(folder: Path) -> Path:
-    """Standard input as a file whose name ends as its content demands."""
+    """Copy standard input to a file with the suffix of its content; its path."""
     copy = folder / "copy"
     begin, count = b"", 0
     with open(copy, "wb") as target:

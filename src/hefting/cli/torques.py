@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hefting.shapes import Shape
 
 METHODS = "Bayes, GEO, LMI, OLS, PMD"
-"""Methods that need nothing but the parameters' equations."""
+"""Methods that need only the equations of the parameters."""
 WRENCH_ONLY = {
     "tool": None,
     "bias": "auto",
@@ -28,11 +28,11 @@ WRENCH_ONLY = {
     "sensor_pose_in_log": None,
     "sensor_turned": None,
 }
-"""Options that joint torques have no use for, and their defaults."""
+"""Options that are not for joint torques, and their defaults."""
 
 
 def add_torques(group: argparse._ActionsContainer) -> None:
-    """Whether joint torques are meant, and their unit."""
+    """Options on the use of joint torques, and on their unit."""
     group.add_argument(
         "--torques",
         action="store_true",
@@ -47,7 +47,7 @@ def add_torques(group: argparse._ActionsContainer) -> None:
 
 
 def add_empty(group: argparse._ActionsContainer) -> None:
-    """What tells the arm."""
+    """Options on the empty arm."""
     group.add_argument(
         "--empty",
         metavar="FILE",
@@ -94,7 +94,7 @@ def identified(a: argparse.Namespace, shape: "Shape | None") -> "Estimate":
 
 
 def calibrate(a: argparse.Namespace) -> list[str]:
-    """Write the arm's calibration; lines to print."""
+    """Write the arm's calibration; returns lines to print."""
     from hefting.identification.by_torques import calibrate_arm
     from hefting.torques.runs import save_arm
 
@@ -133,7 +133,7 @@ def _refuse_wrench_options(a: argparse.Namespace) -> None:
 
 
 def _read(a: argparse.Namespace, log: str, poses: str | None = None) -> "Recording":
-    """A log, and its joint positions in another file if they are."""
+    """A log, with the joint positions in the file `poses`, if any."""
     from hefting.request.settings import logged
 
     with input_file(log) as path:

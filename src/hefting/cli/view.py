@@ -109,7 +109,8 @@ def run(arguments: argparse.Namespace) -> None:
 def _session(
     a: argparse.Namespace,
 ) -> "tuple[Session, Playback, Recording, Settings]":
-    """The recording as read and understood, and what is to be shown at first."""
+    """The session with its recording, before and after ingest, and the first
+    settings."""
     from hefting.identification.truth import load_truth
     from hefting.ingest.ingest import ingest
     from hefting.request.request import reading_of_one
@@ -143,7 +144,7 @@ def _settings(
     if method is None:
         return Settings(session.default.method, hyperparameters)
     settings = Settings(spelled(method), hyperparameters)
-    session.estimator(settings)  # says what it needs
+    session.estimator(settings)  # raises what it lacks
     return settings
 
 
@@ -171,5 +172,5 @@ def _serve(address: str, browser: bool) -> None:
     if browser:
         open_page(address)
     sys.stdout.flush()
-    while True:  # with a pause, as waiting for ever hears no Ctrl-C on Windows
+    while True:  # on Windows an endless wait ignores Ctrl-C
         threading.Event().wait(1.0)

@@ -1,8 +1,7 @@
-"""Jobs: many independent tasks on local processes or on a Dask cluster, none stopped by
-another.
+"""Jobs: many independent tasks on local processes or on a Dask cluster.
 
-Neither which process does a task nor the order matters to its result. A task by which
-every worker dies costs the others time and nothing else.
+A result depends neither on the process nor on the order. A task that kills its workers
+delays the others, and does not stop them.
 """
 
 import os
@@ -23,26 +22,26 @@ T = TypeVar("T")
 R = TypeVar("R")
 
 WINDOW = 4
-"""Tasks that a worker holds at once where the caller does not say: enough for it never
-to wait while the caller takes its time with a result."""
+"""Default number of tasks that a worker holds at once, so that it does not wait while
+the caller uses a result."""
 
 
 def check_workers(count: int | None) -> None:
-    """`InputError` for fewer local processes than one; None is one a core."""
+    """`InputError` for fewer local processes than one; None stands for one per core."""
     if count is not None and count < 1:
         what = f"at least one process is needed, not {count}"
         raise InputError(what, fix="give `jobs` of 1 or more")
 
 
 class Jobs:
-    """Workers for as many runs as are wanted, one after the other.
+    """Workers for any number of runs, one after the other.
 
     Parameters
     ----------
-    workers : local processes at most, by default one a core. They are begun as tasks
-        come, and end with the ``with`` block, with this process, and where a run is
-        left before its end. One is a process of its own too: what kills it does not
-        end the run, and it computes on one thread, as all do.
+    workers : largest number of local processes, by default one per core. They start
+        as tasks come, and end with the ``with`` block, with this process, and when a
+        run is left before its end. A single worker is a separate process too, so that
+        its death does not end the run. Each computes on one thread.
     scheduler : address of a Dask scheduler to use instead (extra ``batch``).
 
     Raises `InputError` for less than one process, or when the scheduler does not
@@ -80,24 +79,24 @@ class Jobs:
     def run(
         self, function: Callable[[T], R], tasks: Iterable[T], window: int | None = None
     ) -> Generator[tuple[int, R | Lost], None, None]:
-        """Each task's number and what `function` returns for it, as they come.
+        """Number and result of each task, in the order in which they finish.
 
         Parameters
         ----------
-        function : of a module that the workers can import; what it returns can be
-            pickled.
-        tasks : taken as workers get free, never more than `window` a worker ahead.
-        window : tasks that a worker holds at once, that it is at included. One for long
-            tasks of different lengths: a worker that is done does not help out another.
+        function : of a module that the workers can import; its result can be pickled.
+        tasks : taken as workers become free.
+        window : largest number of tasks that a worker holds at once, with that which it
+            runs. Give 1 for long tasks of different lengths, as workers do not take
+            over each other's tasks.
 
         Returns
         -------
-        `Lost` in place of the result of a task that no worker survives: each whose
-        worker died is done again at the end, by itself.
+        The result is `Lost` for a task at which every worker died. A task whose worker
+        died is run again at the end, without others.
 
-        Raises `HeftingError` when the scheduler is lost (after what had come), when a
-        worker has another version of the source, or when no process can be begun; and
-        what `function` raises.
+        Raises `HeftingError` when the scheduler is lost (after the finished results),
+        when a worker has another version of the source, or when no process can be
+        started; and what `function` raises.
         """
         window = WINDOW if window is None else window
         numbered = (Task(k, task) for k, task in enumerate(tasks))
@@ -115,26 +114,28 @@ class Jobs:
 
 
 ATTEMPTS = 3
-"""How often a task is begun alone before it is given up, or a process in succession."""
+"""Number of times that a task is started alone, or a process in succession, before it
+is given up."""
 
 
 class Processes:
-    """Up to `size` local processes, begun as tasks come. One that dies is replaced."""
+    """Up to `size` local processes, started as tasks come. One that dies is replaced."""
 
     def __init__(self, size: int) -> None:
         self.size = size
         self.workers: list[Worker] = []
         self.again: deque[Task] = deque()
-        """Tasks of processes that died before they were at them."""
+        """tasks that processes which died had not started"""
         self.stillborn = 0
-        """How many processes died in succession before they were ready."""
+        """number of processes in succession that died before they were ready"""
 
     def run(
         self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
     ) -> Generator[tuple[Task, Any], None, None]:
-        """Each task, as it comes, and its result or `Died`.
+        """Each task and its result or `Died`, as they finish.
 
-        Raises `HeftingError` when no process can be begun, and what `function` raises.
+        Raises `HeftingError` when no process can be started, and what `function`
+        raises.
         """
         try:
             self._fill(function, tasks, window)
@@ -153,8 +154,8 @@ class Processes:
             self._end([worker for worker in self.workers if worker.held])
 
     def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
-        """Result of a task while no other process is there to take its memory; or
-        `Died` when it was so each of `ATTEMPTS` times."""
+        """Result of a task without other processes, which take memory; `Died` when its
+        process died each of `ATTEMPTS` times."""
         result: Any = None
         for _ in range(ATTEMPTS):
             self.close()
@@ -170,7 +171,7 @@ class Processes:
     def _fill(
         self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
     ) -> None:
-        """Give tasks to whoever holds fewest, until each holds `window` of them."""
+        """Give tasks to the worker that holds fewest, until each holds `window`."""
         while (room := self._room(window)) is not None:
             task = self.again.popleft() if self.again else next(tasks, None)
             if task is None:
@@ -178,7 +179,8 @@ class Processes:
             room().give(function, task)
 
     def _room(self, window: int) -> Callable[[], Worker] | None:
-        """How to get the worker for the next task, begun if need be; else None."""
+        """A function that returns, or starts, the worker for the next task; None when
+        all hold `window` tasks."""
         least = min(self.workers, key=lambda worker: len(worker.held), default=None)
         if len(self.workers) < self.size and (least is None or least.held):
             return self._begin
@@ -194,8 +196,8 @@ class Processes:
         return self.workers[-1]
 
     def _answer(self, worker: Worker) -> tuple[Task, Any] | None:
-        """What it says: a task and its result, or `Died`; None when it is of no task.
-        Tasks of a dead one that it was not at are done again."""
+        """A task and its result or `Died`; None when no task is finished. Tasks that a
+        dead worker had not started are run again."""
         try:
             answer = worker.answer()
         except EOFError:

@@ -15,16 +15,16 @@ from hefting.core.errors import HeftingError, InputError, needing
 from hefting.jobs.worker import Died, Task, source_version
 
 PATIENCE = "10s"
-"""How long a scheduler may take to answer."""
+"""Longest wait for a scheduler's answer."""
 
 SILENCE = "12s"
-"""How long a network may be broken; Dask takes no less."""
+"""Longest interruption of the network; Dask takes no shorter one."""
 
 RECOUNT = 5.0
-"""After how long the workers are counted again, which come and go [s]."""
+"""[s] Time after which the workers, whose number changes, are counted again."""
 
 HERE = ("hefting", "hefting.jobs", "hefting.jobs.cluster")
-"""What a worker that has no hefting, or one before this module, cannot import."""
+"""Modules that a worker without hefting, or with an old version, cannot import."""
 
 OTHER_VERSION = (
     "a worker of the cluster has another version of hefting, or none; "
@@ -47,7 +47,7 @@ class Cluster:
             raise InputError("has no port", address, "give it, as in tcp://host:8786")
         self.address = address
         self.counted: tuple[float, int] | None = None
-        """When the threads of all workers were counted [s], and how many they were."""
+        """time of the last count [s], and the number of all workers' threads then"""
         with ExitStack() as stack:
             for name in ("distributed", "distributed.client"):
                 stack.enter_context(_silent(name))
@@ -68,7 +68,7 @@ class Cluster:
     def run(
         self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
     ) -> Generator[tuple[Task, Any], None, None]:
-        """Each task, as it comes, and its result or `Died`.
+        """Each task and its result or `Died`, as they finish.
 
         Raises `HeftingError` when the scheduler is lost or a worker has another source,
         and what `function` raises.
@@ -88,8 +88,8 @@ class Cluster:
                 yield held.pop(future), result
 
     def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
-        """Result of a task while this run does no other; or `Died` when as many workers
-        died as the scheduler allows."""
+        """Result of a task without others of this run; `Died` when as many workers died
+        as the scheduler allows."""
         [(_, result)] = self.run(function, iter([task]), 1)
         return result
 
@@ -102,7 +102,7 @@ class Cluster:
 
         call = _Call(dumps((function, task.argument)), source_version())
         try:
-            # under a name of its own, which Dask's dashboard shows
+            # a unique name, which Dask's dashboard shows
             name = f"hefting-{uuid4()}"
             return self.client.submit(pickle.loads, dumps(call), key=name)
         except OSError as error:
@@ -110,7 +110,7 @@ class Cluster:
 
     def _results(self, futures: list[Any]) -> Iterator[tuple[Any, Any]]:
         try:
-            results = self.client.gather(futures)  # in one go
+            results = self.client.gather(futures)
         except Exception:
             results = map(self._result, futures)
         return zip(futures, results, strict=True)
@@ -127,7 +127,7 @@ class Cluster:
             )
         except (CancelledError, OSError) as error:
             if future.status == "error":
-                raise  # the function's own
+                raise  # an error of the function
             raise self._lost() from error
         except ImportError as error:
             if error.name in HERE:
@@ -135,7 +135,8 @@ class Cluster:
             raise
 
     def _threads(self) -> int:
-        """Threads of all workers, one at least: more workers come for what waits."""
+        """Number of all workers' threads, at least one, as waiting tasks may make the
+        scheduler start workers."""
         now = time.monotonic()
         if self.counted is None or now > self.counted[0] + RECOUNT:
             try:
@@ -151,9 +152,9 @@ class Cluster:
 
 
 class _Call:
-    """A call of `_do` that is made where it is unpickled. The scheduler only hands it
-    on and needs no hefting. A worker without hefting fails at the task: if it failed to
-    read the message that brings it, it would end."""
+    """A call of `_do`, made when it is unpickled by the task itself. The scheduler does
+    not unpickle it, and needs no hefting; a worker without hefting fails at the task
+    and does not end, as it would when it cannot read the message with the task."""
 
     def __init__(self, *arguments: Any) -> None:
         self.arguments = arguments
@@ -163,8 +164,8 @@ class _Call:
 
 
 def _do(message: bytes, source: str) -> Any:
-    """Call a pickled function with its argument, on a worker. The result would pass for
-    one of `source`."""
+    """Call a pickled function with its argument, on a worker; `HeftingError` where its
+    version is not `source`, to which the result would be attributed."""
     if source != source_version():
         raise HeftingError(OTHER_VERSION)
     function, argument = pickle.loads(message)
@@ -173,7 +174,7 @@ def _do(message: bytes, source: str) -> Any:
 
 @contextmanager
 def _silent(name: str) -> Iterator[None]:
-    """No log of that name, which would say once more what an error says."""
+    """Silence the log of that name, which repeats what an error says."""
     log = logging.getLogger(name)
     level = log.level
     log.setLevel(logging.CRITICAL)

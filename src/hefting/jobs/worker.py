@@ -1,8 +1,8 @@
-"""A task, what comes of it and who does it; and a local worker process: given tasks, it
-answers in the order in which it got them.
+"""Tasks and their failures, and a local worker process, which answers tasks in the order
+in which it gets them.
 
-It ends when the process that began it does, however that comes: a thread of it waits
-for the next task, and reads the end of the stream instead.
+It ends with the process that started it, even if that is killed: its thread that waits
+for tasks reads the end of the stream then.
 """
 
 import hashlib
@@ -28,12 +28,12 @@ from hefting.core.threads import ONE_THREAD
 SPAWN = get_context("spawn")
 
 LAST_BREATH = 5.0
-"""How long a process may take to end after it has closed its end of the stream [s]."""
+"""[s] Longest wait for a process to end after it has closed its end of the stream."""
 
 
 @dataclass(frozen=True)
 class Lost:
-    """In place of the result of a task that no worker survives."""
+    """In place of the result of a task at which every worker died."""
 
     reason: str
     """One line."""
@@ -41,43 +41,43 @@ class Lost:
 
 @dataclass(frozen=True)
 class Died:
-    """The worker of a task died; whether by that task is not known."""
+    """The worker of a task died, perhaps because of that task."""
 
     reason: str
     """One line."""
 
 
 class Task(NamedTuple):
-    """What a function is called with, numbered."""
+    """An argument of a function, numbered."""
 
     number: int
     argument: Any
 
 
 class Workers(Protocol):
-    """Processes that do tasks: local ones, or those of a cluster."""
+    """Processes that run tasks: local ones, or those of a cluster."""
 
     def run(
         self, function: Callable[[Any], Any], tasks: Iterator[Task], window: int
     ) -> Generator[tuple[Task, Any], None, None]:
-        """Each task, as it comes, and its result or `Died`."""
+        """Each task and its result or `Died`, as they finish."""
         ...
 
     def run_alone(self, function: Callable[[Any], Any], task: Task) -> Any:
-        """Result of a task while no other is done, so that no other is at fault; or
-        `Died` when it has been tried often enough."""
+        """Result of a task without others, which might be at fault; `Died` when its
+        worker died in all attempts."""
         ...
 
     def close(self) -> None:
-        """End them, or leave them."""
+        """End local processes, or disconnect from the cluster."""
         ...
 
 
 class Worker:
-    """The process as the one that began it sees it."""
+    """A worker process, in the process that started it."""
 
     def __init__(self) -> None:
-        """Begin it; `OSError` when the system has no room for one more."""
+        """Start it; `OSError` when the system has no room for one more."""
         self.connection, theirs = SPAWN.Pipe()
         self.process = SPAWN.Process(target=_serve, args=(theirs,), daemon=True)
         try:
@@ -86,25 +86,25 @@ class Worker:
         finally:
             theirs.close()
         self.ready = False
-        """Whether it has begun to serve."""
+        """whether it waits for tasks, or runs one"""
         self.held: deque[Task] = deque()
-        """What it was given and has not answered; it is at the first."""
+        """tasks that it has not answered; it runs the first"""
 
     def give(self, function: Callable[[Any], Any], task: Task) -> None:
-        """Have it do a task after all it was given before."""
+        """Have it run a task after those that it holds."""
         message = pickle.dumps((function, task.argument))
         self.held.append(task)
-        with suppress(OSError):  # it is dead: `answer` says so
+        with suppress(OSError):  # `answer` raises that it is dead
             self.connection.send_bytes(message)
 
     def answer(self) -> tuple[Task, Any] | None:
-        """Wait for its first task and result; None for its first sign of life.
+        """Wait for its first task and result; None for the message that it is ready.
 
         Raises `EOFError` when the process is dead, and what the function raised.
         """
         try:
             message = self.connection.recv_bytes()
-        except OSError as error:  # in the midst of an answer
+        except OSError as error:  # it died during an answer
             raise EOFError from error
         if not self.ready:
             self.ready = True
@@ -116,14 +116,14 @@ class Worker:
         return task, result
 
     def end(self) -> None:
-        """End it, whatever it is at."""
+        """Kill it."""
         self.connection.close()
         self.process.kill()
         self.process.join()
         self.process.close()
 
     def cause_of_death(self) -> str:
-        """How it ended by itself, as what is said of a process."""
+        """How it ended by itself, as a predicate of a sentence."""
         self.process.join(LAST_BREATH)
         status = self.process.exitcode or 0
         if status < 0:
@@ -141,8 +141,8 @@ def _serve(connection: Connection) -> None:
 
 
 def _receive(connection: Connection, messages: SimpleQueue[bytes]) -> None:
-    """Take tasks as they come, so that who sends one never waits for the one before;
-    end this process with the other."""
+    """Queue messages as they come, so that the sender never waits for a task to finish;
+    end this process with the sender."""
     try:
         while True:
             messages.put(connection.recv_bytes())
@@ -171,8 +171,8 @@ def _pickled_error(error: Exception) -> bytes:
 
 @contextmanager
 def _one_thread_each() -> Iterator[None]:
-    """Processes begun meanwhile compute on one thread each: no faster with more, and
-    the same to the last bit."""
+    """Let processes that start within the block compute on one thread each, which is as
+    fast and gives the same result to the last bit."""
     before = {name: os.environ.get(name) for name in ONE_THREAD}
     os.environ.update(ONE_THREAD)
     try:
@@ -187,8 +187,8 @@ def _one_thread_each() -> Iterator[None]:
 
 @contextmanager
 def _interrupts_blocked() -> Iterator[None]:
-    """Processes begun meanwhile do not hear Ctrl-C, which reaches them too; this one
-    hears it afterwards."""
+    """Block Ctrl-C for processes that start within the block, as it reaches them too;
+    this process receives it afterwards."""
     if not hasattr(signal, "pthread_sigmask"):  # Windows
         yield
         return

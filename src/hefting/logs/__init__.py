@@ -1,5 +1,5 @@
-"""Logs: one file a format, each giving a `Recording`; the name of the log says which it
-is."""
+"""Logs: one file for each format, which reads a `Recording`; the file name tells the
+format."""
 
 from __future__ import annotations
 
@@ -130,8 +130,7 @@ def write_log(recording: Recording, path: str | Path) -> tuple[str, ...]:
 
 
 def check_output(path: str | Path) -> str:
-    """The suffix of a log that is to be written; `InputError` when there is no such
-    format."""
+    """The suffix of a log to write; `InputError` for one without a format."""
     suffix = suffix_of(path)
     if find_writer(path) is None:
         known = ", ".join(
@@ -170,8 +169,8 @@ def _unknown_format(path: str | Path) -> InputError:
 def _check_options(
     found: Format, path: str | Path, column_map: str | Path | None, given: Iterable[str]
 ) -> None:
-    """`InputError` for a column map, or the name of an option that was `given`, that is
-    for other formats than the one `found` for the log at `path`."""
+    """`InputError` where the format `found` for the log at `path` takes no column map,
+    or not one of the `given` options."""
     if column_map is not None and not found.is_table:
         tables = join_words([each.name for each in table_formats()], "and")
         raise InputError(

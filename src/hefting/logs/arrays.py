@@ -1,4 +1,4 @@
-"""Arrays held in memory -> Recording: times, poses in any usual form, wrenches."""
+"""Arrays in memory -> Recording: times, poses in any usual form, wrenches."""
 
 from collections.abc import Mapping
 from datetime import UTC, datetime
@@ -19,8 +19,7 @@ ARRAYS = ("time", "wrench_time", "pose", *COLUMNS)
 SOURCE = "arrays"
 """What messages call a recording made of arrays."""
 LARGEST_NORM_ERROR = 1e-2
-"""Difference of a quaternion's norm from one that is taken for rounding, as in
-`Recording`."""
+"""Largest difference of a quaternion's norm from one, as in `Recording`."""
 OWN_TIMES = "leave those samples out; `wrench_time` gives the wrench times of its own"
 
 
@@ -51,7 +50,7 @@ def recording_from_arrays(
         own = name == "wrench" and "wrench_time" in times
         time = times.get("wrench_time" if own else "time")
         streams[name] = _stream(name, rows, time, "wrench_time" if own else "time")
-    if "time" not in times:  # a pose that lacks one of them is none
+    if "time" not in times:  # a static pose needs a sample of every stream
         _check_lengths(streams)
         blank = dict.fromkeys(streams, np.any([*blank.values()], axis=0))
     for name, samples in streams.items():
@@ -120,14 +119,14 @@ def numbers(values: Any, name: str) -> Array:
         if array.dtype.kind not in "iufbO":
             raise TypeError(f"they are {array.dtype}")
         return array.astype(float)
-    except (TypeError, ValueError, RuntimeError) as error:  # the last of torch
+    except (TypeError, ValueError, RuntimeError) as error:  # torch raises the last
         reason = str(error)[:100]
         raise InputError(f"{name} is not an array of numbers ({reason})") from error
 
 
 def _filled(arrays: Mapping[str, Any]) -> tuple[dict[str, Any], dict[str, Mask]]:
-    """Arrays with other samples in place of those that hold NaN, and which those are
-    (K,), by the streams they belong to."""
+    """The arrays with another sample in place of each that holds NaN, and by stream
+    which samples (K,) these are."""
     filled, blank = dict(arrays), {}
     for name in arrays.keys() & {"pose", *COLUMNS}:
         if hasattr(arrays[name], "as_quat"):
@@ -224,7 +223,7 @@ def _check_unit(quaternions: Array) -> None:
 
 
 def _check_lengths(streams: Mapping[str, Stream]) -> None:
-    """`InputError` unless all streams of static poses have as many samples."""
+    """`InputError` unless all streams of static poses have equally many samples."""
     (first, count), *others = ((name, len(s)) for name, s in streams.items())
     for name, other in others:
         if other != count:
@@ -243,7 +242,7 @@ def _from_matrices(matrices: Array, name: str) -> Array:
 
 
 def _times(arrays: Mapping[str, Any]) -> dict[str, Array]:
-    """The times that are given, (K,) [s]; dates count from the first of them."""
+    """The given times (K,) [s] by name; dates count from the earliest first one."""
     raw = {
         name: _dates(np.asarray(arrays[name]))
         for name in ("time", "wrench_time")
@@ -269,7 +268,7 @@ def _times(arrays: Mapping[str, Any]) -> dict[str, Array]:
 
 
 def _dates(time: np.ndarray) -> np.ndarray:
-    """Times (K,), those that are dates of Python as dates of NumPy, in UTC."""
+    """Times (K,), with Python's dates as NumPy's, in UTC."""
     if time.dtype != object or not all(isinstance(t, datetime) for t in time.flat):
         return time
     naive = [t.astimezone(UTC).replace(tzinfo=None) if t.tzinfo else t for t in time]
@@ -277,5 +276,5 @@ def _dates(time: np.ndarray) -> np.ndarray:
 
 
 def elapsed(durations: np.ndarray) -> Array:
-    """Durations in any unit of time as seconds; what is not a time is NaN."""
+    """Durations in any unit of time as seconds; NaT becomes NaN."""
     return durations / np.timedelta64(1, "s")

@@ -1,4 +1,4 @@
-"""Bags on disk: which files and folders are bags, and how one is asked to be read."""
+"""Bags on disk: which files and folders are bags, and the options for reading one."""
 
 import re
 from pathlib import Path

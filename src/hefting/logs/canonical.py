@@ -1,5 +1,5 @@
-"""The canonical table: one row an instant, named columns in SI units, blanks for what
-was not measured."""
+"""The canonical table: one row for each instant, named columns in SI units, blank cells
+where nothing was measured."""
 
 import re
 from collections.abc import Iterator, Mapping, Sequence
@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 MAX_COLUMNS = 1000
-"""Most columns that a header may have."""
+"""Largest number of columns."""
 
 FIXED = {
     name: columns for name, columns in COLUMNS.items() if name not in JOINT_STREAMS
@@ -37,13 +37,13 @@ EXPECTED = (
     "q1",
     "dq1",
 )
-"""Canonical names that a misspelled column may stand for; of joints, the first."""
+"""Canonical names that a misspelled column may stand for, with the first joint's."""
 
 MAPPED = (
     "say which columns hold what in a column map "
     "(`column_map`=FILE; hefting map guesses one)"
 )
-"""What else can be done about columns with other names."""
+"""Advice for columns with other names."""
 
 REQUIRED = (
     (
@@ -58,11 +58,10 @@ REQUIRED = (
         "another file with them (`poses`)",
     ),
 )
-"""Streams of which one must be there: its name, columns that serve instead, and the fix
-when there are neither."""
+"""Required streams: name, columns that serve instead, and the fix without either."""
 
 TIME_NAMES = {"t", "ts", "s", "sec", "secs", "seconds", "ms", "us", "ns", "clock"}
-"""Other names for the time, in small letters."""
+"""Other names of the time, in small letters."""
 
 
 def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
@@ -81,19 +80,17 @@ def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
             Recording(streams, True, table.source, warnings + more)
         )
     streams, about_time = in_seconds(streams, table.source)
-    said = warnings + more + about_time
-    return without_times(Recording(streams, False, table.source, said))
+    warnings += more + about_time
+    return without_times(Recording(streams, False, table.source, warnings))
 
 
 def known_columns(
     names: Sequence[str], source: str | Path, wrench_needed: bool = True
 ) -> tuple[dict[str, tuple[str, ...]], tuple[Message, ...]]:
-    """Columns of each stream that a header `names` holds, and warnings about what it
-    holds besides.
+    """Columns of each stream in a header `names`, and warnings about its other columns.
 
-    Raises `InputError` for repeated or misspelled names, a stream of which only a part
-    is there, and a header without wrench, where it is needed, or without orientation
-    and joints.
+    Raises `InputError` for repeated or misspelled names, an incomplete stream, and a
+    header without wrench, where it is needed, or without orientation and joints.
     """
     named = check_names(names, source)
     present = set(named)
@@ -108,17 +105,17 @@ def known_columns(
     if first and "q1" in guessed.values():
         what = f"joints are numbered from 0, by {quote_name(first)}"
         raise InputError(what, source, f"number them from 1; or {MAPPED}")
-    meant = {name: match for name, match in guessed.items() if match}
-    there = present | set(meant.values())
-    strange = [name for name in unknown if name not in meant]
+    misspelled = {name: match for name, match in guessed.items() if match}
+    there = present | set(misspelled.values())
+    strange = [name for name in unknown if name not in misspelled]
     wrong = [
-        *_explain_misspelled(meant),
+        *_explain_misspelled(misspelled),
         *_find_partly_there(groups, there),
         *_find_lacking(there, wrench_needed),
     ]
     if wrong:
         what = "; ".join(what for what, _ in wrong)
-        if strange and len(wrong) > bool(meant):
+        if strange and len(wrong) > bool(misspelled):
             needed = [c for c in groups.values() if there & set(c)]
             needed += [FIXED[stream] for stream, _, _ in REQUIRED]
             missing = [c for columns in needed for c in columns if c not in there]
@@ -150,7 +147,7 @@ def check_names(names: Sequence[str], source: str | Path) -> list[str]:
 
 
 def columns_of_streams(names: Sequence[str], streams: Sequence[str]) -> set[str]:
-    """Those of the names that are canonical ones of these streams."""
+    """The canonical names of these streams that are in `names`."""
     groups = _group_columns(set(names))
     columns = {column for each in streams for column in groups.get(each, ())}
     return columns & set(names)
@@ -159,7 +156,7 @@ def columns_of_streams(names: Sequence[str], streams: Sequence[str]) -> set[str]
 def _find_partly_there(
     groups: Mapping[str, Sequence[str]], present: set[str]
 ) -> Iterator[tuple[str, str]]:
-    """What is wrong where only some columns of a stream are there, and the fix."""
+    """An error and its fix where only some columns of a stream are present."""
     partly = [
         columns
         for columns in groups.values()
@@ -176,14 +173,17 @@ def _find_partly_there(
     yield what, f"give all of {', and '.join(whole)}"
 
 
-def _explain_misspelled(meant: Mapping[str, str]) -> Iterator[tuple[str, str]]:
-    """What is wrong where columns have another name than they should, and the fix."""
-    if not meant:
+def _explain_misspelled(misspelled: Mapping[str, str]) -> Iterator[tuple[str, str]]:
+    """An error and its fix where columns are misspelled; `misspelled` maps the names to
+    the canonical ones."""
+    if not misspelled:
         return
-    names = [f"{quote_name(n)} (did you mean '{match}'?)" for n, match in meant.items()]
-    what = f"unknown column{'s' if len(meant) > 1 else ''} {summarize_list(names)}"
-    it = "them" if len(meant) > 1 else f"it '{next(iter(meant.values()))}'"
-    unit = ", with time in seconds" if "time" in meant.values() else ""
+    pairs = misspelled.items()
+    names = [f"{quote_name(n)} (did you mean '{match}'?)" for n, match in pairs]
+    several = len(misspelled) > 1
+    what = f"unknown column{'s' if several else ''} {summarize_list(names)}"
+    it = "them" if several else f"it '{next(iter(misspelled.values()))}'"
+    unit = ", with time in seconds" if "time" in misspelled.values() else ""
     yield what, f"rename {it}{unit}"
 
 
@@ -197,7 +197,7 @@ def _list_unknown(unknown: Sequence[str], missing: Sequence[str]) -> str:
 
 
 def _find_lacking(present: set[str], wrench_needed: bool) -> Iterator[tuple[str, str]]:
-    """What is wrong where a stream is absent that must be there, and the fix."""
+    """An error and its fix where required streams are absent."""
     lacking = [
         (stream, fix)
         for stream, others, fix in (REQUIRED if wrench_needed else REQUIRED[1:])
@@ -227,12 +227,12 @@ def _warn_about_ignored(
 
 
 def quote_name(name: str) -> str:
-    """A name of someone else's in quotes, cut short."""
+    """The first 40 characters of a name, in quotes."""
     return repr(name[:40])
 
 
 def _group_columns(present: set[str]) -> dict[str, tuple[str, ...]]:
-    """The columns each stream should have, joints up to the highest number there."""
+    """The columns of each stream; for joints up to the highest present number."""
     groups = dict(FIXED)
     for stream in JOINT_STREAMS:
         joints = [
@@ -250,8 +250,8 @@ def _letters(name: str) -> str:
 
 
 def _guess_column(name: str, absent: Sequence[str]) -> str | None:
-    """The absent column that `name` surely stands for: the same letters, or another
-    word for time."""
+    """The absent column with the same letters as `name`, or time for another word for
+    it; else None."""
     letters = _letters(name)
     from difflib import get_close_matches
 
@@ -267,8 +267,7 @@ def _guess_column(name: str, absent: Sequence[str]) -> str | None:
 
 
 def table_from_recording(recording: Recording) -> "pa.Table":
-    """The canonical table of a recording: a row for each instant at which any stream
-    has a sample."""
+    """The canonical table of a recording, with a row for each instant of a sample."""
     import pyarrow as pa
 
     times = np.unique(

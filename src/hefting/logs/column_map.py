@@ -67,7 +67,7 @@ KINDS: dict[str, tuple[tuple[str, int], ...]] = {
     "accelerometer": (("acceleration", 3),),
     "linear_accelerometer": (("acceleration", 3),),
 }
-"""Kinds of unit of each key and how many columns have them; 0: as many as are given."""
+"""Kinds of unit of each key, with the number of columns of each kind; 0: any number."""
 
 KEYS = ("time", "position", "orientation", "pose", *list(KINDS)[1:])
 """Keys of a column map that name columns, in the order in which messages list them."""
@@ -78,17 +78,17 @@ ALLOWED = {
     "joint_positions": ("columns", "unit", "names"),
     **dict.fromkeys(("wrench", "force", "torque"), ("columns", "unit", "axes")),
 }
-"""What a key may have, besides ``columns`` and ``unit``."""
+"""Words that a key may have; for all others ``columns`` and ``unit``."""
 
 
 @dataclass(frozen=True)
 class Quantity:
-    """Some columns of the log, and how they are to be read."""
+    """Columns of the log, and how to read them."""
 
     columns: tuple[str | int, ...]
     """names, or numbers counted from 1"""
     units: tuple[Unit, ...]
-    """one for each column; none where nothing has a unit"""
+    """one for each column; empty for quantities without units"""
     form: str = ""
     """of an orientation or a pose"""
     order: str = ""
@@ -101,7 +101,7 @@ class Quantity:
 
 @dataclass(frozen=True)
 class ColumnMap:
-    """What a map says; `load_map` reads one."""
+    """Content of a column map; `load_map` reads one."""
 
     source: str
     layout: Layout
@@ -111,12 +111,12 @@ class ColumnMap:
     """by key"""
     nan_is_blank: bool = False
     sensor_pose: Array | None = None
-    """(4, 4) of the sensor in the logged frame [m], where that is another"""
+    """(4, 4) pose of the sensor in the logged frame [m]; None where they are the same"""
 
 
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
-    """The column map in a TOML file. `InputError`, naming file and key, for whatever is
-    unknown or does not fit."""
+    """The column map in a TOML file. `InputError`, naming file and key, for unknown or
+    contradictory content."""
     return column_map_of(load_toml(path), path, wrench_needed)
 
 
@@ -127,9 +127,8 @@ def column_map_of(
     *,
     is_part: bool = False,
 ) -> ColumnMap:
-    """The column map that the content of a TOML file describes; `path` is named in
-    errors, which are those of `load_map`. Of a part of what is recorded, another file
-    holds the rest."""
+    """The column map of a TOML file's content; errors are those of `load_map` and name
+    `path`. With `is_part` another file holds the other streams."""
     check_known(content, (*KEYS, *SENSOR_KEYS, *LAYOUT_KEYS), path, "key")
     time = content.get("time")
     quantities = {

@@ -1,4 +1,4 @@
-"""Lines and cells of separated text, and what cells hold, above all lists of numbers."""
+"""Lines and cells of separated text: numbers, blanks, and lists of numbers in cells."""
 
 import csv
 import io
@@ -14,34 +14,35 @@ NUMBER = re.compile(
     re.IGNORECASE,
 )
 """A cell that can be read: a decimal number, nan, infinity or nothing, with blanks
-around it; in a time that grows with its length."""
+around it. It matches in linear time."""
 
 NOTHING = ("N/A", "n/a", "NA", "<NA>", "null", "NULL", "None")
-"""Cells that other programs write where nothing was measured."""
+"""Cells that programs write where nothing was measured."""
 
 WORDS = re.compile(r"\b(np\.)?(array|float\d\d)(?=\()|,\s*dtype=\w+(?=\)$)")
-"""What NumPy writes around numbers."""
+"""Words that NumPy writes around numbers."""
 
 UNQUOTED = re.compile(
     rb"(?<![^,;\t\n ])p?[\[({](?=\s*[-+.\d\[(])"
     rb"(?:[^\[\](){}\n]|[\[(][^\[\]()\n]*[\])])*[\])}](?![^,;\t\n ])"
 )
-"""A list in a cell of its own without quotes, as Python prints it, and poses of URScript:
+"""A list as a whole cell without quotes, as Python prints it, or a pose of URScript:
 ``p[0.1, ...]``."""
 
 MARKS = str.maketrans("[](){},", 7 * " ")
-"""What stands between them."""
+"""Replaces the marks around and between numbers by blanks."""
 
 SEVERAL_LINES = re.compile(rb'"(?:array\()?[\[(][-+.,=\s\w\[\]()]*"')
 """A list in quotes, which NumPy may write on several lines."""
 
 ENOUGH, ESCAPE = 2**20, "surrogateescape"
-"""Text that is made at a time [bytes], and how bytes that are no text are kept."""
+"""Size of the pieces in which text is made [bytes], and the handling of bytes that are
+no UTF-8."""
 
 
 def list_in(cell: str) -> list[str]:
-    """The numbers of a list, of lists in it too, or of three and more between blanks; none
-    of what is no list."""
+    """The numbers of a cell with a list, nested or not, or with at least three numbers
+    between blanks; empty for another cell."""
     cell, fewest = cell.strip().removeprefix("p"), 3
     if cell[-1:] in ("]", ")", "}"):
         cell = cell.replace("None", "nan")
@@ -57,7 +58,8 @@ def list_in(cell: str) -> list[str]:
 
 
 def lists_of(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
-    """Columns whose first cells hold lists, and how many numbers."""
+    """Length of the list in the first cell that is not blank, by column; other columns
+    are absent."""
     found = {}
     for j in range(width):
         cells = (row[j] for row in rows if row[j:] and row[j] not in ("", *NOTHING))
@@ -66,8 +68,9 @@ def lists_of(rows: Sequence[Sequence[str]], width: int) -> dict[int, int]:
 
 
 def with_lists(cells: list[str], lists: Mapping[int, int]) -> list[str]:
-    """A row with the numbers of its lists behind; blank for a blank cell, and the cell
-    itself for a list of another length, which is no number then."""
+    """A row with the numbers of its lists appended, as many for each column as `lists`
+    says. These are blank for a blank cell, and copies of the cell, which cannot be read
+    as numbers, for a list of another length."""
     row = [*cells]
     for j, count in lists.items():
         cell = "".join(cells[j : j + 1])
@@ -78,17 +81,17 @@ def with_lists(cells: list[str], lists: Mapping[int, int]) -> list[str]:
 
 
 def count_lines(text: bytes) -> int:
-    """How many lines a text has, of which the last may have no end."""
+    """Number of lines of a text, of which the last may have no line end."""
     return text.count(b"\n") + (not text.endswith(b"\n"))
 
 
 def unify_line_ends(text: bytes) -> bytes:
-    """Text with \\n at the ends of lines."""
+    """Text with \\n for all line ends."""
     return text.replace(b"\r\n", b"\n").replace(b"\r", b"\n") if b"\r" in text else text
 
 
 def merge_spaces(text: bytes) -> bytes:
-    """Space separated text with one space between cells and none at ends of lines."""
+    """Text with one space for each run of spaces, and none at both ends of lines."""
     if (
         b"  " in text
         or b"\n " in text
@@ -106,7 +109,7 @@ def merge_spaces(text: bytes) -> bytes:
 
 
 def quote_lists(text: bytes) -> bytes:
-    """Text with quotes around each list, where it has none."""
+    """Text with quotes around each list, if it has no quotes."""
     if b'"' in text or not any(mark in text for mark in (b"[", b"(", b"{")):
         return text
     text = re.sub(rb", (?=p?[\[({])", b",", text)
@@ -130,9 +133,12 @@ def in_columns(
     written: tuple[str, str],
     source: str,
 ) -> Iterator[bytes]:
-    """Text with the numbers of lists as cells behind the others, each row in the line in
-    which it begins, from the `first` on; `written` are separator and decimal mark.
-    `InputError` for a cell that is too long."""
+    """Text with the numbers of lists appended to each row, in the line in which the row
+    begins.
+
+    `first` is the number of the first line, `width` the number of cells of a row, and
+    `written` separator and decimal mark. `InputError` for a cell that is too long.
+    """
     separator, decimal = written
     lines = (line for t in texts for line in io.StringIO(t.decode(errors=ESCAPE)))
     out, last = io.StringIO(), 0

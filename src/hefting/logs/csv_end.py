@@ -1,5 +1,5 @@
-"""The end of separated text: what follows its last whole row, as where a program or the
-power was cut, or wrote a summary."""
+"""The end of separated text after its last whole row, where a program or the power was
+cut, or a program wrote a summary."""
 
 import csv
 import re
@@ -12,27 +12,26 @@ from hefting.logs.csv_header import Header, is_numbers, split_cells
 from hefting.logs.csv_times import kind_of
 
 MOST_BYTES = 65_536
-"""Text at the end that is looked at [bytes]."""
+"""Length of the text at the end that is searched [bytes]."""
 
 MOST_LINES = 20
-"""Most lines that may follow the last whole row."""
+"""Largest number of lines after the last whole row."""
 
 CUT = re.compile(r"\s*[+-]|\s*[+-]?[\d.]++e[+-]?|p?[\[({].*", re.IGNORECASE)
-"""A number that was cut before its digits or those of its exponent, or a list."""
+"""A list, or a number, that was cut: the number before its digits or exponent."""
 
 MOST_NUL = 2**26
-"""Longest tail of NUL, as a file system leaves where the power was cut [bytes]."""
+"""Longest tail of NUL [bytes], which file systems leave where the power was cut."""
 
 
 def find_end(
     path: str | Path, header: Header, first_row: str
 ) -> tuple[int | None, tuple[Message, ...]]:
-    """Where what follows the last whole row begins [bytes], and a warning; None where
-    it is blank lines at most, where there are no two such rows or too much follows, or
-    the first row has a cell of more than 128 KiB.
+    """Position [bytes] of the end of the last whole row, and a warning.
 
-    `first_row` is the first line of data: a whole row has as many cells, and numbers
-    where it has.
+    Position None where only blank lines follow, where there are no two whole rows or too
+    many lines follow, or where the first row has a cell of more than 128 KiB.
+    `first_row` is the first line of data; a whole row has numbers where it has.
     """
     with open(path, "rb") as stream:
         size = stream.seek(0, 2)
@@ -43,11 +42,11 @@ def find_end(
     rest: list[str] = []
     is_cut = end < size
     if lines and is_cut and not lines[-1].endswith((b"\n", b"\r")):
-        end -= len(lines[-1])  # the row that was being written
+        end -= len(lines[-1])  # the incomplete row
         rest = [lines.pop().decode(errors="replace")]
     try:
         first = with_lists(split_cells(first_row, header.separator), header.lists)
-    except csv.Error:  # a cell is too long for it, as of an image
+    except csv.Error:  # a cell is too long, such as an image
         return None, ()
     found = None
     for line in reversed(lines[begin > 0 :]):
@@ -57,7 +56,7 @@ def find_end(
             if found is not None:
                 return found if whole else (None, ())
             if whole:
-                found = _said(end, rest, is_cut)
+                found = _end_and_warning(end, rest, is_cut)
             elif len(rest) > MOST_LINES or (text.count('"') % 2 and text[-1] in "\r\n"):
                 break
             else:
@@ -67,7 +66,7 @@ def find_end(
 
 
 def _before_nul(stream: BinaryIO, size: int) -> int:
-    """Where the NUL begin that end a file [bytes]; its end where there are none."""
+    """Position [bytes] where the NUL at the end of a file begin, else its size."""
     end = size
     while end > max(size - MOST_NUL, 0):
         begin = max(end - MOST_BYTES, 0)
@@ -78,10 +77,10 @@ def _before_nul(stream: BinaryIO, size: int) -> int:
     return size
 
 
-def _said(
+def _end_and_warning(
     end: int, rest: list[str], is_cut: bool
 ) -> tuple[int | None, tuple[Message, ...]]:
-    """The end of what is read, and a warning of the `rest`, its last line first."""
+    """The end and a warning of the `rest`, its last line first; None for no rest."""
     if not rest and not is_cut:
         return None, ()
     left = repr(rest[-1].strip()[:40]) if rest else "NUL"
@@ -90,8 +89,8 @@ def _said(
 
 
 def _is_whole(line: str, first: list[str], header: Header) -> bool:
-    """Whether a line is a row as the `first` one; one that is longer, or has a cell
-    wrong among numbers, is a row with a mistake, unless it was cut in that cell."""
+    """Whether a line is a row like the `first` one, or a row with a mistake: one with
+    more cells, or of numbers with a wrong cell, in which it was not cut."""
     try:
         cells = split_cells(line.rstrip("\r\n"), header.separator)
     except csv.Error:

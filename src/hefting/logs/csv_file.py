@@ -1,4 +1,4 @@
-"""CSV: separated text with a header row, read block by block, never held whole."""
+"""CSV: separated text with a header row, read block by block, never as a whole."""
 
 import contextlib
 import csv
@@ -44,25 +44,25 @@ if TYPE_CHECKING:
     import pyarrow as pa
 
 BLOCK = 8 * 2**20
-"""Text that is held at a time at most, and more than the longest row [bytes]."""
+"""Largest text in memory, and longest row [bytes]."""
 
 READ = 2**22
-"""Text that is read at a time [bytes]: of less, the work per block takes longer."""
+"""Text that is read at a time [bytes]; with less, the overhead of blocks dominates."""
 
 SHORT = 1_000_000
-"""Bytes of a file up to which NumPy reads its numbers: six times slower than pyarrow,
-which takes longer to import."""
+"""Size [bytes] of files up to which NumPy reads numbers: six times slower than pyarrow,
+without the time to import that."""
 
 PLAIN = b"0123456789.eE+-,\n"
-"""What numbers without blanks between commas are made of."""
+"""Characters of plain numbers between commas."""
 
 BLANKS = [" " * n for n in range(33)]
-"""Cells that pyarrow takes for blank: up to 32 spaces."""
+"""Blank cells: up to 32 spaces."""
 
 
 @immutable
 class CsvTable:
-    """A CSV file whose header is known; rows are counted by lines of the file, from
+    """A CSV file after its header was read; row numbers are lines of the file, from
     1."""
 
     source: str
@@ -77,15 +77,15 @@ class CsvTable:
     other_way: bool = False
     """whether dates and times are written in another way than by ISO 8601"""
     lists: Mapping[int, int] = field(default_factory=dict)
-    """columns of lists, and how many numbers, whose columns are behind the others"""
+    """number of numbers of each column of lists; they have columns after the others"""
     end: int | None = None
-    """where the last row ends [bytes]; None: at the end of the file"""
-    said: tuple[Message, ...] = ()
-    """of what follows it"""
+    """position of the end of the last row [bytes]; None: the end of the file"""
+    warnings: tuple[Message, ...] = ()
+    """about the rest of the file"""
 
     @property
     def width(self) -> int:
-        """Cells of a row."""
+        """Number of cells of a row in the file."""
         return len(self.names) - sum(self.lists.values())
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
@@ -121,8 +121,8 @@ class CsvTable:
     def _read_plain(
         self, text: bytes, before: int, columns: Sequence[int]
     ) -> Block | None:
-        """The rows in a short text whose cells are all plain numbers; else None. Saves
-        importing pyarrow."""
+        """The rows in a short text if all its cells are plain numbers, else None; this
+        avoids the import of pyarrow."""
         if self.separator != "," or self.decimal != "." or text.translate(None, PLAIN):
             return None
         marks = np.frombuffer(text if text.endswith(b"\n") else text + b"\n", np.uint8)
@@ -159,7 +159,7 @@ class CsvTable:
         if not text.lstrip(b"\n"):
             return len(text)
         table = None
-        if b'"' not in text:  # each line is a row then, or refused
+        if b'"' not in text:  # each line must be a row
             with contextlib.suppress(pa.ArrowInvalid):
                 table = self._parse_rows(text, columns, skip_empty=False)
         if table is not None:
@@ -174,11 +174,10 @@ class CsvTable:
                 ) from error
             lines = count_lines(text)
             rows = np.arange(before + 1, before + 1 + lines)
-            if table.num_rows != lines:  # empty lines are no samples
+            if table.num_rows != lines:  # pyarrow has skipped empty lines
                 ends = np.flatnonzero(np.frombuffer(text, dtype=np.uint8) == ord("\n"))
-                rows = rows[: len(ends) + 1][
-                    np.diff(np.append(ends, len(text)), prepend=-1)[:lines] > 1
-                ]
+                lengths = np.diff(np.append(ends, len(text)), prepend=-1)[:lines]
+                rows = rows[: len(ends) + 1][lengths > 1]
             if len(rows) != table.num_rows:
                 raise InputError(
                     "a quoted cell goes over several lines",
@@ -232,8 +231,7 @@ class CsvTable:
     def _explain_first_bad_cell(
         self, text: bytes, before: int, columns: Sequence[int], error: Exception
     ) -> InputError:
-        """What is wrong with the first row that cannot be read, found by reading again
-        slowly."""
+        """The error for the first row that cannot be read, found by a slower reading."""
         for row, line in enumerate(io.BytesIO(text), before + 1):
             line = line.rstrip(b"\n")
             if not line:
@@ -262,7 +260,7 @@ class CsvTable:
         )
 
     def _explain_cell(self, text: str, column: int, where: str) -> InputError | None:
-        """What is wrong with a cell of a column; None where it can be read."""
+        """The error for a cell of a column; None where it can be read."""
         fix = "give a number, or leave the cell blank"
         what = f"{text[:40]!r} is not a number"
         if column in self.dates:
@@ -288,8 +286,8 @@ class CsvTable:
 
 
 def _values_of(array: "pa.Array") -> Array:
-    """(R,) of a column of numbers, or of dates and times as seconds; where it is
-    blank, anything. Its own `to_numpy` would import pandas if it can."""
+    """Values (R,) of a column of numbers, or of dates and times [s]; arbitrary where
+    blank. `to_numpy` of pyarrow would import pandas."""
     import pyarrow as pa
 
     dates = pa.types.is_temporal(array.type)
@@ -303,7 +301,7 @@ def _values_of(array: "pa.Array") -> Array:
 
 
 def _blanks_of(array: "pa.Array") -> Mask | None:
-    """(R,) where a column is blank; None for nowhere."""
+    """Mask (R,) of blank cells; None for none."""
     if not array.null_count:
         return None
     bits = np.frombuffer(array.buffers()[0], dtype=np.uint8)
@@ -314,8 +312,7 @@ def _blanks_of(array: "pa.Array") -> Mask | None:
 
 
 def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
-    """The CSV file at `path`, its header read. `InputError` when that is no header of
-    at least two columns."""
+    """The CSV file at `path`. `InputError` without a header of two or more columns."""
     text = one_line(next(texts(path), b""))
     header = read_header(text, path, layout)
     first_row = b"".join(text.split(b"\n", header.first)[header.first - 1 :][:1])
@@ -333,16 +330,13 @@ def open_csv(path: str | Path, layout: Layout | None = None) -> CsvTable:
 
 
 def texts(path: str | Path, end: int | None = None) -> Iterator[bytes]:
-    """The text of a file, of LabVIEW as a table, lists in quotes; see `_texts`."""
+    """The text of a file, LabVIEW's as a table, with lists in quotes; see `_texts`."""
     return map(quote_lists, as_table(_texts(path, end), path))
 
 
 def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
-    """The text of a file, up to its byte `end`, in blocks of whole lines that end in
-    \\n, without byte-order mark.
-
-    `InputError` when it is not text, or has a line longer than `BLOCK`.
-    """
+    """The text of a file up to byte `end`, in blocks of whole lines that end in \\n,
+    without byte-order mark. `InputError` for binary files and lines over `BLOCK`."""
     rest, held = b"", b""
     with open(path, "rb", buffering=0) as stream:
         begun, size = False, os.fstat(stream.fileno()).st_size
@@ -358,7 +352,7 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
                     )
                 data, begun = data.removeprefix(b"\xef\xbb\xbf"), True
             data = held + data
-            # half of an end of line, perhaps
+            # it may be half of a line end
             held = b"\r" if data.endswith(b"\r") else b""
             data = unify_line_ends(data.removesuffix(held))
             if cut := data.rfind(b"\n") + 1:

@@ -1,4 +1,4 @@
-"""The beginning of separated text: its column names, and how its rows are written."""
+"""The header of separated text: its column names, and the form of its rows."""
 
 import csv
 import re
@@ -15,49 +15,47 @@ MAX_HEADER = 1_000_000
 """Longest header [bytes]."""
 
 MOST_LINES_BEFORE = 100
-"""Lines among which the column names are looked for."""
+"""Number of lines in which the column names are searched."""
 
 MOST_LINES_BETWEEN = 3
-"""Lines of units and the like that may stand between the names and the numbers."""
+"""Largest number of lines, such as units, between the names and the numbers."""
 
 ROWS_LOOKED_AT = 100
-"""Rows that tell whether decimals are written with a comma."""
+"""Number of rows that show lists and decimal commas."""
 
 COMMENT = re.compile(r"^\s*(#|%|//)\s*")
-"""The mark of a comment, before column names too (``# time,fx``, ``%time,field.x``)."""
+"""Mark of a comment, also of column names (``# time,fx``, ``%time,field.x``)."""
 
 
 @dataclass(frozen=True)
 class Header:
-    """What the beginning of separated text says of the rest."""
+    """Column names of separated text, and the form of its rows."""
 
     names: tuple[str, ...]
-    """of the columns; blank where there are none"""
+    """of the columns; empty for those without"""
     separator: str
     first: int
     """line of the first row of numbers, from 1"""
     decimal: str = "."
     between: tuple[str, ...] = ()
-    """cells of the line under the names, where that is none of numbers: units, as a
-    rule"""
+    """cells of a line of text under the names, usually units"""
     dates: Mapping[int, str] = field(default_factory=dict)
     """columns of dates and times of day, and their kind of `hefting.logs.csv_times`"""
     other_way: bool = False
     """whether dates and times are written in another way than by ISO 8601"""
     joined: bool = False
-    """whether the names are those of two lines, groups over columns"""
+    """whether the names are joined from lines of groups and of columns"""
     lists: Mapping[int, int] = field(default_factory=dict)
-    """columns whose cells hold lists, and how many numbers; these have names of their
-    own, behind the others"""
+    """number of numbers of each column of lists; they have names after the others"""
 
 
 def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
-    """The header in the `text` that begins a file, laid out as a column map says if one
-    is given; its names are those of one line then.
+    """The header in the `text` at the beginning of a file.
 
-    The names are in a line that has as many cells as the numbers below it; comments and
-    other lines may stand before it, units between. What the layout says is not looked
-    for. `InputError` when there is no header of at least two columns.
+    The names are in the line with as many cells as the numbers below it; comments and
+    other lines may precede it, and units follow. Given parts of the layout, as of a
+    column map, are not searched, and the names are not joined from two lines then.
+    `InputError` without a header of two or more columns.
     """
     layout = given or Layout()
     lines = _first_lines(text, path, layout.header or 0)
@@ -101,8 +99,8 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
 
 
 def _first_lines(text: bytes, path: str | Path, header: int) -> list[str]:
-    """The lines among which the header is, from the first, and the rows that tell how
-    numbers are written; `InputError` for blank text."""
+    """The lines that may hold the header, and the rows looked at; `InputError` for
+    blank text."""
     if not text.strip():
         raise InputError("the file is empty", where=path)
     most = max(MOST_LINES_BEFORE, header) + ROWS_LOOKED_AT
@@ -111,8 +109,8 @@ def _first_lines(text: bytes, path: str | Path, header: int) -> list[str]:
 
 
 def _text_of(line: bytes) -> str:
-    """A line of UTF-8, else of Latin-1, as of a degree sign on an older Windows; bytes
-    that are neither stay marked."""
+    """A line decoded as UTF-8, or as Latin-1 if printable (a degree sign of an older
+    Windows); other bytes as surrogates."""
     try:
         return line.decode()
     except UnicodeDecodeError:
@@ -122,8 +120,8 @@ def _text_of(line: bytes) -> str:
 
 
 def _find_names(lines: Sequence[str], layout: Layout) -> int:
-    """The line (from 1) that has as many cells as the numbers below it; else the first
-    one that is not blank."""
+    """The line (from 1) with as many cells as the numbers below it; else the first that
+    is not blank."""
     rows = [row for row, line in enumerate(lines, 1) if line.strip()]
     for row in rows:
         if row > MOST_LINES_BEFORE:
@@ -149,8 +147,8 @@ def _fit(
     separator: str,
     layout: Layout,
 ) -> "tuple[tuple[str, ...], Rows]":
-    """The names in a line, and how the rows below are written: between other separators
-    perhaps, or with one at the end of either that is not in the other."""
+    """The names in a line, and the rows below, which may have another separator, or a
+    separator at their ends where the names have none, or the reverse."""
     others = () if layout.separator else SEPARATORS.values()
     for each in dict.fromkeys((separator, *others)):
         ends = not names[-1] and _without_mark(lines[row - 1]).endswith(separator)
@@ -167,9 +165,12 @@ def _fit(
 def _joined(
     uppers: Sequence[Sequence[str]], lower: Sequence[str]
 ) -> tuple[str, ...] | None:
-    """Names of groups before those of the columns under them, ``Force``, ``X``, where
-    one of the two lines alone does not name each column: of the next line above, or of
-    all where that is not enough; else None."""
+    """Names of groups (``Force``) joined to those of the columns under them (``X``), from
+    the next upper line, or from all upper lines where names repeat otherwise.
+
+    None where one of the first two lines names each column by itself, or where joined
+    names repeat.
+    """
     if _name_each(lower) or any(map(_name_each, uppers[:1])):
         return None
     joined = [*lower]
@@ -187,14 +188,14 @@ def _joined(
 
 
 def _name_each(names: Sequence[str]) -> bool:
-    """Whether a line has different names, and few blanks."""
+    """Whether names differ and few are blank."""
     named = [name for name in names if name]
     return len({*named}) == len(named) > 0.75 * len(names)
 
 
 def _first_number(lines: Sequence[str]) -> int:
-    """The first line (from 1) that is neither blank nor a comment; where there are no
-    names, its cells are counted."""
+    """The first line (from 1) that is neither blank nor a comment, which tells the
+    number of columns without names."""
     rows = enumerate(lines, 1)
     return next((k for k, line in rows if line.strip() and not COMMENT.match(line)), 1)
 
@@ -245,7 +246,7 @@ class Rows:
     """cells of a row"""
 
     def cells(self, row: int) -> list[str]:
-        """The cells of a line, from 1; none beyond the last."""
+        """The cells of a line, counted from 1; none after the last."""
         if row > len(self.lines):
             return []
         try:
@@ -254,15 +255,15 @@ class Rows:
             return []
 
     def names_in(self, row: int) -> tuple[bool, int]:
-        """Whether a line has a first name and most others, and how many different ones:
-        names of groups over those of the columns, and units under them, repeat."""
+        """Whether the first and most cells of a line are not blank, and the number of
+        different ones, which is lower in lines of groups or units."""
         cells = self.cells(row)
         names = [*filter(None, cells)]
         return bool(cells and cells[0]) and 2 * len(names) > len(cells), len({*names})
 
     def first_of_numbers(self, names: int) -> int | None:
-        """The first line of numbers after that of the names (0: there are none); None
-        where something else follows."""
+        """The first line of numbers after the line of the names (0: no names); None
+        where other text follows."""
         between = 0
         for row in range(names + 1, len(self.lines) + 1):
             line = self.lines[row - 1]
@@ -275,7 +276,7 @@ class Rows:
             if is_numbers(cells) and (
                 cells[0] or all(is_numbers(c) for c in below if any(c))
             ):
-                return row  # and none of numbers of markers, above more names
+                return row  # not a line of marker numbers above more names
             between += 1
             if between > MOST_LINES_BETWEEN:
                 return None
@@ -285,7 +286,8 @@ class Rows:
 def _is_no_header(
     names: Sequence[str], lines: Sequence[str], row: int, separator: str
 ) -> bool:
-    """Whether a line is a row as the next: all numbers, or most, where it has some."""
+    """Whether a line is a row of data: all numbers, or most, in the columns in which the
+    next line has numbers."""
     known = [bool(NUMBER.fullmatch(name)) for name in names]
     below = Rows(lines, separator, len(names)).cells(row + 1)
     same = known == [bool(NUMBER.fullmatch(cell)) for cell in below]
@@ -293,7 +295,7 @@ def _is_no_header(
 
 
 def _split_names(line: str, separator: str) -> list[str]:
-    """The cells of a line of names; between spaces, ``Fx [N]`` is one."""
+    """The cells of a line of names; ``Fx [N]`` is one, also with spaces as separator."""
     line = re.sub(r" +(?=[\[(])", "", line) if separator == " " else line
     return split_cells(line, separator)
 
@@ -317,8 +319,8 @@ def is_numbers(cells: Sequence[str]) -> bool:
 
 
 def _has_decimal_commas(rows: Sequence[Sequence[str]]) -> bool:
-    """Whether rows are written with a decimal comma, more than with a point; between
-    commas, such cells are in quotes."""
+    """Whether more numbers have a decimal comma than a point; with commas as separator
+    such cells are in quotes."""
     cells = [cell for row in rows for cell in row]
     with_comma = [cell.lower() for cell in cells if "," in cell]
     number = re.compile(r"[+-]?\d*,\d+(e[+-]?\d+)?")

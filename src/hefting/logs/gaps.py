@@ -1,5 +1,5 @@
-"""Samples of a table that are left out and counted: a few that lack something, which in
-many rows is an error, and those at the time of the one before."""
+"""Samples of a table that are left out and counted: incomplete ones, which are an error
+where they are many, invalid poses, and samples at the time of the one before."""
 
 from collections.abc import Mapping, Sequence
 
@@ -13,12 +13,11 @@ from hefting.core.spatial import Mask, lengths
 from hefting.core.time_order import ROUNDED_SHARE
 
 FEW = 0.2
-"""Share of the samples of a group up to which those that lack something are gaps of a
-recording, and no mistake in how it was written."""
+"""Largest share of incomplete samples of a group of columns; more are an error."""
 
 
 class Gaps:
-    """Those of one group of columns, block by block."""
+    """Counts the incomplete samples of one group of columns, block by block."""
 
     def __init__(self, source: str, names: Sequence[str], most: float = FEW):
         self._source, self._names, self._most = source, names, most
@@ -30,9 +29,9 @@ class Gaps:
         blanks: Sequence[Mask | None],
         nans: Sequence[Mask | None],
     ) -> Mask | None:
-        """Where (R,) the group has no sample, of rows by number and each column's (R,)
-        blank cells and NaN; None for nowhere. A row that is blank as a whole is no
-        gap."""
+        """Mask (R,) of rows in which the group has no sample, from row numbers and the
+        masks of blank cells and NaN of each column; None for no such row. Rows that are
+        blank as a whole do not count as gaps."""
         if all(mask is None for mask in (*blanks, *nans)):
             return None
         nowhere = np.zeros(len(rows), dtype=bool)
@@ -51,8 +50,8 @@ class Gaps:
         return lacking
 
     def conclude(self, samples: int) -> tuple[Message, ...]:
-        """What is said of them beside a number of samples; `InputError` where they are
-        many."""
+        """A warning of the gaps, with the number of complete samples; `InputError` where
+        the gaps are many."""
         if not self._count:
             return ()
         names = self._names
@@ -78,8 +77,8 @@ class Gaps:
 def without_invalid_poses(
     streams: Mapping[str, Stream],
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
-    """The streams without poses whose quaternion (N, 4) is none, as a driver writes
-    zeros or -9999 where it has no pose, if these are few; and a warning."""
+    """The streams without the poses whose quaternion is far from unit norm, as drivers
+    write zeros or -9999 for no pose, if these are few; and a warning."""
     orientation = streams.get("orientation")
     if orientation is None or orientation.values.shape[1] != 4:
         return dict(streams), ()
@@ -106,11 +105,11 @@ def without_invalid_poses(
 def without_repeats(
     streams: Mapping[str, Stream],
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
-    """The streams without the samples that repeat the one before, time and values
-    alike, and without a few that have its time but other values, as of a clock of
-    milliseconds at 1 kHz; and warnings of how many.
+    """The streams without samples that repeat time and values of the one before, and
+    without a few that have its time but other values, as of a clock of milliseconds at
+    1 kHz; and warnings with their number.
 
-    More of these are kept: `hefting.core.recording.Recording` refuses them.
+    Many of the latter are kept, and refused by `hefting.core.recording.Recording`.
     """
     kept: dict[str, Stream] = {}
     dropped: set[int] = set()

@@ -1,4 +1,4 @@
-"""What a user has -> Recording: a log's path, a table or arrays in memory."""
+"""A log's path, a table or arrays in memory -> Recording."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ FORMS = (
     "give the path of a log, a dictionary of columns, a data frame, a structured array, "
     "a Recording, or `time`, `orientation`, `position`, `wrench`"
 )
-"""What a recording may be given as."""
+"""Forms of a recording that are accepted, as advice in errors."""
 
 
 def as_recording(
@@ -34,7 +34,7 @@ def as_recording(
     wrench_needed: bool = True,
     **streams: ArrayLike | None,
 ) -> Recording:
-    """Recording of whatever holds one: a path, a table in memory, or arrays.
+    """Recording from a path, a table in memory, or arrays.
 
     Parameters
     ----------

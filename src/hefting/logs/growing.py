@@ -10,8 +10,8 @@ from hefting.core.spatial import Array, Mask, own
 
 
 class Growing:
-    """An array to which rows are added block by block; in place, so that it is never
-    held twice."""
+    """An array to which rows are added block by block, in place, so that memory holds
+    one copy."""
 
     def __init__(self, *width: int, dtype: type = float):
         self._array = np.empty((0, *width), dtype)
@@ -35,27 +35,27 @@ class Growing:
         self._count = end
 
     def finish(self) -> NDArray:
-        """All of them, read-only; nothing can be added after."""
+        """The whole array, read-only; it cannot grow any more."""
         self._resize(self._count)
         return own(self._array)
 
     def _resize(self, rows: int) -> None:
-        # no view of it is kept
+        # `refcheck` is not needed, as no view is kept
         self._array.resize((rows, *self._array.shape[1:]), refcheck=False)
 
 
 class Samples:
-    """Samples of one group of columns, and at which of all rows they are."""
+    """Samples of one group of columns, and the rows in which they are."""
 
     def __init__(self, width: int):
         self._values = Growing(width)
-        self._places: Growing | None = None  # as long as every row has a sample
+        self._places: Growing | None = None  # None while every row has a sample
 
     def __len__(self) -> int:
         return len(self._values)
 
     def append(self, begin: int, columns: Sequence[Array], blank: Mask | None) -> None:
-        """Add what the rows from `begin` on hold, except where it is blank."""
+        """Add the rows from `begin` on that are not blank."""
         if blank is not None and self._places is None:
             self._places = Growing(dtype=np.int32)
             self._places.append(np.arange(begin))
@@ -69,8 +69,8 @@ class Samples:
         self._values.append(columns)
 
     def stream(self, times: Array, rows: NDArray) -> Stream:
-        """All samples, by the times and row numbers of all rows; where they are all
-        there they are shared."""
+        """All samples; `times` [s] and numbers are those of all rows of the table, and
+        shared where each has a sample."""
         values = self._values.finish()
         if self._places is None:
             return Stream(times, values, rows)

@@ -1,4 +1,4 @@
-"""How a text file of numbers is laid out, as a column map may say."""
+"""Layout of a text file of numbers, which a column map may state."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -24,23 +24,23 @@ LAYOUT_KEYS = ("separator", "header", "skip", "decimal", "nan")
 
 @dataclass(frozen=True)
 class Layout:
-    """How a CSV file is laid out."""
+    """Layout of a CSV file; None stands for what the file itself shows."""
 
     separator: str | None = None
-    """between cells; None finds out: a comma, semicolon, tab, or runs of spaces"""
+    """between cells: a comma, semicolon, bar, tab, or runs of spaces"""
     header: int | None = None
     """line of the column names, from 1; 0: there are none; None: the first line with as
     many cells as the numbers below it"""
     skip: int | None = None
-    """lines after the header to leave out: units, for instance; None: those without
+    """number of lines to skip after the header, such as units; None: those without
     numbers"""
     decimal: str | None = None
-    """decimal mark; None finds out"""
+    """decimal mark"""
 
 
 def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
-    """The layout that the keys of a column map at `path` describe. `InputError`, naming
-    the key."""
+    """The layout in the content of a column map at `path`; `InputError` names the
+    key."""
     separator, header = content.get("separator"), content.get("header")
     skip, decimal = content.get("skip"), content.get("decimal")
     if separator is not None and not (
@@ -75,8 +75,8 @@ def layout_of(content: Mapping[str, Any], path: str | Path) -> Layout:
 
 
 def nan_is_blank(content: Mapping[str, Any], path: str | Path) -> bool:
-    """Whether a column map says that NaN means "not measured". `InputError` when it
-    says something else."""
+    """Whether a column map says that NaN means "not measured"; `InputError` for another
+    word."""
     if content.get("nan", "blank") != "blank":
         fix = 'give nan = "blank" if NaN means "not measured", else leave it out'
         raise InputError(
@@ -86,7 +86,7 @@ def nan_is_blank(content: Mapping[str, Any], path: str | Path) -> bool:
 
 
 def whole(value: Any, least: int) -> bool:
-    """Whether a value of TOML is a whole number, at least so large."""
+    """Whether a value of TOML is an integer of at least `least`."""
     return (
         isinstance(value, int)
         and not isinstance(value, bool)
@@ -95,7 +95,7 @@ def whole(value: Any, least: int) -> bool:
 
 
 def brief(value: Any) -> str:
-    """A value of TOML in a message."""
+    """A value of TOML, shortened for a message."""
     return (
         repr(value)[:40]
         if not isinstance(value, int) or abs(value) < 10**18

@@ -1,5 +1,5 @@
 """LabVIEW's text measurement files (``.lvm``) as separated text: a line of names with
-units, rows of numbers, and else blank lines."""
+units, and rows of numbers; all other lines become blank."""
 
 from collections.abc import Iterator
 from itertools import chain
@@ -9,19 +9,19 @@ from hefting.core.errors import InputError
 from hefting.logs.csv_times import seconds_of
 
 MARK = b"LabVIEW Measurement"
-"""How such a file begins."""
+"""Beginning of such a file."""
 NAMES = b"X_Value"
-"""How the line of names begins, in each segment anew."""
+"""Beginning of the line of names, which each segment has."""
 TAGS = b"Y_Unit_Label X_Columns X_Dimension Delta_X Date Time".split()
-"""How lines above the names begin that are read."""
+"""First cells of the lines above the names that are read."""
 
 
 def as_table(texts: Iterator[bytes], path: str | Path) -> Iterator[bytes]:
-    """Text in blocks of whole lines; that of LabVIEW line by line as a table.
+    """Text in blocks of whole lines; LabVIEW's files as a table, other text unchanged.
 
-    Times that are not written are counted by ``Delta_X``; a later segment that begins as
-    the first does is later by its ``Date`` and ``Time``. `InputError` unless there is one
-    time for all channels.
+    Absent times are multiples of ``Delta_X``. A later segment whose first time is that of
+    the first segment is shifted by its ``Date`` and ``Time``. `InputError` unless all
+    channels have one time.
     """
     begin = next(texts, b"")
     texts = chain((begin,), texts)
@@ -32,20 +32,20 @@ def as_table(texts: Iterator[bytes], path: str | Path) -> Iterator[bytes]:
 
 
 class _Lines:
-    """Lines of a file, one after the other."""
+    """Converts the lines of a file, one after the other."""
 
     def __init__(self, path: str | Path):
         self.path = path
         self.separator = b"\t"
         self.tags = {tag: [b""] for tag in TAGS}
         self.width = 0
-        """of the table; 0 before its names"""
+        """number of columns; 0 before the names"""
         self.rows = 0
-        """of the segment"""
+        """number of rows of the segment"""
         self.first: tuple[bytes, float] | None = None
-        """time as written, and when it was [s], of the first row"""
+        """of the first row: time as written, and the segment's date [s]"""
         self.shift = 0.0
-        """[s] of the segment's times"""
+        """shift [s] of the segment's times"""
 
     def read(self, line: bytes) -> bytes:
         """A line of the table."""
@@ -62,7 +62,7 @@ class _Lines:
         return b""
 
     def _names(self, cells: list[bytes]) -> bytes:
-        """Of the channels, with their units."""
+        """The line of names of the channels, with their units."""
         kind = {*self.tags[b"X_Columns"], *self.tags[b"X_Dimension"]}
         if kind - {b"", b"No", b"One", b"Time"}:
             fix = "save it with one X column, of the time"
@@ -74,7 +74,7 @@ class _Lines:
         return self.separator.join(named)
 
     def _numbers(self, cells: list[bytes]) -> bytes:
-        """A row, whose time is that of the whole file."""
+        """A row, with its time since the beginning of the file."""
         step = self.tags[b"Delta_X"][0]
         if not self.rows:
             self._begin_segment(cells[0])
@@ -94,7 +94,7 @@ class _Lines:
 
 
 def _float(cell: bytes) -> float:
-    """A number; NaN for what is none, which is told where it is read."""
+    """A number; NaN for another cell, which the reader of the table refuses."""
     try:
         return float(cell.replace(b",", b"."))
     except ValueError:

@@ -1,5 +1,5 @@
-"""Entries of a column map: a table of known words, the columns that one names, and the
-time: a column in some unit, seconds and nanoseconds in two, or rows at a rate."""
+"""Entries of a column map: a table of known words, the columns of a key, and the time: a
+column in a unit, two columns of seconds and nanoseconds, or rows at a rate."""
 
 import re
 from collections.abc import Iterable, Sequence
@@ -13,13 +13,13 @@ from hefting.logs.table import summarize_list
 from hefting.logs.units import SECOND, Unit, find_unit
 
 MAX_NAMES = 1000
-"""Most columns that one key may name."""
+"""Largest number of columns of one key."""
 
 
 def parse_entry(
     value: Any, single: str, words: Sequence[str], where: str
 ) -> dict[str, Any]:
-    """The table of a key, of these words; what is no table stands for its word
+    """The table of a key, with these words; another value is that of the word
     `single`."""
     entry = value if isinstance(value, dict) else {single: value}
     check_known(entry, words, where, "word")
@@ -45,7 +45,7 @@ def parse_columns(value: Any, where: str) -> tuple[str | int, ...]:
 
 
 def _expand_range(name: str, where: str) -> Sequence[str]:
-    """``"q{0..2}"`` as ``q0, q1, q2``; other names as they are."""
+    """``"q{0..2}"`` as ``q0, q1, q2``; other names unchanged."""
     found = re.fullmatch(r"(.*)\{(\d{1,6})\.\.(\d{1,6})\}(.*)", name, re.DOTALL)
     if not found:
         return [name]
@@ -70,7 +70,7 @@ def parse_one_column(value: Any, where: str) -> str | int:
 def check_known(
     names: Iterable[str], known: Sequence[str], where: str | Path, what: str
 ) -> None:
-    """`InputError` that lists all of the names that are not known."""
+    """`InputError` that lists all unknown names."""
     unknown = [f"'{n[:40]}'{nearest(n, known)}" for n in names if n not in known]
     if unknown:
         plural = "s" if len(unknown) > 1 else ""
@@ -83,18 +83,18 @@ def check_known(
 
 @dataclass(frozen=True)
 class MappedTime:
-    """Where the times of a table come from."""
+    """The time of a table's rows."""
 
     column: str | int | None
     """None: rows are counted"""
     unit: Unit
     """of that column, or of the count"""
     nanoseconds: str | int | None = None
-    """column of what comes on top of seconds [ns]"""
+    """column with the fraction of the seconds [ns]"""
 
     @property
     def columns(self) -> list[str | int]:
-        """Those that are read: of the time, and of its nanoseconds."""
+        """The columns that are read."""
         return [c for c in (self.column, self.nanoseconds) if c is not None]
 
 

@@ -1,5 +1,5 @@
-"""What names of columns say: their words, the component x, y, z, w or a number at the
-end, and which group of columns holds a quantity."""
+"""Names of columns: their words, their component (x, y, z, w or a number), and which
+group of columns holds a quantity."""
 
 import re
 from collections.abc import Mapping, Sequence, Set
@@ -42,7 +42,7 @@ WORDS = {
     "linear_accelerometer": ("linearacc", "linearaccel", "linearaccelerometer"),
     "accelerometer": ("acc", "accel", "accelerometer"),
 }
-"""Words that a column of each kind may have before its component."""
+"""Words that columns of each kind may have before their component."""
 
 OTHER = {
     *("velocity", "vel", "speed", "twist", "acceleration", "current", "effort"),
@@ -53,42 +53,42 @@ OTHER = {
     *("comp", "compensated", "gravity", "contact", "init", "initial"),
     *("ref", "reference", "error", "err", "bias", "offset", "std", "cov", "covariance"),
 }
-"""Words of columns that are none of those: rates, set points, what a model or a
-compensation made, errors."""
+"""Words of columns of other quantities: rates, set points, results of a model or a
+compensation, errors."""
 
 PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"}
-"""Words of where a tool is held."""
+"""Words of the place where a tool is held."""
 
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
     *("base", "odom", "shoulder", "elbow", "forearm", "finger", "leader", "next"),
     *("filtered", "filt"),
 }
-"""Words of what is not held there, or less than what was measured."""
+"""Words of other places, and of filtered signals."""
 
 MEASURED = {"actual", "act", "ist", "rist", "measured", "meas", "mes", "msr"}
-"""Words of what is no set point."""
+"""Words of measured quantities, as opposed to set points."""
 
 ASIDE = (
     PLACES
     | MEASURED
     | {"raw", "data", "value", "filtered", "filt", "sensor", "in", "wxyz", "xyzw"}
 )
-"""Words that may stand anywhere and do not say what a column holds."""
+"""Words anywhere in a name that do not tell the quantity."""
 
 UNIT_WORDS = frozenset(
     squeezed(name)
     for kind in ("length", "angle", "force", "torque")
     for name in UNITS[kind]
 ) | frozenset(ALIASES)
-"""Units as they stand at the end of a name: ``Fx_N``, ``x_mm``, ``Fx in N``."""
+"""Units at the end of a name: ``Fx_N``, ``x_mm``, ``Fx in N``."""
 
 
 CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
-"""Where a word begins in ``ForceXRaw``, ``TCPPose``, and not in KUKA's ``RIst_X``."""
+"""Beginning of a word in ``ForceXRaw``, ``TCPPose``, but not in KUKA's ``RIst_X``."""
 
 FRAMES = "^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])"
-"""Frames behind a letter, as in EuRoC's ``p_RS_R_x`` and ``q_RS_w``."""
+"""Frames after a letter, as in EuRoC's ``p_RS_R_x`` and ``q_RS_w``."""
 
 
 @dataclass(frozen=True)
@@ -99,25 +99,24 @@ class Choice:
     words: tuple[str, ...]
     """of their names"""
     rank: int = 0
-    """how many of these are those of what it belongs to and of a tool, less those of
-    other places"""
+    """plausibility; see `rank_of`"""
     equals: tuple[int, ...] = ()
-    """first columns of others that seem to hold it as well"""
+    """first columns of other choices of the same rank"""
 
 
 @dataclass(frozen=True)
 class Groups:
-    """Columns by what stands before their component: ``("ft", "force")`` -> ``{"x":
-    3}``."""
+    """Columns by the words before their component, and by that: ``("ft", "force")`` ->
+    ``{"x": 3}``."""
 
     by_words: Mapping[tuple[str, ...], Mapping[str, int]]
 
     def find(
         self, kind: str, components: Sequence[str], near: Set[str] = frozenset()
     ) -> Choice | None:
-        """Columns of a group of a kind that has all these components, and where they are
-        numbers no more: of several the one whose words are most like those `near`, then
-        of a tool, then the first."""
+        """The columns of a group of a kind that has all these components, and if they
+        are numbers no others; of several groups that of the highest rank by the words
+        `near` it (`best_of`)."""
         numbers = components[0].isdigit()
         found = []
         for words, columns in self.by_words.items():
@@ -126,7 +125,7 @@ class Groups:
                 numbers and len(there) > len(components)
             ):
                 continue
-            if is_told(words, kind, numbered=numbers) and not (
+            if is_of_kind(words, kind, numbered=numbers) and not (
                 kind == "angles" and "w" in columns
             ):
                 chosen = tuple(columns[c] for c in components)
@@ -134,13 +133,14 @@ class Groups:
         return best_of(found)
 
     def words_of_kinds(self, kinds: Sequence[str]) -> set[str]:
-        """All words of the groups of these kinds; none where one has just its own."""
-        told = [w for w in self.by_words if any(is_told(w, kind) for kind in kinds)]
-        bare = any(len(words) == 1 for words in told)
-        return set() if bare else {word for words in told for word in words}
+        """All words of the groups of these kinds; none where a group has only one
+        word."""
+        found = [w for w in self.by_words if any(is_of_kind(w, kind) for kind in kinds)]
+        bare = any(len(words) == 1 for words in found)
+        return set() if bare else {word for words in found for word in words}
 
-    def beside(self, near: Set[str]) -> Choice | None:
-        """Columns x, y, z with no other word than those of what else was found: the
+    def xyz_of_words(self, near: Set[str]) -> Choice | None:
+        """Columns x, y, z whose words are all in `near`, those of other choices: the
         position ``right_x`` beside ``right_qx``."""
         for words, columns in self.by_words.items():
             if words and set(words) <= near and set("xyz") <= set(columns):
@@ -150,7 +150,7 @@ class Groups:
     def numbered(
         self, kind: str, count: int, near: Set[str] = frozenset()
     ) -> Choice | None:
-        """The same for components that are numbers, from 0 or from 1."""
+        """`find` for `count` components numbered from 0 or from 1."""
         for first in (0, 1):
             names = [str(first + k) for k in range(count)]
             if (choice := self.find(kind, names, near)) is not None:
@@ -160,7 +160,8 @@ class Groups:
     def matrix(
         self, kind: str, size: int, near: Set[str] = frozenset()
     ) -> Choice | None:
-        """The same for those of a square matrix, ``R11`` or ``T_00``, row by row."""
+        """`find` for the components of a square matrix, ``R11`` or ``T_00``, row by
+        row."""
         for first in (0, 1):
             line = range(first, first + size)
             names = [f"{i}{j}" for i in line for j in line]
@@ -170,8 +171,8 @@ class Groups:
 
 
 def best_of(choices: Sequence[Choice]) -> Choice | None:
-    """The first of those of the highest rank and the fewest words, and which others are
-    of that rank."""
+    """The choice of the highest rank, of these that of the fewest words, of these the
+    first; others of its rank are its `equals`."""
     if not choices:
         return None
     best = max(choices, key=lambda choice: (choice.rank, -len(choice.words)))
@@ -180,15 +181,15 @@ def best_of(choices: Sequence[Choice]) -> Choice | None:
 
 
 def rank_of(words: Sequence[str], near: Set[str]) -> int:
-    """How many words are among those `near` and say that this is measured, at a tool,
-    less those of other places."""
+    """Plausibility of a group: number of its words that are in `near`, plus those that
+    mean measured, raw or at a tool, minus those of other places (`ELSEWHERE`)."""
     plain = {_without_number(word) for word in words}
     there = len(plain & (PLACES | MEASURED | {"raw"})) - len(plain & ELSEWHERE)
     return len({*words} & near) + there
 
 
-def is_told(words: Sequence[str], kind: str, *, numbered: bool = False) -> bool:
-    """Whether words before a component say that it is of a kind."""
+def is_of_kind(words: Sequence[str], kind: str, *, numbered: bool = False) -> bool:
+    """Whether the words before a component name a kind of `WORDS`."""
     plain = [_without_number(word) for word in words]
     own = WORDS[kind] if kind in ("joint_torques", "joint_currents") else ()
     if is_other([word for word in words if word not in own]) or (
@@ -205,7 +206,7 @@ def is_told(words: Sequence[str], kind: str, *, numbered: bool = False) -> bool:
 
 
 def is_other(words: Sequence[str]) -> bool:
-    """Whether words are of what is not measured; ``current_pose`` is."""
+    """Whether words name another quantity (`OTHER`); ``current_pose`` does not."""
     others = OTHER & set(words)
     return bool(others - {"current"}) or (bool(others) and words[-1] == "current")
 
@@ -215,7 +216,7 @@ def _without_number(word: str) -> str:
 
 
 def group_columns(names: Sequence[str]) -> Groups:
-    """The columns of a table by their names, without units in brackets."""
+    """The columns of a table by their names, which have no units in brackets."""
     groups: dict[tuple[str, ...], dict[str, int]] = {}
     for column, name in enumerate(names):
         words = split_name(name)
@@ -225,11 +226,11 @@ def group_columns(names: Sequence[str]) -> Groups:
 
 
 def split_name(name: str) -> list[str]:
-    """Words of a name in small letters, its component as the last: ``Force_X``,
-    ``forceX``, ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``."""
+    """Words of a name in small letters, its component last: ``Force_X``, ``forceX``,
+    ``force_x_N`` and ``force_x_raw`` end in ``force``, ``x``."""
     words = words_of(name)
     if len(words) > 2 and re.fullmatch(r"[wb](\d+|[w-z])", "".join(words[-2:])):
-        del words[-2]  # the frame, as of Isaac Lab
+        del words[-2]  # a frame, as in Isaac Lab
     places = [i for i, word in enumerate(words) if word in set("xyzw")]
     if places:
         return [*words[: places[-1]], *words[places[-1] + 1 :], words[places[-1]]]
@@ -250,6 +251,6 @@ def words_of(name: str) -> list[str]:
 
 
 def small_words(text: str) -> list[str]:
-    """All words of a text in small letters, ``µ`` as ``u``; those of any alphabet are
-    words: ``速度X`` is no ``x``."""
+    """All words of a text in small letters, ``µ`` as ``u``; letters of any alphabet
+    belong to words: ``速度X`` is no ``x``."""
     return re.findall(r"[^\W_]+", re.sub("[µμ]", "u", text.lower()))

@@ -1,8 +1,8 @@
 """A column map guessed from the names and numbers of a table, for a person to check.
 
-A column is told by the words in its name (``/ft/wrench/force/x``, ``Fx [N]``,
-``actual_TCP_pose_3``) and its component, x, y, z, w or a number; a unit by what the
-header says, else by the size of the numbers.
+The words of its name (``/ft/wrench/force/x``, ``Fx [N]``, ``actual_TCP_pose_3``) tell a
+column's quantity and component: x, y, z, w or a number. The header, or the size of the
+numbers, tells its unit.
 """
 
 import json
@@ -28,16 +28,16 @@ from hefting.logs.map_joints import JOINT_EFFORTS, UNIT_NORM, has_unit_norm, joi
 from hefting.logs.map_sample import Sample, read_sample
 from hefting.logs.map_text import (
     ANOTHER_ORDER,
+    BY_NUMBERS,
     RPY,
-    UNTOLD,
     ZYZ,
     Guess,
+    angles_guess,
     angles_of,
     doubts_of,
     in_unit,
     map_text,
     summary_of,
-    turned,
     unit_entry,
 )
 from hefting.logs.map_time import time_of
@@ -49,49 +49,49 @@ ORIENTATION_EXAMPLE = (
     'orientation = { columns = ["qx", "qy", "qz", "qw"] }, or { columns = '
     '["rx", "ry", "rz"], form = "euler", order = "ZYX", unit = "deg" }'
 )
-"""What a map says of times and orientations that no column seems to be."""
+"""Lines for a time or orientation that was not found."""
 
 QUANTITY_WORDS = frozenset(word for words in WORDS.values() for word in words)
-"""Words that tell a quantity, not whose it is."""
+"""Words of quantities, as opposed to those of an object or place."""
 
 OF_FRANKA = re.compile("(?<![A-Za-z])([OK])_?F_?ext", re.IGNORECASE)
 """Franka's wrench about the stiffness frame, in axes of the base or of that frame."""
 LARGEST_LEVER = 5.0
-"""Torque over force [m] above which it is taken for newton-millimetres."""
+"""Torque over force [m] above which the torque is taken for newton-millimetres."""
 
 LARGEST_ANGLE = 400.0
-"""Size, in mm or degrees, above which numbers are of a position and not of joints."""
+"""Size [mm or degrees] above which numbers are of a position and not of joints."""
 
 
 @dataclass(frozen=True)
 class GuessedMap:
-    """What `guess_map` found."""
+    """Result of `guess_map`."""
 
     text: str
     """the column map, TOML"""
     missing: tuple[str, ...]
-    """what a recording needs and no column seems to be"""
+    """example lines for required quantities that were not found"""
     columns: frozenset[str]
-    """names of those that the map takes"""
+    """names of the columns in the map"""
     summary: str
-    """what is taken from which columns, in one line"""
+    """quantities and their columns, in one line"""
     doubts: tuple[str, ...] = ()
-    """what of it may be another column, or in another unit"""
+    """quantities that may be in other columns, or in another unit"""
     keys: frozenset[str] = frozenset()
     """of the map"""
 
 
 def guess_map(path: str | Path) -> GuessedMap:
-    """A column map of the table at `path`, as far as names and numbers tell.
+    """A column map of the table at `path`.
 
-    Raises `InputError` where the table cannot be read, and where no column is known.
+    Raises `InputError` where it cannot be read, and where no column is recognised.
     """
     return guess_map_of(read_sample(path))
 
 
 def guess_map_of(sample: Sample) -> GuessedMap:
     """A column map of the table that begins with `sample`; `InputError` where no column
-    is known."""
+    is recognised."""
     guesses = _guesses(sample)
     keys = frozenset(guess.key for guess in guesses)
     if not keys - {"time"}:
@@ -113,7 +113,7 @@ def guess_map_of(sample: Sample) -> GuessedMap:
 
 
 def _guesses(sample: Sample) -> list[Guess]:
-    """All that is recognised, without what two guesses would claim."""
+    """Guesses of all quantities; a later one that needs a taken column is left out."""
     groups = group_columns([sample.words(j) for j in range(len(sample.names))])
     makers: Sequence[
         Callable[[Sample, Groups, set[str]], Guess | list[Guess] | None]
@@ -149,7 +149,7 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     if first and second:
         force, torque = first.columns, second.columns
         equals = first.equals + second.equals
-        if six and "tcp" not in six.words:  # which is a controller's
+        if six and "tcp" not in six.words:  # of a TCP a controller estimates it
             equals += six.columns[:1]
     elif six:
         force, torque, equals = six.columns[:3], six.columns[3:], six.equals
@@ -164,8 +164,8 @@ def _wrench(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
 
 
 def _torque(groups: Groups, near: set[str]) -> Choice | None:
-    """The torque to a force. Of ``tx`` and ``mx`` the first is a translation, unless the
-    position is another; then the second may be of a magnetometer."""
+    """The torque of a force. If there are ``tx`` and ``mx``, ``tx`` is a translation,
+    unless the position is in other columns: then ``mx`` may be of a magnetometer."""
     torque = groups.find("torque", "xyz", near)
     kind = "torque-or-translation"
     either = groups.find(kind, "xyz", near) or groups.numbered(kind, 3, near)
@@ -182,22 +182,22 @@ def _torque(groups: Groups, near: set[str]) -> Choice | None:
 def _wrench_units(
     sample: Sample, force: tuple[int, ...], torque: tuple[int, ...]
 ) -> tuple[str, str]:
-    one = sample.said_unit(force, "force")
-    two = sample.said_unit(torque, "torque")
-    remarks = [] if one else [sample.unknown_unit(force)]
-    if two is None:
+    force_unit = sample.stated_unit(force, "force")
+    torque_unit = sample.stated_unit(torque, "torque")
+    remarks = [] if force_unit else [sample.unknown_unit(force)]
+    if torque_unit is None:
         f, t = (sample.size(columns) for columns in (force, torque))
-        two = "N m"
+        torque_unit = "N m"
         remarks.append(sample.unknown_unit(torque))
         if f > 0.0 and t / f > LARGEST_LEVER:
-            two = "N mm"
+            torque_unit = "N mm"
             remarks.append(f"by its size: {t / f:.3g} times the force")
     remark = "; ".join(filter(None, dict.fromkeys(remarks)))
-    return f"unit = {json.dumps([one or 'N', two])}", remark
+    return f"unit = {json.dumps([force_unit or 'N', torque_unit])}", remark
 
 
 def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:
-    """Poses in one numbered group: a matrix, or a position with what turns it."""
+    """Poses in one numbered group: a matrix, or a position with an orientation."""
     if (matrix := groups.matrix("matrix", 4, near)) is not None:
         return [Guess("pose", matrix.columns, ('form = "matrix4"',), "", matrix.equals)]
     matrix = groups.numbered("pose-matrix", 16, near) or _rigid(sample, groups, near)
@@ -206,27 +206,28 @@ def _poses(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None
         form = "matrix4-columns" if (last > 1e-6).any() else "matrix4"
         return [Guess("pose", matrix.columns, (f'form = "{form}"',), "", matrix.equals)]
     if (seven := groups.numbered("pose", 7, near)) is not None:
-        turn = Choice(seven.columns[3:], seven.words, seven.rank, seven.equals)
-        return [_length("position", sample, seven.columns[:3]), _four(sample, turn)]
+        four = Choice(seven.columns[3:], seven.words, seven.rank, seven.equals)
+        position = _length("position", sample, seven.columns[:3])
+        return [position, _numbered_quaternion(sample, four)]
     six = groups.numbered("pose", 6, near)
-    form, doubt = ZYZ if six and six.words[-1] == "posx" else UNTOLD, ""
+    form, doubt = ZYZ if six and six.words[-1] == "posx" else BY_NUMBERS, ""
     position = groups.numbered("position", 6, near)
     if six is None and position is not None:
-        if {"tcp", "flange"} & {*position.words}:  # of Doosan, as ``posx``
+        if {"tcp", "flange"} & {*position.words}:  # Doosan's, like ``posx``
             six, form, doubt = position, ZYZ, "as of Doosan; other makes differ"
         elif sample.size(position.columns[:3]) > LARGEST_ANGLE:
             six, form, doubt = position, RPY, ANOTHER_ORDER  # of xArm
     if six is not None:
         return [
             _length("position", sample, six.columns[:3]),
-            turned(sample, six.columns[3:], form, doubt, six.equals),
+            angles_guess(sample, six.columns[3:], form, doubt, six.equals),
         ]
     return None
 
 
 def _rigid(sample: Sample, groups: Groups, near: set[str]) -> Choice | None:
-    """Sixteen numbered columns of whatever name whose numbers are those of poses, but of
-    nothing that is held elsewhere."""
+    """Sixteen numbered columns of any name whose numbers are homogeneous matrices, but
+    not of another place (a negative rank)."""
     found = []
     for words, columns in groups.by_words.items():
         numbers = sorted(filter(str.isdigit, columns), key=int)  # ``Tx`` beside ``T0``
@@ -246,8 +247,8 @@ def _rigid(sample: Sample, groups: Groups, near: set[str]) -> Choice | None:
 
 
 def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
-    """What turns the sensor: of a quaternion and of angles what is more like the wrench
-    or of a tool, else the quaternion."""
+    """The orientation: a quaternion, unless angles have a higher rank, or a rotation
+    matrix, or a numbered quaternion."""
     quaternion = groups.find("orientation", "xyzw", near)
     angles = angles_of(sample, groups, near)
     if quaternion is not None and (angles is None or quaternion.rank >= angles[0].rank):
@@ -268,16 +269,16 @@ def _orientation(sample: Sample, groups: Groups, near: set[str]) -> Guess | None
     numbered = groups.numbered("orientation", 4, near)
     if numbered is None or not has_unit_norm(sample, numbered.columns):
         return None
-    return _four(sample, numbered)
+    return _numbered_quaternion(sample, numbered)
 
 
-def _four(sample: Sample, choice: Choice) -> Guess:
-    """A quaternion whose columns are numbers: of ``q0`` to ``q3``, as of ABB's ``q1`` or
-    ``rot.q1`` to ``q4``, ``u0`` or ``orient.u0`` to ``u3`` and MuJoCo's ``xquat``, the
-    first is w."""
+def _numbered_quaternion(sample: Sample, choice: Choice) -> Guess:
+    """A quaternion with numbered components. The first is w for ``q0`` to ``q3``, ABB's
+    ``q1`` or ``rot.q1`` to ``q4``, ``u0`` or ``orient.u0`` to ``u3``, and MuJoCo's
+    ``xquat``; else the last."""
     name = sample.words(choice.columns[0]).lower()
-    told = re.fullmatch(r"(rot\.)?q\d|(.*\W)?u\d|.*(wxyz|xquat).*", name) is not None
-    form, other = ("wxyz", "xyzw") if told else ("xyzw", "wxyz")
+    w_first = re.fullmatch(r"(rot\.)?q\d|(.*\W)?u\d|.*(wxyz|xquat).*", name) is not None
+    form, other = ("wxyz", "xyzw") if w_first else ("xyzw", "wxyz")
     remark = f"or {other}: their numbers do not tell which is w"
     if {"wxyz", "xyzw"} & set(choice.words):
         remark = ""
@@ -290,7 +291,7 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
     choice = (
         groups.find("position", "xyz", near)
         or groups.numbered("position", 3, near)
-        or groups.beside(near - QUANTITY_WORDS)
+        or groups.xyz_of_words(near - QUANTITY_WORDS)
         or groups.find("torque-or-translation", "xyz", near)
     )
     if choice is None:

@@ -1,4 +1,4 @@
-"""The joints of an arm in a table of any names: angles, and torques or currents."""
+"""The joints of an arm in a table with any names: angles, and torques or currents."""
 
 import json
 import re
@@ -10,11 +10,11 @@ from hefting.logs.map_sample import Sample
 from hefting.logs.map_text import Guess, in_unit, unit_entry
 
 UNIT_NORM = 0.02
-"""Deviation of a quaternion's norm from one."""
+"""Largest deviation of a quaternion's norm from one."""
 JOINT_EFFORTS = ("joint_torques", "joint_currents")
-"""Keys of what an arm without a wrist sensor measures."""
+"""Keys of quantities that an arm without a wrist sensor measures."""
 FEWEST_JOINTS = 4
-"""Fewest columns that are taken for the joints of an arm."""
+"""Smallest number of columns that are taken for the joints of an arm."""
 
 JOINT_STATE = re.compile(
     r".*joint[^/.]*[/.](?:([^/.]+)[/.](position|effort)|(position|effort)[/.](?!\d)([^/.]+))"
@@ -23,14 +23,14 @@ JOINT_STATE = re.compile(
 
 
 def joints_of(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:
-    """Angles of an arm's joints, and their torques or currents where there are as
-    many."""
+    """Angles of an arm's joints, and equally many torques or currents if there are
+    any."""
     if len(named := _named_joints(sample, "position")) >= FEWEST_JOINTS:
         columns, names = (*named.values(),), (f"names = {json.dumps([*named])}",)
     else:
         counts = range(9, FEWEST_JOINTS - 1, -1)
         choices = [groups.numbered("joint_positions", n, near) for n in counts]
-        # of JointState, whose words alone might be another's
+        # JointState calls angles positions, which alone might be another quantity
         choices += [
             groups.numbered("position", n, near)
             for n in counts
@@ -58,8 +58,8 @@ def joints_of(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | N
 
 
 def _named_joints(sample: Sample, quantity: str) -> dict[str, int]:
-    """Columns of a robot's joints by their names: of positions ``wrist_3_joint`` or, of
-    PlotJuggler, ``/joint_states/joint_7/position``; of efforts the latter."""
+    """Columns of a quantity of a robot's joints, by joint: ``wrist_3_joint`` (positions
+    only) or PlotJuggler's ``/joint_states/joint_7/position``."""
     joints = {}
     for column in range(len(sample.names)):
         words = words_of(name := sample.words(column))
@@ -74,7 +74,7 @@ def _named_joints(sample: Sample, quantity: str) -> dict[str, int]:
 
 
 def has_unit_norm(sample: Sample, columns: tuple[int, ...]) -> bool:
-    """Whether four columns are those of unit quaternions."""
+    """Whether four columns hold unit quaternions."""
     with np.errstate(over="ignore"):
         norms = np.linalg.norm(sample.values[:, list(columns)], axis=1)
     known = norms[np.isfinite(norms)]

@@ -1,4 +1,4 @@
-"""The beginning of a table nobody has described: names, units and numbers of its
+"""The beginning of a table without a column map: names, units and numbers of its
 columns."""
 
 import json
@@ -22,41 +22,41 @@ from hefting.logs.table import Table
 from hefting.logs.units import ALIASES, UNITS, find_unit, squeezed
 
 MOST_ROWS = 2000
-"""Rows that are looked at."""
+"""Largest number of rows."""
 BRACKETS = re.compile(
     r"^(?![\s\S]{200})([^\[(].*?)[\s_]*[\[(]([^\[\]()]*[^\[\]()\d][^\[\]()]*)[\])]\s*$"
 )
-"""A short name with its unit behind it, as in ``Fx [N]``; a number in brackets is none."""
+"""A short name with its unit, as in ``Fx [N]``; a number in brackets is no unit."""
 UNKNOWN = "is not known"
-"""What is said of a unit that is none of `hefting.logs.units.UNITS`."""
+"""Remark on a unit that is not in `hefting.logs.units.UNITS`."""
 NO_UNITS = ASIDE | OTHER | {"base", "world", "robot"}
-"""What else stands in brackets behind a name."""
+"""Words in brackets after a name that are no units."""
 COUNTS = re.compile(
     rb"(Force|Torque) Units:\W*([\w-]+)[\s\S]*?Counts per Unit \1:\W*([1-9]\d*(?:\.\d+)?)"
 )
-"""What ATI's programs write above names; whole numbers under these are counts."""
+"""Scales that ATI's programs write above the names, for columns of whole numbers."""
 BY_SIZE = {"length": ("m", "mm", 10.0), "angle": ("rad", "deg", 6.5)}
-"""Units of lengths and angles that nobody states: the usual one, and another above a
-size in it."""
+"""Units of lengths and angles if none is stated: the usual one, and another for numbers
+above a size."""
 
 
 @immutable
 class Sample:
-    """Columns of a table."""
+    """The first rows of a table's columns."""
 
     source: str
     names: tuple[str, ...]
     """as the table has them"""
     units: tuple[str, ...]
-    """as the header says, empty where it does not"""
+    """as in the header, empty where it states none"""
     values: Array
     """(R, C) of the first rows, NaN where there is no number"""
     has_nan: bool = False
-    """whether some cells say that they are no number"""
+    """whether some cells are NaN"""
     joined: bool = False
-    """whether the names are those of two lines"""
+    """whether the names are joined from two lines"""
     dates: tuple[int, ...] = ()
-    """columns of dates and times of day in text, which are in seconds"""
+    """columns of dates and times of day, whose values are in seconds"""
 
     def words(self, column: int) -> str:
         """The name of a column without its unit."""
@@ -64,8 +64,9 @@ class Sample:
         match = BRACKETS.match(name)
         return match[1] if match else name
 
-    def said_unit(self, columns: Sequence[int], kind: str) -> str | None:
-        """The unit that the header says of the columns, if it is one of a kind."""
+    def stated_unit(self, columns: Sequence[int], kind: str) -> str | None:
+        """The unit of the first column in the header or its name, if it is of a
+        kind."""
         try:
             return find_unit(self.units[columns[0]], kind, self.source).name
         except InputError:
@@ -76,22 +77,23 @@ class Sample:
         return next((known[word] for word in reversed(words) if word in known), None)
 
     def unknown_unit(self, columns: Sequence[int]) -> str:
-        """What is said where the header states a unit of the columns that is not
-        known."""
+        """A remark where the header states an unknown unit of the first column; else
+        empty."""
         stated = self.units[columns[0]]
         known = not re.search("[A-Za-z]", stated) or stated.lower() in NO_UNITS
         return "" if known else f"its unit {stated[:20]!r} {UNKNOWN}"
 
     def size(self, columns: Sequence[int]) -> float:
-        """Largest absolute value, spikes aside; 0 where there is none."""
+        """The 99 % quantile of absolute values, which spikes do not affect; 0 without
+        values."""
         values = np.abs(self.values[:, list(columns)])
         values = values[np.isfinite(values)]
         return float(np.quantile(values, 0.99)) if len(values) else 0.0
 
     def stated_or_by_size(self, columns: Sequence[int], kind: str) -> tuple[str, str]:
-        """Unit of lengths or angles as the header states it, else by their size, and
-        why."""
-        if (stated := self.said_unit(columns, kind)) is not None:
+        """Unit of lengths or angles as the header states it, else by their size, and a
+        remark."""
+        if (stated := self.stated_unit(columns, kind)) is not None:
             return stated, ""
         usual, other, limit = BY_SIZE[kind]
         size = self.size(columns)
@@ -100,7 +102,8 @@ class Sample:
         return (other if why else usual), "; ".join(remarks)
 
     def toml_name(self, column: int) -> str:
-        """A column as TOML names it: by its number where its name is not its own."""
+        """A column in a map: its name, or its number where that is not unique or not
+        the file's, or has braces or unprintable signs."""
         name = self.names[column]
         if (
             not name
@@ -142,7 +145,7 @@ def sample_of(table: Table) -> Sample:
 
 
 def _first_numbers(table: Table, column: int) -> Array:
-    """(R,) of a column, NaN where it is blank; none of one that holds no numbers."""
+    """Values (R,) of a column, NaN where blank; empty for a column without numbers."""
     try:
         block = next(iter(table.blocks([column])), None)
     except InputError:
@@ -179,7 +182,7 @@ def _of_text(path: str | Path) -> Sample:
 
 
 def _number(cell: str, decimal: str) -> float:
-    """A cell as a number, a date as seconds; NaN where it is neither."""
+    """A number, or a date [s], in a cell; else NaN."""
     if (date := seconds_of(cell)) is not None:
         return date
     cell = cell.replace(decimal, ".")
@@ -187,7 +190,7 @@ def _number(cell: str, decimal: str) -> float:
 
 
 def _units(names: Sequence[str], below: Sequence[str]) -> tuple[str, ...]:
-    """What stands in brackets behind a name, or below it."""
-    said = [BRACKETS.match(name) for name in names]
+    """Units in brackets after each name, or else in the line below."""
+    after = [BRACKETS.match(name) for name in names]
     under = [cell.strip("[]()") for cell in below] or [""] * len(names)
-    return tuple(m[2].strip() if m else u for m, u in zip(said, under, strict=True))
+    return tuple(m[2].strip() if m else u for m, u in zip(after, under, strict=True))

@@ -1,4 +1,4 @@
-"""A guessed column map as TOML, and what it says in one line; three angles that it names."""
+"""A guessed column map as TOML, and its summary and doubts; guesses of three angles."""
 
 import json
 import re
@@ -12,8 +12,8 @@ from hefting.logs.map_groups import (
     Choice,
     Groups,
     best_of,
+    is_of_kind,
     is_other,
-    is_told,
     rank_of,
     words_of,
 )
@@ -31,15 +31,15 @@ class Guess:
     key: str
     columns: tuple[int, ...]
     rest: tuple[str, ...] = ()
-    """more of its table: unit, form"""
+    """other entries of its table: unit, form"""
     remark: str = ""
-    """why, where numbers say it"""
+    """reason, where numbers decided, or doubt"""
     equals: tuple[int, ...] = ()
-    """first columns of others that may be meant as well"""
+    """first columns of other groups that may be right as well"""
 
 
 def unit_entry(name: str) -> str:
-    """What a line says of its unit."""
+    """The entry of a unit."""
     return f"unit = {json.dumps(name)}"
 
 
@@ -50,10 +50,11 @@ def in_unit(
     sample: Sample,
     columns: tuple[int, ...],
 ) -> Guess:
-    """A quantity in the unit of a kind that the header states, or in the usual one."""
-    said = sample.said_unit(columns, kind)
-    remark = "" if said or usual is None else sample.unknown_unit(columns)
-    unit = said or usual
+    """A quantity in the unit that the header states, if it is of a kind, or in the usual
+    one; None: no unit."""
+    stated = sample.stated_unit(columns, kind)
+    remark = "" if stated or usual is None else sample.unknown_unit(columns)
+    unit = stated or usual
     return Guess(key, columns, (unit_entry(unit),) if unit else (), remark)
 
 
@@ -76,13 +77,13 @@ def map_text(sample: Sample, guesses: Sequence[Guess], missing: Sequence[str]) -
 
 
 def summary_of(sample: Sample, guess: Guess) -> str:
-    """What is taken from which columns: "position X [mm] to Z [mm] (mm)"."""
+    """A quantity and its columns: "position from X [mm] to Z [mm] (mm)"."""
     ends = dict.fromkeys((guess.columns[0], guess.columns[-1]))
     names = [printable(sample.names[j] or f"number {j + 1}")[-60:] for j in ends]
-    told = [
-        word for word in guess.rest if not word.startswith(("nanoseconds", "names"))
+    entries = [
+        entry for entry in guess.rest if not entry.startswith(("nanoseconds", "names"))
     ]
-    how = ", ".join(re.findall(r'"([^"]*)"', " ".join(told)))
+    how = ", ".join(re.findall(r'"([^"]*)"', " ".join(entries)))
     remark = f"{', ' if how else ''}{guess.remark}" if guess.remark else ""
     return (
         f"{guess.key} from {' to '.join(names)}"
@@ -91,7 +92,7 @@ def summary_of(sample: Sample, guess: Guess) -> str:
 
 
 def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
-    """What of the map may be another column, or in another unit."""
+    """Quantities that may be in other columns, or in another unit, one sentence each."""
     for guess in guesses:
         names = [printable(sample.names[j])[-60:] for j in guess.equals[:3]]
         if names:
@@ -102,56 +103,59 @@ def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
             yield f"of the {guess.key} {guess.remark}"
 
 
-UNTOLD, RPY = "", 'form = "rpy"'
-"""Forms of a map; the first is told by the numbers."""
+BY_NUMBERS, RPY = "", 'form = "rpy"'
+"""Entries of a form; the first stands for the form that the numbers show."""
 ZYZ = 'form = "euler", order = "ZYZ"'
 ZYX = 'form = "euler", order = "ZYX"'
 
 ANGLES = {
     ("roll", "pitch", "yaw"): (RPY, ""),
-    ("rx", "ry", "rz"): (UNTOLD, ""),
+    ("rx", "ry", "rz"): (BY_NUMBERS, ""),
     ("a", "b", "c"): (ZYX, "as of KUKA; other makes have other orders"),
     ("alpharad", "betarad", "gammarad"): (ZYX, ""),
     ("w", "p", "r"): (RPY, ""),
     ("o", "a", "t"): (ZYZ, ""),
     ("phi", "theta", "psi"): (RPY, 'or "euler" in another order'),
 }
-"""Names of three angles, what a map says of them, and a doubt; those with ``rad`` are of
-KUKA's Sunrise, the next of Fanuc and Kawasaki. ``U V W`` may be z y x (Epson), or x y z."""
+"""Entry of the form, and a doubt, by the names of three angles; those with ``rad`` are of
+KUKA's Sunrise, the next two of Fanuc and Kawasaki. ``U V W``, which may be z y x (Epson)
+or x y z, is not here."""
 
 ANOTHER_FORM = 'or "rpy", or "euler" with its order: the names do not tell'
 ANOTHER_ORDER = 'or "euler" in another order'
-"""What a map says of forms of angles that are guessed."""
+"""Doubts about guessed forms of angles."""
 
 KINDS = {
     "rotation-vector": ('form = "rotation-vector"', ""),
-    "angles": (UNTOLD, ""),
+    "angles": (BY_NUMBERS, ""),
     "roll-pitch-yaw": (RPY, ANOTHER_ORDER),
 }
-"""The same of three components x, y, z, by the kind of what stands before them."""
+"""The same for components x, y, z, by the kind of the words before them."""
 
 
 def angles_of(
     sample: Sample, groups: Groups, near: Set[str]
 ) -> tuple[Choice, Guess] | None:
-    """Three angles by their names, or a rotation vector, and which columns they are."""
+    """The columns of three angles or a rotation vector by their names, and the guess."""
     for angles, (form, doubt) in ANGLES.items():
         if (choice := _named_angles(sample, angles, near)) is not None:
             form = ZYZ if "posx" in choice.words else form
             doubt = "" if form == ZYZ else doubt
-            return choice, turned(sample, choice.columns, form, doubt, choice.equals)
+            guess = angles_guess(sample, choice.columns, form, doubt, choice.equals)
+            return choice, guess
     for kind, (form, doubt) in KINDS.items():
         choice = groups.find(kind, "xyz", near) or groups.numbered(kind, 3, near)
-        if choice is not None and not sample.said_unit(choice.columns, "length"):
-            return choice, turned(sample, choice.columns, form, doubt, choice.equals)
+        if choice is not None and not sample.stated_unit(choice.columns, "length"):
+            guess = angles_guess(sample, choice.columns, form, doubt, choice.equals)
+            return choice, guess
     return None
 
 
 def _named_angles(
     sample: Sample, angles: Sequence[str], near: Set[str]
 ) -> Choice | None:
-    """Columns that end in the names of three angles; those of single letters have
-    nothing before them, or what a position has."""
+    """Columns whose names end in those of three angles; before single letters there may
+    only be words of a position."""
     found: dict[tuple[bool, tuple[str, ...]], dict[str, int]] = {}
     for column in range(len(sample.names)):
         name = sample.words(column)
@@ -159,7 +163,11 @@ def _named_angles(
         behind = [word for word in words if word in ASIDE]
         words = [word for word in words if word not in ASIDE]
         before = (*behind, *words[:-1])
-        if words and not is_other((*behind, *words)) and not is_told(before, "force"):
+        if (
+            words
+            and not is_other((*behind, *words))
+            and not is_of_kind(before, "force")
+        ):
             last = words[-1] + "rad" * name.endswith("Rad")
             case = name[-1:].isupper()  # beside ``O A T``, ``t`` is the time
             found.setdefault((case, before), {}).setdefault(last, column)
@@ -168,22 +176,22 @@ def _named_angles(
             Choice(tuple(columns[a] for a in angles), before, rank_of(before, near))
             for (_, before), columns in found.items()
             if set(angles) <= set(columns)
-            and (len(angles[0]) > 1 or not before or is_told(before, "position"))
+            and (len(angles[0]) > 1 or not before or is_of_kind(before, "position"))
         ]
     )
 
 
-def turned(
+def angles_guess(
     sample: Sample,
     columns: tuple[int, ...],
     form: str,
     doubt: str = "",
     equals: tuple[int, ...] = (),
 ) -> Guess:
-    """Three angles. Those of an untold form are a rotation vector, as of UR, or roll,
-    pitch and yaw, as of xArm, where that would jump."""
+    """The guess of three angles. For `BY_NUMBERS` they are a rotation vector, as of UR,
+    or where that would jump roll, pitch and yaw, as of xArm."""
     unit, remark = sample.stated_or_by_size(columns, "angle")
-    if form == UNTOLD:
+    if form == BY_NUMBERS:
         radians = find_unit(unit, "angle", sample.source).to_si(
             sample.values[:, list(columns)]
         )

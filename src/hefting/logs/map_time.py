@@ -1,5 +1,5 @@
-"""The column of a table that tells the time, by its name or as an index of pandas, and
-its unit."""
+"""The column of a table with the time, found by its name or as pandas' index, and its
+unit."""
 
 import re
 from collections.abc import Sequence
@@ -19,29 +19,29 @@ TIMES = (
     *("temps", "tiempo", "tempo", "时间"),
     *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
 )
-"""Names of the time, without its unit; also LabVIEW's ``X_Value``."""
+"""Names of the time, without its unit; `names_time` also knows LabVIEW's ``X_Value``."""
 
 MILLISECONDS = ("ipoc", "duration")
-"""Those of KUKA and libfranka, whose whole numbers are such."""
+"""Names that KUKA and libfranka give to whole milliseconds."""
 
 SHORT = 3.0
-"""[s] Recordings that are shorter in the unit by their steps may be in a larger one, and
-are taken to be in it where they would last less than one second."""
+"""[s] Duration in the unit that the steps suggest below which a larger unit is possible;
+below one second that is taken."""
 
 TIME_UNITS = {*UNITS["time"], *(a for a, n in ALIASES.items() if n in UNITS["time"])}
-"""Units as they stand in names of the time."""
+"""Units in names of the time."""
 
 PANDAS_INDEX = "__index_level_0__"
-"""What pandas calls an index without a name in a Parquet file; of rows that were picked
-it holds whole numbers, as a count does."""
+"""Name that pandas gives an unnamed index in a Parquet file; in a selection of rows it
+holds row numbers."""
 
 NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
-"""Names of what counts on top of the seconds of a stamp."""
+"""Names of the nanoseconds beside the seconds of a stamp."""
 
 
 def names_time(text: str) -> bool:
-    """Whether a name is one of the time, its unit, what it is within and since when
-    aside."""
+    """Whether a name is one of the time, apart from its unit, words before it, and a
+    beginning (``since ...``)."""
     words = _small_words(text)
     if "since" in words[1:]:
         words = words[: words.index("since")]
@@ -51,14 +51,14 @@ def names_time(text: str) -> bool:
 
 
 def _small_words(text: str) -> list[str]:
-    """All words of a name, units too."""
+    """All words of a name, units included."""
     return small_words(re.sub(CAMEL, "_", text))
 
 
 def time_of(sample: Sample) -> Guess | None:
-    """The first column whose name is one of the time, with numbers that grow if there is
-    one, and none that counts nanoseconds on top of seconds; else one of dates that
-    grow by less than those of static poses."""
+    """The first column named as a time, if possible with increasing numbers, and not the
+    nanoseconds of a stamp; else a column of dates that increase by less than 1 s per
+    row, as those of static poses do not; else the index of a data frame."""
     named = [j for j in range(len(sample.names)) if names_time(sample.words(j))]
     if not named:
         dates = ((j, sample.values[:, j]) for j in sample.dates)
@@ -73,25 +73,25 @@ def time_of(sample: Sample) -> Guess | None:
         if more not in (None, column):
             how = f"nanoseconds = {sample.toml_name(more)}"
             return Guess("time", (column, more), (how,))
-        said = sample.said_unit((column,), "time") or next(
+        stated = sample.stated_unit((column,), "time") or next(
             (ALIASES.get(word, word) for word in words if word in TIME_UNITS), ""
         )
-        said = "s" if column in sample.dates else said
-        is_told = words[-1] in MILLISECONDS
-        unit, remark = _time_unit(sample.values[:, column], said, is_told)
+        stated = "s" if column in sample.dates else stated
+        is_sure = words[-1] in MILLISECONDS
+        unit, remark = _time_unit(sample.values[:, column], stated, is_sure)
         return Guess("time", (column,), (unit_entry(unit),), remark)
     return _index(sample)
 
 
 def _grows(values: np.ndarray) -> bool:
-    """Whether numbers never fall, and do not stay."""
+    """Whether numbers never decrease, and increase at least once."""
     steps = np.diff(values[np.isfinite(values)])
     return bool((steps >= 0.0).all() and (steps > 0.0).any())
 
 
 def _index(sample: Sample) -> Guess | None:
-    """The index of a data frame, a first column without a name or pandas' own, where it
-    grows and does not just count rows."""
+    """The index of a data frame (an unnamed first column, or `PANDAS_INDEX`) if it
+    increases and does not count or number rows."""
     own = sample.names.count(PANDAS_INDEX)
     column = sample.names.index(PANDAS_INDEX) if own else 0
     values = sample.values[:, column]
@@ -106,8 +106,8 @@ def _index(sample: Sample) -> Guess | None:
 
 
 def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
-    """The column of nanoseconds whose name begins with the words that stand before
-    ``sec``."""
+    """The column of nanoseconds whose name begins with the words `before` those of the
+    seconds."""
     for column in range(len(sample.names)):
         words = _small_words(sample.words(column))
         begins = words[: len(before)] == list(before)
@@ -116,10 +116,13 @@ def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
     return None
 
 
-def _time_unit(values: np.ndarray, said: str, is_told: bool = False) -> tuple[str, str]:
-    """Unit of the time, by its name or its steps, and why."""
-    if said:
-        return said, ""
+def _time_unit(
+    values: np.ndarray, stated: str, is_sure: bool = False
+) -> tuple[str, str]:
+    """Unit of the time, as `stated` or by its steps, and a remark. `is_sure` says that
+    the unit by the steps is not doubtful."""
+    if stated:
+        return stated, ""
     steps = np.diff(values[np.isfinite(values)])
     step = float(np.median(np.abs(steps))) if len(steps) else 0.0
     for unit, least, per, larger in (
@@ -130,7 +133,7 @@ def _time_unit(values: np.ndarray, said: str, is_told: bool = False) -> tuple[st
         if step >= least:
             why, lasts = f"by its steps of {step:.4g}", len(values) * step / per
             end = np.nanmax(values)
-            sure = is_told or end > SINCE_1970 * per or lasts >= SHORT
+            sure = is_sure or end > SINCE_1970 * per or lasts >= SHORT
             if sure or len(values) >= MOST_ROWS:
                 return unit, why
             if larger == "s" and 1e9 < end < 2.2e9:  # since 1970, from 2001 to 2039

@@ -1,4 +1,4 @@
-"""A table and a column map -> Recording, in SI units and the project's conventions."""
+"""A table and a column map -> Recording, in SI units and this library's conventions."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
@@ -34,10 +34,10 @@ from hefting.logs.units import Unit
 
 @immutable
 class Mapped:
-    """What a column map takes from a table."""
+    """Streams of a table by a column map."""
 
     streams: Mapping[str, Stream]
-    """in SI units, but for their times, which are in `unit`"""
+    """in SI units; their times are in `unit`"""
     unit: Unit | None
     """of the times; None: static poses"""
     warnings: tuple[Message, ...] = ()
@@ -46,7 +46,7 @@ class Mapped:
     in_world: bool = False
     """whether the wrench is in world axes"""
     sensor_pose: Array | None = None
-    """(4, 4) of the sensor in the logged frame [m], where that is another"""
+    """(4, 4) pose of the sensor in the logged frame [m]; None where they are the same"""
 
     def recording(self, source: str, wrench_needed: bool = True) -> Recording:
         """The recording, its times in seconds and its wrench in sensor axes.
@@ -78,25 +78,23 @@ class Mapped:
             values = in_sensor_axes(recording)
             turned = {**recording.streams, "wrench": replace(wrench, values=values)}
             recording = replace(recording, streams=turned)
-        said = warn_about_static if self.unit is None else without_times
-        return said(recording)
+        checked = warn_about_static if self.unit is None else without_times
+        return checked(recording)
 
 
 def read_mapped(
     table: Table, column_map: ColumnMap, wrench_needed: bool = True
 ) -> Recording:
-    """Recording in the columns of `table` that `column_map` names; the others do not
-    matter.
+    """Recording in the columns of `table` that `column_map` names.
 
-    Raises `InputError` for columns that are not there or there twice, naming the map's
-    key, and for cells that `hefting.logs.table.collect` and `Recording` refuse, naming
-    row and column.
+    Raises `InputError` for absent and repeated columns, naming the map's key, and for
+    cells that `hefting.logs.table.collect` and `Recording` refuse, naming row and column.
     """
     return mapped(table, column_map).recording(table.source, wrench_needed)
 
 
 def mapped(table: Table, column_map: ColumnMap) -> Mapped:
-    """What `column_map` takes from `table`; `InputError` as `read_mapped`."""
+    """Streams of `table` by `column_map`; `InputError` as `read_mapped`."""
     quantities = {
         key: _with_signs(quantity, table)
         for key, quantity in column_map.quantities.items()
@@ -142,8 +140,8 @@ def mapped(table: Table, column_map: ColumnMap) -> Mapped:
 
 
 def _with_signs(quantity: Quantity, table: Table) -> Quantity:
-    """The quantity without the minuses before names of columns that are none of the
-    table's: their units are the negative ones. The entries of a pose have no sign."""
+    """The quantity with ``"-name"`` replaced by ``"name"`` in a negative unit, where the
+    table has no column ``"-name"``; except of poses, whose entries have no sign."""
     if quantity.form in POSE_FORMS:
         return quantity
     columns, units = list(quantity.columns), list(quantity.units)
@@ -158,10 +156,8 @@ def _with_signs(quantity: Quantity, table: Table) -> Quantity:
 def _find_columns(
     table: Table, column_map: ColumnMap, wanted: Mapping[str, Sequence[str | int]]
 ) -> dict[str, list[int]]:
-    """Positions in the table of the named and numbered columns of each key.
-
-    `InputError` that names all that are not there.
-    """
+    """Indices in the table of the named and numbered columns of each key; `InputError`
+    names all that are absent."""
     absent = [
         (key, column)
         for key, columns in wanted.items()
@@ -217,7 +213,7 @@ def _absent(
 
 
 def _place(table: Table, column_map: ColumnMap, key: str, column: str | int) -> int:
-    """Position of a column that is there; `InputError` where it is there twice."""
+    """Index of a present column; `InputError` for a repeated name."""
     if isinstance(column, int):
         return column - 1
     places = [j for j, name in enumerate(table.names) if name == column]
@@ -247,7 +243,7 @@ def _join_force_and_torque(force: Quantity, torque: Quantity, source: str) -> Qu
 def _convert_to_si(
     key: str, stream: Stream, quantity: Quantity, source: str, labels: Sequence[str]
 ) -> Mapping[str, Stream]:
-    """The streams in SI units that a key stands for."""
+    """The streams of a key in SI units."""
     if key == "pose":
         positions, matrices = split_pose(stream, quantity.form, source, labels)
         check_matrices(replace(stream, values=matrices), source, labels)

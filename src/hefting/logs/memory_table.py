@@ -1,5 +1,5 @@
-"""Named arrays in memory, or in a file of such, as a table; an array of several numbers
-a sample is a column of each."""
+"""Named arrays, in memory or in a file of arrays, as a table; an array with several
+numbers for each sample becomes as many columns."""
 
 from __future__ import annotations
 
@@ -24,27 +24,27 @@ from hefting.logs.table import LONGEST_LIST, Block, summarize_list
 class MemoryTable:
     """Named columns in memory; rows are counted from 0, and NaN is a blank cell.
 
-    Columns that are not asked for may hold anything.
+    Columns that are not read may hold anything.
     """
 
     source: str
-    """What messages call it."""
+    """Name in messages."""
     names: tuple[str, ...]
     """Names of all columns, in order."""
     columns: Mapping[str, Any]
     """Values (K,) by name."""
     arrays: Mapping[str, Any]
-    """What was given, by name: one number a sample, or several."""
+    """The given arrays by name, with one or several numbers for each sample."""
 
     @classmethod
     def of(cls, table: Any) -> MemoryTable | None:
-        """The columns of a table; None for what is no table."""
+        """The columns of a table; None for another object."""
         if isinstance(table, Mapping):
             return cls.of_arrays("dictionary", table)
         names = getattr(getattr(table, "dtype", None), "names", None)
         if names is not None:
             return cls.of_arrays("structured array", {n: table[n] for n in names})
-        if hasattr(table, "collect"):  # of polars, not yet read
+        if hasattr(table, "collect"):  # a lazy frame of polars
             source = type(table).__name__
             raise InputError(f"a {source} holds no values yet", fix="give .collect()")
         # of a PyArrow table `columns` are the values
@@ -56,12 +56,12 @@ class MemoryTable:
 
     @classmethod
     def of_arrays(cls, source: str, arrays: Mapping[Any, Any]) -> MemoryTable:
-        """A table of named arrays, and of those in dictionaries among them.
+        """A table of named arrays, which may be in nested dictionaries.
 
-        An array ``ft`` (K, 6) is the columns ``ft_0`` to ``ft_5``, ``pose`` (K, 4, 4)
-        the columns ``pose_0`` to ``pose_15``, row by row; ``robot`` that holds ``q``
-        the columns ``robot.q_0``, ... . An array whose last axis is as long as most
-        are, (6, K), is turned.
+        An array ``ft`` (K, 6) becomes columns ``ft_0`` to ``ft_5``, ``pose`` (K, 4, 4)
+        columns ``pose_0`` to ``pose_15``, row by row; ``q`` in a dictionary ``robot``
+        columns ``robot.q_0``, ... . K is the most frequent length of an axis; an array
+        (6, K) is transposed.
         """
         flat = dict(_flat(arrays))
         lengths = Counter(n for values in flat.values() for n in {*_shape(values)})
@@ -73,9 +73,8 @@ class MemoryTable:
 
     @classmethod
     def _of_frame(cls, frame: Any, names: list[Any]) -> MemoryTable:
-        """The columns of a data frame, before them its index where that has a name or
-        holds times. One that holds lists is the columns of their numbers, one of
-        dictionaries those of their values, as in `of_arrays`."""
+        """The columns of a data frame, after its index if that has a name or holds
+        times. Columns of lists and of dictionaries are divided as in `of_arrays`."""
         columns: dict[str, Any] = {}
         texts = list(map(str, names))
         for name in dict.fromkeys(names):
@@ -96,8 +95,8 @@ class MemoryTable:
 
     @property
     def holds_streams(self) -> bool:
-        """Whether its arrays have the names of `as_recording`, and no time has another
-        name."""
+        """Whether its arrays are streams by the names of `as_recording`, and none of
+        another name is a time."""
         others = [name for name in self.arrays if name not in ARRAYS]
         if not {"pose", *COLUMNS} & self.arrays.keys():
             return False
@@ -118,8 +117,8 @@ class MemoryTable:
         if not ignored:
             return found
         what = f"ignored unknown columns: {summarize_list(ignored)}"
-        said = warning("columns-ignored", what, "column_map")
-        return replace(found, warnings=(*found.warnings, said))
+        about = warning("columns-ignored", what, "column_map")
+        return replace(found, warnings=(*found.warnings, about))
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """All rows at once, of the columns at these positions. `InputError` for what is
@@ -157,7 +156,7 @@ class MemoryTable:
 
 
 def _flat(arrays: Mapping[Any, Any], within: str = "") -> Iterator[tuple[str, Any]]:
-    """Arrays by their names as text, those in a dictionary by ``dictionary.name``."""
+    """Arrays by name as text, those in a dictionary as ``dictionary.name``."""
     for name, values in arrays.items():
         if isinstance(values, Mapping):
             yield from _flat(values, f"{within}{name}.")
@@ -166,7 +165,7 @@ def _flat(arrays: Mapping[Any, Any], within: str = "") -> Iterator[tuple[str, An
 
 
 def _shape(values: Any) -> tuple[int, ...]:
-    """Shape of an array or of nested lists; empty for what is neither."""
+    """Shape of an array or of nested lists; empty for others."""
     try:
         return tuple(getattr(values, "shape", None) or np.shape(values))
     except ValueError:  # lists of several lengths
@@ -190,9 +189,8 @@ def _columns(name: str, values: Any, samples: int) -> dict[str, Any]:
 
 
 def _index_name(index: Any) -> str:
-    """What the index of a data frame is called as a column: by its name, or time where
-    it holds dates, durations or numbers with decimals that grow; empty for others,
-    which count or pick rows."""
+    """Name of a data frame's index as a column: its own, or "time" for dates, durations
+    or increasing floats; empty for others, which number rows."""
     if (name := getattr(index, "name", None)) is not None:
         return str(name)
     kind = getattr(getattr(index, "dtype", None), "kind", "")
@@ -201,8 +199,8 @@ def _index_name(index: Any) -> str:
 
 
 def _parts(name: str, column: Any) -> dict[str, Any]:
-    """The columns of one whose rows are lists of numbers or dictionaries; itself of
-    another."""
+    """The columns of a column of lists of numbers or of dictionaries; else the column
+    itself."""
     first = next((row for row in column if row is not None), None)
     if not hasattr(first, "__len__") or isinstance(first, str | bytes):
         return {name: column}
@@ -221,9 +219,9 @@ def _parts(name: str, column: Any) -> dict[str, Any]:
 
 
 def _floats(values: Any) -> Array:
-    """`values` as floats, blanks as NaN, times of a date in seconds from the first.
+    """`values` as floats, blanks as NaN, dates in seconds from the first.
 
-    Raises `TypeError` or `ValueError` for what is no number.
+    Raises `TypeError` or `ValueError` for values that are no numbers.
     """
     if getattr(getattr(values, "dtype", None), "tz", None) is not None:
         values = values.to_numpy("datetime64[ns]")  # of pandas, with a time zone
@@ -235,7 +233,7 @@ def _floats(values: Any) -> Array:
     if array.dtype.kind == "m":
         return elapsed(array)
     if array.dtype.kind == "O" and hasattr(values, "to_numpy"):
-        # a series of pandas that has its own mark for blanks
+        # a pandas series with its own mark for blanks
         return np.asarray(values.to_numpy(dtype=float, na_value=np.nan), dtype=float)
     if array.dtype.kind not in "iufbO":
         raise TypeError(str(array.dtype))
@@ -243,7 +241,7 @@ def _floats(values: Any) -> Array:
 
 
 def _kind(values: Any) -> str:
-    """What a column holds, in a word."""
+    """Kind of a column's values, in a word."""
     dtype = getattr(values, "dtype", None)
     if dtype is None:
         array = np.asarray(values, dtype=object).ravel()

@@ -1,5 +1,5 @@
-"""NumPy's .npz: named arrays of numbers, one sample a row; see `MemoryTable`. Nothing
-in it is unpickled."""
+"""NumPy's .npz: named arrays of numbers, one sample for each row; see `MemoryTable`.
+Nothing in it is unpickled."""
 
 import zipfile
 import zlib
@@ -32,16 +32,16 @@ DAMAGED = (
     TypeError,
     ValueError,
 )
-"""What reading a damaged archive raises, or one packed or encrypted in another way."""
+"""Errors of reading an archive that is damaged, encrypted or packed in another way."""
 
 
 def open_npz(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
-    """The arrays of numbers in the .npz at `path`; a layout says nothing about it. Only
-    the names are known of arrays of other things, or of more than `LONGEST_LIST`
-    numbers a sample, such as images.
+    """The arrays of numbers in the .npz at `path`; the layout is not used. Of other
+    arrays, and those of more than `LONGEST_LIST` numbers per sample, such as images, only
+    names and shapes are read.
 
-    Raises `InputError` where it cannot be read, holds more than `MAX_CELLS` numbers, or
-    none, and for a stream (`ARRAYS`) of what is not read.
+    Raises `InputError` for a file that cannot be read, holds more than `MAX_CELLS`
+    numbers or none, or has one of these other arrays by the name of a stream (`ARRAYS`).
     """
     try:
         with zipfile.ZipFile(path) as archive:
@@ -61,8 +61,8 @@ def open_npz(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
 def _arrays(
     archive: zipfile.ZipFile, path: str | Path
 ) -> tuple[dict[str, Any], dict[str, Any]]:
-    """The arrays of an archive that may be columns; and the others, unread, of the same
-    shapes. `InputError` for one of these by the name of a stream."""
+    """The arrays of an archive that may be columns, and placeholders of the same shapes
+    for the others. `InputError` for one of the latter by the name of a stream."""
     arrays: dict[str, Any] = {}
     others: dict[str, Any] = {}
     cells = 0
@@ -83,7 +83,7 @@ def _arrays(
             if own in ARRAYS:
                 what = f"array {own!r} {shape} holds {_kind(dtype)}, which is not read"
                 raise InputError(what, path, "write it as numbers, one sample a row")
-            if shape:  # else a word on the whole
+            if shape:  # a scalar is no array of samples
                 text = large or dtype.hasobject
                 one = np.full((), "", object) if text else np.empty((), dtype)
                 others[own] = np.broadcast_to(one, shape)

@@ -1,5 +1,5 @@
-"""Ways to write an orientation in a log -> unit quaternions x, y, z, w; and which form
-three numbered angles have, as their numbers tell."""
+"""Forms of an orientation in a log -> unit quaternions x, y, z, w; and the form of three
+angles, found from their numbers."""
 
 import re
 from collections.abc import Callable, Sequence
@@ -12,24 +12,23 @@ from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask, rotation_matrices
 
 FORMS = {"xyzw": 4, "wxyz": 4, "rotation-vector": 3, "rpy": 3, "euler": 3, "matrix": 9}
-"""Columns of each form. ``rpy``: roll, pitch, yaw about the fixed axes x, y, z;
-``euler``: in a given order;
-``matrix``: row by row."""
+"""Number of columns of each form. ``rpy``: roll, pitch, yaw about the fixed axes x, y, z;
+``euler``: in a given order; ``matrix``: row by row."""
 
 ANGULAR = ("rotation-vector", "rpy", "euler")
 """Forms that are angles, in rad or deg."""
 
 POSE_FORMS = {"matrix4": 16, "matrix4-columns": 16}
-"""Columns of each form of a pose: a homogeneous matrix row by row, or column by column
-(Franka's ``O_T_EE``)."""
+"""Number of columns of each form of a pose: a homogeneous matrix row by row, or column by
+column (Franka's ``O_T_EE``)."""
 
 ORTHOGONAL = 1e-2
-"""Largest entry of R'R - 1 that is taken for rounding."""
+"""Largest entry of R R' - 1 that is taken for rounding."""
 
 
 def is_euler_order(order: object) -> bool:
-    """Whether `order` is three axes, no two alike in succession: capital about moving
-    axes, small about fixed ones."""
+    """Whether `order` is three axes, none of them the same as the next: moving axes in
+    capitals, or fixed ones in small letters."""
     return (
         isinstance(order, str)
         and bool(re.fullmatch(r"(?:[xyz]{3}|[XYZ]{3})", order))
@@ -41,8 +40,7 @@ def quaternions(values: Array, form: str, order: str = "") -> Array:
     """Unit quaternions (N, 4) x, y, z, w, sensor in world, of orientations (N, d) in a
     form of `FORMS` [rad].
 
-    `order` is that of the Euler angles, which are in columns of the same order.
-    Matrices must be rotations.
+    `order` is that of the Euler angles and of their columns. Matrices must be rotations.
     """
     from scipy.spatial.transform import Rotation
 
@@ -71,11 +69,10 @@ def check_matrices(stream: Stream, source: str, labels: Sequence[str]) -> None:
 
 
 def no_rotations(matrices: Array) -> Mask:
-    """Which of matrices (N, 3, 3) are no rotations, up to rounding."""
+    """Mask (N,) of matrices (N, 3, 3) that are no rotations, up to rounding."""
     with np.errstate(over="ignore", invalid="ignore"):
-        error = np.abs(
-            np.matmul(matrices, matrices.transpose(0, 2, 1)) - np.eye(3)
-        ).max(axis=(1, 2))
+        products = np.matmul(matrices, matrices.transpose(0, 2, 1))
+        error = np.abs(products - np.eye(3)).max(axis=(1, 2))
         return ~(error < ORTHOGONAL) | (np.linalg.det(matrices) < 0)
 
 
@@ -100,12 +97,12 @@ def split_pose(
 
 
 def in_sensor_axes(recording: Recording) -> Array:
-    """Wrenches (N, 6) of a recording, which were taken in world axes about the sensor
-    origin, in sensor axes.
+    """Wrenches (N, 6) of a recording turned from world axes into sensor axes; their
+    reference point, the sensor origin, stays.
 
-    Between two orientations the sensor turns evenly. Beyond them it is taken to rest,
-    where no sample of the wrench is used. A static pose has its orientation in its own
-    row, else `InputError`.
+    Orientations are interpolated (`orientations_at`); wrenches before the first and after
+    the last one are not used later. A static pose needs an orientation in its row, else
+    `InputError`.
     """
     wrench, orientation = recording["wrench"], recording["orientation"]
     if not recording.static:
@@ -121,8 +118,8 @@ def in_sensor_axes(recording: Recording) -> Array:
 
 
 def orientations_at(orientation: Stream, time: Array) -> Any:
-    """Orientations (K,), a ``Rotation``, at times (K,) [s], on the great circle between the two next to
-    each; those at the ends beyond them."""
+    """Orientations at times (K,) [s], a ``Rotation``: interpolated on great circles, and
+    constant before the first and after the last sample."""
     from scipy.spatial.transform import Rotation, Slerp
 
     all_of = Rotation.from_quat(np.array(orientation.values))
@@ -135,23 +132,23 @@ def orientations_at(orientation: Stream, time: Array) -> Any:
 
 
 def rotate_into_sensor(rotations: Array, wrenches: Array) -> Array:
-    """Wrenches (N, 6) in the axes that `rotations` (N, 3, 3) turn into those they were
-    given in."""
+    """Wrenches (N, 6) multiplied by the transposes of `rotations` (N, 3, 3), which turn
+    sensor axes into those of the given wrenches."""
     return np.einsum("nji,nkj->nki", rotations, wrenches.reshape(-1, 2, 3)).reshape(
         -1, 6
     )
 
 
 JUMP = 0.5
-"""[rad] Turn from one row to the next that no recording of a slow arm has."""
+"""[rad] Turn from one row to the next that recordings of slow arms do not have."""
 SMOOTHER = 0.2
-"""Largest turn by the right form over that by the other: both jump where messages are
-lost."""
+"""Largest ratio of the largest turns by the right and by the wrong form; it is relative,
+as both jump where messages are lost."""
 
 
 def form_of_angles(angles: Array) -> tuple[str, str]:
-    """Form of the angles (N, 3) [rad] of one pose after the other, and why where it is
-    not the usual one, a rotation vector."""
+    """Form of the angles (N, 3) [rad] of successive poses: a rotation vector, or
+    "rpy" and the reason."""
     known = angles[np.isfinite(angles).all(axis=1)]
     if len(known) < 2:
         return "rotation-vector", ""

@@ -1,6 +1,6 @@
-"""Parquet: a table with nulls for what was not measured, read block by block. A column
-of lists, ``state``, is the columns ``state_0``, ``state_1``, ... of their numbers, one
-of structures, ``force``, the columns ``force.x``, ... of their fields."""
+"""Parquet: a table with nulls where nothing was measured, read block by block. A column
+``state`` of lists becomes columns ``state_0``, ``state_1``, ..., a column ``force`` of
+structures becomes columns ``force.x``, ... ."""
 
 import io
 from collections import Counter
@@ -26,10 +26,10 @@ if TYPE_CHECKING:
     from pyarrow import parquet
 
 ROWS = 65_536
-"""Rows that are read at a time."""
+"""Number of rows that are read at a time."""
 
 GROUP = 65_536
-"""Rows that are written as a group."""
+"""Number of rows of a written row group."""
 
 BUFFER = 2**20
 """Part of a column that is read at a time [bytes]."""
@@ -37,12 +37,12 @@ BUFFER = 2**20
 
 @immutable
 class ParquetTable:
-    """A Parquet file whose schema is known; rows are counted from 1."""
+    """A Parquet file after its schema was read; rows are counted from 1."""
 
     source: str
     names: tuple[str, ...]
     places: tuple[tuple[str, int | None], ...]
-    """of each, its column in the file and its place in the lists of it"""
+    """of each name the file's column, and the index in its lists"""
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
         """The rows block by block; see `hefting.logs.table.Table`. Dates are in seconds
@@ -79,8 +79,8 @@ class ParquetTable:
 
 
 def _part(table: "pa.Table", name: str, place: int | None) -> "pa.ChunkedArray":
-    """A column, or what is at a place in each of its lists; `ArrowException` where one
-    is too short."""
+    """A column, or the elements at index `place` of its lists; `ArrowException` where a
+    list is too short."""
     import pyarrow as pa
     from pyarrow import compute
 
@@ -91,7 +91,7 @@ def _part(table: "pa.Table", name: str, place: int | None) -> "pa.ChunkedArray":
 
 
 def _check_kind(kind: "pa.DataType", where: str) -> None:
-    """`InputError` for a column of what is neither numbers, dates nor durations."""
+    """`InputError` for a column of other values than numbers, dates and durations."""
     import pyarrow as pa
 
     known = (
@@ -109,8 +109,8 @@ def _check_kind(kind: "pa.DataType", where: str) -> None:
 
 
 def _values_of(column: "pa.ChunkedArray") -> Array:
-    """(R,) of a column of numbers, of dates as seconds since 1970, of durations as
-    seconds; NaN where it is null."""
+    """Values (R,) of a column of numbers, dates (seconds since 1970) or durations [s];
+    NaN for null."""
     import pyarrow as pa
 
     kind = column.type
@@ -123,7 +123,7 @@ def _values_of(column: "pa.ChunkedArray") -> Array:
 
 
 def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTable:
-    """The Parquet file at `path`, its schema read; a layout says nothing about it.
+    """The Parquet file at `path`; the layout is not used.
 
     Raises `InputError` when it cannot be read, or names repeat.
     """
@@ -152,8 +152,8 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
 
 
 def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None]]:
-    """Each column of a file with the length of the first of its lists; None where it
-    has none, or they are empty or longer than `LONGEST_LIST`."""
+    """Each column of a file with the length of its first list; None for other columns,
+    and for lists that are empty or longer than `LONGEST_LIST`."""
     import pyarrow as pa
 
     lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
@@ -169,7 +169,7 @@ def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None
 
 
 def _flat(table: "pa.Table") -> "pa.Table":
-    """The table with the fields of structures as columns."""
+    """The table with fields of structures as columns."""
     import pyarrow as pa
 
     while any(pa.types.is_struct(kind) for kind in table.schema.types):

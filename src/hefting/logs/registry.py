@@ -1,7 +1,7 @@
-"""The registry of log formats: what a format is, and the list of those there are.
+"""The registry of log formats: the class of a format, and the list of all formats.
 
 A new format is one module that ends in its ``FORMAT``, and the module's name in
-`MODULES`. Reading, writing, and the help and the errors of the commands follow from it.
+`MODULES`. Reading, writing, and help and errors of the commands use that list.
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from hefting.logs.table import Table
 
 READING = "reading the log"
-"""What is reported as progress while a log is read."""
+"""Name of the stage of progress while a log is read."""
 
 MODULES = (
     "hefting.logs.csv_file",
@@ -25,11 +25,10 @@ MODULES = (
     "hefting.logs.ur_csv",
     "hefting.logs.ros_bag",
 )
-"""Modules of the formats, in the order in which they are tried and named; each ends in
-its ``FORMAT``.
+"""Modules of the formats, in the order in which they are tried and named.
 
-They are imported whenever a log is read or written and for the help of commands: what
-is slow to import belongs inside their functions.
+They are imported whenever a log is read or written and for the help of commands, so that
+their functions import what is slow to import.
 """
 
 

@@ -1,4 +1,4 @@
-"""The sensor in the logged frame: poses of a flange, or of any frame that moves with the
+"""The sensor in the logged frame: poses of a flange, or of another frame fixed to the
 sensor, become those of the sensor."""
 
 from __future__ import annotations
@@ -20,29 +20,29 @@ from hefting.logs.orientations import orientations_at
 SENSOR_KEYS = ("sensor_pose_in_log", "sensor_turned")
 """Keys of a column map that say where the sensor is in the logged frame."""
 MOTION_OF_A_POINT = ("linear_velocity", "linear_acceleration")
-"""Streams that are of one point of the moving frame, in world axes."""
+"""Streams of the moving frame's origin, in world axes."""
 POSES_ASSUMED = "pose-frame-assumed"
-"""Code of what a reader says of poses that may be of another frame than the sensor's."""
+"""Code of a reader's message on poses that may be of another frame than the sensor's."""
 FARTHEST_SENSOR = 3.0
-"""[m] Distance from the logged frame that is in another unit."""
+"""[m] Largest distance from the logged frame; a larger one is in another unit."""
 
 
 def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
-    """The recording with the poses of the sensor in the place of the logged frame's.
+    """The recording with the poses of the sensor in place of the logged frame's.
 
     Parameters
     ----------
     recording : Recording
-        With an orientation. Wrench, gyroscope and accelerometer are in axes of their
-        own, and stay.
+        With an orientation. Wrench, gyroscope and accelerometer are in sensor axes
+        already, and stay.
     pose : ArrayLike
         (4, 4) constant pose of the sensor in the logged frame [m].
 
     Returns
     -------
     Recording
-        Without logged velocities and accelerations of the frame's origin where the
-        sensor is elsewhere: they are found from the poses then.
+        Without logged linear velocities and accelerations where the sensor is not at
+        the frame's origin: they are found from the poses then.
 
     Raises
     ------
@@ -57,7 +57,7 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     >>> identified = hefting.identify(sensor)
     """
     matrix = check_pose(pose)
-    arm = np.array(matrix[:3, 3])  # some scipy turns no read-only arrays
+    arm = np.array(matrix[:3, 3])  # old versions of scipy need a writable array
     far = float(np.linalg.norm(arm))
     if far > FARTHEST_SENSOR:
         raise InputError(
@@ -67,10 +67,10 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
     orientation = recording["orientation"]
     from scipy.spatial.transform import Rotation
 
-    turned = Rotation.from_quat(np.array(orientation.values))
-    there = turned * Rotation.from_matrix(matrix[:3, :3])
+    logged = Rotation.from_quat(np.array(orientation.values))
+    sensor = logged * Rotation.from_matrix(matrix[:3, :3])
     streams = dict(recording.streams)
-    streams["orientation"] = replace(orientation, values=there.as_quat())
+    streams["orientation"] = replace(orientation, values=sensor.as_quat())
     if arm.any():
         for name in MOTION_OF_A_POINT:
             streams.pop(name, None)
@@ -80,23 +80,20 @@ def with_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
             streams["position"] = replace(
                 position, values=position.values + axes.apply(arm)
             )
-    told = tuple(own for own in recording.warnings if codes((own,)) != {POSES_ASSUMED})
-    return replace(recording, streams=streams, sensor_pose=None, warnings=told)
+    kept = tuple(own for own in recording.warnings if codes((own,)) != {POSES_ASSUMED})
+    return replace(recording, streams=streams, sensor_pose=None, warnings=kept)
 
 
 def with_given_sensor_pose(recording: Recording, pose: ArrayLike) -> Recording:
-    """`with_sensor_pose` for a pose that is given as an argument, beside which messages
-    tell what to give in its place."""
+    """`with_sensor_pose` for a pose that the user gave, which the recording keeps so that
+    messages can propose another one."""
     placed = with_sensor_pose(recording, pose)
     return replace(placed, sensor_pose=frozen(pose))
 
 
 def sensor_turned(text: str) -> Array:
-    """Pose (4, 4) of a sensor that is turned about one axis of the logged frame, from a
-    text such as ``"z:45"``: the axis, and degrees.
-
-    Raises `InputError` for another text.
-    """
+    """Pose (4, 4) of a sensor that is turned about one axis of the logged frame, by a
+    text such as ``"z:45"``: axis and degrees. `InputError` for another text."""
     axis, _, degrees = text.strip().partition(":")
     try:
         angle = np.radians(float(degrees))
@@ -114,11 +111,8 @@ def sensor_turned(text: str) -> Array:
 
 
 def mapped_sensor_pose(content: Mapping[str, Any], path: str | Path) -> Array | None:
-    """Pose (4, 4) of the sensor in the logged frame by a column map's content; None where
-    that says none.
-
-    Raises `InputError`, naming the file at `path` and the key, for what is no pose.
-    """
+    """Pose (4, 4) of the sensor in the logged frame [m] in a column map's content, if
+    any; `InputError`, naming the map's `path` and the key, for an invalid one."""
     given = [key for key in SENSOR_KEYS if key in content]
     if not given:
         return None

@@ -11,12 +11,11 @@ from hefting.core.spatial import Array, median, own, rotation_matrices
 STATIC_STREAMS = {
     *("position", "orientation", "joint_positions", "wrench", "accelerometer")
 }
-"""Streams that can be measured at rest, so that a table of them without times may be
-static poses."""
+"""Streams that are measured at rest; a table with others is none of static poses."""
 
 FEWEST_SMOOTH, LARGEST_STEP = 50, 0.1
-"""Poses, and the largest step among them over their extent, from which on they are
-those of a motion: an arm that turns by 3 rad/s, logged at 20 Hz, goes 0.15 rad a row."""
+"""Smallest number of poses of a smooth motion, and its largest step as a share of the
+poses' extent: an arm at 3 rad/s, logged at 20 Hz, turns by 0.15 rad from row to row."""
 
 PAUSE, TURN = 0.9, 0.35
 """Time [s] and change of the pose from row to row above which rows are static poses, as
@@ -24,8 +23,8 @@ the motion between them cannot be found."""
 
 
 def without_times(recording: Recording) -> Recording:
-    """The recording; of static poses that have times, as rows seconds apart that are each
-    turned against the one before, it is without these."""
+    """The recording; where its rows are seconds apart and turned against each other as
+    static poses, without times."""
     stream = _pose_stream(recording)
     if recording.static or len(stream) < 2:
         return recording
@@ -42,12 +41,12 @@ def without_times(recording: Recording) -> Recording:
         return recording
     what = f"each of {len(stream)} rows, some {pause:.3g} s apart, is taken as a static pose"
     left = (m for m in recording.warnings if getattr(m, "code", "") != "time-step-long")
-    said = (*left, warning("poses-static", what))
-    return replace(recording, streams=kept, static=True, warnings=said, angles=None)
+    warnings = (*left, warning("poses-static", what))
+    return replace(recording, streams=kept, static=True, warnings=warnings, angles=None)
 
 
 def warn_about_static(recording: Recording) -> Recording:
-    """The recording, with a warning when its rows hardly are static poses."""
+    """The recording, with a warning where its rows are unlikely to be static poses."""
     signs = [f"there is {n}" for n in recording.streams if n not in STATIC_STREAMS]
     count = max(len(stream) for stream in recording.streams.values())
     signs += ["they move smoothly"] if _moves_smoothly(recording) else []
@@ -64,8 +63,8 @@ def warn_about_static(recording: Recording) -> Recording:
 
 
 def _moves_smoothly(recording: Recording) -> bool:
-    """Whether no step from one pose to the next is a large part of the way that all of
-    them go, as between static poses it is."""
+    """Whether all steps between successive poses are small against the poses' extent,
+    as between static poses they are not."""
     poses = _poses_of(recording)
     if len(poses) < FEWEST_SMOOTH:
         return False
@@ -74,12 +73,12 @@ def _moves_smoothly(recording: Recording) -> bool:
 
 
 def _pose_stream(recording: Recording) -> Stream:
-    """Orientations, or joint angles where there are none."""
+    """Orientations, or joint angles without these."""
     turned = "orientation" in recording.streams
     return recording["orientation" if turned else "joint_positions"]
 
 
 def _poses_of(recording: Recording) -> Array:
-    """(K, 3, 3) orientations, or (K, n) joint angles where there are none."""
+    """(K, 3, 3) orientations, or (K, n) joint angles without these."""
     values = _pose_stream(recording).values
     return rotation_matrices(values) if "orientation" in recording.streams else values

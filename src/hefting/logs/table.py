@@ -1,5 +1,5 @@
 """Tables read block by block: named columns of numbers -> streams of groups of columns,
-with times in seconds."""
+and their times in seconds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
@@ -21,21 +21,22 @@ if TYPE_CHECKING:
     from hefting.logs.units import Unit
 
 MAX_CELLS = 100_000_000
-"""Most numbers that are read from one file (0.8 GB): more than an hour of twenty
-columns at 1 kHz."""
+"""Largest number of numbers that are read from one file (0.8 GB): more than an hour of
+twenty columns at 1 kHz."""
 
 LONGEST_LIST = 100
-"""Most numbers in a list, or in a sample of an array, that are taken for columns."""
+"""Largest length of a list, or of an array's sample, that becomes columns."""
 
 EPOCHS = (
     ("nanoseconds", "1e9", 1e17),
     ("microseconds", "1e6", 1e14),
     ("milliseconds", "1e3", 1e11),
 )
-"""Unit, divisor and least value of times since 1970 that are not in seconds."""
+"""Unit, divisor and smallest value of times since 1970 in other units than seconds."""
 
 SINCE_1970 = 1e8
-"""[s] Times from which on count from 1970: a robot's controller runs no three years."""
+"""[s] Time above which times count from 1970: no robot controller runs for three
+years."""
 
 SHORTEST_STEP = 2e-5
 """[s] Time between samples below which another unit may be meant."""
@@ -46,15 +47,15 @@ class Block:
     """Some successive rows of a table."""
 
     rows: NDArray[np.int64]
-    """(R,) row numbers, as a person counts them in the file"""
+    """(R,) row numbers in the file"""
     values: Mapping[int, Array]
-    """(R,) of each wanted column; where it is blank, anything"""
+    """(R,) values of each wanted column; arbitrary where blank"""
     blanks: Mapping[int, Mask | None]
-    """(R,) where the column is blank; None for nowhere"""
+    """(R,) mask of blank cells of each column; None for none"""
 
 
 class Table(Protocol):
-    """A log file with named columns; `CsvTable` and `ParquetTable` are such."""
+    """A log file with named columns, such as `CsvTable` and `ParquetTable`."""
 
     @property
     def source(self) -> str:
@@ -63,7 +64,7 @@ class Table(Protocol):
 
     @property
     def names(self) -> tuple[str, ...]:
-        """Names of all columns, in order; empty where a column has none."""
+        """Names of all columns, in order; empty for a column without a name."""
         ...
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
@@ -73,7 +74,7 @@ class Table(Protocol):
 
 
 def label(table: Table, column: int) -> str:
-    """What to call a column in a message: its name, or its number counted from 1."""
+    """A column in messages: its name, or its number counted from 1."""
     return table.names[column] or f"number {column + 1}"
 
 
@@ -86,13 +87,12 @@ def collect(
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
     """Samples of each group of columns, in the file's units, and warnings.
 
-    A group is measured in a row where none of its cells is blank; groups that are blank
-    throughout are left out, with a warning, as are a few samples that lack a number
-    (`hefting.logs.gaps`). Without a column of `time` the rows are
-    numbered from 0; a column of `nanoseconds` counts on top of seconds. A sample that
-    repeats the one before it, time and all, is dropped. Raises `InputError`, naming row
-    and column, for a cell that is not a finite number, a group of which often only a part
-    is there, a blank time beside something measured, and too many numbers.
+    A group has a sample in each row without blanks in it. Left out, with a warning, are
+    groups that are blank throughout, and a few incomplete, invalid or repeated samples
+    (`hefting.logs.gaps`). Without a column of `time` the rows are numbered from 0; a
+    column of `nanoseconds` is added to seconds. Raises `InputError`, naming row and
+    column, for a cell that is not a finite number, a group that is often incomplete, a
+    blank time of a sample, and too many numbers.
     """
     wanted = sorted(
         {column for columns in groups.values() for column in columns}
@@ -112,16 +112,7 @@ def collect(
                 f"holds more than {MAX_CELLS // len(wanted):,} rows, too many to read"
             )
             raise InputError(what, table.source, "cut out the part of interest")
-        numbers, untimed = (
-            (np.arange(begin, count), None)
-            if time is None
-            else _read_column(block, time, nan_is_blank)[:2]
-        )
-        if nanoseconds is not None:
-            more, blank, _ = _read_column(block, nanoseconds, nan_is_blank)
-            numbers = numbers + 1e-9 * (
-                more if blank is None else np.where(blank, 0.0, more)
-            )
+        numbers, untimed = _read_times(block, begin, time, nanoseconds, nan_is_blank)
         times.append(numbers)
         rows.append(block.rows)
         for name, columns in groups.items():
@@ -158,10 +149,10 @@ def collect(
 def in_seconds(
     streams: Mapping[str, Stream], source: str, unit: "Unit | None" = None
 ) -> tuple[dict[str, Stream], tuple[Message, ...]]:
-    """The streams with their times in seconds, those since 1970 shifted to start at 0,
-    and warnings.
+    """The streams with times in seconds, where they count from 1970 shifted to start at
+    0, and warnings.
 
-    They are in `unit`; None: seconds. Streams that share their times still do.
+    The given times are in `unit`; None: seconds. Streams keep sharing an array of times.
     `InputError` for times that cannot be in that unit.
     """
     where = f"{source}, column time"
@@ -206,7 +197,7 @@ def _refuse_start(
 def _check_steps(
     streams: Mapping[str, Stream], seconds: bool, where: str
 ) -> list[Message]:
-    """What `_check_step` says of each stream, once of those that share their times."""
+    """Warnings of `_check_step`, once for streams that share their times."""
     firsts = {id(stream.time): name for name, stream in [*streams.items()][::-1]}
     return [
         each
@@ -218,7 +209,7 @@ def _check_steps(
 def _check_step(name: str, stream: Stream, seconds: bool, where: str) -> list[Message]:
     """A warning about a median step unlikely for seconds; `InputError` for an
     impossible one."""
-    # what is not finite is refused with the recording
+    # `Recording` refuses times that are not finite
     with np.errstate(over="ignore", invalid="ignore"):
         step = median(np.diff(stream.time)) if len(stream) > 1 else 0.0
     if step > 1000:
@@ -232,7 +223,7 @@ def _check_step(name: str, stream: Stream, seconds: bool, where: str) -> list[Me
         meant = "milliseconds" + (", or a count of rows" if whole and step == 1 else "")
         what = f"the median step of {name} is {step:.4g} s: is time in {meant}, not seconds?"
         return [warning("time-step-long", what)]
-    # of stamps that come in bursts only the steps within one are short
+    # stamps that come in bursts have short steps within these only
     short = SHORTEST_STEP * (len(stream) - 1)
     if 0 < step < SHORTEST_STEP and stream.time[-1] - stream.time[0] < short:
         what = f"the median step of {name} is {step:.4g} s: is time in seconds?"
@@ -243,7 +234,7 @@ def _check_step(name: str, stream: Stream, seconds: bool, where: str) -> list[Me
 def with_times(
     streams: Mapping[str, Stream], change: Callable[[Array], Array]
 ) -> dict[str, Stream]:
-    """The streams with changed times; those that share an array of times still do."""
+    """The streams with changed times; they keep sharing an array of times."""
     changed: dict[int, Array] = {}
     for stream in streams.values():
         if id(stream.time) not in changed:
@@ -257,8 +248,8 @@ def with_times(
 def require_streams(
     streams: Mapping[str, Stream], source: str, wrench_needed: bool = True
 ) -> None:
-    """`InputError` unless something was measured of the wrench, if needed, and of
-    orientation or joint angles."""
+    """`InputError` unless there are samples of the wrench, if needed, and of orientation
+    or joint angles."""
     wrench_lacks = wrench_needed and "wrench" not in streams
     if wrench_lacks or not {"orientation", "joint_positions"} & set(streams):
         lacking = "wrench" if wrench_lacks else "orientation"
@@ -268,7 +259,7 @@ def require_streams(
 
 
 def summarize_list(items: Sequence[str], between: str = ", ") -> str:
-    """The first eight of some items in one line, and how many more there are."""
+    """The first eight items in one line, and the number of the others."""
     return between.join(items[:8]) + (
         f" and {len(items) - 8} more" if len(items) > 8 else ""
     )
@@ -277,14 +268,34 @@ def summarize_list(items: Sequence[str], between: str = ", ") -> str:
 def _read_column(
     block: Block, column: int, nan_is_blank: bool
 ) -> tuple[Array, Mask | None, Mask | None]:
-    """Values (R,) of a column, where they are blank, and where NaN that says nothing of
-    that."""
+    """Values (R,) of a column, masks of blank cells and of NaN that do not mean blank;
+    None for none."""
     values, blank = block.values[column], block.blanks[column]
     if all_finite(values) or not (nan := np.isnan(values)).any():
         return values, blank, None
     if nan_is_blank:
         return values, nan if blank is None else blank | nan, None
     return values, blank, nan if blank is None else nan & ~blank
+
+
+def _read_times(
+    block: Block,
+    begin: int,
+    time: int | None,
+    nanoseconds: int | None,
+    nan_is_blank: bool,
+) -> tuple[NDArray, Mask | None]:
+    """Times (R,) of a block, or row numbers from `begin` on without a column of `time`,
+    and a mask of blank times."""
+    if time is None:
+        return np.arange(begin, begin + len(block.rows)), None
+    times, untimed, _ = _read_column(block, time, nan_is_blank)
+    if nanoseconds is None:
+        return times, untimed
+    more, blank, _ = _read_column(block, nanoseconds, nan_is_blank)
+    if blank is not None:
+        more = np.where(blank, 0.0, more)
+    return times + 1e-9 * more, untimed
 
 
 def _read_group(
@@ -297,19 +308,18 @@ def _read_group(
     untimed: Mask | None,
     time: int | None,
 ) -> tuple[Sequence[Array], Mask | None]:
-    """Columns (R,) of a group in a block, and where they hold no sample. `InputError`
-    for what cannot be one."""
+    """Columns (R,) of a group in a block, and a mask of rows without a sample.
+    `InputError` for invalid samples."""
     values, blanks, nans = zip(
         *(_read_column(block, column, nan_is_blank) for column in columns), strict=True
     )
     blank = gaps.find(block.rows, blanks, nans)
-    if (
-        untimed is not None
-        and (lost := untimed if blank is None else untimed & ~blank).any()
-    ):
-        where = f"{table.source}, row {block.rows[np.argmax(lost)]}, column {label(table, time or 0)}"
+    lost = untimed if untimed is None or blank is None else untimed & ~blank
+    if lost is not None and lost.any():
+        row = block.rows[np.argmax(lost)]
+        where = f"{table.source}, row {row}, column {label(table, time or 0)}"
         raise InputError("the time is blank", where, "give the row its time")
-    for numbers, those in (((times,), [time or 0]), (values, columns)):
+    for numbers, names in (((times,), [time or 0]), (values, columns)):
         if not any(_is_wrong(column) for column in numbers):
             continue
         matrix = np.stack(
@@ -319,9 +329,9 @@ def _read_group(
         if len(wrong):
             k, j = wrong[0]
             row = (block.rows if blank is None else block.rows[~blank])[k]
-            where = f"{table.source}, row {row}, column {label(table, those[j])}"
+            where = f"{table.source}, row {row}, column {label(table, names[j])}"
             fix = "leave the cell blank where nothing was measured"
-            if those == [time or 0]:
+            if names == [time or 0]:
                 fix = "give the row its time, or leave it out"
             raise InputError(f"the value is {matrix[k, j]}", where, fix)
     return values, blank

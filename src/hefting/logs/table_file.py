@@ -1,5 +1,5 @@
-"""A file with named columns -> Recording: by a column map, by a header that a format
-knows, by canonical names, or by what other names and numbers tell."""
+"""A file with named columns -> Recording: by a column map, a header that a format knows,
+canonical names, or a guess from other names and numbers."""
 
 import re
 from collections.abc import Callable
@@ -35,12 +35,12 @@ NEEDED = (
     "accelerometer",
     "linear_accelerometer",
 )
-"""Streams of whose canonical columns none may be left over: a header in which some have
-lost the others is a mistake, and is said to be one."""
+"""Streams whose canonical columns a guess must all use: a header with only some columns
+of a stream is a mistake, for which the canonical reader has an error."""
 
 ESTIMATED = re.compile("(?<![a-z])ext(?![a-z])|(?<![a-z])external|External")
-"""What names of an external wrench hold, of which the load is taken out: Franka's
-``K_F_ext_hat_K``, Kinova's ``tool_external_wrench``, ``ft_ext_force`` of xArm."""
+"""Names of external wrenches, which are without the load: Franka's ``K_F_ext_hat_K``,
+Kinova's ``tool_external_wrench``, xArm's ``ft_ext_force``."""
 
 RATES = (
     "linear_velocity",
@@ -48,18 +48,15 @@ RATES = (
     "linear_acceleration",
     "angular_acceleration",
 )
-"""Streams whose axes no name tells: of a table with names of its own they are not
-read."""
+"""Streams whose axes names do not tell; a guessed map does not have them."""
 
 
 def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Recording]:
-    """What makes a recording of a table, or of a part of it, that no column map
-    describes: by a header that a format knows, by its canonical names, or else by what
-    its names tell.
+    """The reader of a table, or of a part of it, without a column map: by a header that a
+    format knows, by canonical names, or else by a guess from its names.
 
-    Its errors are those of `hefting.logs.canonical.read_canonical`, which say what is
-    missing, wherever names and numbers do not tell a time, a wrench, and an orientation
-    or joint angles.
+    `InputError` says what is missing where neither finds a time, a wrench if needed, and
+    an orientation or joint angles.
     """
     if isinstance(table, MemoryTable) and table.holds_streams:
         return lambda _: table.recording()
@@ -81,10 +78,9 @@ def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Rec
 def _recognise(
     table: Table, wrench_needed: bool = True
 ) -> "tuple[ColumnMap, tuple[Message, ...]] | InputError | None":
-    """A column map of a table with a wrench, or where that is not needed with joint
-    torques, and what is said of it. None where the canonical names tell as much, or no
-    more of them would; an error where names of its own tell some of a recording, and
-    not all."""
+    """A guessed column map of a table with a wrench, or where that is not needed with
+    joint torques, and warnings of it. None where the canonical names are to be used; an
+    error where other names tell only a part of a recording."""
     check_names(table.names, table.source)
     try:
         streams, ignored = known_columns(table.names, table.source, wrench_needed)
@@ -106,15 +102,15 @@ def _recognise(
         if not guessed.missing:
             column_map = _map_of(table, guessed, wrench_needed=wrench_needed)
     except InputError as error:
-        # one without advice is that of a table without rows
-        told = not table.names or there - {"time"} or error.fix
-        return None if told else error
+        # an error without advice is that of a table without rows
+        is_canonical = not table.names or there - {"time"} or error.fix
+        return None if is_canonical else error
     if not there < guessed.columns:
         return None
     if column_map is None:
-        first = guessed.missing[0].startswith("time")
-        told = not streams and (not first or len(guessed.missing) == 1)
-        return _lacking(table, guessed) if told else None
+        timeless = guessed.missing[0].startswith("time")
+        is_partial = not streams and (not timeless or len(guessed.missing) == 1)
+        return _lacking(table, guessed) if is_partial else None
     left = columns_of_streams(table.names, RATES)
     more = f"; {summarize_list(sorted(left))} not read" if left else ""
     return column_map, taken_by_names(guessed, more=more)
@@ -123,8 +119,8 @@ def _recognise(
 def map_by_names(
     table: Table, *, is_part: bool = False
 ) -> "tuple[ColumnMap, GuessedMap]":
-    """The column map that names and numbers of a table tell; `InputError` where they
-    tell too little. Of a part of what is recorded, another table holds the rest."""
+    """The column map guessed from names and numbers of a table; `InputError` where it is
+    incomplete. With `is_part` another table holds the other streams."""
     guessed = _guess(table)
     if guessed.missing and not is_part:
         raise _lacking(table, guessed)
@@ -163,7 +159,7 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
         wanted = {"time"} & {*absent}
         names = [quote_name(n) + nearest(n, wanted) for n in others]
         what += f": unknown are {summarize_list(names)}"
-    told = f"; taken by their names would be {guessed.summary}"
+    taken = f"; taken by their names would be {guessed.summary}"
     fix = (
         "name the others' columns in a column map (`column_map`=FILE; "
         "hefting map writes one of what is known)"
@@ -176,7 +172,7 @@ def _lacking(table: Table, guessed: "GuessedMap") -> InputError:
         fix += ", or give another table with the poses (`poses`)"
         if {*"UVW"} <= {name[:2].rstrip("[(_ ") for name in others}:
             fix += '; U, V, W of Epson have form = "euler", order = "ZYX", unit = "deg"'
-    return InputError(what + told, table.source, fix)
+    return InputError(what + taken, table.source, fix)
 
 
 def _of_torques(table: Table, guessed: "GuessedMap") -> InputError:
@@ -191,23 +187,22 @@ def _of_torques(table: Table, guessed: "GuessedMap") -> InputError:
 def taken_by_names(
     guessed: "GuessedMap", of: str = "", more: str = ""
 ) -> tuple[Message, ...]:
-    """What is said where columns, `of` some file, are taken for what their names
-    say."""
+    """Warnings that columns, `of` some file, are taken by their names."""
     what = (
         f"the columns{of} are taken by their names: {guessed.summary}{more}; "
         "give `column_map` where that is wrong (hefting map writes one)"
     )
-    said = (warning("columns-by-name", what, "column_map"),)
+    taken = warning("columns-by-name", what, "column_map")
     if not guessed.doubts:
-        return said
+        return (taken,)
     what = f"check the columns{of}, in a column map: {'; '.join(guessed.doubts)}"
-    return (*said, warning("columns-doubtful", what, "column_map"))
+    return taken, warning("columns-doubtful", what, "column_map")
 
 
 def _read_recognised(
     table: Table,
     column_map: "ColumnMap",
-    said: tuple[Message, ...],
+    warnings: tuple[Message, ...],
     wrench_needed: bool,
 ) -> Recording:
     from hefting.logs.mapped import read_mapped
@@ -221,8 +216,8 @@ def _read_recognised(
             "load that is configured in it, and then the result is not the object: "
             "record with a load of zero"
         )
-        said += (warning("payload-unknown", what),)
-    return replace(recording, warnings=(*said, *recording.warnings))
+        warnings += (warning("payload-unknown", what),)
+    return replace(recording, warnings=(*warnings, *recording.warnings))
 
 
 def read_table_file(
@@ -244,17 +239,17 @@ def opened(
     column_map: str | Path | None,
     wrench_needed: bool,
 ) -> tuple[Table, Callable[[Table], Recording]]:
-    """The table at `path`, and what makes a recording of it or of a part of it; errors
-    as for `read_table_file`."""
+    """The table at `path`, and the reader of it or of a part of it; errors as for
+    `read_table_file`."""
     table, read = _opened(file_format, path, column_map, wrench_needed)
-    if not (said := getattr(table, "said", ())):
+    if not (warnings := getattr(table, "warnings", ())):
         return table, read
 
-    def read_and_say(part: Table) -> Recording:
+    def read_and_warn(part: Table) -> Recording:
         recording = read(part)
-        return replace(recording, warnings=(*said, *recording.warnings))
+        return replace(recording, warnings=(*warnings, *recording.warnings))
 
-    return table, read_and_say
+    return table, read_and_warn
 
 
 def _opened(
@@ -263,7 +258,7 @@ def _opened(
     column_map: str | Path | None,
     wrench_needed: bool,
 ) -> tuple[Table, Callable[[Table], Recording]]:
-    """The same without what is said of the file."""
+    """The same without the warnings of the table."""
     assert file_format.open_table is not None
     if column_map is not None:
         from hefting.logs.column_map import load_map

@@ -1,5 +1,4 @@
-"""A wrench and the poses to it in two tables, as a sensor and a robot write them by
-programs of their own."""
+"""Wrench and poses in two tables, which separate programs of sensor and robot wrote."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -23,12 +22,12 @@ POSES = ("position", "orientation", "joint_positions")
 
 @immutable
 class _Part:
-    """What one of the files holds; times are in seconds, as recorded."""
+    """Content of one of the files, with the recorded times in seconds."""
 
     path: str
     found: Mapped
-    said: tuple[Message, ...]
-    """what was taken for what by names alone"""
+    warnings: tuple[Message, ...]
+    """of the table, and of columns that are taken by their names"""
 
     @property
     def span(self) -> tuple[float, float]:
@@ -44,26 +43,25 @@ def read_with_poses(
     *,
     wrench_needed: bool = True,
 ) -> Recording:
-    """Recording of the wrench at `path` and of the `poses`, or joint angles, in another
+    """Recording with the wrench at `path`, and the `poses` or joint angles in another
     table.
 
     Parameters
     ----------
     path : path
         CSV or Parquet with time and wrench, or with time and joint torques tau1..taun;
-        it may hold an IMU, and no poses.
+        it may hold an IMU, but no poses.
     poses : path
-        CSV or Parquet with time and poses or joint angles, read by what its names tell.
+        CSV or Parquet with time and poses or joint angles, read by its names.
     column_map : path, optional
-        TOML file that says which columns of one of them hold what: of the first where
-        it names a wrench, else of the poses; of the other where only that has all the
-        columns that it names.
+        TOML file with the columns of one of them: of the first if it names a wrench,
+        else of the poses; of the other if only that has all the named columns.
     wrench_needed : bool
         Whether the first is refused without a wrench.
 
-    Both count their time on one clock: an offset of less than a second or so is found
-    when an object is identified. Raises `InputError` where one of them does not hold
-    what it should, and where the two do not overlap in time.
+    Both have times of one clock, up to an offset of about a second, which is found when
+    an object is identified. Raises `InputError` where one of them lacks these streams, or
+    the two do not overlap in time.
     """
     chosen, mapped_one = None, None
     if column_map is not None:
@@ -96,7 +94,7 @@ def read_with_poses(
         first.found,
         streams={**own, **taken},
         warnings=(
-            *(*first.said, *second.said),
+            *(*first.warnings, *second.warnings),
             *(*first.found.warnings, *second.found.warnings),
         ),
         notes=(*first.found.notes, *second.found.notes),
@@ -107,7 +105,7 @@ def read_with_poses(
 
 
 def _file_of(chosen: ColumnMap, path: str | Path, poses: str | Path) -> str | Path:
-    """The file that a column map is of."""
+    """The file that a column map is for."""
     one, other = poses, path
     if {"wrench", "force"} & set(chosen.quantities):
         one, other = path, poses
@@ -115,7 +113,7 @@ def _file_of(chosen: ColumnMap, path: str | Path, poses: str | Path) -> str | Pa
 
 
 def _fits(chosen: ColumnMap, path: str | Path) -> bool:
-    """Whether a file is laid out as a map says and has all its columns."""
+    """Whether a file has the layout and all columns of a map."""
     try:
         return has_columns(_table(path, chosen), chosen)
     except InputError:
@@ -123,26 +121,26 @@ def _fits(chosen: ColumnMap, path: str | Path) -> bool:
 
 
 def _part(path: str | Path, chosen: ColumnMap | None) -> _Part:
-    """What a table holds, by a map or by what its names tell."""
+    """Content of a table, by a map or by its names."""
     table = _table(path, chosen)
-    said = getattr(table, "said", ())
+    warnings = getattr(table, "warnings", ())
     torques = column_names("joint_torques", len(table.names) - 1)
     if chosen is None and set(table.names) == {"time", *torques}:
         only = {"time": {"column": "time"}, "joint_torques": [*torques]}
         chosen = column_map_of(only, path, is_part=True)
     elif chosen is None:
         chosen, guessed = map_by_names(table, is_part=True)
-        said += taken_by_names(guessed, f" of {Path(path).name}")
+        warnings += taken_by_names(guessed, f" of {Path(path).name}")
     found = mapped(table, chosen)
     if found.unit is None or not found.streams:
         fix = f"name its column time, in seconds, or in a column map {TIME_EXAMPLE}"
         raise InputError("there is no time", path, fix)
     streams = with_times(found.streams, found.unit.to_si)
-    return _Part(str(path), replace(found, streams=streams, unit=SECOND), said)
+    return _Part(str(path), replace(found, streams=streams, unit=SECOND), warnings)
 
 
 def _table(path: str | Path, chosen: ColumnMap | None) -> Table:
-    """The table at a path, laid out as a map says."""
+    """The table at a path, with the layout of a map."""
     check_readable(path)
     check_size(path)
     form = find_format(path)

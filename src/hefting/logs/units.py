@@ -1,4 +1,4 @@
-"""Units that logs are written in, and their exact conversion to SI."""
+"""Units of logs, and their exact conversion to SI."""
 
 import math
 import re
@@ -20,10 +20,10 @@ class Unit:
     divisor: float = 1.0
 
     def to_si(self, values: Array) -> Array:
-        """`values` in SI units, the same array where nothing changes."""
+        """`values` in SI units; the same array for an SI unit."""
         if self.multiplier == self.divisor == 1.0:
             return values
-        # what overflows is refused as a value that is not finite
+        # values that overflow are refused later, as not finite
         with np.errstate(over="ignore"):
             return (
                 values * self.multiplier / self.divisor
@@ -112,7 +112,7 @@ ALIASES = {
     )
     for alias in aliases.split()
 }
-"""Other words for units, in small letters; a force in kg is one in kgf."""
+"""Other words for units, in small letters; kg of a force means kgf."""
 
 SECOND = UNITS["time"]["s"]
 """The SI unit of time."""
@@ -125,9 +125,9 @@ SCALED = re.compile(r"\s*(\d{1,9}(?:\.\d{1,9})?(?:e-?\d{1,2})?)\s*([^\d\s].*)")
 def find_unit(name: object, kind: str, where: object) -> Unit:
     """The unit `name` of a kind of quantity (a key of `UNITS`).
 
-    Spaces, hyphens and multiplication dots are free: ``"N m"``, ``"N-m"`` and ``"N·m"``
-    are one; so are ``"m/s2"`` and ``"m/s^2"``, and `ALIASES`. A factor may stand before it, ``"0.0001 deg"``.
-    `InputError`, naming `where`, lists the units there are.
+    ``"N m"``, ``"N-m"`` and ``"N·m"`` are the same, as are ``"m/s2"`` and ``"m/s^2"``, and
+    `ALIASES`. A factor may precede the unit: ``"0.0001 deg"``. `InputError`, naming
+    `where`, lists the known units.
     """
     known = UNITS[kind]
     if not isinstance(name, str):
@@ -146,7 +146,7 @@ def find_unit(name: object, kind: str, where: object) -> Unit:
 
 
 def _plain(name: str) -> str:
-    """The name without what people write in different ways."""
+    """A unit without spaces, hyphens, dots and carets, and with common signs replaced."""
     name = (
         name.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("°", "deg")
     )

@@ -1,8 +1,8 @@
 """Real-time records of Universal Robots (RTDE's ``record.py``) -> Recording.
 
 Fields are numbered columns (``actual_TCP_pose_0`` to ``_5``), cells are separated by
-spaces or commas, units are SI. What the fields mean (RTDE guide of Universal Robots;
-for the reference point, the frames that the manufacturer's ROS driver takes them in):
+spaces or commas, units are SI. The fields (source: RTDE guide of Universal Robots; for
+the reference point, the frames of the manufacturer's ROS driver):
 
 ================== ==================================================================================
 timestamp          [s] since the controller started
@@ -46,18 +46,18 @@ FIELDS = {
     "actual_qd": 6,
     "actual_current": 6,
 }
-"""Fields that are read, and how many columns each has."""
+"""Number of columns of each field that is read."""
 
 MARKS = frozenset(
     ("actual_TCP_pose_0", "ft_raw_wrench_0", "actual_TCP_force_0", "actual_q_0")
 )
-"""Columns of which one tells such a record."""
+"""Columns of which a record has at least one."""
 
 RAW = "ft_raw_wrench"
 """Field of the sensor's own wrench, in flange axes [N, N m]."""
 
 FORCE = "actual_TCP_force"
-"""Field of the wrench less the configured payload, in base axes [N, N m]."""
+"""Field of the wrench without the configured payload, in base axes [N, N m]."""
 
 
 TIMES = ("timestamp", "time")
@@ -65,8 +65,8 @@ TIMES = ("timestamp", "time")
 
 
 def is_ur(names: Iterable[str]) -> bool:
-    """Whether a header is that of a real-time record. One that has another wrench, or
-    forces alone where it has none, is not: another sensor measured them."""
+    """Whether a header is that of a real-time record. One with the wrench of another
+    sensor, or its forces alone where the record has no wrench, is not."""
     names = tuple(names)
     groups = group_columns([name for name in names if not name.startswith(RAW)])
     force = groups.find("force", "xyz")
@@ -77,11 +77,11 @@ def is_ur(names: Iterable[str]) -> bool:
 
 
 def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
-    """Recording in a real-time record; the flange, or the TCP, is its sensor.
+    """Recording in a real-time record; the sensor frame is the flange, or the TCP.
 
     Raises `InputError` for a record without timestamps, without a wrench where it is
-    needed, without a pose and joint angles, for one whose wrench the controller has
-    freed of a payload, and for cells that are no numbers.
+    needed, or without a pose and joint angles, for a wrench from which the controller
+    has removed a payload, and for cells that are no numbers.
     """
     fields = _find_fields(table)
     _check_fields(table, fields, wrench_needed)
@@ -115,7 +115,7 @@ def read_ur(table: Table, wrench_needed: bool = True) -> Recording:
 def _check_fields(
     table: Table, fields: dict[str, list[int]], wrench_needed: bool
 ) -> None:
-    """`InputError` where a field is absent that must be there."""
+    """`InputError` where a required field is absent."""
     if _time_of(table) is None:
         raise InputError(
             "there is no column timestamp", table.source, "record timestamp too"
@@ -135,7 +135,7 @@ def _check_fields(
 
 
 def _time_of(table: Table) -> str | None:
-    """Name of the column of times; None where there is none."""
+    """Name of the column of times, if any."""
     return next((name for name in TIMES if name in table.names), None)
 
 
@@ -158,7 +158,8 @@ def _read_record(
 
 
 def _has_raw_wrench(values: dict[str, Array]) -> bool:
-    """Whether the sensor's own wrench is there, and not blanked where another is."""
+    """Whether the sensor's own wrench is there and not constant; a constant one counts
+    where there is no other."""
     return RAW in values and (
         FORCE not in values or bool(np.ptp(values[RAW], axis=0).any())
     )
@@ -171,11 +172,12 @@ def find_motion_and_wrench(
     notes: list[Message],
     warnings: list[Message],
 ) -> dict[str, Array]:
-    """Streams of the flange's motion and the wrench, from the fields of N records;
-    what there is to say is added to `notes` and `warnings`."""
-    felt = raw or FORCE in values
+    """Streams of the flange's motion and the wrench, from the fields (N, width) of N
+    records; messages are added to `notes` and `warnings`. `raw` says that the wrench is
+    that of `RAW`, else of `FORCE`, if any."""
+    has_wrench = raw or FORCE in values
     if "actual_TCP_pose" not in values:
-        if felt and not raw:
+        if has_wrench and not raw:
             raise InputError(
                 f"{FORCE} is in base axes, and there is no pose to turn it by",
                 source,
@@ -184,7 +186,7 @@ def find_motion_and_wrench(
         return {"wrench": values[RAW]} if raw else {}
     found, rotations, remark = _flange_motion(values)
     notes.append(note("pose-source", remark))
-    if felt:
+    if has_wrench:
         warnings += _check_reference(values, raw)
         found["wrench"] = (
             values[RAW] if raw else rotate_into_sensor(rotations, values[FORCE])
@@ -193,7 +195,7 @@ def find_motion_and_wrench(
 
 
 def _find_fields(table: Table) -> dict[str, list[int]]:
-    """Columns of each field; `InputError` for parts of one and for repeated names."""
+    """Columns of each field; `InputError` for incomplete fields and repeated names."""
     fields = {}
     for field, width in FIELDS.items():
         names = [f"{field}_{i}" for i in range(width)] if width > 1 else [field]
@@ -206,7 +208,7 @@ def _find_fields(table: Table) -> dict[str, list[int]]:
 
 
 def _check_whole(field: str, names: list[str], there: list[str], source: str) -> None:
-    """`InputError` for a field of which only a part is there."""
+    """`InputError` for an incomplete field."""
     missing = [name for name in names if name not in there]
     if missing:
         raise InputError(
@@ -217,7 +219,7 @@ def _check_whole(field: str, names: list[str], there: list[str], source: str) ->
 
 
 def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
-    """`InputError` for a name of a column that is there more than once."""
+    """`InputError` for a repeated name of a column."""
     read = [table.names[column] for columns in fields.values() for column in columns]
     for name in (*TIMES, *read):
         if table.names.count(name) > 1:
@@ -231,8 +233,8 @@ def _check_repeated(table: Table, fields: dict[str, list[int]]) -> None:
 def _check_payload(
     record: Stream, values: dict[str, Array], source: str
 ) -> list[Message]:
-    """`InputError` when the controller has removed a payload from the wrench; a warning
-    when that is not known."""
+    """`InputError` where the controller has removed a payload from the wrench; a warning
+    where that is unknown."""
     if "payload" not in values:
         what = (
             f"payload is not recorded: whatever is set in the controller is already removed from {FORCE}, "
@@ -251,8 +253,8 @@ def _check_payload(
 
 
 def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, str]:
-    """Position, orientation and, if recorded, velocities of the flange, or else of the
-    TCP; its rotations (N, 3, 3); and which it is."""
+    """Streams of position, orientation and, if recorded, velocities of the flange, or
+    without `tcp_offset` of the TCP; its rotations (N, 3, 3); and a note which it is."""
     from scipy.spatial.transform import Rotation
 
     pose = values["actual_TCP_pose"]
@@ -278,7 +280,7 @@ def _flange_motion(values: dict[str, Array]) -> tuple[dict[str, Array], Array, s
 
 
 def _check_reference(values: dict[str, Array], raw: bool) -> list[Message]:
-    """Warnings about the frame the wrench is given in."""
+    """Warnings about the frame of the wrench."""
     if "tcp_offset" not in values:
         about = (
             "axes and origin of ft_raw_wrench are"

@@ -1,9 +1,9 @@
-"""Windows: a table too large for memory as consecutive recordings, of which no more
-than two are held at a time.
+"""Windows: a table too large for memory as consecutive recordings, at most two of which
+are in memory at once.
 
-Each is a recording of its own, with a bias, a drift and a clock offset of its own, and
-what was smoothed has two more ends: what several tell of one object is found by
-`hefting.identification.partials`.
+Each is a separate recording, with its own bias, drift and clock offset, and two more ends
+of the smoothed motion. `hefting.identification.partials` identifies one object from
+several.
 """
 
 import sys
@@ -22,21 +22,21 @@ from hefting.logs.table import Block, Table
 from hefting.logs.table_file import opened
 
 SECONDS = 45.0
-"""[s] Length of a window. A bias that drifts costs six unknowns a window: in 45 s of
-slow motion the object turns often enough to tell them."""
+"""[s] Length of a window. A drifting bias adds six unknowns to each window; in 45 s of
+slow motion the object turns often enough to determine them."""
 ROWS = 45_000
-"""Most rows of a window. The last two share theirs where the last would have fewer than
-half as many."""
+"""Largest number of rows of a window. The last two share their rows equally where the
+last would have fewer than half as many."""
 FEWEST_ROWS = 1_000
-"""Fewest rows of a window, whatever its time."""
+"""Smallest number of rows of a window, of whatever duration."""
 LARGEST_WHOLE = 10_000_000
-"""Numbers in a table up to which it is read whole: some twelve minutes of fourteen
-columns at 1 kHz."""
+"""Largest number of numbers in a table that is read as a whole: some twelve minutes of
+fourteen columns at 1 kHz."""
 SAID_ONCE = {"time-shifted", "columns-by-name", "columns-doubtful", "end-left-out"}
-"""Codes of messages about a file, which its first window has."""
+"""Codes of messages about the file, which only the first window has."""
 
 Reader = Callable[[Table], Recording]
-"""What makes a recording of a table."""
+"""Reads a recording from a table."""
 
 
 def windows(
@@ -46,7 +46,7 @@ def windows(
     seconds: float = SECONDS,
     rows: int = ROWS,
 ) -> Iterator[Recording]:
-    """The table at `path` as consecutive recordings, each sample in one of them.
+    """The table at `path` as consecutive recordings without overlap.
 
     Parameters
     ----------
@@ -55,19 +55,20 @@ def windows(
     column_map : path, optional
         As for `hefting.read_log`.
     seconds : float
-        [s] Length of a window, by the pace of the first rows.
+        [s] Length of a window, by the rate of the first rows.
     rows : int
-        Most rows of a window. Each has at least half as many as the others.
+        Largest number of rows of a window; the last one has at least half as many as
+        the others.
 
     Yields
     ------
     Recording
-        Whose source names the file and the rows.
+        Its source names the file and the rows.
 
     Raises
     ------
     InputError
-        As `hefting.read_log` does, at the window where it is found; for a bag.
+        As `hefting.read_log`, at the window with the fault; also for a bag.
     """
     table, read = opened(_format_of(path), path, column_map, wrench_needed=True)
     columns = _columns_read(table, read)
@@ -88,8 +89,8 @@ def windows(
 
 
 def needs_windows(path: str | Path) -> bool:
-    """Whether a table holds more numbers than are read whole (`LARGEST_WHOLE`), as far
-    as its size tells; False of what is no table."""
+    """Whether a table holds more than `LARGEST_WHOLE` numbers, by its size; False for
+    other files."""
     found = find_format(path)
     if found is None or not (found.is_table and found.in_blocks):
         return False
@@ -99,14 +100,14 @@ def needs_windows(path: str | Path) -> bool:
 
 
 def _numbers(path: str | Path) -> float:
-    """Numbers in a table; of text an estimate by its first lines."""
+    """Number of numbers in a table; for text an estimate from its first lines."""
     if suffix_of(path) == ".parquet":
         from pyarrow import ArrowException, parquet
 
         try:
             metadata = parquet.read_metadata(path)
         except (ArrowException, OSError):
-            return 0.0  # reading it says why
+            return 0.0  # reading the file raises the error
         return float(metadata.num_rows * metadata.num_columns)
     first = next(texts(path), b"")
     cells = sum(first.count(mark) for mark in (b"\n", b",", b";", b"\t"))
@@ -114,7 +115,7 @@ def _numbers(path: str | Path) -> float:
 
 
 def _format_of(path: str | Path) -> Format:
-    """The format of a table; `InputError` for what is none, or cannot be read."""
+    """The format of a table; `InputError` for another or unreadable file."""
     found = find_format(path)
     if found is None or not (found.is_table and found.in_blocks):
         tables = " or ".join(each.name for each in table_formats() if each.in_blocks)
@@ -129,26 +130,26 @@ def _format_of(path: str | Path) -> Format:
 
 
 def _give_back() -> None:
-    """Have pyarrow return the memory that it keeps for later tables."""
+    """Make pyarrow release the memory that it keeps for later tables."""
     if "pyarrow" in sys.modules:
         import pyarrow as pa
 
         pa.default_memory_pool().release_unused()
 
 
-class _Asked(Exception):
-    """Carries the columns that a reader asks a table for."""
+class _ColumnsAsked(Exception):
+    """Carries the columns that a reader reads from a table."""
 
 
 @immutable
 class _Probe:
-    """A table that tells which columns are read of it, in `_Asked`."""
+    """A table that raises the columns that are read from it, in `_ColumnsAsked`."""
 
     source: str
     names: tuple[str, ...]
 
     def blocks(self, columns: Sequence[int]) -> Iterator[Block]:
-        raise _Asked(columns)
+        raise _ColumnsAsked(columns)
 
 
 @immutable
@@ -158,8 +159,8 @@ class _Part:
     table: Table
     held: Sequence[Block]
     few: float = 1.0
-    """Share of its samples that may lack something: of the whole table they may be
-    few."""
+    """Largest share of incomplete samples: in a window there may be many, if they are
+    few in the whole table."""
 
     @property
     def source(self) -> str:
@@ -174,22 +175,22 @@ class _Part:
 
 
 class _Pace:
-    """How many rows a window has, which the first rows tell, and how one is read."""
+    """Number of rows of a window, found from the first rows, and its reader."""
 
     def __init__(self, read: Reader, seconds: float, rows: int):
         self._read, self._seconds, self._first = read, seconds, True
         self.rows, self._most = rows, rows
 
     def set_by(self, part: _Part) -> None:
-        """Take the pace of the first rows."""
+        """Set the number of rows by the rate of the first rows."""
         recording = self._read(part)
         if not recording.static and recording.duration > 0.0:
-            pace = _count(part.held) / recording.duration
-            wanted = max(int(self._seconds * pace), FEWEST_ROWS)
+            rate = _count(part.held) / recording.duration
+            wanted = max(int(self._seconds * rate), FEWEST_ROWS)
             self.rows = min(wanted, self._most)
 
     def recording(self, part: _Part) -> Recording:
-        """A window as a recording; what is said of the file is said once."""
+        """A window as a recording; only the first has the messages about the file."""
         read = self._read(part)
         first, last = part.held[0].rows[0], part.held[-1].rows[-1]
         kept = [
@@ -203,10 +204,10 @@ class _Pace:
 
 
 def _columns_read(table: Table, read: Reader) -> Sequence[int]:
-    """The columns that a reader takes; `InputError` where the header does not do."""
+    """The columns that a reader reads; `InputError` for an unsuitable header."""
     try:
         read(_Probe(table.source, table.names))
-    except _Asked as asked:
+    except _ColumnsAsked as asked:
         return asked.args[0]
     raise AssertionError("a reader reads its table")
 
@@ -243,7 +244,7 @@ def _split(blocks: list[Block], count: int) -> tuple[list[Block], list[Block]]:
 
 
 def _rows(block: Block, chosen: slice) -> Block:
-    """Some rows of a block, copied: the others need not be kept for them."""
+    """A copy of some rows of a block, so that the others can be freed."""
     return Block(
         block.rows[chosen].copy(),
         {j: values[chosen].copy() for j, values in block.values.items()},

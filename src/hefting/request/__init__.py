@@ -1,7 +1,7 @@
-"""Request: one identification as a command line, or a row of a table, says it, as
-values of the library.
+"""Request: the options of one identification, from a command line or a row of a table,
+and the library's values for them.
 
-What is said is an object with an attribute for each option of ``hefting identify``, its
-name with underscores, such as the parsed arguments of a command. Texts are as they are
-typed; None is what was not given. Errors name the option.
+A request is an object with an attribute for each option of ``hefting identify``, its
+name with underscores, such as the parsed arguments of a command. Texts are as typed;
+options that were not given are None. Errors name the option.
 """

@@ -1,4 +1,4 @@
-"""What a motion is planned for, as it is typed."""
+"""Options of `hefting plan` on the sensor, as values of the library."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -9,12 +9,12 @@ if TYPE_CHECKING:
     from hefting.core.measurements import Noise
 
 RATE = 100.0
-"""[Hz] of the samples that will be recorded, where nothing is said."""
+"""[Hz] Default rate of the samples that will be recorded."""
 
 
 def noise_of(a: Any) -> "tuple[Noise | None, float]":
-    """The noise of a sample that was given, or that of a recording, and how many
-    samples there will be a second [Hz]; None where neither was given."""
+    """Noise of a sample, as given or from a recording (None without either), and the
+    rate of the samples [Hz]."""
     from hefting.core.measurements import Noise
 
     rate = RATE if a.rate is None else a.rate
@@ -35,7 +35,7 @@ def noise_of(a: Any) -> "tuple[Noise | None, float]":
 
 
 def sensor_range_of(text: str | None) -> tuple[float | None, float | None]:
-    """Largest force [N] and torque [N m] along each axis; None without a limit."""
+    """Largest force [N] and torque [N m] along each axis; None, None without limits."""
     if text is None:
         return None, None
     kinds = "force", "torque"
@@ -69,8 +69,7 @@ def torques_of(a: Any) -> bool | float | list[float]:
 
 
 def of_joints(text: str | None, option: str) -> float | list[float] | None:
-    """One number for all joints, or one of each, separated by commas; None where
-    nothing was given."""
+    """One number for all joints, or comma-separated numbers for each; None for None."""
     if text is None:
         return None
     values = numbers(text, text.count(",") + 1, option)
@@ -78,8 +77,8 @@ def of_joints(text: str | None, option: str) -> float | list[float] | None:
 
 
 def _noise_of_recording(a: Any) -> "tuple[Noise, float]":
-    """The noise that is found in a recording of the same sensor, of white samples that
-    tell as little, and their rate [Hz]."""
+    """Noise and rate [Hz] of a recording of the same sensor; the noise is that of
+    uncorrelated samples with as much information."""
     from hefting.core.measurements import Noise
     from hefting.ingest.ingest import ingest
     from hefting.logs import read_log
@@ -92,7 +91,8 @@ def _noise_of_recording(a: Any) -> "tuple[Noise, float]":
         what = "static poses do not tell how fast the sensor is"
         raise InputError(what, a.noise_from, "give --sensor-noise and --rate")
     found = ingest(recording)
-    lasting = max(found.fit.autocorrelation, 1.0) ** 0.5
+    correlation = max(found.fit.autocorrelation, 1.0) ** 0.5
     time = recording["wrench"].time
     rate = (len(time) - 1) / float(time[-1] - time[0])
-    return Noise(lasting * found.noise.force, lasting * found.noise.torque), rate
+    noise = found.noise
+    return Noise(correlation * noise.force, correlation * noise.torque), rate

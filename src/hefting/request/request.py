@@ -1,5 +1,5 @@
-"""Request: what is said of one identification, by the names of the options of
-``hefting identify``, and what is wrong of it before any recording is read."""
+"""Request: options of one identification by the names that ``hefting identify`` gives
+them, and their check before any recording is read."""
 
 from collections.abc import Mapping
 from functools import cache
@@ -12,7 +12,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.identification import Identification, identify
 from hefting.request.settings import (
-    bias_said,
+    bias_of,
     gravity_of,
     hyperparameters_of,
     reading_of,
@@ -32,7 +32,7 @@ DEFAULTS: dict[str, Value] = {
     "wrench": "auto",
     "hull": False,
 }
-"""What is assumed where an option is not given, and it is not None."""
+"""Defaults of options, where these are not None."""
 TEXTS = (
     *("shape", "unit", "object_pose", "box", "pose_std", "shape_std"),
     *("method", "until", "mass", "sensor_accuracy", "tool"),
@@ -45,7 +45,7 @@ FILES = (
     *("shape", "tool", "map", "poses", "urdf"),
     *("bias", "object_pose", "sensor_pose_in_log"),
 )
-"""Options that name files; the last three also take words or numbers."""
+"""Options that name files; the last line also takes words or numbers."""
 YES, NO = ("true", "yes", "1"), ("false", "no", "0")
 
 
@@ -61,17 +61,18 @@ def option_kinds() -> dict[str, type]:
 
 
 def canonical_name(name: str) -> str:
-    """The option that is meant by a name, with dashes or underscores, or by another
-    name of it; the name itself where there is no such option."""
+    """The name of an option with underscores and small letters, and not one of `ALSO`;
+    unknown names remain."""
     plain = name.strip().lstrip("-").replace("-", "_").lower()
     return ALSO.get(plain, plain)
 
 
-def said(options: Mapping[str, Any]) -> dict[str, Value]:
-    """Options that are given, by their names, each as its type.
+def given_options(options: Mapping[str, Any]) -> dict[str, Value]:
+    """The given options by canonical name, each with a value of its type.
 
-    Numbers and yes or no may be texts; a list stands for its items separated by commas.
-    Raises `InputError` for an unknown option and for a value of another type.
+    Numbers and booleans may be texts; a list becomes text, its items separated by
+    commas. Empty values are left out. Raises `InputError` for an unknown option and for
+    a value of another type.
     """
     given: dict[str, Value] = {}
     kinds = option_kinds()
@@ -111,13 +112,13 @@ def _typed(name: str, value: Any, kind: type) -> Value:
 
 
 def in_folder(options: Mapping[str, Value], folder: Path) -> dict[str, Value]:
-    """The options with names of files that are relative to a folder."""
+    """The options, with names of files taken as relative to a folder."""
     placed = {name: str(folder / path) for name, path in files_of(options).items()}
     return {**options, **placed}
 
 
 def files_of(options: Mapping[str, Value]) -> dict[str, str]:
-    """The files that options name, by option."""
+    """Names of files in options, by option."""
     named = {name: options.get(name) for name in FILES}
     return {
         name: value
@@ -138,15 +139,16 @@ def _names_file(name: str, value: str) -> bool:
 
 
 def request_of(options: Mapping[str, Any]) -> SimpleNamespace:
-    """What is said, with None or the default for what is not; see `said`."""
-    return SimpleNamespace(**(dict.fromkeys(option_kinds()) | DEFAULTS | said(options)))
+    """The options by `given_options`, with the defaults or None for the others."""
+    others = dict.fromkeys(option_kinds()) | DEFAULTS
+    return SimpleNamespace(**(others | given_options(options)))
 
 
 def identify_requested(
     request: SimpleNamespace, log: str, shape: Shape | None
 ) -> Identification:
-    """Identify the object in the log at a path as a request (`request_of`) says, with
-    the shape that `hefting.request.settings.shape_of` makes of it.
+    """Identify the object in the log at a path by a request (`request_of`), with the
+    shape that `hefting.request.settings.shape_of` makes of it.
 
     Raises `InputError` and `NotIdentifiableError` as `hefting.identify`.
     """
@@ -161,7 +163,7 @@ def identify_requested(
 
 
 def reading_of_one(request: Any, recording: Any) -> dict[str, Any]:
-    """How one recording is to be read, as arguments of `hefting.identify`."""
+    """Arguments of `hefting.identify` for reading one recording."""
     reading = reading_of(request, gravity_of(request), [recording])
     if isinstance(reading["bias"], list):
         (reading["bias"],) = reading["bias"]
@@ -169,10 +171,10 @@ def reading_of_one(request: Any, recording: Any) -> dict[str, Any]:
 
 
 def check_request(request: SimpleNamespace) -> None:
-    """`InputError` for what is wrong whatever the recording: words that mean nothing,
-    numbers that cannot be, and files that are not there or are not what they should.
+    """`InputError` for options that are wrong for every recording: unknown words,
+    impossible numbers, and missing or unreadable files.
 
-    What is only wrong without something else, as a hull without a shape, is not.
+    Options that only lack another one, as a hull without a shape, pass.
     """
     from hefting.estimators import method_named
     from hefting.ingest.ingest import check_convention
@@ -181,7 +183,7 @@ def check_request(request: SimpleNamespace) -> None:
     a = request
     gravity_of(a)
     hyperparameters_of(a)
-    bias_said(a.bias)
+    bias_of(a.bias)
     if a.method is not None:
         method_named(a.method)
     check_convention(a.wrench)
@@ -195,8 +197,7 @@ def check_request(request: SimpleNamespace) -> None:
 
 
 def _check_files(a: Any) -> None:
-    """Those that say how a recording is read, and what is subtracted; and the pose of
-    the sensor, a file or numbers."""
+    """`InputError` for a faulty tool, column map, pose of the sensor or URDF."""
     from hefting.ingest.tool import load_tool
     from hefting.logs.column_map import load_map
     from hefting.logs.sensor_pose import sensor_turned

@@ -1,5 +1,5 @@
-"""What the words of a request mean: the recording, with poses by a robot's kinematics and
-of the sensor; how it is read; the object's shape; and what a method is told."""
+"""The library's values for a request: the recording with the poses of the sensor, how
+it is read, the object's shape, and the hyperparameters of a method."""
 
 import re
 from collections.abc import Iterator
@@ -24,12 +24,12 @@ if TYPE_CHECKING:
 
 
 WEAKEST_GRAVITY, STRONGEST_GRAVITY = 1.5, 30.0
-"""[m/s²] Sizes of gravity that a command takes: the Moon has 1.6, Jupiter 25."""
+"""[m/s²] Range of gravity that a command takes: the Moon has 1.6, Jupiter 25."""
 
 
 def gravity_of(a: Any) -> "Gravity":
-    """The gravity that was given, or that of a place; else that of anywhere on the
-    Earth."""
+    """The given gravity, or that at the given latitude and altitude, or that of unknown
+    places on the Earth."""
     from hefting.core.gravity import ON_EARTH, Gravity
 
     text, latitude = a.gravity, a.latitude
@@ -58,7 +58,7 @@ def gravity_of(a: Any) -> "Gravity":
 
 @contextmanager
 def _naming(option: str) -> Iterator[None]:
-    """An `InputError` inside names the option."""
+    """Make an `InputError` within the block name the option."""
     try:
         yield
     except InputError as error:
@@ -66,7 +66,7 @@ def _naming(option: str) -> Iterator[None]:
 
 
 def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
-    """The accuracy that was given; `InputError` names the option."""
+    """The given accuracy of the sensor; `InputError` names the option."""
     from hefting.core.sensor_accuracy import SensorAccuracy
 
     with _naming("--sensor-accuracy"):
@@ -76,12 +76,12 @@ def sensor_accuracy_of(a: Any) -> "SensorAccuracy | None":
 def reading_of(
     a: Any, gravity: "Gravity", recordings: "list[Recording]"
 ) -> dict[str, Any]:
-    """How the recordings are to be read, as arguments of `hefting.identify`."""
+    """Arguments of `hefting.identify` for reading the recordings."""
     from hefting.ingest.bias import tare
     from hefting.ingest.tool import load_tool
 
-    bias = bias_said(a.bias)
-    if isinstance(bias, list):  # six numbers for each
+    bias = bias_of(a.bias)
+    if isinstance(bias, list):  # a tare window becomes six numbers for each recording
         bias = [tare(recording, *bias) for recording in recordings]
     return {
         "gravity": gravity,
@@ -94,8 +94,9 @@ def reading_of(
     }
 
 
-def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
-    """A bias model's name, the ends of a tare window [s], or six numbers of a file."""
+def bias_of(text: str) -> "str | list[float] | Array | BiasOfEstimate":
+    """A bias model's name, start and end of a tare window [s], or the content of a
+    file: six numbers, or the bias of an estimate."""
     from hefting.ingest.bias import load_bias
 
     if text in ("auto", "none", "estimate"):
@@ -117,7 +118,7 @@ def bias_said(text: str) -> "str | list[float] | Array | BiasOfEstimate":
 
 
 def hyperparameters_of(a: Any) -> dict[str, Any]:
-    """Those that were given, by their names in the estimators."""
+    """The given hyperparameters, by their names in the estimators."""
     from hefting.core.mass_reading import MassReading
     from hefting.estimators import options
 
@@ -149,7 +150,7 @@ def hyperparameters_of(a: Any) -> dict[str, Any]:
 
 
 def accuracy_of(text: str) -> "Accuracy":
-    """What was asked for; `InputError` names the option."""
+    """The accuracy that `--until` asks for; `InputError` names the option."""
     from hefting.core.accuracy import Accuracy
 
     with _naming("--until"):
@@ -157,7 +158,7 @@ def accuracy_of(text: str) -> "Accuracy":
 
 
 def shape_of(a: Any) -> "Shape | None":
-    """The shape that was given, if one was. `InputError` as `hefting.load_shape`."""
+    """The given shape, or None. `InputError` as `hefting.load_shape`."""
     if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
         raise InputError("whose convex hull?", "--hull", "give --shape FILE")
     from hefting.shapes import load_shape
@@ -171,8 +172,7 @@ def shape_of(a: Any) -> "Shape | None":
 
 
 def pose_of(text: str | None) -> "Array | None":
-    """A pose (4, 4) that was given [m], if one was. `InputError` as
-    `hefting.parse_pose`."""
+    """The given pose (4, 4) [m], or None. `InputError` as `hefting.parse_pose`."""
     if text is None:
         return None
     from hefting.shapes import parse_pose
@@ -181,11 +181,18 @@ def pose_of(text: str | None) -> "Array | None":
 
 
 def require_shape(a: Any) -> None:
-    """`InputError` where something is said of a shape that was not given."""
+    """`InputError` where options of a shape are given without a shape."""
     if a.shape is not None or a.box is not None:
         return
-    said = ("unit", "object_pose", "pose_std", "shape_std", "points", "points_per_cm3")
-    for name in said:
+    of_shape = (
+        "unit",
+        "object_pose",
+        "pose_std",
+        "shape_std",
+        "points",
+        "points_per_cm3",
+    )
+    for name in of_shape:
         if getattr(a, name) is not None:
             option = "--" + name.replace("_", "-")
             fix = "give --shape FILE or --box X,Y,Z, or leave it out"
@@ -193,7 +200,7 @@ def require_shape(a: Any) -> None:
 
 
 def _box(a: Any, pose: "Array | None") -> "Shape":
-    """The box whose sides were given, about the origin of a pose."""
+    """The box of the given sides, centred at the origin of a pose."""
     from hefting.shapes import Shape
 
     for option, given in (("--shape", a.shape), ("--unit", a.unit)):
@@ -215,14 +222,14 @@ def _box(a: Any, pose: "Array | None") -> "Shape":
 
 
 def recording_of(a: Any, path: str, wrench_needed: bool = True) -> "Recording":
-    """The log at `path`, with poses by a URDF's kinematics where one is given, and of
-    the sensor where it is said to be elsewhere. `InputError` as `hefting.read_log`."""
+    """The recording at `path`, with the poses of the sensor (`placed`). `InputError` as
+    `hefting.read_log`."""
     return placed(a, logged(a, path, wrench_needed), path)
 
 
 def placed(a: Any, recording: "Recording", path: str) -> "Recording":
     """A recording as logged at `path`, with poses by a URDF's kinematics where one is
-    given, and of the sensor."""
+    given, and moved from the logged frame to the sensor where that is elsewhere."""
     if a.urdf:
         from hefting.robots import with_poses
 
@@ -238,7 +245,7 @@ def placed(a: Any, recording: "Recording", path: str) -> "Recording":
 
 
 def sensor_pose_of(a: Any) -> "Array | None":
-    """The pose (4, 4) of the sensor in the logged frame, if one was given."""
+    """The given pose (4, 4) of the sensor in the logged frame [m], or None."""
     pose, turned = a.sensor_pose_in_log, a.sensor_turned
     if turned is None:
         return pose_of(pose)
@@ -261,7 +268,7 @@ def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":
     own = _own_options(path)
     options = {name: getattr(a, name) for name in all_options()}
     if "sensor_frame" not in own:
-        del options["sensor_frame"]  # names a link of the URDF then
+        del options["sensor_frame"]  # it names a link of the URDF
     if a.urdf and "pose_topic" in own:
         # the URDF gives the poses
         options["pose_topic"] = options["pose_topic"] or "none"
@@ -270,7 +277,7 @@ def logged(a: Any, path: str, wrench_needed: bool) -> "Recording":
 
 
 def _own_options(path: str) -> "Mapping[str, tuple[str, str]]":
-    """Options that the format of a log has."""
+    """Options of a log's format."""
     from hefting.logs.registry import find_format
 
     found = find_format(path)
@@ -278,7 +285,7 @@ def _own_options(path: str) -> "Mapping[str, tuple[str, str]]":
 
 
 def robot_of(a: Any) -> "Robot":
-    """The robot of the URDF that is given, whose joints move the sensor."""
+    """The robot of the given URDF, up to the sensor's link."""
     from hefting.robots import Robot
 
     if not a.sensor_frame:

@@ -1,9 +1,9 @@
-"""Sources: where the samples of a live stream come from: one file a transport, one list
+"""Sources of the samples of a live stream: one file for each transport, one list
 (`SCHEMES`).
 
-Here is what a source is called, what is asked of it, and what is believed of what it
-brings. A new transport is one module that ends in its ``SOURCE``, called with a name and
-a `Request`, and its line in `SCHEMES`.
+This file has the names of sources, the options for them, and the check of their samples.
+A new transport is one module that ends in its ``SOURCE``, called with a name and a
+`Request`, and its line in `SCHEMES`.
 """
 
 import time
@@ -25,7 +25,7 @@ from hefting.online.samples import UNIT_NORM, Samples, Source
 
 
 class NamedSource:
-    """What sources begin with; see `hefting.online.samples.Source`."""
+    """Attributes that all sources have; see `hefting.online.samples.Source`."""
 
     def __init__(self, name: str):
         self.name = name
@@ -39,21 +39,21 @@ class Address(NamedTuple):
     host: str
     port: int
     path: str
-    """What follows, without slashes around it."""
+    """The rest, without slashes around it."""
 
     @property
     def place(self) -> str:
-        """``HOST:PORT``, as addresses have it."""
+        """``HOST:PORT``, an IPv6 host in brackets."""
         host = f"[{self.host}]" if ":" in self.host else self.host
         return f"{host}:{self.port}"
 
 
 def address_of(name: str, port: int | None, example: str) -> Address:
-    """Host, port and path of ``scheme://HOST[:PORT][/PATH]``, as the user gave it.
-    `port` is used where none is given; None for a transport that has no usual one.
+    """Host, port and path of ``scheme://HOST[:PORT][/PATH]``; `port` is the default, None
+    for a transport without one.
 
-    Raises `InputError`, which shows an `example`, for a name without a host, or with a
-    port that cannot be.
+    Raises `InputError`, which shows an `example`, for a name without host or port, or
+    with an impossible port.
     """
     try:
         parts = urlsplit(name)
@@ -71,17 +71,17 @@ def address_of(name: str, port: int | None, example: str) -> Address:
 
 @dataclass(frozen=True)
 class Request:
-    """Options; each transport takes what concerns it."""
+    """Options of sources, of which each transport uses its own."""
 
     topics: Mapping[str, str] = field(default_factory=dict)
-    """by role (wrench, pose, joint, imu), or "none", as in
+    """topic, or "none", by role (wrench, pose, joint, imu), as in
     `hefting.logs.ros.read_bag`"""
     world_frame: str | None = None
-    """Frame the poses are in; by default the root of tf."""
+    """Frame of the poses; by default the root of tf."""
     sensor_frame: str | None = None
     """Frame of the sensor; by default that of the wrench."""
     speed: float = 1.0
-    """How fast a log is played; infinity is as fast as it is read."""
+    """Factor on the speed at which a log is played; infinity is without pauses."""
     read: Callable[[str], Recording] | None = None
     """reads a log to be played; by default `hefting.read_log`"""
 
@@ -94,15 +94,15 @@ SCHEMES = {
     "dds": "hefting.sources.dds",
     "rtde": "hefting.sources.rtde",
 }
-"""Module of each transport, by what stands before ``://``; what is slow to import
-belongs inside their functions."""
+"""Module of each transport, by scheme. Its functions import what is slow to import."""
 
 
 def source_of(name: str, request: Request | None = None) -> Source:
-    """``-``, ``scheme://...`` or a log to be played; nothing is opened yet.
+    """The source named ``-``, ``scheme://...`` or by the path of a log to be played, not
+    yet opened.
 
-    Raises `InputError` for an unknown scheme, and for a name that is not one of its
-    transport.
+    Raises `InputError` for an unknown scheme, and for a name that its transport does not
+    understand.
     """
     scheme, mark, _ = name.partition("://")
     if name == "-":
@@ -120,25 +120,25 @@ def source_of(name: str, request: Request | None = None) -> Source:
 
 
 MAX_MESSAGE = 1_000_000
-"""Largest message that is read [bytes]. A wrench has a hundred, a transform tree of a
-humanoid ten thousand."""
+"""Largest message that is read [bytes]. A wrench has a hundred bytes, a transform tree
+of a humanoid ten thousand."""
 
 MAX_JOINTS = 1000
 
 MAX_QUEUED = 50_000
-"""Most messages that wait for being read: ten seconds of all that a robot sends."""
+"""Largest number of unread messages: those of a robot in ten seconds."""
 
 TOO_LARGE = "larger than 1 MB"
 UNREADABLE = "does not fit its definition"
 QUEUE_FULL = "not read in time"
-"""Why messages are skipped."""
+"""Reasons for which messages are skipped."""
 
 
 def check(samples: Samples, skipped: Counter[str]) -> Samples | None:
-    """The samples that can be: finite, of a width and size that the stream has, with
+    """The valid samples: finite, with the stream's width, of possible size, and with
     unit quaternions; None where none is left.
 
-    The others are counted in `skipped`, by the reason.
+    The others are counted in `skipped`, by reason.
     """
     time = np.asarray(samples.time, dtype=float)
     values = np.asarray(samples.values, dtype=float)
@@ -174,18 +174,18 @@ def _checks(stream: str, time: Array, values: Array):
 
 
 GATHERING = 0.01
-"""[s] between looks. A live estimate is found right after one
+"""[s] Time between reads. A live estimate is found right after one
 (`hefting.online.identifier.LONGEST_WAIT`), mostly in less time than to the next."""
 
 
 class Pace:
-    """Keeps looks at what came apart: decoding together costs half as much as one by
+    """Limits the rate of reads: to decode messages together costs half as much as one by
     one (samples of RTDE at 500 Hz)."""
 
     def __init__(self):
         self._next = 0.0
 
     def wait(self) -> None:
-        """Wait until `GATHERING` after the last time."""
+        """Wait until `GATHERING` after the last call."""
         time.sleep(max(self._next - time.monotonic(), 0.0))
         self._next = time.monotonic() + GATHERING

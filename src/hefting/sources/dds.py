@@ -23,10 +23,12 @@ from hefting.sources.zenoh_router import ros_type
 
 @lru_cache
 def type_for(name: str) -> Any:
-    """A class for ``pkg/msg/Name`` that `cyclonedds` takes as the type of a topic, and
-    whose `deserialize` gives a `RawMessage`: decoding takes cyclonedds a millisecond for
-    each. Publishers of ROS tell nothing of their type but its name, which is therefore
-    the same."""
+    """A class for ``pkg/msg/Name`` that `cyclonedds` takes as the type of a topic.
+
+    Its `deserialize` returns a `RawMessage`, as decoding by cyclonedds takes a
+    millisecond per message. ROS publishers announce only the name of their type, so that
+    the name suffices.
+    """
     made = _struct(name)
 
     def deserialize(
@@ -39,7 +41,7 @@ def type_for(name: str) -> Any:
 
 
 class RawMessage:
-    """The bytes of a message, with their encapsulation."""
+    """The bytes of a message with its encapsulation header."""
 
     sample_info: Any = None
 
@@ -49,7 +51,7 @@ class RawMessage:
 
 @lru_cache
 def struct_for(name: str) -> Any:
-    """A class for ``pkg/msg/Name`` by `cyclonedds`, which it decodes."""
+    """A class for ``pkg/msg/Name`` that `cyclonedds` decodes."""
     return _struct(name)
 
 
@@ -87,13 +89,13 @@ def _type_of(node: int, detail: Any) -> Any:
 
 
 HIGHEST_DOMAIN = 232
-"""DDS has no more: higher ones have no port."""
+"""Highest domain of DDS; higher ones have no port."""
 
 DEPTH = 5000
-"""Most messages of a topic that wait to be read."""
+"""Largest number of unread messages of a topic."""
 
 LOOKING = 0.2
-"""How often new topics are looked for [s]."""
+"""[s] Time between searches for new topics."""
 
 MAX_TOPICS = 10_000
 
@@ -156,14 +158,14 @@ class DdsTransport(Transport):
     def close(self) -> None:
         """Leave the domain."""
         self._readers, self._waiting, self._found = {}, None, None
-        self._participant = None  # cyclonedds deletes what nothing refers to
+        self._participant = None  # cyclonedds closes it once it has no references
 
     def _take(self, topic: Topic, reader: Any) -> list[RosMessage]:
         found: list[RosMessage] = []
         for sample in reader.take(N=DEPTH):
             data = getattr(sample, "data", None)
             if data is None:
-                continue  # a publisher that went away
+                continue  # its publisher has ended
             if len(data) > MAX_MESSAGE:
                 self.skipped[TOO_LARGE] += 1
                 continue
@@ -173,7 +175,7 @@ class DdsTransport(Transport):
 
     def _subscribe(self) -> None:
         for endpoint in self._found.take(N=1000):
-            # of a publisher that went away they are None
+            # both are None for a publisher that has ended
             name = getattr(endpoint, "topic_name", None) or ""
             kind = getattr(endpoint, "type_name", None) or ""
             if (name, kind) in self._names or not name.startswith("rt/"):

@@ -23,13 +23,13 @@ if TYPE_CHECKING:
     from websockets.sync.client import ClientConnection
 
 PORT = 8765
-"""Where foxglove_bridge listens by default."""
+"""Default port of foxglove_bridge."""
 
 PROTOCOLS = ("foxglove.sdk.v1", "foxglove.websocket.v1")
-"""Subprotocols that are offered; they are the same for what is used here."""
+"""Subprotocols that are offered; the parts that are used here are the same in both."""
 
 MAX_FRAME = 16_000_000
-"""Largest frame [bytes]: the list of channels comes in one, with all their schemas."""
+"""Largest frame [bytes]: one frame lists all channels with their schemas."""
 
 MAX_CHANNELS = 10_000
 
@@ -38,7 +38,7 @@ PATIENCE = 3.0
 MOST = 1000
 
 MESSAGE = struct.Struct("<BIQ")
-"""Begin of a message: 1, its subscription, and when it was sent [ns]."""
+"""Header of a message: 1, its subscription, and the time when it was sent [ns]."""
 
 
 class FoxgloveTransport(Transport):
@@ -87,7 +87,7 @@ class FoxgloveTransport(Transport):
                 frame = self._connection.recv(timeout=timeout)
                 timeout = 0
                 if isinstance(frame, str):
-                    self._tell(frame)
+                    self._read_text(frame)
                 else:
                     found += self._message(frame)
         except TimeoutError:
@@ -107,7 +107,7 @@ class FoxgloveTransport(Transport):
 
     def _message(self, frame: bytes) -> list[RosMessage]:
         if frame[:1] != b"\1":
-            return []  # a service's answer, the time, an asset
+            return []  # such as the time, an asset, or the answer of a service
         if len(frame) < MESSAGE.size:
             self.skipped[UNREADABLE] += 1
             return []
@@ -117,16 +117,17 @@ class FoxgloveTransport(Transport):
             return []
         return [(topic, sent or time.time_ns(), frame[MESSAGE.size :])]
 
-    def _tell(self, text: str) -> None:
+    def _read_text(self, text: str) -> None:
+        """Subscribe to the wanted ones of the channels that a text frame advertises."""
         try:
-            said: Any = json.loads(text)
+            content: Any = json.loads(text)
         except (ValueError, RecursionError):
-            said = None
-        if not isinstance(said, dict):
+            content = None
+        if not isinstance(content, dict):
             self.skipped["not a JSON object"] += 1
             return
-        channels = said.get("channels")
-        if said.get("op") != "advertise" or not isinstance(channels, list):
+        channels = content.get("channels")
+        if content.get("op") != "advertise" or not isinstance(channels, list):
             return
         wanted: list[dict[str, int]] = []
         for channel in channels[:MAX_CHANNELS]:
@@ -145,13 +146,14 @@ class FoxgloveTransport(Transport):
 
 
 def topic_of(channel: Any) -> Topic | None:
-    """The topic of an advertised channel; None where it is none."""
+    """The topic of an advertised channel; None for an invalid one."""
     if not isinstance(channel, dict):
         return None
-    said = cast(dict[str, Any], channel)
-    texts = [said.get(key, "") for key in ("topic", "schemaName", "encoding", "schema")]
-    language = said.get("schemaEncoding") or "ros2msg"
-    number = said.get("id")
+    entry = cast(dict[str, Any], channel)
+    keys = "topic", "schemaName", "encoding", "schema"
+    texts = [entry.get(key, "") for key in keys]
+    language = entry.get("schemaEncoding") or "ros2msg"
+    number = entry.get("id")
     if not (
         type(number) is int
         and 0 <= number < 2**32

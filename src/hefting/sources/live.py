@@ -1,4 +1,4 @@
-"""`hefting.live`: live estimates from a source, one after the other."""
+"""`hefting.live`: successive live estimates from a source."""
 
 from __future__ import annotations
 
@@ -23,17 +23,17 @@ from hefting.sources import Request, check, source_of
 from hefting.sources.played_log import PlayedLog
 
 SHORTEST_WAIT, LONGEST_WAIT = 0.1, 5.0
-"""Wait before the first attempt to connect again, doubled with each, and the longest
-[s]."""
+"""[s] Wait before the first attempt to connect again, doubled with each, and its upper
+bound."""
 
 STEP = 0.1
-"""Longest wait for samples before it is looked whether to stop [s]."""
+"""[s] Longest wait for samples between two checks whether to stop."""
 
 SILENT = 2.0
-"""How long nothing may come later until that is told [s]."""
+"""[s] Time without samples, after the first, from which on a message says so."""
 
 SILENCE = 5.0
-"""How long nothing may come at first [s]."""
+"""[s] Longest time before the first sample."""
 
 State = Literal["opening", "open", "silent", "lost", "ended", "failed"]
 
@@ -43,17 +43,17 @@ class Pump:
 
     Parameters
     ----------
-    source : is opened, read and closed by the thread alone.
-    deliver : is given samples that were checked; must not wait for long.
-    tell : is given messages on the connection, and what was chosen, as they come.
-    patience : how long nothing may come at first before that is an error [s]; infinite
-        for a source that may begin whenever it likes.
+    source : opened, read and closed by the thread alone.
+    deliver : called with checked samples; must not wait for long.
+    tell : called with messages on the connection and on the chosen topics.
+    patience : longest time [s] before the first sample; a longer one is an error.
+        Infinite for a source that may start at any time.
 
     Attributes
     ----------
     state : of the connection.
-    error : what ended it; None while nothing has, and where the source just ended.
-    counts : samples delivered, and connections lost.
+    error : the error that ended it, if any.
+    counts : number of samples delivered, and of connections lost.
     """
 
     def __init__(
@@ -82,7 +82,7 @@ class Pump:
         return self._over.wait(timeout)
 
     def close(self) -> None:
-        """End it, and wait until the thread has closed the source; again does
+        """End it, and wait until the thread has closed the source; further calls do
         nothing."""
         self._stop.set()
         if self._thread.is_alive():
@@ -105,14 +105,14 @@ class Pump:
             if not self.counts["samples"]:
                 self._check_readable()
             self.state = "ended"
-        except Exception as error:  # whatever it is, who waits is told
+        except Exception as error:  # any error, for the thread that waits
             self.state, self.error = "failed", error
         finally:
             self.source.close()
             self._over.set()
 
     def _read_until_stopped(self) -> None:
-        begin = self._came = time.monotonic()
+        begin = self._last_read = time.monotonic()
         while not self._stop.is_set():
             try:
                 found = self.source.read(STEP)
@@ -129,7 +129,7 @@ class Pump:
             elif (
                 self.counts["samples"]
                 and self.state == "open"
-                and time.monotonic() - self._came > SILENT
+                and time.monotonic() - self._last_read > SILENT
             ):
                 self.state = "silent"
                 what = f"{self.source.name}: no samples for {SILENT:g} s"
@@ -138,10 +138,11 @@ class Pump:
                 self._check_silence(time.monotonic() - begin)
 
     def _heard(self) -> None:
-        before, self._came = self._came, time.monotonic()
+        before, self._last_read = self._last_read, time.monotonic()
         if self.state == "silent":
             self.state = "open"
-            back = f"{self.source.name}: again after {self._came - before:.1f} s"
+            passed = self._last_read - before
+            back = f"{self.source.name}: again after {passed:.1f} s"
             self._tell(note("source-back", back))
 
     def _check_silence(self, passed: float) -> None:
@@ -178,14 +179,14 @@ class Pump:
                 pause = min(2 * pause, LONGEST_WAIT)
                 continue
             break
-        self.state, self._came = "open", time.monotonic()
+        self.state, self._last_read = "open", time.monotonic()
         passed = time.monotonic() - begin
         text = f"{self.source.name}: connected again after {passed:.1f} s"
         self._tell(note("source-back", text))
 
 
 LONGEST_STEP = 0.5
-"""[s] Longest wait for an estimate before it is looked whether the source has ended."""
+"""[s] Longest wait for an estimate between two checks whether the source has ended."""
 
 
 def live(
@@ -206,18 +207,18 @@ def live(
     shape : path, str, mesh, points or Shape, optional
         Where the object may have mass, as for `hefting.identify`.
     speed : float
-        Times its own speed at which a recording is played; infinite: as fast as it
-        goes, with the estimates that there would be at its own speed.
+        Factor on its own speed at which a recording is played; infinite: without
+        pauses, with the same estimates as at its own speed.
     tap : callable, optional
-        Is given all samples as they come, as a recorder.
+        Called with all samples as they come, such as a recorder's ``add``.
     **options
         As for `hefting.LiveIdentifier`: ``until``, ``rate``, ``gravity`` and so on.
 
     Yields
     ------
     LiveEstimate
-        The last one, where the source ends, is that of `hefting.identify` on all of the
-        stream, see `hefting.LiveIdentifier.close`.
+        When the source ends, the last one is that of `hefting.identify` on the whole
+        stream; see `hefting.LiveIdentifier.close`.
 
     Raises
     ------
@@ -260,7 +261,7 @@ def _as_fast_as_it_goes(
     tap: Callable[[Samples], None] | None,
     options: dict[str, Any],
 ) -> Iterator[LiveEstimate]:
-    """What would be known at each time of the stream at which it would be told."""
+    """The estimates at those times of the stream at which a live run yields them."""
     identifier = LiveIdentifier(shape, in_process=False, **options)
     played.open()
     for message in played.chosen:
@@ -292,7 +293,7 @@ def _samples(played: PlayedLog) -> Iterator[Samples]:
 
 
 def with_skipped(now: LiveEstimate, source: Source) -> LiveEstimate:
-    """An estimate with the bad messages that the source left out."""
+    """An estimate whose counts include the messages that the source skipped."""
     skipped = now.counts.get("skipped", {}) + source.skipped
     return replace(now, counts={**now.counts, "skipped": skipped})
 

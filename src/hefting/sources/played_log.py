@@ -1,4 +1,4 @@
-"""A log that is played at its own speed, or another."""
+"""A source that plays a log at its own speed, or another."""
 
 import time
 
@@ -11,11 +11,11 @@ from hefting.online.samples import EndOfSource, Samples
 from hefting.sources import NamedSource, Request
 
 STEP = 0.01
-"""What is given at once lasts so long [s] of the log's time, at most."""
+"""[s] Longest part of the log that is given at once at its own speed."""
 
 
 class PlayedLog(NamedSource):
-    """The samples of a recording, each stream when its time has come."""
+    """The samples of a recording, each when it is due."""
 
     def __init__(self, name: str, request: Request, recording: Recording | None = None):
         if not request.speed > 0:
@@ -36,12 +36,12 @@ class PlayedLog(NamedSource):
             raise InputError(what, self.name, "use hefting identify")
         self._recording = recording
         if self._done == -np.inf:
-            # what is before the first sample has been given
+            # all before the first sample counts as given
             self._done = np.nextafter(recording.start, -np.inf)
         given = max(self._done - recording.start, 0.0)
         self._begin = time.monotonic() - given / self._request.speed
-        said = (*recording.notes, *recording.warnings)
-        own = tuple(text for text in said if isinstance(text, Message))
+        messages = (*recording.notes, *recording.warnings)
+        own = tuple(each for each in messages if isinstance(each, Message))
         how = f" at {self._request.speed:g} times its speed"
         if not np.isfinite(self._request.speed):
             how = " without pauses"
@@ -64,10 +64,10 @@ class PlayedLog(NamedSource):
         return found
 
     def close(self) -> None:
-        """Stop; nothing is held."""
+        """Do nothing: no resource is held."""
 
     def _due(self) -> float:
-        """The time up to which samples are due [s]."""
+        """Time of the recording up to which samples are due [s]."""
         assert self._recording is not None
         if np.isinf(self._request.speed):
             return float(self._done + STEP)
@@ -77,7 +77,7 @@ class PlayedLog(NamedSource):
 
 
 def _between(recording: Recording, after: float, until: float) -> list[Samples]:
-    """Samples later than `after`, up to `until` [s]."""
+    """Samples later than `after` and not later than `until` [s]."""
     found: list[Samples] = []
     for name, stream in recording.streams.items():
         first, last = np.searchsorted(stream.time, (after, until), side="right")

@@ -1,6 +1,6 @@
-"""What came in, written to an MCAP file as it comes: the messages of
-`hefting.write_log`, with the stamps of the source. They are not in chunks, so that a
-file that was cut off can be read as far as it goes."""
+"""Recorder of live samples to an MCAP file, with the messages of `hefting.write_log` and
+the stamps of the source. The messages are not in chunks, so that an incomplete file can
+be read up to its end."""
 
 from collections import Counter
 from collections.abc import Callable
@@ -19,30 +19,30 @@ from hefting.logs.ros.writing import EPOCH, messages_at, streams_of
 from hefting.online.samples import Samples
 
 BLOCK = 0.1
-"""Samples are written when they span so long [s]; a file that is cut off lacks about as
+"""[s] Span of samples at which they are written; an incomplete file lacks about as
 much."""
 
 FAR_BACK = 1.0
-"""A stamp that is further back than this [s] is of a clock that was set back: a new file
-is begun, as readers refuse such logs."""
+"""[s] Step back of a stamp that means that the clock was set back. A new file is begun
+then, as readers refuse such logs."""
 
 POSES = ("position", "orientation")
-"""Halves of a pose, which one message holds."""
+"""Streams of a pose, which one message holds."""
 
 PATIENCE = 1.0
-"""[s] How much longer than its other half a half of a pose is waited with."""
+"""[s] Longest wait of a half of a pose for the other half."""
 
 
 class Recorder:
-    """Writes samples to a file; a thread at a time.
+    """Writes samples to a file. Only one thread at a time may use it.
 
     Parameters
     ----------
-    path : ends in .mcap; what is there is replaced.
+    path : ends in .mcap; an existing file is replaced.
 
-    `paths` are the files written so far: a second one is begun where the source's clock
-    is set back. `left_out` counts samples that no message holds, by stream; `count` all
-    that came.
+    `paths` are the files written so far, more than one where the source's clock was set
+    back. `left_out` counts by stream the samples that no message holds, `count` all
+    samples.
 
     Raises
     ------
@@ -61,31 +61,31 @@ class Recorder:
         self.count = 0
         self._waiting: dict[str, list[Samples]] = {}
         self._halves: dict[str, Samples] = {}
-        """Of poses whose other half may still come."""
+        """samples of half a pose whose other half may come"""
         self._poses: str | None = None
-        """What messages of the file hold of poses: "pose" or "orientation"."""
+        """kind of messages of poses in the file: "pose" or "orientation", if any"""
         self._latest: dict[str, float] = {}
         self._shift: int | None = None
         self._file = _File(self._next_path())
 
     def add(self, samples: Samples) -> None:
-        """Take samples in the order in which they came; `InputError` once a file cannot
-        be written."""
+        """Record samples, in the order in which they came; `InputError` once the file
+        cannot be written."""
         latest = self._latest.get(samples.stream, -np.inf)
         if samples.time[0] < latest - FAR_BACK:
             self.close()
             self._latest, self._shift, self._poses = {}, None, None
             self._file = _File(self._next_path())
         elif samples.stream in self._waiting and self._is_due():
-            # it comes again: what came with it last time has come, too
+            # the stream comes again, so samples of the same times as its last are here
             self._write()
         self.count += len(samples.time)
         self._latest[samples.stream] = float(samples.time[-1])
         self._waiting.setdefault(samples.stream, []).append(samples)
 
     def close(self) -> None:
-        """Write what waits, and end the file; `InputError` where that fails. Again does
-        nothing."""
+        """Write the waiting samples and end the file; `InputError` where that fails.
+        Further calls do nothing."""
         self._write(ended=True)
         self._file.close()
 
@@ -102,7 +102,8 @@ class Recorder:
         return max(spans, default=0.0) >= BLOCK
 
     def _write(self, ended: bool = False) -> None:
-        """Write what waits; halves of poses wait on, unless the file is `ended`."""
+        """Write the waiting samples, but no halves of poses unless the file is
+        `ended`."""
         waiting, self._waiting = self._waiting, {}
         halves, self._halves = self._halves, {}
         for name, half in halves.items():
@@ -114,7 +115,7 @@ class Recorder:
             return
         if self._shift is None:
             start = min(stream.time.min() for stream in streams.values())
-            # a stamp of zero would say that there is none
+            # a stamp of zero means that there is none
             self._shift = EPOCH if start < 1.0 else 0
         time: dict[str, NDArray[np.int64]] = {}
         for name, stream in list(streams.items()):
@@ -133,7 +134,8 @@ class Recorder:
         self._file.write(groups)
 
     def _hold_halves(self, streams: dict[str, Stream]) -> None:
-        """Let halves of poses wait whose other half may still come."""
+        """Move halves of poses whose other half may come from `streams` to the waiting
+        ones."""
         both = min(self._latest.get(name, -np.inf) for name in POSES)
         for name in set(POSES) & set(streams):
             own = streams.pop(name)
@@ -146,8 +148,9 @@ class Recorder:
     def _pair(
         self, streams: dict[str, Stream], time: dict[str, NDArray[np.int64]]
     ) -> None:
-        """Leave of poses what the file has messages for: readers take one topic, either
-        of whole poses or of orientations alone. The others are counted."""
+        """Keep the poses in `streams` and `time` that the file's kind of message holds,
+        either whole poses or orientations alone, as readers use one topic; count the
+        others."""
         none = np.empty(0, dtype=np.int64)
         places, turns = (time.get(name, none) for name in POSES)
         kept = [np.arange(len(places)), np.arange(len(turns))]
@@ -176,7 +179,7 @@ class _File:
         check_replaceable(path)
         self.path, self._store = path, get_typestore(Stores.ROS2_HUMBLE)
         try:
-            # as it grows it is read by others, so that it is no file to be renamed
+            # other programs read it as it grows, so that it has its final name
             self._stream = path.open("wb", buffering=0)
         except OSError as error:
             raise self._error(error) from error
@@ -188,8 +191,8 @@ class _File:
         self._channels: dict[str, Callable[..., None]] = {}
 
     def write(self, groups: list[Messages]) -> None:
-        """Write messages in the order of their stamps; `InputError` where that fails,
-        or did before."""
+        """Write messages in the order of their stamps; `InputError` where this or an
+        earlier call failed."""
         lines: list[tuple[int, Callable[..., None], bytes]] = []
         for group in groups:
             if group.topic not in self._channels:
@@ -225,7 +228,7 @@ class _File:
 
 
 def _joined(parts: list[Samples]) -> Stream:
-    """Samples in order of arrival; of a width that changes, those of the first."""
+    """Samples in order of arrival, without those of another width than the first."""
     width = parts[0].values.shape[1]
     same = [part for part in parts if part.values.shape[1] == width]
     time = np.concatenate([part.time for part in same])
@@ -233,7 +236,7 @@ def _joined(parts: list[Samples]) -> Stream:
 
 
 def _nanoseconds(time: Array) -> NDArray[np.int64]:
-    """Times [s] as stamps, to the last digit."""
+    """Times [s] as stamps [ns], exact to the last digit."""
     whole = np.floor(time)
     part = np.rint((time - whole) * 1e9).astype(np.int64)
     return whole.astype(np.int64) * 1_000_000_000 + part

@@ -1,5 +1,5 @@
-"""Messages of ROS as they come -> samples: topics, frames and numbers are found as in
-bags, batch by batch."""
+"""Live ROS messages -> samples, batch by batch; topics, frames and numbers are found as
+in bags."""
 
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
@@ -25,24 +25,24 @@ from hefting.online.samples import Samples
 from hefting.sources import MAX_MESSAGE, TOO_LARGE, UNREADABLE, Request
 
 RosMessage = tuple[Topic, int, bytes]
-"""A message: its topic, when it was sent or came [ns], its bytes."""
+"""A message: its topic, the time when it was sent or came [ns], and its bytes."""
 
 POSE_STREAMS = ("position", "orientation")
 
 UNFITTING = "frames or times that do not fit the others"
 NOT_FINITE = "values that are not finite"
-"""Why messages are skipped."""
+"""Reasons for which messages are skipped."""
 
 ROLES = ("wrench", "pose", "joint", "imu", "twist")
 """Roles of topics that can be chosen by name."""
 
 
 class RosDecoder:
-    """Chooses topics and frames, of those that were asked for, from the first messages,
-    then decodes what comes; `name` is that of the source in messages.
+    """Chooses topics and frames from the first messages, as the request allows, and
+    decodes the later ones; messages call the source `name`.
 
-    `skipped` counts what is left out, by the reason. `chosen` tells what was chosen,
-    once `choose` has.
+    `skipped` counts what is left out, by reason. `chosen` has messages on the chosen
+    topics once `choose` has succeeded.
     """
 
     def __init__(self, name: str, request: Request, skipped: Counter[str]):
@@ -57,20 +57,18 @@ class RosDecoder:
         self._given = -np.inf
 
     def wants(self, topic: Topic) -> bool:
-        """Whether messages of a topic are to be had.
-
-        `InputError` for one that is, and whose messages cannot be decoded.
-        """
+        """Whether messages of a topic are wanted; `InputError` where they are and cannot
+        be decoded."""
         if not Collector(self.name, self._named).wants(topic):
             return False
         self._check_schema(topic)
         return True
 
     def choose(self, messages: Sequence[RosMessage]) -> list[Samples] | None:
-        """The samples in the first messages, with which topics and frames are chosen;
-        None where wrench, or poses and joints, are still to come.
+        """Choose topics and frames by the first messages, and return their samples; None
+        where there is no wrench yet, or neither poses nor joints.
 
-        Raises `InputError` where the choice is the user's to make.
+        Raises `InputError` where the user must choose.
         """
         counted: Counter[str] = Counter()
         gathered = self._gather(messages, counted)
@@ -88,10 +86,10 @@ class RosDecoder:
         return self._give(streams)
 
     def decode(self, messages: Sequence[RosMessage]) -> list[Samples]:
-        """The samples in messages, once `choose` has found its choice.
+        """The samples in messages, once `choose` has succeeded.
 
-        A batch that makes no sense is taken apart until the message is found that is
-        to blame.
+        A batch with a message that does not fit is halved until that is found and
+        skipped.
         """
         try:
             return self._decode(messages)
@@ -105,7 +103,7 @@ class RosDecoder:
     def missing(
         self, topics: Sequence[Topic], seen: Sequence[RosMessage]
     ) -> InputError:
-        """Why nothing was chosen, though it was waited for."""
+        """The error that says why no topics could be chosen."""
         sending = {topic for topic, _, _ in seen}
         offered = list_names([str(topic) for topic in topics]) or "no topics"
         probe = Collector(self.name, self._named)
@@ -149,13 +147,13 @@ class RosDecoder:
             named["pose"] = self._named["pose"]
         others = [each for each in gathered if each.role != "tf"]
         streams = self._build([*others, *tf.all()], named)
-        # nothing is kept or counted of a batch that makes no sense
+        # only now, as nothing is kept or counted of a batch that failed
         self._tf = tf
         self.skipped.update(counted)
         return self._give(streams)
 
     def _pin(self, gathered: Sequence[Gathered], pose: Gathered | None) -> None:
-        """Keep to the topics that were chosen, whatever else is sent later."""
+        """Restrict later batches to the chosen topics."""
         for role in ROLES:
             own = [g.topic.name for g in gathered if g.role == role and g.series]
             self._named[role] = own[0] if own else "none"
@@ -166,7 +164,8 @@ class RosDecoder:
     def _gather(
         self, messages: Sequence[RosMessage], counted: Counter[str]
     ) -> list[Gathered]:
-        """Finite values of the messages, by topic; what is left out is `counted`."""
+        """Finite values of the messages, by topic; skipped ones are added to
+        `counted`."""
         collector = Collector(self.name, self._named)
         for topic, logged, data in messages:
             if len(data) > MAX_MESSAGE:
@@ -188,7 +187,7 @@ class RosDecoder:
         return gathered
 
     def _is_of_the_arm(self, key: tuple[str, ...]) -> bool:
-        """Whether a series is of the joints that were chosen; of others, True."""
+        """Whether a series is of the chosen joints, or of no joints."""
         what, *names = key
         if not self._joints or what not in JOINT_STREAMS:
             return True
@@ -213,7 +212,7 @@ class RosDecoder:
             self._given = max(self._given, float(time[-1]))
             self._tf.forget(self._given)
         if streams.joint_names:
-            # the order of the first message
+            # in the order of the first message
             order = [streams.joint_names.index(name) for name in self._joints]
             for name in JOINT_STREAMS:
                 if name in found:
@@ -247,27 +246,27 @@ def _finite(series: Series, counted: Counter[str]) -> Series:
 
 
 def _seconds(series: Series) -> np.ndarray:
-    """Stamps [s], each part to the last digit it has."""
+    """Times [s] of the stamps [ns], rounded only once."""
     whole, part = np.divmod(series.time, 1_000_000_000)
     return whole + part * 1e-9
 
 
 MAX_LINKS = 2000
-"""Most links that are kept: a humanoid with its sensors has some hundred."""
+"""Largest number of links that are kept: a humanoid with its sensors has some hundred."""
 
 KEPT = 10
-"""Samples of a link that are kept of before what has been given."""
+"""Number of samples of a link that are kept from before the last given pose."""
 
 
 class Transforms:
-    """What of tf is kept from one batch to the next: a pose needs what other links of
-    its chain said before."""
+    """The tf messages that are kept from one batch to the next, as a pose needs earlier
+    ones of other links in its chain."""
 
     def __init__(self, kept: Mapping[Topic, Mapping[Key, Series]] | None = None):
         self._kept = {topic: dict(links) for topic, links in (kept or {}).items()}
 
     def following(self, gathered: Iterable[Gathered]) -> "Transforms":
-        """These, and what the tf messages of a batch gave."""
+        """These and the tf messages of a batch."""
         found = Transforms(self._kept)
         for each in gathered:
             kept = found._kept.setdefault(each.topic, {})
@@ -277,11 +276,11 @@ class Transforms:
         return found
 
     def all(self) -> list[Gathered]:
-        """Everything that is kept, as the stream finder of bags takes it."""
+        """All kept messages, in the form that `Streams` takes."""
         return [Gathered(topic, "tf", dict(kept)) for topic, kept in self._kept.items()]
 
     def forget(self, before: float) -> None:
-        """Drop what is no longer needed once poses up to `before` [ns] are given."""
+        """Drop what is not needed once poses up to the time `before` [ns] are given."""
         for topic, kept in self._kept.items():
             for key, series in kept.items():
                 if topic.name.endswith("static"):
@@ -293,7 +292,8 @@ class Transforms:
 
 
 def _following(kept: Series | None, series: Series) -> Series:
-    """Both; only the newer one where the clock was set back between them."""
+    """Both series joined; only the newer one where the clock was set back between
+    them."""
     if kept is None or series.time.min() < kept.time.max() - FAR_BACK:
         return series
     return Series.joined([kept, series])

@@ -12,49 +12,49 @@ from hefting.sources import NamedSource, Pace, Request
 from hefting.sources.ros_decoding import RosDecoder, RosMessage
 
 SETTLING = 0.5
-"""How long topics are watched from the first message on before they are chosen [s]:
-latched transforms, and rivals for the same role, come later than the first."""
+"""[s] Time from the first message to the choice of topics: latched transforms, and
+rivals for the same role, come later than the first."""
 
 PATIENCE = 5.0
-"""How long wrench, and poses or joints, are waited for [s]."""
+"""[s] Longest wait for a wrench, and for poses or joints."""
 
 STEP = 0.05
-"""Longest wait for a message while topics are chosen [s]."""
+"""[s] Longest wait for a message while topics are chosen."""
 
 
 class Transport(ABC):
-    """Brings ROS messages."""
+    """A connection that receives ROS messages."""
 
     def __init__(self, name: str):
         self.name = name
         self.topics: list[Topic] = []
-        """on offer, as far as is known"""
+        """topics that are known to be offered"""
         self.skipped: Counter[str] = Counter()
-        """given by the source: what could not be read, by the reason"""
+        """set by the source: number of unreadable messages by reason"""
         self._wants: Callable[[Topic], bool] = lambda topic: False
 
     @abstractmethod
     def connect(self, wants: Callable[[Topic], bool]) -> None:
-        """Connect, and from then on subscribe to the topics that are wanted; raises
+        """Connect, and subscribe to each wanted topic once it is offered; raises
         `InputError` where that fails."""
 
     @abstractmethod
     def receive(self, timeout: float) -> list[RosMessage]:
-        """What came, after waiting at most `timeout` [s] for it; raises
-        `SourceLostError` when the connection is gone."""
+        """The messages that came, after waiting at most `timeout` [s] for them; raises
+        `SourceLostError` when the connection is lost."""
 
     @abstractmethod
     def close(self) -> None:
-        """Disconnect; again does nothing."""
+        """Disconnect; further calls do nothing."""
 
 
 def source_by(transport: Callable[[str], Transport]) -> Callable[..., "RosSource"]:
-    """What makes sources by a kind of transport."""
+    """A function that makes sources with a kind of transport."""
     return lambda name, request: RosSource(name, request, transport(name))
 
 
 class RosSource(NamedSource):
-    """Decodes what a transport brings; see `hefting.online.samples.Source`."""
+    """Decodes a transport's messages; see `hefting.online.samples.Source`."""
 
     def __init__(self, name: str, request: Request, transport: Transport):
         super().__init__(name)
@@ -65,8 +65,8 @@ class RosSource(NamedSource):
         self._pace = Pace()
 
     def open(self) -> None:
-        """Connect, and choose topics unless that was done before the connection was
-        lost; `InputError` where there are none to choose, or too many."""
+        """Connect, and choose topics unless they were chosen on an earlier connection;
+        `InputError` where there are none to choose, or too many."""
         decoder = self._decoder or RosDecoder(self.name, self._request, self.skipped)
         self._transport.connect(decoder.wants)
         if decoder is self._decoder:

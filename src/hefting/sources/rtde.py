@@ -2,7 +2,7 @@
 Robots, without ROS.
 
 Source: Universal Robots, Real-Time Data Exchange (RTDE) Guide. Numbers are big-endian;
-a package is its length, its kind and its content.
+a package consists of its length, its kind and its content.
 """
 
 import socket
@@ -21,10 +21,10 @@ from hefting.sources import UNREADABLE, Pace, Request
 from hefting.sources.tcp import SocketSource, connected, received
 
 HEAD = struct.Struct(">HB")
-"""Begin of a package: its length with this, and its kind."""
+"""Header of a package: its length, header included, and its kind."""
 
 VERSION = 2
-"""Of the protocol; controllers speak it from 3.3 on."""
+"""Version of the protocol, which controllers have from 3.3 on."""
 
 REQUEST_VERSION, SETUP_OUTPUTS, START, DATA = map(ord, "VOSU")
 """Kinds of packages that are sent or read."""
@@ -36,7 +36,7 @@ CODES = {
     "INT32": "(1,)>i4",
     "UINT32": "(1,)>u4",
 }
-"""How the values of a type are packed, as NumPy writes it."""
+"""NumPy type of each RTDE type."""
 
 
 class RtdeError(Exception):
@@ -44,14 +44,14 @@ class RtdeError(Exception):
 
 
 class Packages:
-    """Packages in what comes in pieces of any size."""
+    """Splits a stream of bytes into packages."""
 
     def __init__(self):
         self._rest = b""
 
     def feed(self, data: bytes) -> Iterator[tuple[int, bytes]]:
-        """The packages that are whole now: kind and content. `RtdeError` for a length
-        that cannot be."""
+        """Kind and content of the packages that are complete with `data`. `RtdeError`
+        for an impossible length."""
         self._rest += data
         position = 0
         while len(self._rest) - position >= HEAD.size:
@@ -74,13 +74,13 @@ class Recipe:
         self._row = np.dtype(list(zip(("number", *fields), kinds, strict=True)))
 
     def blank(self) -> dict[str, Array]:
-        """The fields of one package that is all zero."""
+        """The fields (1, width) of a package of zeros."""
         data = bytes((self.number,)).ljust(self._row.itemsize, b"\0")
         return self.read([data])[0]
 
     def read(self, contents: Sequence[bytes]) -> tuple[dict[str, Array], int]:
-        """The fields of n data packages, each (n, its width), and how many packages
-        were not of this recipe."""
+        """The fields of n data packages of this recipe, each (n, width), and the number
+        of other packages."""
         good = [
             content
             for content in contents
@@ -92,16 +92,16 @@ class Recipe:
 
 
 class Dialogue:
-    """Questions to a controller, one answer each."""
+    """Requests to a controller, each with one answer."""
 
     def __init__(self, connection: socket.socket, patience: float):
         self._connection, self._patience = connection, patience
         self.packages = Packages()
         self.data: list[bytes] = []
-        """Of data packages that came with the last answer."""
+        """contents of data packages that came with answers"""
 
     def start(self, wishes: Sequence[str], rate: float) -> Recipe:
-        """Ask for those of the fields that the controller has, and start the data.
+        """Request those of the fields that the controller has, and start the data.
 
         Raises `RtdeError`; `OSError` where the connection fails.
         """
@@ -143,9 +143,9 @@ class Dialogue:
                 break
             if not data:
                 raise RtdeError("the controller closed the connection")
-            came = list(self.packages.feed(data))
-            self.data += [body for own, body in came if own == DATA]
-            answers = [body for own, body in came if own == kind]
+            packages = list(self.packages.feed(data))
+            self.data += [body for own, body in packages if own == DATA]
+            answers = [body for own, body in packages if own == kind]
             if answers:
                 return answers[0]
         raise RtdeError("the controller does not answer")
@@ -154,20 +154,20 @@ class Dialogue:
 PORT = 30004
 
 RATE = 500.0
-"""Packages a second that are asked for; CB3 sends 125."""
+"""[Hz] Requested rate of packages; CB3 sends 125."""
 
 PATIENCE = 3.0
-"""[s] for an answer."""
+"""[s] Longest wait for an answer."""
 
 WISHES = ("timestamp", "actual_TCP_pose", "tcp_offset", RAW, "actual_q", "actual_qd")
-"""What they mean: `hefting.logs.ur_csv`."""
+"""Requested fields; `hefting.logs.ur_csv` describes them."""
 
 NEEDED = ("timestamp", "actual_TCP_pose", RAW)
-"""Fields without which there is nothing to identify."""
+"""Fields that an identification needs."""
 
 
 class RtdeSource(SocketSource):
-    """The real-time data of a robot; its sensor is the flange."""
+    """The real-time data of a robot; the sensor frame is the flange."""
 
     def __init__(self, name: str, request: Request):
         super().__init__(name, PORT, "rtde://192.168.0.2")
@@ -176,8 +176,8 @@ class RtdeSource(SocketSource):
         self._pace = Pace()
 
     def open(self) -> None:
-        """Connect; `InputError` where the host refuses, speaks something else, or has
-        no wrench of its sensor."""
+        """Connect; `InputError` where the host refuses, does not speak RTDE, or has no
+        wrench of a sensor."""
         connection = connected(self.name, self._address[:2])
         try:
             dialogue = Dialogue(connection, PATIENCE)
@@ -211,9 +211,9 @@ class RtdeSource(SocketSource):
         self._pace.wait()
         data = received(self._socket, self.name, timeout)
         try:
-            came = self._packages.feed(data)
-            contents = [*self._early, *(body for kind, body in came if kind == DATA)]
-            self._early = []
+            packages = self._packages.feed(data)
+            new = [body for kind, body in packages if kind == DATA]
+            contents, self._early = [*self._early, *new], []
         except RtdeError as error:
             raise SourceLostError(f"{self.name}: {error}") from error
         if not contents:

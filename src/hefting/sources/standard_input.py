@@ -11,16 +11,17 @@ from hefting.sources import NamedSource, Request
 from hefting.sources.tcp import JsonLines
 
 PIECE = 1 << 16
-"""Most that is read at once [bytes]."""
+"""Largest number of bytes that are read at once."""
 
 PIECES = 64
-"""Most pieces that wait: then the writer of the pipe waits, and nothing is lost."""
+"""Largest number of waiting pieces; the writer of the pipe waits then, and no data is
+lost."""
 
 
 class StandardInput(NamedSource):
     """Lines of JSON from a pipe; it ends where the pipe does.
 
-    A thread reads, as not every system can wait for a pipe for a limited time.
+    A thread reads, as some systems cannot wait for a pipe with a time limit.
     """
 
     def __init__(self, name: str, request: Request):
@@ -47,7 +48,7 @@ class StandardInput(NamedSource):
         raise EndOfSource("standard input has ended")
 
     def close(self) -> None:
-        """Nothing: the pipe belongs to whoever made it."""
+        """Do nothing: the pipe stays open."""
 
     def _read(self) -> None:
         handle = sys.stdin.fileno()

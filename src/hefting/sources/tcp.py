@@ -1,5 +1,5 @@
-"""``tcp://HOST:PORT``: lines of JSON from a program that listens; one instant each, as
-they come in pieces of any size.
+"""``tcp://HOST:PORT``: lines of JSON from a program that listens there, one line for each
+instant.
 
 A line is an object with ``time`` [s] and any streams of `hefting.Recording`, such as
 ``{"time": 0.002, "wrench": [0, 0, -9.8, 0, 0, 0], "orientation": [0, 0, 0, 1]}``. Other
@@ -30,11 +30,11 @@ from hefting.sources import (
 NO_JSON = "not a JSON object"
 NO_TIME = "no time in seconds"
 NO_STREAM = "no stream of numbers"
-"""Why lines are skipped."""
+"""Reasons for which lines are skipped."""
 
 
 class JsonLines:
-    """Turns pieces of text into samples; bad lines are counted in `skipped`."""
+    """Turns pieces of text, of any size, into samples; counts bad lines in `skipped`."""
 
     def __init__(self, skipped: Counter[str]):
         self.skipped = skipped
@@ -44,12 +44,12 @@ class JsonLines:
         self._is_overlong = False
 
     def feed(self, data: bytes) -> list[Samples]:
-        """The samples in the lines that `data` ends, stream by stream."""
+        """The samples in the lines that are complete with `data`, by stream."""
         *lines, rest = (self._rest + data).split(b"\n")
         if lines and self._is_overlong:
             lines, self._is_overlong = lines[1:], False
         if len(rest) > MAX_MESSAGE:
-            # dropped as it comes; what follows up to the end of the line too
+            # all of the line is dropped, up to its end
             if not self._is_overlong:
                 self.skipped[TOO_LARGE] += 1
             self._is_overlong = True
@@ -57,7 +57,7 @@ class JsonLines:
         return joined(entry for line in lines for entry in self._read(line))
 
     def end(self) -> list[Samples]:
-        """The samples of a last line that nothing ended."""
+        """The samples of a last line without a line end."""
         return self.feed(b"\n") if self._rest.strip() else []
 
     def _read(self, line: bytes) -> Iterator[tuple[str, float, list[float]]]:
@@ -83,7 +83,7 @@ class JsonLines:
         self._seen |= set(good)
         odd = next((key for key in found if key not in COLUMNS and key != "time"), None)
         if odd is not None and "wrench" not in self._seen:
-            # only the first is named: there may be any number
+            # only the first is named, as there may be any number
             self._unknown = self._unknown or printable(odd[:40])
             self.skipped[f"'{self._unknown}' is no stream"] += 1
             bad -= not streams
@@ -93,7 +93,7 @@ class JsonLines:
 
 
 def joined(entries: Iterator[tuple[str, float, list[float]]]) -> list[Samples]:
-    """Single samples as samples of each stream and width."""
+    """Single samples (stream, time [s], values), gathered by stream and width."""
     gathered: dict[tuple[str, int], tuple[list[float], list[list[float]]]] = {}
     for name, time, values in entries:
         times, rows = gathered.setdefault((name, len(values)), ([], []))
@@ -106,7 +106,7 @@ def joined(entries: Iterator[tuple[str, float, list[float]]]) -> list[Samples]:
 
 
 def _is_number(value: Any) -> bool:
-    """Whether it is a number whose square is one too."""
+    """Whether a value is a number whose square does not overflow."""
     return type(value) in (int, float) and abs(value) < 1e150
 
 
@@ -119,14 +119,14 @@ def _are_numbers(values: Any) -> bool:
 
 
 PATIENCE = 3.0
-"""[s] for a connection."""
+"""[s] Longest wait for a connection."""
 
 PIECE = 1 << 16
-"""Most that is read at once [bytes]."""
+"""Largest number of bytes that are read at once."""
 
 
 class SocketSource(NamedSource):
-    """What sources over a socket have in common."""
+    """Address, socket and `close` of sources over a socket."""
 
     def __init__(self, name: str, port: int | None, example: str):
         super().__init__(name)
@@ -160,7 +160,7 @@ class TcpSource(SocketSource):
 
 
 def connected(name: str, address: tuple[str, int]) -> socket.socket:
-    """A socket that is connected; `InputError` where the host refuses."""
+    """A connected socket; `InputError` where the host refuses."""
     try:
         return socket.create_connection(address, PATIENCE)
     except (OSError, UnicodeError) as error:
@@ -173,7 +173,7 @@ def connected(name: str, address: tuple[str, int]) -> socket.socket:
 
 
 def received(connection: socket.socket | None, name: str, timeout: float) -> bytes:
-    """What came, after at most `timeout` [s]; empty where nothing did.
+    """The bytes that came within `timeout` [s]; empty for none.
 
     Raises `SourceLostError` when the other end has closed.
     """

@@ -4,8 +4,8 @@ uses, or from zenoh-bridge-ros2dds.
 Topics are found by the liveliness tokens of their publishers. Of rmw_zenoh:
 ``@ros2_lv/DOMAIN/SESSION/NODE/ENTITY/MP/ENCLAVE/NAMESPACE/NAME/TOPIC/TYPE/HASH/QOS``
 with ``%`` for slashes, and messages at ``DOMAIN/TOPIC/TYPE/HASH``; of the bridge:
-``@/BRIDGE/@ros2_lv/MP/TOPIC/TYPE/QOS`` with ``§``, and messages at ``TOPIC``. As a
-peer nothing comes through a router, so that this is a client.
+``@/BRIDGE/@ros2_lv/MP/TOPIC/TYPE/QOS`` with ``§`` for slashes, and messages at
+``TOPIC``. The session is a client, as peers receive nothing through a router.
 """
 
 import json
@@ -33,8 +33,8 @@ MOST = 1000
 
 
 class Inbox:
-    """Bounded, of another thread's messages; what does not fit is counted in
-    `skipped`."""
+    """Bounded queue of another thread's messages; `skipped` counts those that do not
+    fit."""
 
     def __init__(self):
         self.skipped: Counter[str] = Counter()
@@ -48,7 +48,7 @@ class Inbox:
             self.skipped[QUEUE_FULL] += 1
 
     def take(self, timeout: float) -> list[RosMessage]:
-        """What is there, after waiting at most `timeout` [s] for the first."""
+        """The waiting messages, after at most `timeout` [s] for the first."""
         found: list[RosMessage] = []
         try:
             found.append(self._queue.get(timeout=max(timeout, 1e-3)))
@@ -60,15 +60,15 @@ class Inbox:
 
 
 PORT = 7447
-"""Where a Zenoh router listens by default."""
+"""Default port of a Zenoh router."""
 
 EXAMPLE = f"zenoh://localhost:{PORT}/0"
 
 BRIDGE_TOKENS = "@/*/@ros2_lv/MP/**"
-"""Liveliness tokens of what zenoh-bridge-ros2dds brings in."""
+"""Liveliness tokens of zenoh-bridge-ros2dds."""
 
 CHECK = 1.0
-"""How often it is asked whether the router is still there [s]."""
+"""[s] Time between checks that the router runs."""
 
 MAX_TOPICS = 10_000
 
@@ -155,7 +155,7 @@ class ZenohTransport(Transport):
                 self._subscribers[key] = self._listen(topic, key)
 
     def _listen(self, topic: Topic, key: str) -> Any:
-        """A subscriber, which also asks for what was sent before it was there."""
+        """A subscriber, which also requests earlier messages."""
         from zenoh.ext import HistoryConfig, declare_advanced_subscriber
 
         def take(sample: Any) -> None:

@@ -1,7 +1,7 @@
-"""Results as tables a person can read, with units: a file each kind. Here is what they
-share: the verdict as the first lines of a report, and numbers of as many digits as
-their interval is worth, points under each other, ``open`` where neither the recording
-nor a shape determines them."""
+"""Results as readable tables with units, one file for each kind. This file has what they
+share: the verdict as the first lines of a report, and numbers with as many digits as
+their interval justifies, aligned at the point; ``open`` where neither the recording nor a
+shape determines them."""
 
 from collections.abc import Iterable, Sequence
 from typing import Self
@@ -20,7 +20,7 @@ STATUS_DO_NOT_USE = 3
 
 
 def verdict_lines(verdict: Verdict) -> list[str]:
-    """The verdict, and its reasons, a line each."""
+    """Lines with the verdict, and each of its reasons."""
     return [
         f"verdict: {verdict}",
         *(f"- {reason}" for reason in verdict.reasons),
@@ -38,22 +38,22 @@ def exit_status(verdict: Verdict) -> int:
 
 
 FEWEST, MOST = 0, 9
-"""Decimals that are printed."""
+"""Smallest and largest number of printed decimals."""
 SIGNIFICANT = 4
-"""Digits of a number of which nobody says how sure it is."""
+"""Significant digits of a number without an interval."""
 
 MILLIMETRE = 3
 """Decimal places by which millimetres differ from metres."""
 LEAST_DIGITS = 2
-"""Significant digits of the mass, and of the largest moment, that are shown however
+"""Smallest number of significant digits of the mass, and of the largest moment, however
 wide their intervals are."""
 NOTHING = 0.01
-"""Share of the widest interval of the inertia below which moments count as none."""
+"""Smallest size for the digits of moments, as a share of their widest interval."""
 
 
 def decimals_of(value: float, reach: float | None, digits: int = 2) -> int:
-    """Decimals that show so many `digits` of how far a value may be off, its `reach`;
-    where that is not known, `SIGNIFICANT` digits of the value."""
+    """Number of decimals that shows `digits` significant digits of the half-width of a
+    value's interval, its `reach`; without one `SIGNIFICANT` digits of the value."""
     known = reach is not None and np.isfinite(reach) and reach > 0.0
     size, digits = (reach, digits) if known else (abs(value), SIGNIFICANT)
     if not size or not np.isfinite(size):
@@ -64,16 +64,16 @@ def decimals_of(value: float, reach: float | None, digits: int = 2) -> int:
 
 
 def fixed(value: float, decimals: int) -> str:
-    """A number with so many decimals, without a minus before a zero; ``open`` where it
-    is not finite."""
+    """A number with a number of decimals, zero without a minus; ``open`` where it is not
+    finite."""
     if not np.isfinite(value):
         return "open"
     return f"{round(float(value), decimals) + 0.0:.{decimals}f}"
 
 
 def with_reach(values: ArrayLike, reach: float | None) -> str:
-    """``"1.4, 172.2, 60.0 ± 0.8"``, with one digit of how far each may be off at most;
-    the values alone where nobody says."""
+    """``"1.4, 172.2, 60.0 ± 0.8"``, with one significant digit of their largest
+    half-width, the `reach`; without one the values alone."""
     numbers = np.asarray(values, dtype=float)
     if not np.isfinite(numbers).all() or (reach is not None and not np.isfinite(reach)):
         return "open"
@@ -89,8 +89,7 @@ def wrench_text(wrench: ArrayLike) -> str:
 
 
 def aligned(rows: Sequence[Sequence[str]]) -> list[list[str]]:
-    """Rows of numbers, filled up so that in each column points stand under each other
-    where the column is set to the right."""
+    """Rows of numbers, padded so that the points of right-aligned columns are aligned."""
     places = [max(map(_places, column)) for column in zip(*rows, strict=True)]
     return [
         [text + " " * (n - _places(text)) for text, n in zip(row, places, strict=True)]
@@ -99,7 +98,7 @@ def aligned(rows: Sequence[Sequence[str]]) -> list[list[str]]:
 
 
 def _places(text: str) -> int:
-    """Characters from the point on."""
+    """Number of characters from the point on."""
     _, point, part = text.partition(".")
     return len(point) + len(part)
 
@@ -114,7 +113,7 @@ class Worth:
 
     @classmethod
     def of(cls, estimate: Estimate) -> Self:
-        """From the intervals of an estimate."""
+        """Decimal places from the intervals of an estimate."""
         p, half = estimate.parameters, estimate.half_widths
         com, moments = p.center_of_mass, p.inertia_at_com.diagonal()
         wide = half["inertia_at_com"]
@@ -129,7 +128,8 @@ class Worth:
         return cls(np.array(places, dtype=int), estimate.undetermined.ten)
 
     def text(self, value: float, row: int, is_estimate: bool) -> str:
-        """A number of one row; an end of an interval may be open by itself."""
+        """The number of a row as text; an end of an interval may be open although the
+        estimate is not."""
         if not np.isfinite(value) or (is_estimate and self.open[row]):
             return "open"
         return fixed(value, max(int(self.places[row]), 0))

@@ -1,4 +1,4 @@
-"""What came of a batch, as lines a person can read."""
+"""The result of a batch, as readable lines."""
 
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -13,14 +13,14 @@ if TYPE_CHECKING:
     from hefting.batches.summary import Reason, Summary
 
 MOST_REASONS = 8
-"""Reasons that are printed; the page has all."""
+"""Largest number of printed reasons; the page has all."""
 MOST_OUTLIERS = 5
 
 
 def batch_report(
     found: "Batch", render: Callable[[str], str], page: str | None
 ) -> Iterable[Line]:
-    """Counts, what failed and why, what is worth a look, and where the table is."""
+    """Counts, failures and doubts, recordings worth a look, and the table's path."""
     from hefting.batches.batch import headline
     from hefting.batches.recordings import LEFT_OUT_TEXTS
 
@@ -94,7 +94,7 @@ def _times(summary: "Summary") -> str:
 
 
 def _sizes(summary: "Summary") -> Iterable[Line]:
-    """The typical residual, where there is one."""
+    """The median residual, if any."""
     known = summary.residuals[np.isfinite(summary.residuals).all(axis=1)]
     if len(known):
         force, torque = np.median(known, axis=0)

@@ -1,5 +1,5 @@
-"""An estimate as a table a person can read, with units. Plain text: most runs of the
-command print nothing else."""
+"""An estimate as a readable table with units, in plain text without `rich`, as most runs
+of the command print nothing else."""
 
 import os
 import sys
@@ -41,8 +41,8 @@ MENDED = {
     "wrench-blank",
     "wrench-stalled",
 }
-"""Codes of notes on what was changed in the recording or found beside the object: they
-are told without --verbose."""
+"""Codes of notes that are printed without --verbose: changes of the recording, and
+findings besides the object."""
 Style = Literal["", "bold", "yellow"]
 STYLES: dict[Style, str] = {"": "", "bold": "\x1b[1m", "yellow": "\x1b[33m"}
 
@@ -54,7 +54,7 @@ class Line:
     text: str
     style: Style = ""
     whole: bool = False
-    """Never wrapped: a line of a table."""
+    """whether it is never wrapped, as a line of a table"""
 
 
 def estimate_report(
@@ -63,9 +63,9 @@ def estimate_report(
     errors: "Errors | None" = None,
     verbose: bool = False,
 ) -> list[Line]:
-    """The answer on one screen: the verdict, what gives doubt, then mass, COM and
-    inertia at the COM beside intervals or standard deviations, and the truth, where
-    known; with `verbose` also what was found, assumed and checked."""
+    """The answer on one screen: verdict, warnings, then mass, COM and inertia at the COM
+    with intervals or standard deviations, and the truth if known; with `verbose` also
+    what was found, assumed and checked."""
     verdict = estimate.verdict
     lines = [
         Line(text, "bold" if verdict.level == "good" else "yellow")
@@ -92,8 +92,8 @@ def estimate_report(
 def plain_errors(
     found: InertialParameters, truth: InertialParameters
 ) -> tuple[float, float]:
-    """Error of the mass [%] and distance of the COM [m], where the object's size, in
-    which others are told, is not known."""
+    """Error of the mass [%] and distance of the COM [m], which do not need the object's
+    size."""
     apart = np.linalg.norm(found.center_of_mass - truth.center_of_mass)
     return 100.0 * abs(found.mass / truth.mass - 1.0), float(apart)
 
@@ -101,8 +101,8 @@ def plain_errors(
 def _numbers(
     estimate: Estimate, truth: InertialParameters | None
 ) -> tuple[list[str], list[list[str]]]:
-    """Head and rows of the table of mass, COM and inertia, with as many digits as they
-    are worth."""
+    """Head and rows of the table of mass, COM and inertia, with the digits that their
+    intervals justify."""
     columns = {"estimate": _ten_of(estimate.parameters)} | _spread(estimate)
     if truth is not None:
         columns["truth"] = _ten_of(truth)
@@ -122,12 +122,11 @@ def _numbers(
 
 
 def _spread(estimate: Estimate) -> dict[str, list[float]]:
-    """Columns that say how sure the estimate is: ends of intervals, else standard
-    deviations, else none."""
+    """Columns of the ends of intervals, or else of standard deviations, or none."""
     keys = ("mass", "center_of_mass", "inertia_at_com")
     if (intervals := estimate.intervals) is not None:
         ends = np.array([_ten(*(intervals[k][i] for k in keys)) for i in (0, 1)])
-        # a single end is the value that stands in the place of what is open
+        # a single finite end is a value in place of an open one
         half_open = estimate.undetermined.ten & ~np.isfinite(ends).all(axis=0)
         ends[:, half_open] = np.nan
         return dict(zip(("95 % from", "to"), ends.tolist(), strict=True))
@@ -151,11 +150,10 @@ def _describe_errors(errors: "Errors", verbose: bool) -> str:
 
 
 def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> None:
-    """Print on standard output, wrapped to the terminal; to `WIDTH` columns where there
-    is none.
+    """Print on standard output, wrapped to the terminal, or to `WIDTH` columns.
 
-    `render` turns the library's way of naming its arguments into the reader's.
-    Characters that control a terminal, as of a name in a file, are question marks.
+    `render` replaces the library's names of arguments by the reader's. Characters that
+    control a terminal, as in a name from a file, become question marks.
     """
     takes_styles = "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
     styled = sys.stdout.isatty() and takes_styles
@@ -170,9 +168,8 @@ def print_lines(lines: Iterable[Line], render: Callable[[str], str] = str) -> No
 def _table(
     head: list[str], rows: list[list[str]], ends: tuple[int, ...]
 ) -> Iterable[Line]:
-    """A table with its first and last column to the left, the others to the right; a
-    line after the rows `ends`. Without blanks beside its cells where it is too wide
-    with them."""
+    """A table with first and last column left-aligned, the others right-aligned, and a
+    line after the rows `ends`; without blanks around cells where it is too wide."""
     widths = [max(map(len, column)) for column in zip(head, *rows, strict=True)]
     blank = " " if sum(widths) + 3 * len(widths) < output_width() else ""
 
@@ -231,7 +228,7 @@ def assumptions(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_recordings(estimate: Estimate) -> Iterable[str]:
-    """Each of several recordings, with the bias that it has."""
+    """Each of several recordings, with its bias."""
     each = estimate.provenance.get("recordings", ())
     if not each:
         return
@@ -280,7 +277,7 @@ def _describe_bias(bias: Array, on_sensor: bool) -> str:
 
 
 def summary(estimate: Estimate) -> Iterable[str]:
-    """Where the answer comes from, in a line or two."""
+    """The data that the answer is from, in a few lines."""
     made = estimate.provenance
     when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
     text = f"from {samples_told(estimate.samples)}{when}"
@@ -305,7 +302,7 @@ def summary(estimate: Estimate) -> Iterable[str]:
 
 
 def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
-    """What a scale's reading did, if one was given."""
+    """The effect of a scale's reading, if any."""
     if "sensor_gain" not in made:
         return
     gain = round(100.0 * made["sensor_gain"], 2)
@@ -316,7 +313,7 @@ def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
 
 
 def _describe_until(estimate: Estimate) -> str:
-    """How much of the recording it took to be as sure as was asked for."""
+    """The part of the recording that the requested accuracy took."""
     made = estimate.provenance
     of = f"{made['used']:.4g} of {made['of']:.4g} {made['used_unit']} used"
     known = "" if estimate.accuracy is None else f": sure (95 %) to {estimate.accuracy}"
@@ -324,7 +321,8 @@ def _describe_until(estimate: Estimate) -> str:
 
 
 def facts(estimate: Estimate) -> Iterable[str]:
-    """Those, and how well it fits and is known."""
+    """`assumptions`, then accuracy of the shape, settings, residual, consistency and
+    certificate."""
     yield from assumptions(estimate)
     made = estimate.provenance
     if "until" in made:

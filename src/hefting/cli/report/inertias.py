@@ -1,5 +1,5 @@
-"""Inertials of a URDF as a person reads it: a line for each link that fails, and a
-count of the others."""
+"""Inertials of a URDF as a readable report: a line for each link that fails, and the
+number of the others."""
 
 from rich.console import Group, RenderableType
 from rich.table import Table
@@ -23,18 +23,18 @@ CONDITIONS = {
 
 
 def inertias_report(repaired: Repaired, written: str | None = None) -> Group:
-    """Links that fail, how many do not, and what was `written`, or what to do."""
+    """Links that fail, the number of others, and the `written` file or what to do."""
     failing, links = repaired.failing, len(repaired.checks)
     massless = sum(checked.inertial.is_massless for checked in repaired.checks)
     name = printable(repaired.source)
     lines: list[RenderableType] = []
     if failing:
-        told = f"no body can have the inertials of {len(failing)} of {links} links"
-        lines += [Text(f"{name}: {told}", style="yellow"), _table(failing)]
+        text = f"no body can have the inertials of {len(failing)} of {links} links"
+        lines += [Text(f"{name}: {text}", style="yellow"), _table(failing)]
         lines += _legend(failing)
     others = links - len(failing) - massless
-    told = f"fine: {others} link{'s' * (others != 1)}, and {massless} without mass"
-    lines.append(Text(told if failing else f"{name}: all {told}"))
+    text = f"fine: {others} link{'s' * (others != 1)}, and {massless} without mass"
+    lines.append(Text(text if failing else f"{name}: all {text}"))
     return Group(
         *lines, *warning_lines(_doubts(repaired.checks)), *_what_next(repaired, written)
     )
@@ -52,7 +52,7 @@ def _table(failing: list[LinkCheck]) -> Table:
 
 
 def _legend(failing: list[LinkCheck]) -> list[Text]:
-    """What the last two columns are, and what the least tensor is."""
+    """Explanations of the last two columns, and of the least tensor."""
     lines = []
     if any(
         checked.change is not None and not checked.inertial.is_point
@@ -71,7 +71,7 @@ def _legend(failing: list[LinkCheck]) -> list[Text]:
 
 def _cells(checked: LinkCheck) -> list[str]:
     """Link, condition, shortfall, distance to the nearest tensor."""
-    assert checked.fault is not None  # as these are those that fail
+    assert checked.fault is not None  # only failing links come here
     what = CONDITIONS[checked.fault.code]
     if checked.fault.code == "inertial-unreadable":
         what = str(checked.fault).partition(": ")[2]
@@ -92,20 +92,20 @@ def _percent(share: float) -> str:
 
 
 def _doubts(checks: list[LinkCheck]) -> list[str]:
-    """One line for each kind of doubt: its first link, and how many more."""
+    """A line for each kind of doubt: its first link, and the number of others."""
     of_kind: dict[str, list[str]] = {}
     for checked in checks:
         for doubt in checked.doubts:
-            told = f"{printable(checked.link)}: {printable(doubt)}"
-            of_kind.setdefault(doubt.code, []).append(told)
+            text = f"{printable(checked.link)}: {printable(doubt)}"
+            of_kind.setdefault(doubt.code, []).append(text)
     return [
-        told[0] + (f" (and {len(told) - 1} more like it: --json)" if told[1:] else "")
-        for told in of_kind.values()
+        first + (f" (and {len(more)} more like it: --json)" if more else "")
+        for first, *more in of_kind.values()
     ]
 
 
 def _what_next(repaired: Repaired, written: str | None) -> list[Text]:
-    """What was written and what is left, or how to repair."""
+    """The written file and the links left, or how to repair."""
     by_hand = listed((printable(c.link) for c in repaired.remaining), 10)
     lines = []
     if repaired.remaining:

@@ -1,5 +1,5 @@
-"""An inspection as a person reads it: what the log holds, how it moves, the wrench, the
-object, what to do next."""
+"""An inspection as a readable report: content of the log, motion, wrench, object, and
+what to do next."""
 
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
@@ -21,14 +21,14 @@ if TYPE_CHECKING:
     from hefting.inspection import Inspection, Movement, StreamFacts, WrenchFacts
 
 DEVIATIONS = 1.96
-"""Standard deviations either side that hold 95 %."""
+"""Half-width of a 95 % interval in standard deviations."""
 EVERYDAY = "about 5 in everyday handling"
 """Nadeau et al. 2022, sec. III."""
 
 
 def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
-    """The verdict and what gives doubt, streams, motion, wrench, object, and what to do
-    next; with `verbose` also the figures behind them."""
+    """Verdict and warnings, streams, motion, wrench, object, and what to do next; with
+    `verbose` also the numbers behind them."""
     lasts = (
         f"{next(iter(found.streams.values())).samples} static poses"
         if found.static
@@ -40,14 +40,14 @@ def inspection_report(found: "Inspection", verbose: bool = False) -> Group:
         _streams_table(found),
     ]
     lines += [Text(f"note: {line}") for line in found.notes]
-    for title, said in (
+    for title, section in (
         ("motion", _motion(found, verbose)),
         ("wrench", _wrench(found, verbose)),
         ("object", _object(found, verbose)),
     ):
         lines += [
             Text(title, style="bold"),
-            *(Text(f"  {line}") if isinstance(line, str) else line for line in said),
+            *(Text(f"  {each}") if isinstance(each, str) else each for each in section),
         ]
     lines.extend(Text(f"next: {line}", style="green") for line in found.advice)
     return Group(*lines) if verbose else Group(*lines, Text(MORE))
@@ -215,7 +215,7 @@ def _channels_table(f: "WrenchFacts") -> Table:
 
 
 def _three(values: Array) -> str:
-    """Numbers of one kind: those that do not count beside the largest are 0."""
+    """Numbers of one kind; those negligible against the largest are 0."""
     return ", ".join(f"{x:.2g}" if x > 1e-3 * values.max() else "0" for x in values)
 
 
@@ -247,7 +247,7 @@ def _object(found: "Inspection", verbose: bool) -> Iterable[str]:
 
 
 def _quick_mass(found: "Inspection") -> Iterable[str]:
-    """The mass that the forces alone say."""
+    """The mass by the size of the forces alone."""
     if found.quick_mass is None:
         return
     text = f"|f| / |g| alone says {found.quick_mass:.4g} kg"

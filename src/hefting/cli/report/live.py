@@ -1,5 +1,5 @@
-"""What hefting live shows while it runs: a line that changes in place on a terminal,
-lines otherwise, or JSON."""
+"""Output of hefting live while it runs: a line that changes in place on a terminal, lines
+otherwise, or JSON."""
 
 import sys
 import threading
@@ -20,31 +20,35 @@ if TYPE_CHECKING:
     from hefting.sources.live import Pump
 
 EVERY = 1.0
-"""A line is printed so often [s] where it cannot change in place."""
+"""[s] Time between lines where they cannot change in place."""
 
 Render = Callable[[str], str]
 
 
 class Display:
-    """Nothing is shown of what goes on; the others derive from it."""
+    """Shows messages only; the other displays derive from it."""
 
     def __init__(self, render: Render):
-        self.render, self._told = render, ""
+        self.render, self._last_reason = render, ""
         self._lock = threading.Lock()
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
         """Show an estimate."""
 
     def tell_mistake(self, found: "LiveEstimate") -> None:
-        """Name what makes the answer wrong, where that was not the last said."""
+        """Name the reason why the answer is not to be used, unless it was the last."""
         verdict = None if found.estimate is None else found.estimate.verdict
-        if verdict is None or verdict.usable or verdict.reasons[0].code == self._told:
+        if (
+            verdict is None
+            or verdict.usable
+            or verdict.reasons[0].code == self._last_reason
+        ):
             return
-        self._told = verdict.reasons[0].code
+        self._last_reason = verdict.reasons[0].code
         self.say(f"{verdict}: {self.render(verdict.reasons[0])}")
 
     def say(self, text: str) -> None:
-        """Print a message for a person on standard error."""
+        """Print a message on standard error."""
         with self._lock:
             self.clear()
             say(text)
@@ -53,13 +57,13 @@ class Display:
         """Make room for a message."""
 
     def end(self) -> None:
-        """Make room for what follows."""
+        """Make room for further output."""
         with self._lock:
             self.clear()
 
 
 class JsonDisplay(Display):
-    """One JSON object a line."""
+    """One JSON object for each line."""
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
         """Print an estimate."""
@@ -76,7 +80,7 @@ class LinesDisplay(Display):
         self._state, self._due = "", 0.0
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
-        """Print an estimate, unless one was just before."""
+        """Print an estimate whose state is new, or that is due."""
         self.tell_mistake(found)
         now = time.monotonic()
         if found.state != self._state or now >= self._due:
@@ -92,7 +96,7 @@ class TerminalDisplay(Display):
         self._is_shown = False
 
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
-        """Put an estimate in the place of the one before."""
+        """Replace the last estimate."""
         self.tell_mistake(found)
         text = line_of(found, pump, self.render)
         columns = max(get_terminal_size().columns, 20) - 1
@@ -112,15 +116,15 @@ class TerminalDisplay(Display):
 
 
 def display_of(json: bool, render: Render) -> Display:
-    """How estimates are shown on standard output."""
+    """The display for standard output."""
     if json:
         return JsonDisplay(render)
     return (TerminalDisplay if sys.stdout.isatty() else LinesDisplay)(render)
 
 
 def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
-    """An estimate in a line: when, state and verdict, mass, COM, how many samples, what
-    to do."""
+    """An estimate in a line: time, state and verdict, mass, COM, number of samples, last
+    message."""
     number = f" object {found.object}" if found.object > 1 else ""
     parts = [f"{found.time:.1f} s{number}: {found.state}"]
     if found.estimate is not None:
@@ -130,14 +134,14 @@ def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
         why, _ = skipped.most_common(1)[0]
         parts.append(f"{skipped.total()} skipped ({why})")
     last = found.messages[-1] if found.messages else None
-    # beside numbers a note, as where the samples come from, is no longer news
+    # a note, as on the source, is shown until there are numbers
     if last is not None and (found.estimate is None or last.severity != "note"):
         parts.append(render(str(last)))
     return " | ".join(parts)
 
 
 def numbers_of(estimate: "Estimate") -> list[str]:
-    """Mass and COM, each with how far its 95 % interval reaches at the farther end."""
+    """Mass and COM, each with the larger half of its 95 % interval."""
     ends = estimate.intervals or {}
     body = estimate.parameters
     mass = com = None
@@ -152,7 +156,7 @@ def numbers_of(estimate: "Estimate") -> list[str]:
 
 
 def no_answer(found: "LiveEstimate | None", render: Render) -> str:
-    """Why there is no final answer, and what to do."""
+    """A line with the reasons why there is no final answer."""
     if found is None:
         return "no answer: no sample came in"
     why = [str(text) for text in found.messages] or [found.state]

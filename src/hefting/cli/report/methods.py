@@ -1,5 +1,5 @@
-"""Methods, the estimates of several of them side by side, and how estimates agree, as
-tables a person can read."""
+"""Readable tables of the methods, of the estimates of several methods, and of the
+agreement of estimates."""
 
 from collections.abc import Iterable
 from pathlib import Path
@@ -33,7 +33,7 @@ MOMENTS = "Jxx, Jyy, Jzz\n10⁻³ kg m²"
 
 def methods_report(verbose: bool = False) -> Group:
     """Every method: what it does, needs and is best for; with `verbose` also its source
-    and what its answer does not depend on."""
+    and invariances."""
     known = describe_methods()
     table = Table(box=SIMPLE_HEAD, show_lines=True, pad_edge=False)
     for name in ("method", "what it does", "needs", "best for"):
@@ -67,9 +67,9 @@ def comparison_report(
     verbose: bool = False,
     truth: "InertialParameters | None" = None,
 ) -> Group:
-    """Methods as rows: mass, COM and inertia, each with how far it may be off; and
-    which one to trust. With `verbose` also residual, consistency, time, variants of
-    methods and what was assumed."""
+    """Methods as rows: mass, COM and inertia with half-widths of their intervals, and the
+    recommended method. With `verbose` also residual, consistency, time, variants of
+    methods and assumptions."""
     best = comparison.results[comparison.recommended]
     names = list(comparison.results if verbose else comparison.shown)
     lines: list[RenderableType] = [
@@ -108,7 +108,7 @@ def comparison_report(
 
 
 def _answers(comparison: "Comparison", names: list[str]) -> Table:
-    """What each method found, and how sure it is."""
+    """Estimates of each method, with half-widths of their intervals."""
     table = plain_table("method", "mass\nkg", "COM x, y, z\nmm", MOMENTS)
     for name, following in zip(names, [*names[1:], None], strict=True):
         e = comparison.results[name]
@@ -127,8 +127,8 @@ def _answers(comparison: "Comparison", names: list[str]) -> Table:
 
 
 def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
-    """How far mass [kg], COM [mm] and moments of inertia [10⁻³ kg m²] may be off, at
-    most, with 95 % probability; None where the method does not say."""
+    """Largest half-widths of the 95 % intervals of mass [kg], COM [mm] and moments of
+    inertia [10⁻³ kg m²]; None without intervals."""
     if e.intervals is None:
         return None
     far = {
@@ -140,15 +140,14 @@ def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
 
 
 def _moments(e: "Estimate", reach: float | None) -> str:
-    """Moments of inertia at the COM, or that nothing determines them."""
+    """Moments of inertia at the COM, or "open" where one is undetermined."""
     if e.undetermined.inertia_at_com.diagonal().any():
         return "open"
     return with_reach(1e3 * e.parameters.inertia_at_com.diagonal(), reach)
 
 
 def _checks(comparison: "Comparison", names: list[str]) -> Table:
-    """How well each method explains the wrench, whether a body can be as it says, and
-    how long it took."""
+    """Residual, physical consistency and time of each method."""
     table = plain_table("method", "residual\nN, N m", "consistent", "time\nms")
     noise = comparison.ingested.noise
     for name in names:
@@ -191,18 +190,18 @@ FAILURES = {
     "pseudo_inertia": "pseudo",
     "hull": "COM",
 }
-"""The condition of consistency that fails, in a word or two."""
+"""The condition of consistency that fails, in a word."""
 
 
 MOST_COLUMNS = 2
-"""Number of estimates beside one another; of more, each has a line for a quantity."""
+"""Largest number of estimates in columns; of more each has a row for each quantity."""
 SHOWN = {"m": (1e3, "mm"), "kg m²": (1e3, "10⁻³ kg m²")}
 """Factor and unit in which a quantity is shown, by its own unit."""
 
 
 def agreement_report(agreement: Agreement) -> Iterable[Line]:
-    """Whether they agree, and which of the estimates are in doubt; then every quantity
-    with its 95 % interval, and how far the estimates are apart."""
+    """Whether estimates agree, and which are in doubt; then every quantity with its 95 %
+    interval and the largest difference in standard deviations."""
     largest = agreement.largest
     names = _short(list(agreement.values))
     between = f"{names[largest.first]} and {names[largest.second]}"
@@ -232,7 +231,7 @@ def agreement_report(agreement: Agreement) -> Iterable[Line]:
 
 
 def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
-    """Quantities as rows; of more than `MOST_COLUMNS` estimates, a row for each."""
+    """Quantities as rows; for more than `MOST_COLUMNS` estimates a row for each."""
     apart = np.max(list(agreement.apart.values()), axis=0)
     tall = len(names) > MOST_COLUMNS
     rows: list[list[str]] = []
@@ -259,8 +258,7 @@ def _table_of(agreement: Agreement, names: dict[str, str]) -> Iterable[Line]:
 
 
 def _interval(value: float, ends: Array) -> str:
-    """A value and how far its interval reaches at the farther end, with the digits that
-    this is worth."""
+    """A value and the larger half of its interval, with two digits of that."""
     half = float(np.abs(ends - value).max())
     if not np.isfinite(half):
         return "open"
@@ -276,7 +274,7 @@ def _deviations(apart: float) -> str:
 
 
 def _short(paths: list[str]) -> dict[str, str]:
-    """File names where they tell the estimates apart, else letters."""
+    """File names, or letters where these are long or repeat."""
     names = [Path(path).stem for path in paths]
     if len(set(names)) < len(names) or max(map(len, names)) > 16:
         names = [chr(ord("A") + i) if i < 26 else f"{i + 1}" for i in range(len(paths))]

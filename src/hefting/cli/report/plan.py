@@ -1,5 +1,5 @@
-"""A planned motion as a person reads it: how sure one is now and will be, what binds,
-what was assumed."""
+"""A planned motion as a readable report: accuracy now and after it, binding limits,
+assumptions."""
 
 from collections.abc import Iterable
 
@@ -14,16 +14,16 @@ ROWS = {
     "center_of_mass": ("COM", "mm", 1e3),
     "inertia": ("inertia", "%", 1e2),
 }
-"""Of each quantity of an `Accuracy`: its name, its unit, its factor."""
+"""Name, unit and factor of each quantity of an `Accuracy`."""
 OPEN = "open"
-"""What is not known at all."""
+"""Text for an unknown quantity."""
 MOST_OPEN = 10.0
-"""Half-widths of more than ten times what there is, or of 10 m, are open."""
+"""Half-width (relative, of the COM in m) above which a quantity is open."""
 
 
 def plan_report(plan: Plan, verbose: bool = False) -> list[Line]:
-    """What was planned, half-widths now and after it beside what was asked, what binds,
-    and what was assumed; with `verbose` also how much of each limit is used."""
+    """The motion, half-widths now, after it and as asked, binding limits, and
+    assumptions; with `verbose` also the used share of each limit."""
     lines = [Line(_headline(plan), "bold")]
     lines += [Line(f"{own.severity}: {own}", "yellow") for own in plan.warnings]
     lines += [Line(text, whole=True) for text in _table(plan)]
@@ -46,7 +46,7 @@ def _headline(plan: Plan) -> str:
 
 
 def _speed(plan: Plan) -> str:
-    """The largest speed of a corner, what it keeps, and if that is reduced speed."""
+    """The largest speed of a corner, its limit, and whether that is reduced speed."""
     limit = plan.limits.corner_speed
     of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
     used = plan.usage.get("corner_speed")
@@ -60,7 +60,7 @@ def _speed(plan: Plan) -> str:
 
 
 def _table(plan: Plan) -> list[str]:
-    """Half-widths of 95 % intervals now and after the motion, and what was asked."""
+    """Half-widths of 95 % intervals now, after the motion, and as asked."""
     first, last = plan.forecast.accuracy[0], plan.forecast.accuracy[-1]
     head = ["", "± now", "± after", *(["asked"] if plan.asked is not None else []), ""]
     rows = [head]

@@ -1,5 +1,5 @@
-"""A predicted wrench as a person reads it: peaks, extremes, what was assumed, how well
-it fits what was measured."""
+"""A predicted wrench as a readable report: peaks, extremes, assumptions, and agreement
+with the measured wrench."""
 
 from collections.abc import Iterable
 
@@ -15,16 +15,15 @@ from hefting.prediction import Agreement, Peak, Prediction
 
 UNITS = {"f": "N", "t": "N m"}
 TINY = 1e-9
-"""A band so narrow is rounding [N, N m]."""
+"""Largest half-width of a band that is rounding [N, N m]."""
 NOTICED = 1e-3
-"""Share of the largest force or torque from which on the motion's errors are worth a
-line."""
+"""Share of the largest force or torque above which errors of the motion are printed."""
 
 
 def prediction_report(found: Prediction, verbose: bool = False) -> Group:
-    """The verdict and what gives doubt, largest force and torque, lowest and highest of
-    each component with the band, agreement with what was measured; with `verbose` also
-    what was assumed."""
+    """Verdict and warnings, largest force and torque, lowest and highest value of each
+    component with its band, agreement with the measured wrench; with `verbose` also
+    assumptions."""
     count = f"{len(found)} instant{'' if len(found) == 1 else 's'}"
     lasts = (
         f"{len(found)} static poses"
@@ -46,7 +45,7 @@ def prediction_report(found: Prediction, verbose: bool = False) -> Group:
 
 
 def _table(found: Prediction) -> Table:
-    """Peaks, then components: lowest and highest, each with its band and when."""
+    """Peaks, then the lowest and highest value of each component, with band and time."""
     table = bare_table()
     table.add_column("", no_wrap=True)
     band, when = found.std is not None, "in row" if found.static else "at s"
@@ -62,9 +61,9 @@ def _table(found: Prediction) -> Table:
         table.add_column(
             name, justify="left" if name == "unit" else "right", no_wrap=True
         )
-    nothing = [""] * (3 if band else 2)
+    blanks = [""] * (3 if band else 2)
     for name, peak in found.peaks.items():
-        row = [*nothing, *_cells(peak, found.static), UNITS[name[0]]]
+        row = [*blanks, *_cells(peak, found.static), UNITS[name[0]]]
         table.add_row(f"|{name}|", *row, end_section=name == "torque")
     for name, (lowest, highest) in found.extremes.items():
         table.add_row(
@@ -77,7 +76,7 @@ def _table(found: Prediction) -> Table:
 
 
 def _cells(peak: Peak, static: bool) -> list[str]:
-    """A value, half its band if there is one, and when it is."""
+    """A value, half its band if there is one, and its time or row."""
     reach = peak.reach
     band = []
     if reach is not None:

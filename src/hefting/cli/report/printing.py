@@ -1,4 +1,4 @@
-"""What every report shares."""
+"""Printing of reports, and the parts that they share."""
 
 from collections.abc import Callable, Iterable
 
@@ -14,15 +14,14 @@ from hefting.core.errors import printable
 from hefting.core.messages import Verdict
 
 WIDEST = 1000
-"""Columns that no table needs."""
+"""More columns than any table needs."""
 
 
 def print_report(report: Group, render: Callable[[str], str] = str) -> None:
-    """Print on standard output, no wider than the terminal; `WIDTH` columns where there
-    is none.
+    """Print on standard output, no wider than the terminal, or than `WIDTH` columns.
 
-    `render` turns the library's way of naming its arguments into the reader's. A table
-    that is too wide has less space between its columns.
+    `render` replaces the library's names of arguments by the reader's. A table that is
+    too wide has less space between its columns.
     """
     width = output_width()
     for line in report.renderables:
@@ -32,7 +31,7 @@ def print_report(report: Group, render: Callable[[str], str] = str) -> None:
     for line in report.renderables:
         if (
             isinstance(line, Table)
-            and not line.show_lines  # of prose, which is wrapped anyway
+            and not line.show_lines  # tables of prose are wrapped
             and _width_of(line, console) > width
         ):
             line.padding = 0
@@ -45,8 +44,8 @@ def bare_table() -> Table:
 
 
 def plain_table(first: str, *others: str) -> Table:
-    """A table with these columns and no rows yet: the first to the left, the others to
-    the right but for those without a name."""
+    """A table with these columns and no rows; columns with a name, except the first, are
+    right-aligned."""
     table = bare_table()
     table.add_column(first, no_wrap=True)
     for name in others:
@@ -55,7 +54,7 @@ def plain_table(first: str, *others: str) -> Table:
 
 
 def _width_of(table: Table, console: Console) -> int:
-    """Columns that a table takes where it has them."""
+    """Width of a table without a limit [columns]."""
     wide = console.options.update_width(WIDEST)
     return Measurement.get(console, wide, table).maximum
 
@@ -63,8 +62,8 @@ def _width_of(table: Table, console: Console) -> int:
 def doubt_lines(verdict: Verdict, warnings: Iterable[str]) -> list[Text]:
     """The verdict and its reasons, then the warnings that are none of them."""
     style = "bold" if verdict.level == "good" else "yellow"
-    told = [Text(line, style=style) for line in verdict_lines(verdict)]
-    return told + warning_lines(other_warnings(warnings, verdict))
+    lines = [Text(line, style=style) for line in verdict_lines(verdict)]
+    return lines + warning_lines(other_warnings(warnings, verdict))
 
 
 def warning_lines(warnings: Iterable[str]) -> list[Text]:

@@ -1,5 +1,5 @@
-"""What hefting identify prints: the result of one method, or of several, and the files
-that were written."""
+"""Output of hefting identify: the result of one method, or of several, and the written
+files."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -17,24 +17,24 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Results:
-    """What was identified, and what was made of it."""
+    """Estimates, and the files with them."""
 
     estimates: "dict[str, Estimate]"
-    """By method"""
+    """by method"""
     best: str
-    """The method that is recommended, or the only one"""
+    """the recommended method, or the only one"""
     comparison: "Comparison | None"
     """None for a single method"""
     truth: "InertialParameters | None"
     errors: "dict[str, Errors]"
-    """By method; empty where the truth is not known"""
+    """by method; empty without a truth"""
     written: "list[tuple[str, Exported]]"
     pictures: tuple[str, ...] = ()
 
 
 def print_json(results: Results, render: Callable[[str], str]) -> None:
-    """Print the results as one JSON object; `render` turns the library's way of naming
-    its arguments into the reader's."""
+    """Print the results as one JSON object; `render` replaces the library's names of
+    arguments by the reader's."""
     import json
 
     estimates = _estimates_json(results)
@@ -53,7 +53,8 @@ def print_json(results: Results, render: Callable[[str], str]) -> None:
 
 
 def _estimates_json(results: Results) -> dict[str, dict[str, Any]]:
-    """Each estimate by method, with its errors; the best with the files' warnings."""
+    """Each estimate by method, with its errors; the best one also with warnings of the
+    written files."""
     from hefting.core.estimate_json import coded, json_ready
 
     estimates = {k: e.to_dict() for k, e in results.estimates.items()}
@@ -71,8 +72,8 @@ def _estimates_json(results: Results) -> dict[str, dict[str, Any]]:
 def print_results(
     results: Results, render: Callable[[str], str], verbose: bool = False
 ) -> None:
-    """Print the results as a table, then the files written; `render` as in
-    `print_json`, `verbose` as in `estimate_report`."""
+    """Print the results as a table, then the written files; `render` as in `print_json`,
+    `verbose` as in `estimate_report`."""
     comparison, best = results.comparison, results.best
     if comparison:
         from hefting.cli.report.methods import comparison_report

@@ -84,7 +84,7 @@ def read_bag(
 
 
 def _collect(contents: Contents, named: dict[str, str]) -> Collector:
-    """What the messages of the wanted topics hold."""
+    """The numbers of the wanted topics' messages."""
     collector = Collector(contents.path, named)
     try:
         for topic, logged, data in read_messages(contents, collector.wants):
@@ -97,7 +97,7 @@ def _collect(contents: Contents, named: dict[str, str]) -> Collector:
 
 
 def _check_named(contents: Contents, named: dict[str, str]) -> None:
-    """`InputError` for a topic that was asked for and is not there."""
+    """`InputError` for a named topic that is absent."""
     present = [topic.name for topic in contents.topics]
     for role, name in named.items():
         if name != "none" and not any(same_name(name, other) for other in present):
@@ -124,8 +124,7 @@ def _warn_about_unreadable(gathered: list[Gathered]) -> list[Message]:
 def _check_streams(
     streams: Streams, contents: Contents, reasons: tuple[str, ...], wrench_needed: bool
 ) -> None:
-    """`InputError` where a stream is absent that must be there, with the `reasons` why
-    that may be."""
+    """`InputError`, with possible `reasons`, where a required stream is absent."""
     cut = "".join(f"{reason}, and " for reason in reasons)
     if wrench_needed and "wrench" not in streams.series:
         raise InputError(
@@ -147,8 +146,8 @@ def _list_topics(contents: Contents) -> str:
 
 
 def _build_recording(streams: Streams, warnings: list[Message]) -> Recording:
-    """The recording of streams that overlap the wrench, if there is one, in time; what
-    a pose or joints do not is an error."""
+    """The recording of the streams that overlap the wrench, if any, in time; others are
+    left out with a warning, except that poses and joints are an error."""
     series = streams.series
     wrench = series.get("wrench")
     for name in list(series):

@@ -1,5 +1,5 @@
-"""The files ROS data come in: ROS 1 bags, MCAP and SQLite files, and ROS 2 bag folders
-of those."""
+"""Files of ROS data: ROS 1 bags, MCAP and SQLite files, and ROS 2 bag folders of
+these."""
 
 import re
 import shutil
@@ -20,20 +20,19 @@ MAGIC = b"SQLite format 3\0"
 """First bytes of an SQLite file."""
 
 ROW_BYTES = 8
-"""The least a row takes in the file [bytes]: a file with more rows than fit is damaged
-or made to harm."""
+"""Smallest size of a row in the file [bytes]; a file with more rows than fit is damaged
+or malicious."""
 
 STEP = 100_000
-"""Virtual machine instructions between two checks that the database does not run in
-circles."""
+"""Virtual machine instructions between two checks against endless loops in a database."""
 
 
 def scan_sqlite(path: Path, _budget: Budget, declare: Declare) -> Iterator[Message]:
-    """Messages of a .db3 file in the order they were written. `Cut` where it cannot be
-    read on.
+    """Messages of a .db3 file in the order in which they were written. `Cut` where the
+    rest cannot be read.
 
-    A file shorter than it says is read up to its end. What is still in a write-ahead
-    log beside it is not read: `Cut` after the last row tells.
+    A truncated file is read up to its end. A write-ahead log beside it is not read:
+    `Cut` is raised after the last row then.
     """
     with Source(path) as source:
         header = source.take_most(32)
@@ -119,7 +118,7 @@ def _rows(
 
 
 SCANS = {".bag": scan_bag, ".db3": scan_sqlite}
-"""The reader of each suffix; any other is MCAP."""
+"""Reader of each suffix; other files are MCAP."""
 
 ZSTD_MAGIC = b"\x28\xb5\x2f\xfd"
 """First bytes of data that are compressed with zstd."""
@@ -128,28 +127,27 @@ MAX_METADATA = 1_000_000
 """Part of a bag's metadata.yaml that is read [bytes]."""
 
 MAX_INFLATED = 4 * 1024**3
-"""Largest size a file compressed as a whole is decompressed to, on disk [bytes]."""
+"""Largest decompressed size, on disk, of a file that is compressed as a whole [bytes]."""
 
 
 @dataclass
 class Contents:
-    """What has been met in a bag so far."""
+    """Topics of a bag, and faults of its files, found so far."""
 
     path: Path
     topics: list[Topic] = field(default_factory=list)
     cuts: list[str] = field(default_factory=list)
-    """Where reading stopped early: "name is truncated" """
+    """files that could not be read to their end: "name is truncated" """
     expected: float | None = None
-    """Duration the bag says it has [s]"""
+    """duration by the bag's metadata [s]"""
 
 
 def read_messages(
     contents: Contents, wanted: Callable[[Topic], bool]
 ) -> Iterator[Message]:
-    """Messages of the wanted topics of a bag, file after file, as far as each can be
-    read.
+    """Messages of the wanted topics of a bag, file by file, as far as each can be read.
 
-    Fills `contents` on the way. Raises `InputError` for what is not a bag.
+    Fills `contents`. Raises `InputError` for a path that is no bag.
     """
     known: dict[tuple[str, str, str], Topic] = {}
 
@@ -226,8 +224,8 @@ def _scan(path: Path, declare: Declare) -> Iterator[Message]:
 
 
 def _inflate_file(path: Path, target: Path) -> bool:
-    """Decompress a file that was compressed as a whole; whether it was whole.
-    `InputError` when it is no zstd."""
+    """Decompress a file; returns whether it was complete. `InputError` where it is not
+    compressed with zstd."""
     zstd = zstandard()
     decompressor, budget = zstd.ZstdDecompressor(), Budget(path, path.stat().st_size)
     with Source(path) as source, target.open("wb") as out:

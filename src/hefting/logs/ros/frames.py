@@ -1,5 +1,4 @@
-"""Frames: the tree that tf messages span, and the pose of one frame in another along
-it."""
+"""Frames: the tree of tf messages, and the pose of one frame in another along it."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
@@ -14,7 +13,7 @@ from hefting.core.spatial import Array
 from hefting.logs.ros.series import Series
 
 LONG_GAP = 10
-"""A link is not interpolated across a gap of more than so many of its median steps."""
+"""Largest gap, in median steps, across which a link is interpolated."""
 
 
 @dataclass(frozen=True)
@@ -26,11 +25,11 @@ class Link:
     series: Series
     """x, y, z [m], quaternion x, y, z, w"""
     static: bool
-    """The pose does not change: there is one sample"""
+    """whether the pose is constant; there is one sample then"""
 
     def covers(self, time: NDArray[np.int64]) -> NDArray[np.bool_]:
-        """Which times lie between two samples of a moving link that are not far
-        apart."""
+        """Mask of the times [ns] at which a moving link is interpolated: at its samples,
+        or between two without a long gap."""
         own = self.series.time
         after = np.searchsorted(own, time)
         inside = (time >= own[0]) & (time <= own[-1])
@@ -59,11 +58,10 @@ class Link:
 
 
 def checked(raw: Link, series: Series, where: str, live: bool = False) -> Link:
-    """`raw` with its tidied samples; with the last alone where all are alike, as it
-    then does not move. In a `live` stream it may move later: alike samples stay.
+    """`raw` with its tidied samples, as a static link where all are equal; not in a
+    `live` stream, where it may move later.
 
-    Raises `InputError` when there are none, and for a quaternion that is not of unit
-    norm.
+    Raises `InputError` without samples, and for a quaternion that is not of unit norm.
     """
     if not len(series):
         raise InputError("has no finite pose", where, "repair what publishes it")
@@ -76,45 +74,45 @@ def checked(raw: Link, series: Series, where: str, live: bool = False) -> Link:
             "repair its publisher",
         )
     alike = len(series) == 1 or not live
-    still = raw.static or (alike and bool((series.values == series.values[0]).all()))
-    return Link(raw.parent, raw.child, series[-1:] if still else series, still)
+    static = raw.static or (alike and bool((series.values == series.values[0]).all()))
+    return Link(raw.parent, raw.child, series[-1:] if static else series, static)
 
 
 @dataclass
 class Tree:
-    """Links by the frame they end in."""
+    """Links by their child frame."""
 
     where: str
     links: dict[str, list[Link]] = field(default_factory=dict)
 
     def add(self, new: Link) -> None:
-        """Take a link, in place of one between the same frames."""
+        """Add a link, or replace that between the same frames."""
         others = [
             old for old in self.links.get(new.child, []) if old.parent != new.parent
         ]
         self.links[new.child] = [*others, new]
 
     def replace(self, new: Link) -> None:
-        """Take a link in place of any other to its child."""
+        """Replace all links to a link's child by it."""
         self.links[new.child] = [new]
 
     @property
     def frames(self) -> set[str]:
-        """All names."""
+        """Names of all frames."""
         return set(self.links) | {
             link.parent for links in self.links.values() for link in links
         }
 
     def fixed_to(self, frame: str) -> set[str]:
-        """Frames that static links join to one, and itself."""
-        beside: dict[str, list[str]] = {}
+        """The frame, and all that static links connect to it."""
+        neighbours: dict[str, list[str]] = {}
         for link in (link for links in self.links.values() for link in links):
             if link.static:
-                beside.setdefault(link.parent, []).append(link.child)
-                beside.setdefault(link.child, []).append(link.parent)
+                neighbours.setdefault(link.parent, []).append(link.child)
+                neighbours.setdefault(link.child, []).append(link.parent)
         found, left = {frame}, [frame]
         while left:
-            new = set(beside.get(left.pop(), ())) - found
+            new = set(neighbours.get(left.pop(), ())) - found
             found |= new
             left += new
         return found
@@ -145,8 +143,7 @@ class Tree:
         """Links from `world` (by default the root above `sensor`) to `sensor`, each
         with whether it goes down.
 
-        Empty when nothing links the two. `InputError` for a frame that is nowhere in
-        the tree.
+        Empty when they are not connected. `InputError` for an unknown frame.
         """
         for frame, option in ((world, "`world_frame`"), (sensor, "`sensor_frame`")):
             if frame is not None and frame not in self.frames:
@@ -173,12 +170,12 @@ class Tree:
 def compose(
     chain: Sequence[tuple[Link, bool]], where: str, warn: Callable[[Message], None]
 ) -> Series:
-    """Pose (k, 7) along a chain of links, at the stamps of the moving link that has the
-    most.
+    """Pose (k, 7) along a chain of links, at the stamps of the moving link with the most
+    samples.
 
-    The other moving links are interpolated to these, within their first and last stamp
-    and not across long gaps; what falls outside is left out. One sample alone when no
-    link moves. `InputError` when the links never overlap in time.
+    The other moving links are interpolated at these stamps; those that are not covered
+    (`Link.covers`) are left out. One sample when no link moves. `InputError` when the
+    links never overlap in time.
     """
     if len(chain) == 1 and chain[0][1]:
         return chain[0][0].series
@@ -212,7 +209,7 @@ def compose(
 
 
 def route(chain: Sequence[tuple[Link, bool]]) -> str:
-    """The frames along a chain, for people."""
+    """The frames along a chain, for messages."""
     if not chain:
         return ""
     first, downward = chain[0]
@@ -223,7 +220,7 @@ def route(chain: Sequence[tuple[Link, bool]]) -> str:
 
 
 def list_names(names: set[str] | Sequence[str]) -> str:
-    """Names in order, comma separated; the first 20 of them."""
+    """The first 20 names in order, separated by commas, and the number of the others."""
     ordered = sorted(names)
     more = f" and {len(ordered) - 20} more" if len(ordered) > 20 else ""
     return ", ".join(ordered[:20]) + more

@@ -1,5 +1,5 @@
-"""Where the numbers of a serialised ROS message are: one walk through its definition
-serves all alike messages.
+"""Positions of the numbers in a serialised ROS message, found once from its definition
+for all messages with the same layout.
 
 Serialisations: ROS 1 (packed, little-endian) and ROS 2 plain CDR (aligned, either
 endianness), see https://wiki.ros.org/msg and https://www.omg.org/spec/DDSI-RTPS.
@@ -32,14 +32,14 @@ MAX_DEFINITION = 100_000
 """Longest message definition that is parsed [characters]."""
 
 MAX_STEPS = 100_000
-"""Most fields, elements counted one by one, that a message may have."""
+"""Largest number of fields of a message, elements of sequences included."""
 
 MAX_LAYOUTS = 64
-"""Layouts sought among messages of one length, before the others are taken one at a
-time."""
+"""Number of layouts that are sought in messages of one length before the others are
+read one by one."""
 
 PLACEHOLDER = "structure_needs_at_least_one_member"
-"""Field that ROS 2 puts into a message type that has none."""
+"""Field that ROS 2 adds to a message type without fields."""
 
 Definitions = Mapping[str, tuple[Any, Sequence[tuple[str, Any]]]]
 """By type: constants, and fields as (name, description), in the form of
@@ -56,14 +56,14 @@ class UnknownTypeError(Exception):
 
 @dataclass(frozen=True)
 class Layout:
-    """Where things are in a message of given texts and lengths of sequences."""
+    """Positions in messages with the same texts and lengths of sequences."""
 
     numbers: dict[str, tuple[str, int, int]]
-    """By path, such as "wrench.force.x": numpy code, offset [bytes], count"""
+    """by path, such as "wrench.force.x": numpy code, offset [bytes], count"""
     texts: dict[str, str]
-    """By path, such as "header.frame_id" or "name.0" """
+    """by path, such as "header.frame_id" or "name.0" """
     fixed: tuple[tuple[int, int], ...]
-    """Begin and end of the bytes that made the layout what it is"""
+    """begin and end of the bytes that determine the layout"""
 
     def find(self, *endings: str) -> list[str] | None:
         """The path that ends in each of `endings`, or None unless there is exactly one
@@ -81,14 +81,13 @@ class Layout:
         return found
 
     def read(self, messages: NDArray[np.uint8], path: str) -> NDArray:
-        """Numbers (k, count) at `path` of messages (k, size) that have this layout."""
+        """Numbers (k, count) at `path` of messages (k, size) of this layout."""
         code, offset, count = self.numbers[path]
         width = int(code[-1]) * count
         return np.ascontiguousarray(messages[:, offset : offset + width]).view(code)
 
     def write(self, messages: NDArray[np.uint8], path: str, values: NDArray) -> None:
-        """Put `values` (k, count) at `path` into messages (k, size) that have this
-        layout."""
+        """Write `values` (k, count) at `path` of messages (k, size) of this layout."""
         code, offset, count = self.numbers[path]
         width = int(code[-1]) * count
         messages[:, offset : offset + width] = np.ascontiguousarray(
@@ -114,8 +113,8 @@ def standard_definitions(encoding: str) -> Definitions:
 
 @lru_cache(maxsize=64)
 def definitions_for(topic: Topic) -> Definitions:
-    """Definitions that decode `topic`: the standard ones, and for other types what the
-    bag says.
+    """Definitions that decode `topic`: the standard ones, and for other types those in
+    the bag.
 
     `UnknownTypeError` where neither has the topic's type.
     """
@@ -164,7 +163,7 @@ def lay_out(
 
 
 class _Walk:
-    """One walk through a message."""
+    """Finds the layout of a message, field by field."""
 
     def __init__(self, message: bytes, definitions: Definitions, cdr: bool):
         self.message, self.definitions, self.cdr = message, definitions, cdr

@@ -1,5 +1,4 @@
-"""From messages to numbers: which message types play which role, and what is taken from
-them."""
+"""Messages -> numbers: the role of each message type, and the fields that are read."""
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
@@ -37,7 +36,7 @@ TYPES: dict[str, tuple[str, ...]] = {
     "imu": ("sensor_msgs/msg/Imu",),
     "tf": ("tf2_msgs/msg/TFMessage", "tf/msg/tfMessage"),
 }
-"""Message types that play a role without being asked to."""
+"""Message types of each role, for topics that are not named."""
 
 ROLE = {kind: role for role, kinds in TYPES.items() for kind in kinds}
 """Role of each of these message types."""
@@ -60,24 +59,24 @@ PARTS: dict[str, tuple[tuple[str, tuple[str, ...]], ...]] = {
         ("accelerometer", _components("linear_acceleration")),
     ),
 }
-"""By role: what a message can give, and the fields it is read from."""
+"""By role: quantities of a message, and the fields of each."""
 
 MAX_BATCH = 8 * 1024**2
-"""Messages of a topic are decoded when so many bytes of them have gathered."""
+"""Size of a topic's waiting messages at which they are decoded [bytes]."""
 
 MAX_NUMBERS = 2**27
-"""Most numbers that are kept of a bag: 1 GiB."""
+"""Largest number of numbers that are kept of a bag: 1 GiB."""
 
 OVERHEAD = 1024
-"""What each group of messages costs beside its numbers, counted as numbers."""
+"""Memory of each group of messages besides its numbers, in numbers."""
 
 Key = tuple[str, ...]
-"""What a series is, then the frames or joint names its messages carry."""
+"""A series' quantity, then the frames or joint names of its messages."""
 
 
 @dataclass
 class Gathered:
-    """What the messages of one topic gave."""
+    """The numbers of one topic's messages."""
 
     topic: Topic
     role: str
@@ -87,11 +86,10 @@ class Gathered:
 
 
 class Collector:
-    """Takes the messages of a bag as they come, and keeps their numbers.
+    """Takes the messages of a bag one by one, and keeps their numbers.
 
-    `where` names the bag in errors. `named` maps roles to the topics asked for; "none"
-    leaves a role out. `span` becomes the first and last time a message was logged at
-    [ns].
+    `where` names the bag in errors. `named` maps roles to topics; "none" leaves a role
+    out. `span` becomes the first and last time when a message was logged [ns].
     """
 
     def __init__(self, where: object, named: Mapping[str, str]):
@@ -104,7 +102,7 @@ class Collector:
         self._bytes: dict[Topic, int] = {}
 
     def wants(self, topic: Topic) -> bool:
-        """Whether the messages of a topic are to be added."""
+        """Whether the messages of a topic are to be added; prepares for them."""
         if topic in self.gathered:
             return True
         role = next(
@@ -122,7 +120,7 @@ class Collector:
         return True
 
     def add(self, topic: Topic, logged: int, data: bytes) -> None:
-        """Take one message of a wanted topic."""
+        """Add one message of a wanted topic, `logged` at a time [ns]."""
         times, messages = self._waiting[topic]
         times.append(logged)
         messages.append(data)
@@ -131,7 +129,7 @@ class Collector:
             self._decode(topic)
 
     def finish(self) -> dict[Topic, Gathered]:
-        """Everything gathered, by topic."""
+        """The numbers of all topics."""
         for topic, gathered in self.gathered.items():
             self._decode(topic)
             gathered.series = {
@@ -196,12 +194,12 @@ class Collector:
 
 
 def same_name(one: str, other: str) -> bool:
-    """Whether two topic or frame names are the same but for slashes around them."""
+    """Whether two names of topics or frames are the same but for slashes around them."""
     return one.strip("/") == other.strip("/")
 
 
 def without_slashes(name: str | None) -> str | None:
-    """The name of a frame without slashes around it; None for none."""
+    """The name of a frame without slashes around it; None for None or an empty one."""
     return name.strip("/") if name else None
 
 
@@ -213,14 +211,13 @@ JOINT_PATHS = {
 """Field of a JointState that holds each stream."""
 
 Piece = tuple[Key, slice | NDArray, NDArray[np.int64], Array]
-"""What k messages give: key, which of them, their stamps (k,) [ns], values (k, d)."""
+"""A quantity of k messages: key, their indices, stamps (k,) [ns], values (k, d)."""
 
 
 def _read_pieces(
     role: str, layout: Layout, table: NDArray[np.uint8]
 ) -> Iterator[Piece]:
-    """What messages (k, size) of one layout give: key, which of them, their stamps
-    [ns], values (k, d)."""
+    """The quantities in messages (k, size) of one layout."""
     if role == "tf":
         yield from _read_transforms(layout, table)
         return
@@ -230,7 +227,7 @@ def _read_pieces(
         return
     frame = layout.texts.get("header.frame_id", "").strip("/")
     child = layout.texts.get("child_frame_id", "").strip("/")
-    # of an Odometry message: in the axes of its child frame
+    # an Odometry message has its twist in the axes of the child frame
     if role == "twist" and child:
         frame = child
     for what, endings in PARTS[role]:
@@ -295,7 +292,7 @@ def _read_transforms(layout: Layout, table: NDArray[np.uint8]) -> Iterator[Piece
 def _read_stamps(
     layout: Layout, table: NDArray[np.uint8], path: str
 ) -> NDArray[np.int64]:
-    """Stamps [ns] of messages; zeros where they carry none."""
+    """Stamps (k,) [ns] of messages; zeros for messages without stamps."""
     if [
         layout.numbers.get(f"{path}.{part}", ("", 0, 0))[2]
         for part in ("sec", "nanosec")

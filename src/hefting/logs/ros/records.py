@@ -1,5 +1,5 @@
-"""ROS 1 bags and MCAP files read record by record from the start: an index or a footer
-is not needed.
+"""ROS 1 bags and MCAP files, read record by record from the start, without index or
+footer.
 
 Formats: http://wiki.ros.org/Bags/Format/2.0 and https://mcap.dev/spec.
 """
@@ -13,11 +13,11 @@ from hefting.core.errors import InputError
 from hefting.logs.ros.source import Budget, Cut, Source, Topic
 
 Message = tuple[Topic, int, bytes]
-"""A message: its topic, the time it was logged at [ns], its bytes."""
+"""A message: its topic, the time when it was logged [ns], its bytes."""
 
 Declare = Callable[[Topic], Topic | None]
-"""Takes each topic as it is met; gives it back, or the same one met before, when its
-messages are wanted."""
+"""Called with each topic that is found; returns it, or the equal one found before, if
+its messages are wanted, else None."""
 
 MCAP_MAGIC = b"\x89MCAP0\r\n"
 """First bytes of an MCAP file."""
@@ -26,14 +26,14 @@ BAG_MAGIC = b"#ROSBAG V2.0\n"
 """First bytes of a ROS 1 bag."""
 
 RECORD = struct.Struct("<BQ")
-"""Begin of an MCAP record: its kind and the length of the rest [bytes]."""
+"""Header of an MCAP record: its kind and the length of the rest [bytes]."""
 
 MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""Begin of an MCAP message: channel, sequence number, when it was logged and published
-[ns]."""
+"""Header of an MCAP message: channel, sequence number, times when it was logged and
+published [ns]."""
 
 CHUNK_HEAD = struct.Struct("<QQQII")
-"""Begin of an MCAP chunk: first and last time [ns], size when decompressed [bytes],
+"""Header of an MCAP chunk: first and last time [ns], decompressed size [bytes],
 CRC-32, length of the name of its compression [bytes]."""
 
 SCHEMA, CHANNEL, MESSAGE, CHUNK, DATA_END, FOOTER = 3, 4, 5, 6, 15, 2
@@ -53,14 +53,13 @@ TIME = struct.Struct("<II")
 
 
 def full_type(name: str) -> str:
-    """A message type as package/msg/Name, whichever ROS it comes from."""
+    """A message type of ROS 1 or ROS 2 as package/msg/Name."""
     package, _, message = name.partition("/")
     return name if "/" in message or not message else f"{package}/msg/{message}"
 
 
 def scan_mcap(path: Path, budget: Budget, declare: Declare) -> Iterator[Message]:
-    """Messages of an MCAP file in the order they are stored. `Cut` where it cannot be
-    read on."""
+    """Messages of an MCAP file in stored order. `Cut` where the rest cannot be read."""
     with Source(path) as source:
         yield from _scan_mcap(source, budget, declare)
 
@@ -91,7 +90,7 @@ def _scan_mcap(source: Source, budget: Budget, declare: Declare) -> Iterator[Mes
 
 
 def _chunk(source: Source, budget: Budget, length: int) -> bytes:
-    """Records in the chunk that comes next, as many as there are."""
+    """Records in the next chunk, as far as it is complete."""
     start = source.position
     data = source.take_most(length)
     if len(data) < CHUNK_HEAD.size + 8:
@@ -149,8 +148,7 @@ def _text(data: bytes, position: int) -> tuple[str, int]:
 
 
 def scan_bag(path: Path, budget: Budget, declare: Declare) -> Iterator[Message]:
-    """Messages of a ROS 1 bag in the order they are stored. `Cut` where it cannot be
-    read on."""
+    """Messages of a ROS 1 bag in stored order. `Cut` where the rest cannot be read."""
     with Source(path) as source:
         yield from _scan_bag(source, budget, declare)
 

@@ -1,5 +1,5 @@
-"""Messages of one topic as bytes, all of them at once, and the file that Foxglove's
-writer of MCAP writes them to."""
+"""Serialisation of all messages of a topic at once, and the file for Foxglove's writer
+of MCAP."""
 
 from dataclasses import dataclass
 from typing import Any, BinaryIO
@@ -21,15 +21,15 @@ class Messages:
     time: NDArray[np.int64]
     """(N,) [ns]"""
     fields: dict[str, Array]
-    """By path within the message: numbers (N, count)"""
+    """numbers (N, count) by path within the message"""
     texts: tuple[str, ...] = ()
-    """Names of joints"""
+    """names of joints"""
 
 
 def serialise(group: Messages, store: Any, encoding: str) -> NDArray[np.uint8]:
-    """The messages' bytes (N, size): the first serialised, the numbers of the others
-    put in their places; `store` is a type store of rosbags, `encoding` one of
-    ``"ros1"`` and ``"cdr"``."""
+    """The messages' bytes (N, size): copies of one serialised message, in which the
+    numbers are replaced; `store` is a type store of rosbags, `encoding` ``"ros1"`` or
+    ``"cdr"``."""
     message = _blank_message(store, group.type)
     message.header.frame_id = group.frame
     if group.texts:
@@ -81,15 +81,15 @@ def channel_of(group: Messages, store: Any, context: Any) -> Any:
 
 
 class McapOutput:
-    """A file for Foxglove's writer, which logs errors and goes on: the first is kept,
-    and nothing is written after it."""
+    """A file for Foxglove's writer, which only logs errors: the first one is kept, and
+    nothing is written after it."""
 
     def __init__(self, stream: BinaryIO):
         self._stream = stream
         self.error: OSError | None = None
 
     def write(self, data: bytes | bytearray) -> int:
-        """Write, unless that failed before."""
+        """Write, unless an earlier call failed."""
         if self.error is None:
             try:
                 return self._stream.write(data)
@@ -102,4 +102,4 @@ class McapOutput:
         return self._stream.seek(offset, whence)
 
     def flush(self) -> None:
-        """Nothing: the file is flushed when it is closed."""
+        """Do nothing: the file is flushed when it is closed."""

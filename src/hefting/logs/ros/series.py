@@ -1,4 +1,4 @@
-"""Samples of one quantity as a bag holds them, and their tidying: stamps, order,
+"""Samples of one quantity in a bag, and the repair of their stamps, order and
 repeats."""
 
 from collections.abc import Callable
@@ -13,8 +13,8 @@ from hefting.core.messages import Message, note, warning
 from hefting.core.spatial import Array
 
 FAR_BACK = 1_000_000_000
-"""Stamps that go back by more than this are not messages out of order but another clock
-[ns]."""
+"""[ns] Largest step back of stamps of messages out of order; a larger one means another
+clock."""
 
 
 @dataclass(frozen=True)
@@ -24,7 +24,7 @@ class Series:
     time: NDArray[np.int64]
     """(N,) stamp [ns]; 0 where the message has none"""
     logged: NDArray[np.int64]
-    """(N,) when the message was logged [ns]"""
+    """(N,) time when the message was logged [ns]"""
     rows: NDArray[np.int64]
     """(N,) number of the message within its topic, from 1"""
     values: Array
@@ -67,9 +67,9 @@ def tidy(
     """`series` with finite values and strictly increasing `time`; empty when no value
     is finite.
 
-    Messages without a stamp get the time they were logged at. `tell` and `warn` are
-    told what was done to `what`. Raises `InputError` when time goes back by more than a
-    second.
+    Messages without a stamp get the time when they were logged. `tell` and `warn` are
+    called with notes and warnings on the changes of `what`. Raises `InputError` when time
+    goes back by more than a second.
     """
     finite = np.logical_and.reduce(np.isfinite(series.values), axis=1)
     if not finite.all():

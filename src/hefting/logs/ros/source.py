@@ -1,5 +1,5 @@
-"""Bytes of a bag read forward: every length is checked against what is there before it
-is believed."""
+"""Bytes of a bag, read forward; every length is checked against the file before it is
+used."""
 
 import bz2
 import os
@@ -15,12 +15,12 @@ MAX_CHUNK = 256 * 1024**2
 """Largest record, and largest decompressed chunk, that is read [bytes]."""
 
 MAX_RATIO = 200
-"""A file may decompress to so many times its size (beyond one chunk); sensor data reach
+"""Largest ratio of decompressed size (beyond one chunk) to file size; sensor data reach
 about 20."""
 
 
 LONGEST_TEXT = 200
-"""Characters of a text in a bag that are kept."""
+"""Largest number of characters that are kept of a text in a bag."""
 
 
 @immutable
@@ -29,13 +29,13 @@ class Topic:
 
     name: str
     type: str
-    """As in ROS 2: package/msg/Name"""
+    """as in ROS 2: package/msg/Name"""
     encoding: str
     """"cdr" (ROS 2), "ros1", or one that is not read"""
     definition: str = ""
-    """The message definition in the bag; empty where there is none"""
+    """the message definition in the bag, if any"""
     language: str = ""
-    """Of the definition: "ros1msg", "ros2msg" or "ros2idl" """
+    """of the definition: "ros1msg", "ros2msg" or "ros2idl" """
 
     def __post_init__(self):
         for name in ("name", "type", "encoding"):
@@ -49,13 +49,13 @@ class Topic:
 
 
 class Cut(Exception):
-    """The file cannot be read beyond here; the text says why: "is truncated", "is
-    damaged at byte 17"."""
+    """The rest of a file cannot be read; the text says why: "is truncated", "is damaged
+    at byte 17"."""
 
 
 class Source:
-    """A file read forward within its size. Reading beyond the end raises `Cut`, too
-    much `InputError`."""
+    """A file that is read forward. Reading beyond its end raises `Cut`, a too large
+    record `InputError`."""
 
     def __init__(self, path: Path):
         self.path = path
@@ -102,18 +102,17 @@ class Source:
 
 
 class Budget:
-    """What a file may still decompress to."""
+    """Number of bytes to which a file may still decompress."""
 
     def __init__(self, path: Path, size: int):
         self.path, self.left = path, MAX_CHUNK + MAX_RATIO * size
 
     def inflate(self, kind: str, data: bytes, size: int = MAX_CHUNK) -> bytes:
-        """`data` decompressed, as far as it goes when it is not whole, to at most
-        `size` bytes.
+        """`data` decompressed to at most `size` bytes; incomplete data as far as
+        possible.
 
-        `kind` is the empty string or "none", "bz2", "lz4" or "zstd". `InputError` for
-        another kind and for a file that grows without measure, `Cut` when the data are
-        damaged.
+        `kind` is empty or "none", "bz2", "lz4" or "zstd". `InputError` for another kind
+        and for a file that decompresses to too many bytes, `Cut` for damaged data.
         """
         if kind in ("", "none"):
             return data

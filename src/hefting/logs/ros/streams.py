@@ -1,5 +1,5 @@
-"""From what a bag's topics gave to the streams of a recording: which topic, which
-frames, whose axes."""
+"""Numbers of a bag's topics -> streams of a recording: choice of topics, frames and
+axes."""
 
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -15,21 +15,20 @@ from hefting.logs.ros.messages import TYPES, Gathered, Key
 from hefting.logs.ros.series import Series, tidy
 
 WORLD, SENSOR = "world", "sensor"
-"""Names this library gives the two frames it writes: poses in the one are of the
-other."""
+"""Frames in bags that this library writes: that of the poses, and that of which they
+are."""
 
 LEVER_ARM = 0.005
-"""An accelerometer further than this from the sensor's origin is not taken for one at
-it [m]."""
+"""[m] Largest distance of an accelerometer from the sensor's origin."""
 
 
 class Streams:
     """Builds a recording's streams from the gathered topics of a bag, role by role.
 
-    `named` maps roles to the topics asked for. Filled on the way: `series` by stream
-    name, `notes`, `warnings`, `joint_names`, and `pose_topic` unless tf gives the
-    poses. `live` topics are a part of a stream that goes on. Methods raise
-    `InputError` where a choice is the user's to make.
+    `named` maps roles to topics. `build` fills `series` by stream name, `notes`,
+    `warnings`, `joint_names`, and `pose_topic` unless tf gives the poses. `live` topics
+    are a part of a stream that continues. Methods raise `InputError` where the user must
+    choose.
     """
 
     def __init__(
@@ -53,7 +52,7 @@ class Streams:
         self.tree = Tree(str(path))
 
     def build(self) -> None:
-        """All streams there are, the wrench first: its frame is the sensor's."""
+        """Build all streams, the wrench first, whose frame is the sensor's."""
         self.wrench()
         self.transforms()
         self.pose()
@@ -111,8 +110,8 @@ class Streams:
         return chain
 
     def pose(self) -> None:
-        """Orientation and position of the sensor: from the topic asked for, else from
-        tf, else from a topic."""
+        """Orientation and position of the sensor: from the named topic, else from tf,
+        else from another topic."""
         if self.named.get("pose") is None and self._pose_from_tf():
             return
         topic = self.pose_topic = self._topic("pose")
@@ -141,8 +140,8 @@ class Streams:
     def _chain_of_poses(
         self, frame: str, child: str, series: Series
     ) -> list[tuple[Link, bool]]:
-        """Links from the world to the sensor with poses put into the tree; none where
-        they are the sensor's own."""
+        """Links from the world to the sensor after poses became a link of the tree;
+        empty where the poses are the sensor's."""
         target = child or self.sensor or SENSOR
         if frame == target:
             return []
@@ -153,7 +152,7 @@ class Streams:
         return []
 
     def _check_world(self, topic: Gathered, frame: str) -> None:
-        """`InputError` for poses in another frame than the world that was asked for."""
+        """`InputError` for poses in another frame than the named world."""
         if self.world not in (None, frame):
             raise InputError(
                 f"poses are in frame '{frame}', not '{self.world}'",
@@ -161,8 +160,8 @@ class Streams:
             )
 
     def _warn_about_pose(self, topic: Gathered, frame: str, child: str) -> None:
-        """A warning, but of logs of this library, that it is not known where on the
-        sensor the poses are."""
+        """Warn that the poses' frame on the sensor is unknown, except in bags of this
+        library."""
         if (frame, self.sensor) == (WORLD, SENSOR):
             return
         of = f" of {child}" if child else ""
@@ -195,7 +194,7 @@ class Streams:
         return True
 
     def _hint_of_moving(self, sensor: str) -> str:
-        """Of an inverted tree, or a wrench in another frame."""
+        """Advice for an inverted tree, or a wrench in another frame."""
         moving = list_names(self.tree.frames - self.tree.fixed_to(sensor))
         between = f"between {self.world or 'the root'} and {sensor}"
         asked = f"`world_frame` one of {moving}; if not, `sensor_frame` one of them"
@@ -209,8 +208,8 @@ class Streams:
         self.series["orientation"] = series.with_values(values[:, -4:])
 
     def joints(self) -> None:
-        """Joint positions and velocities by name: of the largest set of joints that one
-        message holds."""
+        """Joint positions, velocities and torques of the largest set of joints in one
+        message."""
         topic = self._topic("joint")
         if topic is None:
             return
@@ -243,8 +242,7 @@ class Streams:
             self.notes.append(note("joints-left-out", what))
 
     def imu(self) -> None:
-        """Gyroscope and accelerometer, turned into the sensor's axes where tf says
-        how."""
+        """Gyroscope and accelerometer, turned into sensor axes where tf has the IMU."""
         topic = self._topic("imu")
         if topic is None:
             return
@@ -264,8 +262,8 @@ class Streams:
     def _mounting_of_imu(
         self, name: str, frame: str
     ) -> tuple[Rotation | None, bool] | None:
-        """Rotation from an IMU's axes to the sensor's, None for the same, and whether
-        it is at the origin; None for an IMU that moves against the sensor."""
+        """Rotation from an IMU's axes to the sensor's, None for the same axes, and
+        whether it is at the origin; None for an IMU that moves against the sensor."""
         if frame and frame == self.sensor:
             return None, True
         chain = []
@@ -289,8 +287,8 @@ class Streams:
         return Rotation.from_quat(pose[3:]), at_sensor
 
     def twist(self) -> None:
-        """Velocities in world axes: as they are, or turned by the orientation where
-        given in the sensor's."""
+        """Velocities in world axes; those in sensor axes are turned by the
+        orientation."""
         topic = self._topic("twist")
         if topic is None:
             return
@@ -328,11 +326,10 @@ class Streams:
             self.series[what] = series.with_values(series.values[:, part])
 
     def _topic(self, role: str) -> Gathered | None:
-        """The one topic for a role (a key of `TYPES`); None if there is none and none
-        was asked for.
+        """The topic of a role (a key of `TYPES`), if any.
 
-        Raises `InputError` if several topics could serve the role, or the one asked for
-        by name has no usable samples.
+        Raises `InputError` for several topics of the role, or a named one without usable
+        samples.
         """
         candidates = [
             topic for topic in self.gathered if topic.role == role and topic.series
@@ -350,7 +347,7 @@ class Streams:
         return None
 
     def _error_for_unusable_topic(self, role: str) -> InputError:
-        """Why the topic asked for by name gave no samples for its role."""
+        """The error that says why a named topic has no samples for its role."""
         fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
         topic = next((topic for topic in self.gathered if topic.role == role), None)
         if topic is None:
@@ -362,8 +359,8 @@ class Streams:
         return InputError(what, self.path, fix)
 
     def _one_frame(self, topic: Gathered, what: str) -> tuple[str, str, Series]:
-        """Frame, child frame and samples of a topic; `InputError` when its messages are
-        in several frames."""
+        """Frame, child frame and samples of a topic's quantity; `InputError` for several
+        frames."""
         keys = sorted(
             (key for key in topic.series if key[0] == what),
             key=lambda key: topic.series[key].rows.min(),

@@ -21,7 +21,7 @@ from hefting.logs.ros.serialising import Messages, serialise
 from hefting.logs.ros.streams import SENSOR, WORLD
 
 EPOCH = 1_000_000_000
-"""Stamp of a recording's first sample [ns]: a stamp of zero would say that there is
+"""Stamp of a recording's first sample [ns], as a stamp of zero means that there is
 none."""
 
 VECTORS = {
@@ -32,10 +32,10 @@ VECTORS = {
     "gyroscope": "angular_velocity",
     "accelerometer": "linear_acceleration",
 }
-"""Streams of vectors: the field of the message that holds each."""
+"""Field of the message for each stream of vectors."""
 
 Times = dict[str, NDArray[np.int64]]
-"""Stamps [ns] of each stream, by its name."""
+"""Stamps [ns] by stream."""
 
 
 def write_bag(recording: Recording, path: str | Path) -> tuple[str, ...]:
@@ -121,19 +121,19 @@ def messages_at(
 
 
 def _are_together(time: Times, first: str, second: str) -> bool:
-    """Whether two streams are there and share all their times."""
+    """Whether both streams exist and have the same times."""
     return {first, second} <= set(time) and np.array_equal(time[first], time[second])
 
 
 def _split(
     streams: Mapping[str, Stream], name: str, index: Any = slice(None)
 ) -> dict[str, Array]:
-    """Components of a stream of vectors, by the fields that hold them."""
+    """Components of a stream of vectors, by field."""
     return _fields(streams[name].values[index], VECTORS[name])
 
 
 def _fields(values: Array, place: str) -> dict[str, Array]:
-    """Columns of vectors, or of quaternions, by their fields in one of a message."""
+    """Columns of vectors or quaternions, by field within the field `place`."""
     columns = zip("xyzw", values.T, strict=False)
     return {f"{place}.{axis}": column[:, None] for axis, column in columns}
 
@@ -141,7 +141,7 @@ def _fields(values: Array, place: str) -> dict[str, Array]:
 def _find_combinations(
     time: Times, *names: str
 ) -> Iterator[tuple[list[str], NDArray[np.int64]]]:
-    """Times at which each combination of the streams was measured."""
+    """Each combination of streams, with the times at which just these have samples."""
     present = [name for name in names if name in time]
     if not present:
         return
