@@ -47,6 +47,7 @@ from hefting.identification.torque_suspects import (
 from hefting.ingest.mended_times import with_mended_times
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
+from hefting.torques.cleaning import without_held, without_spikes
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
@@ -54,8 +55,6 @@ from hefting.torques.samples import (
     TorqueSamples,
     samples_of,
     still_joints,
-    without_held,
-    without_spikes,
 )
 from hefting.torques.suspects import Suspects, without_delay
 

@@ -18,7 +18,7 @@ from typing import Any, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from hefting.core.errors import InputError, MissingDependencyError
+from hefting.core.errors import InputError, needing
 from hefting.core.immutable import immutable
 from hefting.core.spatial import (
     STANDARD_GRAVITY,
@@ -210,10 +210,8 @@ def independent_columns(A: Array) -> Indices:
 
 def _reduced(path: Path, joints: tuple[str, ...]) -> Any:
     """Pinocchio's model of these joints, with the others fixed at zero."""
-    try:
+    with needing("pinocchio", "robot"):
         import pinocchio as pin  # pyright: ignore[reportMissingImports]
-    except ImportError as error:
-        raise MissingDependencyError("pinocchio", "robot") from error
     try:
         model = pin.buildModelFromXML(path.read_text(encoding="utf-8"))
     except (ValueError, RuntimeError, UnicodeDecodeError) as error:

@@ -9,7 +9,7 @@ from scipy.spatial.transform import Rotation, Slerp
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, interpolated
 from hefting.logs.ros.series import Series
 
 LONG_GAP = 10
@@ -48,10 +48,7 @@ class Link:
         origin = self.series.time[0]
         own = (self.series.time - origin).astype(float)
         wanted = (time - origin).astype(float)
-        position = np.stack(
-            [np.interp(wanted, own, column) for column in self.series.values[:, :3].T],
-            axis=1,
-        )
+        position = interpolated(wanted, own, self.series.values[:, :3])
         return position, Slerp(own, Rotation.from_quat(self.series.values[:, 3:]))(
             wanted
         )

@@ -8,13 +8,8 @@ import pytest
 
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.torques.samples import (
-    LARGEST_SHARE,
-    TorqueSamples,
-    samples_of,
-    without_held,
-    without_spikes,
-)
+from hefting.torques.cleaning import LARGEST_SHARE, without_held, without_spikes
+from hefting.torques.samples import TorqueSamples, samples_of
 from torque_runs import dynamics, fitted, runs
 
 TIME = np.arange(3000) / 100.0
