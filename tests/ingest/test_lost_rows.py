@@ -13,7 +13,12 @@ from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, Mask
 from hefting.ingest.ingest import ingest
-from hefting.ingest.mended_times import MANY, _over_noise, with_time_of_lost_rows
+from hefting.ingest.mended_times import (
+    MANY,
+    ROWS_FOR_DIGIT,
+    _noise_of_steps,
+    with_time_of_lost_rows,
+)
 from hefting.logs import read_log
 from recordings import LOGS, needs_recordings
 
@@ -206,15 +211,19 @@ def test_joints_tell_it_where_there_are_no_poses(share):
     assert with_time_of_lost_rows(whole) is whole
 
 
-def test_steps_are_told_in_standard_deviations_of_the_noise():
-    """Of a body at rest they are the difference of two values."""
+def test_noise_of_steps():
+    """Of a body at rest a step is the difference of two values; the smallest change of a
+    number counts wherever it stands."""
     rng = np.random.default_rng(5)
     still = 1e-4 * rng.normal(size=(5000, 3))
     # of 5,000 second differences the median absolute one is known to 2 %
-    np.testing.assert_allclose(
-        _over_noise(still, np.diff(still, axis=0)).std(), 2.0**0.5, rtol=0.03
+    assert _noise_of_steps(still, np.diff(still, axis=0)) == pytest.approx(
+        1e-4, rel=0.03
     )
     # rounding in place of noise: half the smallest step counts as one
     coarse = np.round(np.linspace(0.0, 1.0, 4000), 2)[:, None] * np.ones(3)
-    steps = _over_noise(coarse, np.diff(coarse, axis=0))
-    assert set(np.round(steps.ravel(), 6)) == {0.0, 2.0}
+    assert _noise_of_steps(coarse, np.diff(coarse, axis=0)) == pytest.approx(0.005)
+    # a smaller step that is met after more rows than are read at a time
+    late = np.repeat(np.arange(0.0, 60.0, 1.0), 500)[:, None] * np.ones(3)
+    late[ROWS_FOR_DIGIT + 100 :] += 0.25
+    assert _noise_of_steps(late, np.diff(late, axis=0)) == pytest.approx(0.125)

@@ -116,14 +116,16 @@ def quantisation_message(recording: Recording) -> Message | None:
     """A message on the steps of force and torque if they exceed the noise, else
     None."""
     wrench = recording["wrench"].values
+    steps = _steps(wrench)
+    if not steps.any():
+        return None
     changes = np.sqrt(np.var(wrench, axis=0).reshape(2, 3).mean(axis=1))
-    shares = rounding_error(wrench) / np.maximum(changes, 1e-300)
+    shares = _rounding_error(steps) / np.maximum(changes, 1e-300)
     if not shares.max() > NOTICED_SHARE:
         return None
-    steps = _steps(wrench).max(axis=1)
     sizes = " and ".join(
         f"{step:.2g} {unit}"
-        for step, unit in zip(steps, ("N", "N m"), strict=True)
+        for step, unit in zip(steps.max(axis=1), ("N", "N m"), strict=True)
         if step
     )
     hidden = shares > HIDING_SHARE
@@ -139,7 +141,13 @@ def quantisation_message(recording: Recording) -> Message | None:
 def rounding_error(wrench: Array) -> Array:
     """(2,) standard deviation of the rounding error of force [N] and torque [N m] of a
     wrench (K, 6): uniform over each step that exceeds the noise."""
-    return np.sqrt(np.mean(np.square(_steps(wrench)), axis=1) / 12.0)
+    return _rounding_error(_steps(wrench))
+
+
+def _rounding_error(steps: Array) -> Array:
+    """(2,) standard deviation of the rounding error of force [N] and torque [N m], from the
+    steps (2, 3) of their channels."""
+    return np.sqrt(np.mean(np.square(steps), axis=1) / 12.0)
 
 
 def _steps(wrench: Array) -> Array:

@@ -59,8 +59,8 @@ above which the poses have another clock and no row is lost. For 12 % of the row
 at random it is a fifth."""
 FIRST_LOOKED_AT = 300
 """Number of odd steps, evenly chosen, that are examined first."""
-FIRST_FOR_DIGIT = 10_000
-"""Number of rows in which the smallest change is first looked for."""
+ROWS_FOR_DIGIT = 10_000
+"""Number of rows in which the smallest change is looked for at a time."""
 PASSES = 3
 """Number of times that the rows of a step are counted, beside neighbours divided by
 their own numbers of rows."""
@@ -148,11 +148,15 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     if np.ptp(np.diff(time)) > EVEN * usual:
         return recording
     if has_poses:
-        poses = (recording[name].values for name in POSE_STREAMS)
-        steps = np.hstack([_over_noise(v, displacement(v[:-1], v[1:])) for v in poses])
+        steps = np.empty((len(time) - 1, 6))
+        for name, columns in zip(POSE_STREAMS, np.hsplit(steps, 2), strict=True):
+            values = recording[name].values
+            columns[:] = displacement(values[:-1], values[1:])
+            columns /= _noise_of_steps(values, columns)
     else:
         joints = np.unwrap(recording["joint_positions"].values, axis=0)
-        steps = _over_noise(joints, np.diff(joints, axis=0))
+        steps = np.diff(joints, axis=0)
+        steps /= _noise_of_steps(joints, steps)
     lost = _rows_lost(steps)
     if not lost.any():
         return recording
@@ -178,16 +182,17 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     return replace(found, notes=(*recording.notes, note(said.code, str(said))))
 
 
-def _over_noise(values: Array, steps: Array) -> Array:
-    """(K - 1, n) steps between `values` (K, m), over the standard deviation of their white
-    noise or half of the smallest change of a number, whichever is larger."""
+def _noise_of_steps(values: Array, steps: Array) -> float:
+    """Standard deviation of the white noise of `values` (K, m), from the steps (K - 1, n)
+    between them, or half of the smallest change of a number, whichever is larger."""
     white = white_noise(steps)
-    for some in (values[:FIRST_FOR_DIGIT], values):
-        changes = np.abs(np.diff(some, axis=0))
-        digit = changes.min(initial=np.inf, where=changes > 0.0)
+    digit = np.inf
+    for first in range(0, len(values) - 1, ROWS_FOR_DIGIT):
+        changes = np.abs(np.diff(values[first : first + ROWS_FOR_DIGIT + 1], axis=0))
+        digit = min(digit, changes.min(initial=np.inf, where=changes > 0.0))
         if 0.5 * digit <= white:
             break
-    return steps / max(white, 0.5 * digit, SMALLEST_NOISE)
+    return max(white, 0.5 * digit, SMALLEST_NOISE)
 
 
 def _rows_lost(steps: Array) -> Indices:
