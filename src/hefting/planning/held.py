@@ -22,6 +22,9 @@ UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
 """[m] Opposite corners, in the sensor frame, of the box around an unknown object: a hand
 tool in a gripper."""
 
+BOX_ASSUMED = "plan-box-assumed"
+"""Code of the message that a box stands for the object's shape."""
+
 
 @immutable
 class Held:
@@ -68,11 +71,14 @@ class Held:
             low, high = (1e3 * corners[i] for i in (0, -1))
             x, y, z = 0.5 * (low + high)
             box = " x ".join(f"{side:.0f}" for side in high - low)
+            made_with = None if estimate is None else estimate.provenance.get("shape")
+            remedy = f": give {made_with}, as for the estimate" if made_with else ""
             what = (
-                f"no shape given: the speed limit holds for a box of {box} mm about "
-                f"({x:.0f}, {y:.0f}, {z:.0f}) mm in the tip's axes"
+                f"no shape given: the speed limit holds within a box of {box} mm about "
+                f"({x:.0f}, {y:.0f}, {z:.0f}) mm in the tip's axes, and a part of the "
+                f"object outside it may be faster{remedy}"
             )
-            notes.append(note("plan-box-assumed", what, "shape"))
+            notes.append(note(BOX_ASSUMED, what, "shape"))
         else:
             corners = box_corners(shape)
         return cls(
