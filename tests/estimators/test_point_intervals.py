@@ -13,7 +13,7 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import MotionNoise, Noise
 from hefting.core.regressor import full_regressor
-from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Bayes
+from hefting.estimators import GEO, HPS, LMI, OLS, PMD, RTLS, Bayes, method_named
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.estimators.bayes.mixture import NON_NEGATIVE_NUMBERS, Mixture
 from hefting.estimators.point_estimator import PointEstimator
@@ -97,6 +97,25 @@ def test_an_estimate_lies_in_its_own_intervals(name, bias):
             least = np.where(known, np.minimum(own, 0.0), 0.0)
             assert (low >= least)[[*NON_NEGATIVE_NUMBERS]].all()
             assert estimate.covariance is not None
+
+
+@pytest.mark.parametrize("name", ["OLS", "RTLS", "LMI"])
+def test_the_covariance_is_that_of_the_intervals(name):
+    """A sensor that may be 2 % off widens both alike: mass is far from any bound."""
+    z = with_wrench(
+        random_motion(np.random.default_rng(3), 400),
+        random_body(np.random.default_rng(4)),
+        0.0,
+        np.random.default_rng(5),
+        0.1,
+        0.005,
+    )
+    found = method_named(name)(sensor_accuracy="2%").fit(z)
+    half = 0.5 * np.ptp(found.intervals["mass"])
+    std = np.sqrt(found.covariance[0, 0])
+    # 2: an estimate that is not in the middle has some square distance more
+    assert half / std == pytest.approx(1.96, rel=0.02)
+    assert std > 0.019 * found.parameters.mass
 
 
 def test_least_squares_with_known_noise_against_the_closed_form():
