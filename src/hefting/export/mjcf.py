@@ -66,6 +66,7 @@ TARGET = Target(
     name="mjcf",
     description="body of a MuJoCo model",
     suffixes=(".xml",),
+    other_suffixes=(".mjcf",),
     write=write,
     needs_inertia=True,
     place=PLACE,

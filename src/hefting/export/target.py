@@ -60,6 +60,8 @@ class Target:
     """In half a line."""
     suffixes: tuple[str, ...] = ()
     """Suffixes of file names, with their dot, that select this target."""
+    other_suffixes: tuple[str, ...] = ()
+    """Suffixes of its file names that do not select it."""
     write: Callable[[Body], str] | None = None
     """Text of a complete file, or lines to paste, of a body."""
     write_estimate: Callable[["Estimate", str], str] | None = None
