@@ -166,12 +166,12 @@ class Recordings:
     def check(self, with_files: bool = True) -> None:
         """`InputError` for options of all recordings that are wrong for every one;
         options that name files are checked only `with_files`."""
-        if not SHAPES & set(self._columns.values()):
-            require_shape(request_of(self._options))
         options = dict(self._options)
         for name in () if with_files else files_of(options):
             del options[name]
         check_request(request_of(options))
+        if not SHAPES & set(self._columns.values()):
+            require_shape(request_of(self._options))
 
     @property
     def unused(self) -> list[str]:
