@@ -551,16 +551,16 @@ def test_hostile_json(run, folder, tmp_path):
         assert refused(run("export", path, "--to", "urdf"), path.name)
 
 
-@pytest.mark.parametrize(
-    ("option", "value"),
-    [
-        ("--unit", "mm"),
-        ("--object-pose", "0,0,0.1"),
-        ("--pose-std", "1mm,1deg"),
-        ("--shape-std", "5%"),
-        ("--points", "99"),
-    ],
-)
+ABOUT_SHAPES = {
+    "--unit": "mm",
+    "--object-pose": "0,0,0.1",
+    "--pose-std": "1mm,1deg",
+    "--shape-std": "5%",
+    "--points": "99",
+}
+
+
+@pytest.mark.parametrize(("option", "value"), ABOUT_SHAPES.items())
 def test_what_is_said_of_a_shape_that_is_not_given_is_refused(
     run, folder, option, value
 ):
@@ -568,6 +568,33 @@ def test_what_is_said_of_a_shape_that_is_not_given_is_refused(
     assert refused(run(*given), f"{option}: of which shape?", "--box")
     if option in ("--object-pose", "--points"):
         assert run(*given, "--box", "0.3,0.3,0.6")[0] == 0
+
+
+@pytest.mark.parametrize(
+    ("command", "options"),
+    [
+        (("export", "a.json", "--to", "urdf"), ("--unit", "--object-pose")),
+        (("plan", "--urdf", "a", "--tip", "b"), ("--unit", "--object-pose")),
+        (("convert", "a.csv", "a.mcap", "--with", "a.json"), ("--unit",)),
+        (("view", "a.csv"), ("--unit", "--object-pose", "--pose-std", "--points")),
+        (("live", "a.csv"), ("--unit", "--object-pose", "--pose-std", "--points")),
+        (
+            ("batch", "a.csv", "--output", "b"),
+            ("--unit", "--object-pose", "--pose-std", "--points"),
+        ),
+    ],
+)
+def test_so_is_it_by_every_command_that_takes_a_shape(
+    run, tmp_path, monkeypatch, command, options
+):
+    """Before any file is read."""
+    monkeypatch.chdir(tmp_path)
+    (tmp_path / "a.csv").write_text("no log")
+    for option in options:
+        result = run(*command, option, ABOUT_SHAPES[option])
+        box = () if command[0] == "export" else ("or --box X,Y,Z",)
+        assert refused(result, f"{option}: of which shape?", "give --shape FILE", *box)
+        assert ("--box" in result[2]) == bool(box)
 
 
 def test_shapes_that_cannot_be(run, folder, tmp_path):

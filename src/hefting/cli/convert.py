@@ -16,7 +16,7 @@ from hefting.cli.options import (
 from hefting.cli.parser import WIDTH, wrapped, wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError, printable
-from hefting.request.settings import shape_of
+from hefting.request.settings import require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.recording import Recording
@@ -83,6 +83,7 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
     from hefting.cli.report import exit_status
     from hefting.dashboards import dashboard_for, replay_of, write_dashboard
 
+    require_shape(a)
     dashboard_for(a.output).check()
     inputs = a.log, a.map, a.urdf, a.estimate, a.shape, a.object_pose
     check_output(a.output, *inputs)

@@ -45,6 +45,7 @@ from hefting.request.settings import (
     gravity_of,
     hyperparameters_of,
     pose_of,
+    require_shape,
     robot_of,
     sensor_pose_of,
     shape_of,
@@ -172,6 +173,7 @@ def _run(a: argparse.Namespace) -> int:
     from hefting.sources.live import Pump, with_skipped
     from hefting.sources.record import Recorder
 
+    require_shape(a)
     _check_outputs(a)
     source = source_of(a.source, _request(a))
     shape = shape_of(a)

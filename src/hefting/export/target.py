@@ -8,13 +8,14 @@ with every other byte unchanged. XML is not trusted: a document type declaration
 refused, so that entities are never expanded or fetched, and the size is bounded.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.files import parse_xml, read_xml, tag_end
+from hefting.core.files import check_no_xacro, parse_xml, read_xml, tag_end
 from hefting.core.messages import Message
 from hefting.export.body import Body
 
@@ -36,9 +37,15 @@ class Place:
     """Possible parents of that element; None for any."""
     massive: str = ""
     """Element that gives mass if there is no inertial, if the format has one."""
+    mover: str = ""
+    """Element inside it that only moves what it holds, which may be the inertial, if the
+    format has one."""
+    scope: str = ""
+    """Element by whose name the element's may be qualified, as in ``model::link``, if the
+    format has that."""
 
 
-def _no_warnings(of: Body | str) -> list[Message]:
+def _no_warnings(*_: Body | str) -> list[Message]:
     return []
 
 
@@ -53,6 +60,8 @@ class Target:
     """In half a line."""
     suffixes: tuple[str, ...] = ()
     """Suffixes of file names, with their dot, that select this target."""
+    other_suffixes: tuple[str, ...] = ()
+    """Suffixes of its file names that do not select it."""
     write: Callable[[Body], str] | None = None
     """Text of a complete file, or lines to paste, of a body."""
     write_estimate: Callable[["Estimate", str], str] | None = None
@@ -76,19 +85,23 @@ class Target:
     """Text of that inertial; given if `place` is."""
     warnings: Callable[[Body], list[Message]] = _no_warnings
     """Warnings about a body in this form."""
-    file_warnings: Callable[[str], list[Message]] = _no_warnings
-    """Warnings about the text of an existing file with the inertial."""
+    file_warnings: Callable[[str, str], list[Message]] = _no_warnings
+    """Warnings about the text of an existing file with the inertial of the element with
+    this name."""
 
 
 @dataclass
 class _Holder:
-    """An element that can hold an inertial: name, offset [bytes] of its start tag, depth,
-    and begin and end [bytes] of the inertial directly inside it."""
+    """An element that can hold an inertial: name, also with those of its scopes, offset
+    [bytes] of its start tag, depth, and begin and end [bytes] of the inertial inside it,
+    with its depth."""
 
     name: str
+    scoped: str
     start: int
     depth: int
     inertial: tuple[int, int] | None = None
+    inertial_depth: int = 0
     massive: int = 0
     """Number of elements in it that give it mass without an inertial."""
 
@@ -100,8 +113,8 @@ def put_inertial(
     source of its mass in words, or an empty text.
 
     Raises `InputError` if the file cannot be read, is not well-formed XML of that format
-    in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`, or does
-    not hold the element exactly once.
+    in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`, has
+    elements of xacro, or does not hold the element exactly once.
     """
     data = read_xml(path)
     holder = _holder_named(_holders(data, path, place), path, name, place)
@@ -110,11 +123,17 @@ def put_inertial(
     deeper = margin + (b"\t" if b"\t" in margin else b"  ")
     newline = b"\r\n" if b"\r\n" in data else b"\n"
     block = inertial.encode().replace(b"\n", newline + deeper)
+    replaced = ""
     if holder.inertial is not None:
         start, end = holder.inertial
-        return (data[:start] + block + data[end:]).decode(), "an inertial"
+        replaced = "an inertial"
+        if holder.inertial_depth == holder.depth + 1:
+            return (data[:start] + block + data[end:]).decode(), replaced
+        # the new one is not to be moved
+        data = data[:start].rstrip() + data[end:]
+        replaced += f" in a <{place.mover}>"
     of = f"{holder.massive} {place.massive}{'s' * (holder.massive > 1)}"
-    before = f"the mass of its {of}" if holder.massive else ""
+    before = replaced or (f"the mass of its {of}" if holder.massive else "")
     end = tag_end(data, holder.start)
     if data[end - 2 : end] == b"/>":
         closing = newline + margin + b"</" + place.element.encode() + b">"
@@ -126,10 +145,12 @@ def put_inertial(
 def _holder_named(
     holders: list[_Holder], path: str | Path, name: str | None, place: Place
 ) -> _Holder:
-    names = [holder.name for holder in holders]
-    matches = [holder for holder in holders if holder.name == name]
+    matches = [holder for holder in holders if holder.scoped == name]
+    matches = matches or [holder for holder in holders if holder.name == name]
     if len(matches) == 1:
         return matches[0]
+    count = Counter(each.name for each in holders)
+    names = [each.name if count[each.name] == 1 else each.scoped for each in holders]
     if name is None:
         what = f"which <{place.element}> is it to go into?"
     elif matches:
@@ -137,17 +158,19 @@ def _holder_named(
     else:
         what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
     listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-    fix = (
-        f"choose one of: {listed}"
-        if names
-        else f"the file has no <{place.element}> with a name"
-    )
+    if not names:
+        fix = f"the file has no <{place.element}> with a name"
+    elif len(matches) > len({each.scoped for each in matches}):
+        fix = "give each a name of its own"
+    else:
+        fix = f"choose one of: {listed}"
     raise InputError(what, where=path, fix=fix)
 
 
 def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
     open_holders: list[_Holder] = []
     holders: list[_Holder] = []
+    scopes: list[tuple[str, int]] = []  # names and depths
 
     def start_element(
         tag: str, attributes: dict[str, str], offset: int, inside: list[str]
@@ -157,34 +180,42 @@ def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
                 f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>",
                 where=path,
             )
+        check_no_xacro(tag, path, place.format)
+        if tag == place.scope:
+            scopes.append((attributes.get("name", ""), len(inside)))
         if (
             tag == place.element
             and "name" in attributes
             and (place.parents is None or inside[-1] in place.parents)
         ):
-            open_holders.append(_Holder(attributes["name"], offset, len(inside)))
+            name = attributes["name"]
+            scoped = "::".join([*(each for each, _ in scopes), name])
+            open_holders.append(_Holder(name, scoped, offset, len(inside)))
             holders.append(open_holders[-1])
         elif (
             tag == "inertial"
             and open_holders
-            and len(inside) == open_holders[-1].depth + 1
+            and set(inside[open_holders[-1].depth + 1 :]) <= {place.mover}
         ):
             if open_holders[-1].inertial is not None:
                 raise InputError(
                     f"<{place.element}> '{open_holders[-1].name}' has two inertials",
                     where=path,
+                    fix="remove one of them",
                 )
             open_holders[-1].inertial = (offset, -1)
+            open_holders[-1].inertial_depth = len(inside)
         elif (
             tag == place.massive
             and open_holders
-            and set(inside[open_holders[-1].depth + 1 :]) <= {"frame"}
+            and set(inside[open_holders[-1].depth + 1 :]) <= {place.mover}
             and _has_mass(attributes)
         ):
-            # directly inside, or inside a <frame>, which only moves its content
             open_holders[-1].massive += 1
 
     def end_element(tag: str, offset: int, inside: list[str]):
+        if scopes and len(inside) == scopes[-1][1]:
+            scopes.pop()
         if not open_holders:
             return
         holder = open_holders[-1]
@@ -192,8 +223,9 @@ def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
             open_holders.pop()
         elif (
             tag == "inertial"
-            and len(inside) == holder.depth + 1
             and holder.inertial is not None
+            and holder.inertial[1] < 0
+            and len(inside) == holder.inertial_depth
         ):
             start = holder.inertial[0]
             first = tag_end(data, start)
