@@ -17,13 +17,13 @@ from hefting.core.measurements import Noise
 from hefting.core.regressor import full_regressor, predict_wrench
 from hefting.core.spatial import Array, tensor_to_vector, vector_to_tensor
 from hefting.estimators import OLS, Bayes
-from hefting.estimators.bayes import nearest as projection
+from hefting.estimators.bayes import projection
 from hefting.estimators.bayes.densities import MEMBERS, between_cells
 from hefting.estimators.bayes.distortion import affine
 from hefting.estimators.bayes.likelihood import Equations, Likelihood, motion_effect
 from hefting.estimators.bayes.mixture import Mixture, prior_mixture
-from hefting.estimators.bayes.nearest import projected
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.voxels import Voxels, _group_points
 from hefting.shapes import Shape
