@@ -105,6 +105,14 @@ def put_inertial(
     """
     data = read_xml(path)
     holder = _holder_named(_holders(data, path, place), path, name, place)
+    return _inserted(data, holder, inertial, place).decode(), _mass_source(
+        holder, place
+    )
+
+
+def _inserted(data: bytes, holder: _Holder, inertial: str, place: Place) -> bytes:
+    """The file's text with `inertial` in place of the holder's own, or first in it, by
+    the indentation and line ends of the file."""
     margin = data[data.rfind(b"\n", 0, holder.start) + 1 : holder.start]
     margin = margin if not margin.strip() else b""
     deeper = margin + (b"\t" if b"\t" in margin else b"  ")
@@ -112,15 +120,23 @@ def put_inertial(
     block = inertial.encode().replace(b"\n", newline + deeper)
     if holder.inertial is not None:
         start, end = holder.inertial
-        return (data[:start] + block + data[end:]).decode(), "an inertial"
-    of = f"{holder.massive} {place.massive}{'s' * (holder.massive > 1)}"
-    before = f"the mass of its {of}" if holder.massive else ""
+        return data[:start] + block + data[end:]
     end = tag_end(data, holder.start)
-    if data[end - 2 : end] == b"/>":
+    opening, closing = data[:end], b""
+    if opening.endswith(b"/>"):  # an element without content
+        opening = opening[:-2].rstrip() + b">"
         closing = newline + margin + b"</" + place.element.encode() + b">"
-        opening = data[: end - 2].rstrip() + b">"
-        return (opening + newline + deeper + block + closing + data[end:]).decode(), ""
-    return (data[:end] + newline + deeper + block + data[end:]).decode(), before
+    return opening + newline + deeper + block + closing + data[end:]
+
+
+def _mass_source(holder: _Holder, place: Place) -> str:
+    """Where the mass of an element came from, in words; an empty text for none."""
+    if holder.inertial is not None:
+        return "an inertial"
+    if not holder.massive:
+        return ""
+    plural = "s" if holder.massive > 1 else ""
+    return f"the mass of its {holder.massive} {place.massive}{plural}"
 
 
 def _holder_named(
@@ -146,62 +162,79 @@ def _holder_named(
 
 
 def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
-    open_holders: list[_Holder] = []
-    holders: list[_Holder] = []
+    """All elements of a file that can hold an inertial, in its order."""
+    reader = _HolderReader(data, path, place)
+    parse_xml(data, path, reader.start, reader.end)
+    return reader.holders
 
-    def start_element(
-        tag: str, attributes: dict[str, str], offset: int, inside: list[str]
-    ):
+
+class _HolderReader:
+    """Finds holders from the tags of a file, which `parse_xml` gives."""
+
+    def __init__(self, data: bytes, path: str | Path, place: Place):
+        self._data, self._path, self._place = data, path, place
+        self.holders: list[_Holder] = []
+        self._open: list[_Holder] = []
+        """those whose end has not come, the innermost last"""
+
+    def start(
+        self, tag: str, attributes: dict[str, str], offset: int, inside: list[str]
+    ) -> None:
+        """Begin a holder, or note what the innermost open one holds."""
+        place = self._place
         if not inside and tag not in place.roots:
-            raise InputError(
-                f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>",
-                where=path,
-            )
+            what = f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>"
+            raise InputError(what, where=self._path)
         if (
             tag == place.element
             and "name" in attributes
             and (place.parents is None or inside[-1] in place.parents)
         ):
-            open_holders.append(_Holder(attributes["name"], offset, len(inside)))
-            holders.append(open_holders[-1])
+            holder = _Holder(attributes["name"], offset, len(inside))
+            self._open.append(holder)
+            self.holders.append(holder)
+        elif self._open:
+            self._note_content(self._open[-1], tag, attributes, offset, inside)
+
+    def _note_content(
+        self,
+        holder: _Holder,
+        tag: str,
+        attributes: dict[str, str],
+        offset: int,
+        inside: list[str],
+    ) -> None:
+        """Note an inertial directly inside a holder, or that something has mass."""
+        if tag == "inertial" and len(inside) == holder.depth + 1:
+            if holder.inertial is not None:
+                what = f"<{self._place.element}> '{holder.name}' has two inertials"
+                raise InputError(what, where=self._path)
+            holder.inertial = (offset, -1)  # `end` finds where it ends
         elif (
-            tag == "inertial"
-            and open_holders
-            and len(inside) == open_holders[-1].depth + 1
-        ):
-            if open_holders[-1].inertial is not None:
-                raise InputError(
-                    f"<{place.element}> '{open_holders[-1].name}' has two inertials",
-                    where=path,
-                )
-            open_holders[-1].inertial = (offset, -1)
-        elif (
-            tag == place.massive
-            and open_holders
-            and set(inside[open_holders[-1].depth + 1 :]) <= {"frame"}
+            tag == self._place.massive
+            # directly inside, or inside a <frame>, which only moves its content
+            and set(inside[holder.depth + 1 :]) <= {"frame"}
             and _has_mass(attributes)
         ):
-            # directly inside, or inside a <frame>, which only moves its content
-            open_holders[-1].massive += 1
+            holder.massive += 1
 
-    def end_element(tag: str, offset: int, inside: list[str]):
-        if not open_holders:
+    def end(self, tag: str, offset: int, inside: list[str]) -> None:
+        """End the innermost open holder, or its inertial."""
+        if not self._open:
             return
-        holder = open_holders[-1]
+        holder = self._open[-1]
         if len(inside) == holder.depth:
-            open_holders.pop()
+            self._open.pop()
         elif (
             tag == "inertial"
             and len(inside) == holder.depth + 1
             and holder.inertial is not None
         ):
             start = holder.inertial[0]
-            first = tag_end(data, start)
-            empty = data[first - 2 : first] == b"/>"
-            holder.inertial = (start, first if empty else data.index(b">", offset) + 1)
-
-    parse_xml(data, path, start_element, end_element)
-    return holders
+            first = tag_end(self._data, start)
+            is_empty = self._data[first - 2 : first] == b"/>"
+            end = first if is_empty else self._data.index(b">", offset) + 1
+            holder.inertial = (start, end)
 
 
 def _has_mass(attributes: dict[str, str]) -> bool:
