@@ -57,14 +57,25 @@ def of_suspect(
         return []
     # open parameters have infinite half-widths
     shift = float(np.abs(suspect.shift / np.maximum(half, 1e-9))[:4].max())
-    alone = "the loaded runs, not the empty ones,", "the empty runs"
-    runs = "all runs" if suspect.loaded is False else alone[suspect.loaded is None]
-    say = error if shift > WRONG_SHIFT[1] else warning
     # a controller's payload reduces the weight; more weight is due to other lengths
-    more = suspect.kind == "weight" and suspect.theta[0] > 0.0
-    if shift < WRONG_SHIFT[0] and not (suspect.kind == "part" or more):
+    is_heavier = suspect.kind == "weight" and suspect.theta[0] > 0.0
+    is_grave = suspect.kind == "part" or is_heavier
+    say = warning
+    if shift > WRONG_SHIFT[1]:
+        say = error
+    elif shift < WRONG_SHIFT[0] and not is_grave:
         say = note
+    runs = _runs_with(suspect)
     return [_suspect_message(say, suspect, dynamics, runs, sources, calibrated)]
+
+
+def _runs_with(suspect: Suspect) -> str:
+    """The runs that a suspect is in, in words."""
+    if suspect.loaded is None:
+        return "the empty runs"
+    if suspect.loaded:
+        return "the loaded runs, not the empty ones,"
+    return "all runs"
 
 
 def of_empty_runs(

@@ -156,6 +156,7 @@ class PoseFilter:
         ):
             if values is not None:
                 smoothness, _, dt, _ = tune((Observation(time, values),), (n,), name)
+                # one period for both: the noise's intensity r² period wc^(2n) is kept
                 period = found.setdefault("period", dt)
                 bandwidth = smoothness.bandwidth * (dt / period) ** (0.5 / n)
                 found[f"{name}_noise"] = scale * float(np.sqrt(smoothness.variance))

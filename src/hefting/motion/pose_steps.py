@@ -200,14 +200,13 @@ class Steps:
         `length` and `too_fast` (U - 1,) are those of all steps."""
         n, dt = len(self.steps), self.interval[suspect]
         other = suspect + place
-        valid = (other >= 0) & (other < n)
+        exists = (other >= 0) & (other < n)
         other = np.clip(other, 0, n - 1)
         other_dt = self.interval[other]
-        valid &= ~too_fast[other]
         middle = self.runs.end[:-1] + 0.5 * self.interval
         since = np.abs(middle[other] - middle[suspect])
         longer = np.maximum(dt, other_dt)
-        valid &= since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
+        is_near = since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
         expected = self.steps[other] * (dt / other_dt)[:, None]
         apart = lengths(self.steps[suspect] - expected)
         allowed = (
@@ -215,7 +214,7 @@ class Steps:
             + self.timing_error * (length[other] / other_dt)
             + NOISE_FACTOR * self.noise * np.maximum(1.0, dt / other_dt)
         )
-        return valid & (apart <= allowed)
+        return exists & ~too_fast[other] & is_near & (apart <= allowed)
 
     def _kinks(self, broken: Mask) -> Indices:
         """Steps before which the velocity changes by more than any acceleration allows;
