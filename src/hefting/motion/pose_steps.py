@@ -163,9 +163,10 @@ class Steps:
     def of(cls, runs: Runs, limits: Limits) -> "Steps":
         """Steps between runs."""
         usual = median(np.diff(runs.time))
+        steps = displacement(runs.values[:-1], runs.values[1:])
         return cls(
             runs,
-            steps := displacement(runs.values[:-1], runs.values[1:]),
+            steps,
             np.maximum(runs.time[1:] - runs.end[:-1], usual),
             usual,
             max(TIMING_ERROR, TIMING_ERROR_IN_INTERVALS * usual),

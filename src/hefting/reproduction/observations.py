@@ -232,14 +232,13 @@ def pooled(results: Results) -> Scores:
 
 def _published_rows(speeds: list[float]) -> list[tuple[Cell, ...]]:
     """The published errors of each method at some of the angular speeds `ANGULAR`, and
-    the share of its estimates that are consistent, in
-    words or [%]."""
+    the share of its estimates that are consistent, in words or [%]."""
     share = {"OLS": "few", "RTLS": "few", "GEO": 100.0, "PMD": 100.0}
     return [
         (
             "published",
             name,
-            *(printed(error[ANGULAR.index(s)]) for error in errors for s in speeds),
+            *(printed(each[ANGULAR.index(s)]) for each in errors for s in speeds),
             share[name],
         )
         for name, errors in PUBLISHED.items()

@@ -125,6 +125,7 @@ def posterior_of(
     tried unless it is `as_given` for sure; other arguments as in `Posterior`."""
     source, noise, found = steps.source, last.noise, last
     misfit = found.likelihood.misfit(found.mixture.mean)
+    # no body in the shape explains the wrench
     if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
         found = steps.without_shape(found)
     known = source.given is not None
@@ -261,6 +262,31 @@ def _noise_warnings(posterior: Posterior) -> list[Message]:
     return warnings
 
 
+def _exclusion(posterior: Posterior, far: float) -> Message:
+    """The message on a shape that is excluded; `far` is its `contradiction`, zero where
+    another shape is only much likelier."""
+    where, so = "near the sensor", "of one that is long or far give `shape`"
+    if posterior.shape_known:
+        where = "inside the shape"
+        so = (
+            "the answer is without the shape: is it the right one, in the right place "
+            "and size, and is a gripper held, too (`tool`)?"
+        )
+    if posterior.instead:
+        so = f"the answer is without the shape, which would fit {posterior.instead}"
+    times = np.exp(min(-posterior.evidence, 20.0))
+    what = (
+        f"the wrench is {times:.2g} times as likely "
+        f"that of another shape, or of one elsewhere; {so}"
+    )
+    if far:
+        what = (
+            f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} "
+            f"standard deviations away; {so}"
+        )
+    return warning("shape-contradicts-wrench", what, "shape")
+
+
 def _shape_warnings(posterior: Posterior, distance: float) -> list[Message]:
     """Messages on a shape without a certain place, or that contradicts the wrench."""
     warnings: list[Message] = []
@@ -277,8 +303,7 @@ def _shape_warnings(posterior: Posterior, distance: float) -> list[Message]:
         what = "no positive mass explains the wrench: check `sign` and `gravity`"
         warnings.append(error("no-positive-mass", what, "sign"))
     elif excludes_shape(posterior, distance):
-        what = _why_excluded(posterior, far)
-        warnings.append(warning("shape-contradicts-wrench", what, "shape"))
+        warnings.append(_exclusion(posterior, far))
     elif doubt := doubtful_shape(posterior, distance):
         warnings.append(
             warning(
@@ -289,27 +314,3 @@ def _shape_warnings(posterior: Posterior, distance: float) -> list[Message]:
             )
         )
     return warnings
-
-
-def _why_excluded(posterior: Posterior, far: float) -> str:
-    """Why a shape is excluded, and what to do; `far` is its `contradiction`, and zero
-    where another shape is only much likelier."""
-    where, so = "near the sensor", "of one that is long or far give `shape`"
-    if posterior.shape_known:
-        where = "inside the shape"
-        so = (
-            "the answer is without the shape: is it the right one, in the right place "
-            "and size, and is a gripper held, too (`tool`)?"
-        )
-    if posterior.instead:
-        so = f"the answer is without the shape, which would fit {posterior.instead}"
-    if far:
-        return (
-            f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} "
-            f"standard deviations away; {so}"
-        )
-    times = np.exp(min(-posterior.evidence, 20.0))
-    return (
-        f"the wrench is {times:.2g} times as likely "
-        f"that of another shape, or of one elsewhere; {so}"
-    )
