@@ -50,7 +50,8 @@ CASES = {
             "Gravity points the other way",
             "gravity-reversed",
             ("gravity", "upwards"),
-            "The robot hangs from the ceiling, or z points down in the log.",
+            "The robot hangs from the ceiling, z points down in the log, or, as here, "
+            "`--gravity` has the wrong sign.",
         ),
     ),
     "Poses": (
@@ -154,6 +155,7 @@ CASES = {
             "wrench-filtered",
             ("low-passed", "0.7 Hz"),
             "The sensor's own filter is slower than the motion.",
+            3,
         ),
         Case(
             "Steps larger than the noise",

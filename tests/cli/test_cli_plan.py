@@ -114,6 +114,17 @@ def test_a_faster_motion_is_told_to_be_above_reduced_speed(run, arm, tmp_path):
     assert "keeps reduced speed" not in text + header
 
 
+def test_without_a_shape_the_speed_is_that_of_the_assumed_box(run, arm, tmp_path):
+    path = tmp_path / "m.script"
+    status, out, _ = run(*words(arm, "--duration", 4, "--output", path))
+    assert status == 0
+    text = " ".join(out.split())
+    said = "keeps reduced speed within the assumed box"
+    assert f"{said}: the fastest corner of the assumed box moves at" in text
+    assert "a part of the object outside it may be faster" in text
+    assert said in path.read_text()
+
+
 def test_the_report_says_what_json_holds(run, arm):
     given = words(arm, *SHAPE, "--duration", 3, "--until", "mass=2%,com=20mm")
     status, out, _ = run(*given)

@@ -294,9 +294,20 @@ def test_the_machines_version(run, log, tmp_path):
     status, out, err = run("identify", log, *words)
     assert (status, err) == (0, "")
     found = json.loads(out)
-    assert set(found) == {"results", "recommended", "reason", "skipped"}
+    assert set(found) == {
+        *("schema", "version", "verdict", "reasons"),
+        *("results", "recommended", "reason", "skipped"),
+    }
     assert [result["method"] for result in found["results"]] == ["GEO", "PMD", "OLS"]
-    assert json.loads(saved.read_text())["method"] == found["recommended"]
+    best = json.loads(saved.read_text())
+    assert best["method"] == found["recommended"]
+    assert (found["verdict"], found["reasons"]) == (best["verdict"], best["reasons"])
+    (whole := tmp_path / "all.json").write_text(out)
+    assert Estimate.load(whole).to_dict() == Estimate.load(saved).to_dict()
+    for broken in ({**found, "recommended": "LMI"}, {**found, "results": {"mass": 1}}):
+        whole.write_text(json.dumps(broken))
+        with pytest.raises(InputError, match="not an estimate"):
+            Estimate.load(whole)
     for result in found["results"]:
         assert set(result["consistency"]["margins"]) == {
             "mass",

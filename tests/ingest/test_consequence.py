@@ -82,11 +82,12 @@ def test_effects_are_told_that_are_large(monkeypatch):
     heavy = said(monkeypatch, body(-3.0))
     assert str(heavy.message).endswith("(it would have 3 kg)")
     away = said(monkeypatch, body(2.0, 0.02), tool=True)
-    expected = "(object and tool would have its centre of mass 20 mm elsewhere)"
+    expected = "(object and tool would have its centre of mass at (20, 100, 0) mm)"
     assert str(away.message).endswith(expected)
     both = said(monkeypatch, body(1.0, 0.02))
-    assert "1 kg and its centre of mass 20 mm elsewhere" in both.message
-    assert "elsewhere" not in said(monkeypatch, body(1e-4)).message
+    assert "1 kg and its centre of mass at (20, 100, 0) mm" in both.message
+    assert "centre of mass" not in said(monkeypatch, body(1e-4)).message
+    assert "kg" not in said(monkeypatch, body(3.0), unknowns=7).message
 
 
 def test_a_mistake_is_whole_that_is_simple_or_leaves_nothing(monkeypatch):

@@ -138,6 +138,15 @@ def test_a_gravity_that_is_none(gravity):
         inspect(log_of(), gravity)
 
 
+def test_a_reversed_gravity_is_not_said_to_agree():
+    """Nor is the sign said that was found with it."""
+    found = inspect(log_of(gravity=(0.0, 0.0, 9.80665)))
+    assert [w.code for w in found.warnings] == ["gravity-reversed"]
+    assert found.gravity_hint is None
+    assert "the data agree" not in printed(found)
+    assert "on-sensor" not in printed(found)
+
+
 def test_the_command_on_joint_angles(tmp_path, capsys, monkeypatch):
     """Without a URDF there is little to say, but that is said."""
     path = tmp_path / "joints.csv"

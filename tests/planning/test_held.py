@@ -48,6 +48,16 @@ def test_nothing_known_is_a_box_and_next_to_no_information():
     np.testing.assert_allclose(C, Bayes().prior_covariance(1.0), rtol=1e-6)
 
 
+def test_the_shape_of_the_estimate_is_asked_for():
+    made = estimate(np.eye(10))
+    without = Held.of(made, None)
+    (said,) = (n for n in without.notes if n.code == "plan-box-assumed")
+    assert said.endswith("may be faster")
+    known = replace(made, provenance={**made.provenance, "shape": "mug.stl"})
+    (said,) = (n for n in Held.of(known, None).notes if n.code == "plan-box-assumed")
+    assert said.endswith("may be faster: give mug.stl, as for the estimate")
+
+
 def test_a_shape_knows_more_of_the_inertia_than_none():
     box = Shape.from_mesh(_mesh())
     known = [np.linalg.inv(Held.of(None, own).information) for own in (None, box)]

@@ -21,6 +21,7 @@ from hefting.core.estimate_json import (
     fields_of,
     graver_reasons,
     json_ready,
+    recommended_of,
 )
 from hefting.core.files import read_json, write_atomically
 from hefting.core.inertia import Consistency, InertialParameters
@@ -300,7 +301,8 @@ class Estimate(Shown):
 
     @classmethod
     def load(cls, path: str | Path) -> Self:
-        """Read an estimate written by `save` or ``hefting identify --json``.
+        """Read an estimate written by `save` or ``hefting identify --json``; of several
+        methods, that of the recommended one.
 
         Raises `InputError` when the file cannot be read, is no estimate, or holds
         numbers that do not fit.
@@ -308,6 +310,7 @@ class Estimate(Shown):
         fix = "write an estimate with hefting identify --output FILE.json"
         content: Any = read_json(path, fix)
         data = cast(dict[str, Any], content) if isinstance(content, dict) else {}
+        data = recommended_of(data)
         if data.get("schema") != SCHEMA:
             raise InputError(f"is not an estimate of schema {SCHEMA}", path, fix)
         try:

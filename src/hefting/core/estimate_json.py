@@ -21,6 +21,8 @@ from hefting.core.undetermined import Undetermined
 
 SCHEMA = "hefting.estimate/1"
 """Name and version of the form, under the key ``schema``."""
+METHODS_SCHEMA = "hefting.methods/1"
+"""The same of an object of the estimates of several methods."""
 INTERVALS = {
     "mass": (2,),
     "center_of_mass": (2, 3),
@@ -30,6 +32,19 @@ INTERVALS = {
 """Shapes of the lower and upper ends of an estimate's intervals."""
 
 Json = Mapping[str, Any]
+
+
+def recommended_of(data: dict[str, Any]) -> dict[str, Any]:
+    """The estimate of the recommended method, of an object of several methods; any other
+    object as it is, or an empty one if the estimate is not there."""
+    if data.get("schema") != METHODS_SCHEMA:
+        return data
+    results: Any = data.get("results")
+    for each in cast(list[Any], results) if isinstance(results, list) else ():
+        estimate = cast(dict[str, Any], each) if isinstance(each, dict) else {}
+        if estimate.get("method") == data.get("recommended"):
+            return estimate
+    return {}
 
 
 def fields_of(data: Json) -> dict[str, Any]:

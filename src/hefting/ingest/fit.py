@@ -27,11 +27,10 @@ LARGEST_OFFSET_CHANGE = 0.1
 """[s] Largest change of the clock offset between the start and the end of one fit."""
 LARGEST_TILT_STEP = 3.0
 """[m/s²] Largest change of gravity along each tangent in one Gauss-Newton step."""
-NEGLIGIBLE_OFFSET_STEP = 1e-6
-"""[s] Change of the clock offset at which a fit counts as converged."""
 NEGLIGIBLE_PREDICTION_CHANGE = 1e-3
-"""Change of the predicted wrench, as a share of the residual scale, at which a robust
-fit counts as converged. A plain fit must change by a tenth of it."""
+"""Change of the predicted wrench by the parameters, and by the clock offset, as a share of
+the residual scale, at which a robust fit counts as converged. A plain fit must change by a
+tenth of it."""
 
 
 @immutable
@@ -157,9 +156,7 @@ def gauss_newton(
             model.with_fixed_offset if hold_offset and problem.free_offset else model
         )
         found = solve(linear, phi, weights, scale, hats)
-        prediction_change = float(
-            np.sqrt(np.mean(model.predict(found.core[:10] - phi) ** 2))
-        )
+        prediction_change = _size(model.predict(found.core[:10] - phi))
         phi, bias = found.core[:10], hats.combine(found.bias)
         offset_step = _offset_step(model.offset, found, linear.layout, bounds)
         gravity = _stepped_gravity(model.gravity, found, linear.layout)
@@ -170,8 +167,11 @@ def gauss_newton(
         reweighted = step > 0 or not robust
         done = (
             reweighted
-            and abs(offset_step) < NEGLIGIBLE_OFFSET_STEP
             and prediction_change < tolerance
+            and (
+                not offset_step
+                or _size(offset_step * model.predict_rate(phi)) < tolerance
+            )
         )
         last = done or step == steps - 1
         if offset_step or linear.layout.tilt is not None or last:
@@ -190,6 +190,11 @@ def gauss_newton(
     )
     solution = solve(model, phi, weights, scale, hats)
     return Fit(phi, hats, found.bias, scale, weights, spread, residual, solution, model)
+
+
+def _size(wrench: Array) -> float:
+    """Root mean square of wrenches (B, 6) [N, N m]."""
+    return float(np.sqrt(np.mean(wrench**2)))
 
 
 def _offset_step(

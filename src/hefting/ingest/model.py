@@ -197,6 +197,11 @@ class Model:
         """(B, 6) wrench of parameters phi (10,), without bias."""
         return self.features @ (REGRESSOR_BY_FEATURE @ phi)
 
+    def predict_rate(self, phi: Array) -> Array:
+        """(B, 6) derivative of `predict` with respect to time, per second; the offset must
+        be among the unknowns."""
+        return self.known[:, FEATURES : 2 * FEATURES] @ (REGRESSOR_BY_FEATURE @ phi)
+
 
 def _read_motion(
     problem: Problem, wanted: Array, reading: Reading | None, *, final: bool

@@ -122,6 +122,7 @@ def _inspection(
 ) -> Inspection:
     """The findings, without advice."""
     facts = identifiable = hint = None
+    sign = None if found is None else found.sign
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
     if found is None:
         missing["object"] = missing.get("motion", EMPTY)
@@ -146,6 +147,9 @@ def _inspection(
             warnings += mass_warnings(found)
         if found.doubt is not None:
             warnings = [*found.doubt.without_consequences(warnings)]
+            if any(m.code == "gravity-reversed" for m in found.doubt.messages):
+                # both were found with gravity as given
+                hint = sign = None
     if found is not None:
         gravity = found.conditioned.gravity
     return Inspection(
@@ -162,7 +166,7 @@ def _inspection(
         movement=moved,
         conditioned=None if found is None else found.conditioned,
         gravity_hint=hint,
-        sign=None if found is None else found.sign,
+        sign=sign,
         facts=facts,
         identifiability=identifiable,
         missing=missing,

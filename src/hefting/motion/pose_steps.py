@@ -221,10 +221,32 @@ class Steps:
         """Steps before which the velocity changes by more than any acceleration allows;
         only where no step nearby is broken (U - 1,)."""
         several = max(KINK_STEPS, int(np.ceil(KINK_TIME / self.usual)))
-        way = np.vstack((np.zeros(3), np.cumsum(self.steps, axis=0)))
-        if len(way) <= 2 * several:
+        count = len(self.steps) + 1 - 2 * several
+        if count <= 0:
             return np.zeros(0, dtype=int)
-        time = self.runs.time
+        change, impossible = np.empty(count), np.empty(count, dtype=bool)
+        for first in range(0, count, ROWS_AT_A_TIME):
+            some = slice(first, min(first + ROWS_AT_A_TIME, count))
+            change[some], impossible[some] = self._changes_of_velocity(some, several)
+        if not impossible.any():
+            return np.zeros(0, dtype=int)
+        faults = np.concatenate(([0], np.cumsum(broken)))
+        whole = faults[2 * several :] == faults[: -2 * several]
+        return np.array(
+            [
+                several + first + int(np.argmax(change[first:end]))
+                for first, end in runs_of(whole & impossible)
+            ],
+            dtype=int,
+        )
+
+    def _changes_of_velocity(self, some: slice, several: int) -> tuple[Array, Mask]:
+        """(S,) changes of the mean velocity of `several` steps to that of as many after
+        them, from each of some first steps, and whether none is possible (S,)."""
+        end = some.stop + 2 * several
+        way = np.zeros((end - some.start, 3))
+        np.cumsum(self.steps[some.start : end - 1], axis=0, out=way[1:])
+        time = self.runs.time[some.start : end]
         lasts = np.maximum(time[several:] - time[:-several], several * self.usual)
         velocity = (way[several:] - way[:-several]) / lasts[:, None]
         before, after = velocity[:-several], velocity[several:]
@@ -233,19 +255,10 @@ class Steps:
         allowed = KINK_ACCELERATION * self.limits.acceleration * lasts + (
             NOISE_FACTOR * self.noise / lasts
         )
-        if not (change > allowed).any():
-            return np.zeros(0, dtype=int)
-        slower = np.minimum(lengths(before), lengths(after))
-        allowed += self.timing_error * slower / lasts
-        faults = np.concatenate(([0], np.cumsum(broken)))
-        whole = faults[2 * several :] == faults[: -2 * several]
-        return np.array(
-            [
-                several + first + int(np.argmax(change[first:end]))
-                for first, end in runs_of(whole & (change > allowed))
-            ],
-            dtype=int,
-        )
+        if (change > allowed).any():
+            slower = np.minimum(lengths(before), lengths(after))
+            allowed += self.timing_error * slower / lasts
+        return change, change > allowed
 
     def usual_acceleration(self) -> float:
         """[m/s²] or [rad/s²] Largest acceleration of a start from rest: several times

@@ -22,6 +22,9 @@ UNKNOWN_BOX = ((-0.05, -0.05, 0.0), (0.05, 0.05, 0.2))
 """[m] Opposite corners, in the sensor frame, of the box around an unknown object: a hand
 tool in a gripper."""
 
+BOX_ASSUMED = "plan-box-assumed"
+"""Code of the message that a box stands for the object's shape."""
+
 
 @immutable
 class Held:
@@ -63,7 +66,7 @@ class Held:
             notes += doubts_of(estimate)
         if shape is None:
             corners = _unknown_corners(estimate)
-            notes.append(_box_assumed(corners))
+            notes.append(_box_assumed(corners, estimate))
         else:
             corners = box_corners(shape)
         return cls(
@@ -79,17 +82,20 @@ def _body_assumed(body: InertialParameters, shape: Shape | None) -> Message:
     return note("plan-body-assumed", what, "estimate")
 
 
-def _box_assumed(corners: Array) -> Message:
-    """A note on a box by its corners (8, 3) [m], the lowest first and the highest
-    last."""
+def _box_assumed(corners: Array, estimate: Estimate | None) -> Message:
+    """A note on a box by its corners (8, 3) [m], the lowest first and the highest last,
+    that stands for the shape; the `estimate` may have been made with one."""
     low, high = 1e3 * corners[0], 1e3 * corners[-1]
     x, y, z = 0.5 * (low + high)
     box = " x ".join(f"{side:.0f}" for side in high - low)
+    made_with = None if estimate is None else estimate.provenance.get("shape")
+    remedy = f": give {made_with}, as for the estimate" if made_with else ""
     what = (
-        f"no shape given: the speed limit holds for a box of {box} mm about "
-        f"({x:.0f}, {y:.0f}, {z:.0f}) mm in the tip's axes"
+        f"no shape given: the speed limit holds within a box of {box} mm about "
+        f"({x:.0f}, {y:.0f}, {z:.0f}) mm in the tip's axes, and a part of the "
+        f"object outside it may be faster{remedy}"
     )
-    return note("plan-box-assumed", what, "shape")
+    return note(BOX_ASSUMED, what, "shape")
 
 
 def box_corners(shape: Shape) -> Array:

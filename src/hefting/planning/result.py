@@ -18,7 +18,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.messages import Message
 from hefting.core.spatial import SPEED_LIMIT, Array, frozen, vector_to_tensor
 from hefting.estimators import Bayes
-from hefting.planning.held import Held
+from hefting.planning.held import BOX_ASSUMED, Held
 from hefting.planning.kinematics import Trajectory
 from hefting.planning.limits import Limits
 from hefting.robots.joint_motion import JointMotion, sensor_motion
@@ -116,6 +116,11 @@ class Plan:
             return None
         return self.asked.met_by(self.forecast.accuracy[-1])
 
+    @property
+    def box_is_assumed(self) -> bool:
+        """Whether `corners` are those of a box that stands for an unknown shape."""
+        return any(each.code == BOX_ASSUMED for each in self.notes)
+
     @cached_property
     def motion(self) -> JointMotion:
         """The motion sampled at `RATE`, including start and end."""
@@ -167,7 +172,8 @@ def reduced_speed_text(plan: Plan) -> str:
     """Whether the plan's corners keep reduced speed (ISO 10218-1), as a predicate."""
     fastest = plan.usage.get("corner_speed", 1.0) * plan.limits.corner_speed
     if fastest <= SPEED_LIMIT:
-        return "keeps reduced speed"
+        within = " within the assumed box" if plan.box_is_assumed else ""
+        return f"keeps reduced speed{within}"
     return f"is above reduced speed ({speed_text(SPEED_LIMIT)})"
 
 

@@ -48,7 +48,8 @@ def _headline(plan: Plan) -> str:
 def _speed(plan: Plan) -> str:
     """The largest speed of a corner, its limit, and whether that is reduced speed."""
     limit = plan.limits.corner_speed
-    of = "corner of the object" if len(plan.corners) > 1 else "point, the tip,"
+    what = "assumed box" if plan.box_is_assumed else "object"
+    of = f"corner of the {what}" if len(plan.corners) > 1 else "point, the tip,"
     used = plan.usage.get("corner_speed")
     if used is None:
         return f"every {of} keeps {speed_text(limit)}"

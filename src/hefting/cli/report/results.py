@@ -37,10 +37,14 @@ def print_json(results: Results, render: Callable[[str], str]) -> None:
     arguments by the reader's."""
     import json
 
+    from hefting.core.estimate_json import METHODS_SCHEMA
+
     estimates = _estimates_json(results)
-    out = estimates[results.best]
+    out = best = estimates[results.best]
     if comparison := results.comparison:
         out = {
+            "schema": METHODS_SCHEMA,
+            **{key: best[key] for key in ("version", "verdict", "reasons")},
             "results": [
                 r | {"seconds": comparison.seconds[name]}
                 for name, r in estimates.items()

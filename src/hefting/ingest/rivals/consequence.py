@@ -196,19 +196,22 @@ def _is_negligible(judged: Judged, named: Explanation) -> bool:
 def _named(
     judged: Judged, named: Explanation, held: str
 ) -> tuple[Message, Message | None]:
-    """Message on the mistake and a second one, and how far off the answer, on what is
-    `held`, is."""
+    """Message on the mistake and a second one, with the mass and COM that what is `held`
+    has without them, in sensor axes, where these differ much."""
     assert judged.given is not None
     before, after = judged.given.vector, named.vector
     mass, com = _changes(before, after)
     large = mass > LARGE_MASS_CHANGE or com > LARGE_COM_CHANGE
     grave = mass > GRAVE_MASS_CHANGE or com > GRAVE_COM_CHANGE
     fatal = grave or ((large or named.is_grave) and judged.certain)
+    # beside many unknowns the object's numbers are too uncertain to be said
+    may_say = fatal and named.unknowns <= FEW_UNKNOWNS
     effects = []
-    if fatal and mass > LARGE_MASS_CHANGE:
+    if may_say and mass > LARGE_MASS_CHANGE:
         effects.append(f"{abs(after[0]):.3g} kg")
-    if fatal and LARGE_COM_CHANGE < com < np.inf:
-        effects.append(f"its centre of mass {1e3 * com:.0f} mm elsewhere")
+    if may_say and LARGE_COM_CHANGE < com < np.inf:
+        place = ", ".join(f"{x:.0f}" for x in 1e3 * after[1:4] / after[0] + 0.0)
+        effects.append(f"its centre of mass at ({place}) mm")
     told = f" ({held} would have {' and '.join(effects)})" if effects else ""
     say = error if fatal else warning
     said, other = f"{named.what}: {named.fix}", judged.beside
