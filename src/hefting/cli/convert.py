@@ -49,12 +49,17 @@ def run(arguments: argparse.Namespace) -> int:
     a = arguments
     if a.estimate is not None:
         return _run_with_estimate(a)
+    _refuse_shape(a)
+    _run_plain(a)
+    return 0
+
+
+def _refuse_shape(a: argparse.Namespace) -> None:
+    """`InputError` for an option of a shape, which only an estimate is drawn with."""
     for option in ("shape", "box", "object_pose", "unit", "hull"):
         if getattr(a, option):
             fix = "give --with ESTIMATE.json"
             raise InputError("is for --with", option_of(option), fix)
-    _run_plain(a)
-    return 0
 
 
 def _run_plain(a: argparse.Namespace) -> None:

@@ -105,6 +105,11 @@ class _Holder:
     massive: int = 0
     """Number of elements in it that give it mass without an inertial."""
 
+    @property
+    def is_moved(self) -> bool:
+        """Whether the inertial is in an element that moves it."""
+        return self.inertial_depth > self.depth + 1
+
 
 def put_inertial(
     path: str | Path, name: str | None, inertial: str, place: Place
@@ -118,28 +123,41 @@ def put_inertial(
     """
     data = read_xml(path)
     holder = _holder_named(_holders(data, path, place), path, name, place)
+    return _inserted(data, holder, inertial, place).decode(), _mass_source(
+        holder, place
+    )
+
+
+def _inserted(data: bytes, holder: _Holder, inertial: str, place: Place) -> bytes:
+    """The file's text with `inertial` in place of the holder's own, or first in it, by
+    the indentation and line ends of the file."""
     margin = data[data.rfind(b"\n", 0, holder.start) + 1 : holder.start]
     margin = margin if not margin.strip() else b""
     deeper = margin + (b"\t" if b"\t" in margin else b"  ")
     newline = b"\r\n" if b"\r\n" in data else b"\n"
     block = inertial.encode().replace(b"\n", newline + deeper)
-    replaced = ""
     if holder.inertial is not None:
         start, end = holder.inertial
-        replaced = "an inertial"
-        if holder.inertial_depth == holder.depth + 1:
-            return (data[:start] + block + data[end:]).decode(), replaced
+        if not holder.is_moved:
+            return data[:start] + block + data[end:]
         # the new one is not to be moved
         data = data[:start].rstrip() + data[end:]
-        replaced += f" in a <{place.mover}>"
-    of = f"{holder.massive} {place.massive}{'s' * (holder.massive > 1)}"
-    before = replaced or (f"the mass of its {of}" if holder.massive else "")
     end = tag_end(data, holder.start)
-    if data[end - 2 : end] == b"/>":
+    opening, closing = data[:end], b""
+    if opening.endswith(b"/>"):  # an element without content
+        opening = opening[:-2].rstrip() + b">"
         closing = newline + margin + b"</" + place.element.encode() + b">"
-        opening = data[: end - 2].rstrip() + b">"
-        return (opening + newline + deeper + block + closing + data[end:]).decode(), ""
-    return (data[:end] + newline + deeper + block + data[end:]).decode(), before
+    return opening + newline + deeper + block + closing + data[end:]
+
+
+def _mass_source(holder: _Holder, place: Place) -> str:
+    """Where the mass of an element came from, in words; an empty text for none."""
+    if holder.inertial is not None:
+        return f"an inertial in a <{place.mover}>" if holder.is_moved else "an inertial"
+    if not holder.massive:
+        return ""
+    plural = "s" if holder.massive > 1 else ""
+    return f"the mass of its {holder.massive} {place.massive}{plural}"
 
 
 def _holder_named(
@@ -168,59 +186,77 @@ def _holder_named(
 
 
 def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
-    open_holders: list[_Holder] = []
-    holders: list[_Holder] = []
-    scopes: list[tuple[str, int]] = []  # names and depths
+    """All elements of a file that can hold an inertial, in its order."""
+    reader = _HolderReader(data, path, place)
+    parse_xml(data, path, reader.start, reader.end)
+    return reader.holders
 
-    def start_element(
-        tag: str, attributes: dict[str, str], offset: int, inside: list[str]
-    ):
+
+class _HolderReader:
+    """Finds holders from the tags of a file, which `parse_xml` gives."""
+
+    def __init__(self, data: bytes, path: str | Path, place: Place):
+        self._data, self._path, self._place = data, path, place
+        self.holders: list[_Holder] = []
+        self._open: list[_Holder] = []
+        """those whose end has not come, the innermost last"""
+        self._scopes: list[tuple[str, int]] = []
+        """names and depths of the open scopes, the innermost last"""
+
+    def start(
+        self, tag: str, attributes: dict[str, str], offset: int, inside: list[str]
+    ) -> None:
+        """Begin a scope or a holder, or note what the innermost open one holds."""
+        place = self._place
         if not inside and tag not in place.roots:
-            raise InputError(
-                f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>",
-                where=path,
-            )
-        check_no_xacro(tag, path, place.format)
+            what = f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>"
+            raise InputError(what, where=self._path)
+        check_no_xacro(tag, self._path, place.format)
         if tag == place.scope:
-            scopes.append((attributes.get("name", ""), len(inside)))
+            self._scopes.append((attributes.get("name", ""), len(inside)))
         if (
             tag == place.element
             and "name" in attributes
             and (place.parents is None or inside[-1] in place.parents)
         ):
             name = attributes["name"]
-            scoped = "::".join([*(each for each, _ in scopes), name])
-            open_holders.append(_Holder(name, scoped, offset, len(inside)))
-            holders.append(open_holders[-1])
-        elif (
-            tag == "inertial"
-            and open_holders
-            and set(inside[open_holders[-1].depth + 1 :]) <= {place.mover}
-        ):
-            if open_holders[-1].inertial is not None:
-                raise InputError(
-                    f"<{place.element}> '{open_holders[-1].name}' has two inertials",
-                    where=path,
-                    fix="remove one of them",
-                )
-            open_holders[-1].inertial = (offset, -1)
-            open_holders[-1].inertial_depth = len(inside)
-        elif (
-            tag == place.massive
-            and open_holders
-            and set(inside[open_holders[-1].depth + 1 :]) <= {place.mover}
-            and _has_mass(attributes)
-        ):
-            open_holders[-1].massive += 1
+            scoped = "::".join([*(each for each, _ in self._scopes), name])
+            holder = _Holder(name, scoped, offset, len(inside))
+            self._open.append(holder)
+            self.holders.append(holder)
+        elif self._open:
+            self._note_content(self._open[-1], tag, attributes, offset, inside)
 
-    def end_element(tag: str, offset: int, inside: list[str]):
-        if scopes and len(inside) == scopes[-1][1]:
-            scopes.pop()
-        if not open_holders:
+    def _note_content(
+        self,
+        holder: _Holder,
+        tag: str,
+        attributes: dict[str, str],
+        offset: int,
+        inside: list[str],
+    ) -> None:
+        """Note an inertial of a holder, or that something in it has mass."""
+        place = self._place
+        if not set(inside[holder.depth + 1 :]) <= {place.mover}:
             return
-        holder = open_holders[-1]
+        if tag == "inertial":
+            if holder.inertial is not None:
+                what = f"<{place.element}> '{holder.name}' has two inertials"
+                raise InputError(what, where=self._path, fix="remove one of them")
+            holder.inertial = (offset, -1)  # `end` finds where it ends
+            holder.inertial_depth = len(inside)
+        elif tag == place.massive and _has_mass(attributes):
+            holder.massive += 1
+
+    def end(self, tag: str, offset: int, inside: list[str]) -> None:
+        """End the innermost open scope or holder, or its inertial."""
+        if self._scopes and len(inside) == self._scopes[-1][1]:
+            self._scopes.pop()
+        if not self._open:
+            return
+        holder = self._open[-1]
         if len(inside) == holder.depth:
-            open_holders.pop()
+            self._open.pop()
         elif (
             tag == "inertial"
             and holder.inertial is not None
@@ -228,12 +264,10 @@ def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
             and len(inside) == holder.inertial_depth
         ):
             start = holder.inertial[0]
-            first = tag_end(data, start)
-            empty = data[first - 2 : first] == b"/>"
-            holder.inertial = (start, first if empty else data.index(b">", offset) + 1)
-
-    parse_xml(data, path, start_element, end_element)
-    return holders
+            first = tag_end(self._data, start)
+            is_empty = self._data[first - 2 : first] == b"/>"
+            end = first if is_empty else self._data.index(b">", offset) + 1
+            holder.inertial = (start, end)
 
 
 def _has_mass(attributes: dict[str, str]) -> bool:

@@ -256,7 +256,6 @@ def _mean_noise(each: Sequence[MotionNoise | None]) -> MotionNoise | None:
     return MotionNoise(linear, angular, float(np.mean([n.memory for n in noises])))
 
 
-
 def _all_named(names: Sequence[str]) -> str:
     """Names of the recordings, as the place of an error."""
     if len(names) <= MOST_NAMED:
