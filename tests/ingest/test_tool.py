@@ -16,6 +16,7 @@ from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.messages import codes
 from hefting.identification import calibrate, identify
+from hefting.identification.identify import _is_within_noise
 from hefting.ingest.tool import load_tool
 from hefting.simulation import UR5, simulate
 from hefting.simulation.joints import random_smooth
@@ -187,6 +188,18 @@ def test_warnings_and_refusals(tmp_path):
     with pytest.raises(InputError, match="is not an estimate"):
         load_tool(tmp_path / "other.json")
     assert isinstance(Estimate.load(tmp_path / "empty.json"), Estimate)
+
+
+def test_a_tool_that_noise_alone_makes_no_body_is_good():
+    """Least squares of a thin rod has a negative moment in every second recording."""
+    rod = block(0.5, (0.0, 0.0, 0.1), (0.005, 0.005, 0.2))
+    found = [calibrate(log(rod, 10.0, seed)) for seed in range(1, 5)]
+    assert not all(each.physically_consistent for each in found)
+    assert {each.verdict.level for each in found} == {"good"}
+    C = np.diag((0.01, *np.full(9, np.inf)))
+    # four standard deviations and five of the mass, beside what is open
+    for size, within in ((0.4, True), (0.5, False)):
+        assert _is_within_noise(np.array((size, *np.ones(9))), C) is within
 
 
 def test_a_tool_that_was_not_on_the_sensor():
