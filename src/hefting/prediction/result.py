@@ -12,6 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready, subtracted_tool
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
+from hefting.core.quantity import wrench_text
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze
@@ -107,9 +108,8 @@ def agreement(
         has_tool = subtracted_tool(estimate.provenance) is not None
         warnings += _other_object(varying, _rms(std), changes, has_tool)
     if own is not None and ((rms > 2.0 * own) & constant).any():
-        shown = [f"{x:.3g}" for x in mean]
         what = (
-            f"most of the difference is constant, ({', '.join(shown[:3])}) N, ({', '.join(shown[3:])}) N m: a bias "
+            f"most of the difference is constant, {wrench_text(mean)}: a bias "
             "other than the estimate's? was the sensor zeroed in between?"
         )
         warnings.append(warning("constant-difference", what))
