@@ -3,11 +3,13 @@
 import os
 
 import numpy as np
+import pandas as pd
 import pyarrow as pa
 import pytest
 from pyarrow import parquet
 
 from hefting.batches.manifest import read_manifest
+from hefting.batches.one import start_row
 from hefting.batches.recordings import recordings_of
 from hefting.core.errors import InputError
 
@@ -151,6 +153,36 @@ def test_a_pose_in_a_dictionary_may_be_an_array():
     (found,) = recordings_of([{"recording": "a.csv", "object_pose": pose}])
     assert found.options["object_pose"] == "0.0,0.1,0.0,0.0,0.0,0.0,1.0"
     assert found.problem is None
+
+
+@pytest.mark.parametrize(
+    "name", ["nan", "NaN", np.nan, np.float32("nan"), pd.NA, pd.NaT]
+)
+def test_an_empty_cell_of_a_data_frame_gives_no_option(name):
+    """Whatever the column's type; as NaN in the other forms."""
+    row = {"recording": "a.csv", "start": name, "duration": 2.0}
+    (entry,) = recordings_of([row])
+    assert (entry.options, entry.problem) == ({"duration": 2.0}, None)
+    if not isinstance(name, str):
+        row = {"recording": name, "object_pose": name, "name": "a"}
+        (entry,) = recordings_of([row])
+        assert (entry.options, entry.problem) == ({}, "row 1 names no recording")
+
+
+def test_options_are_told_in_json():
+    rows = [{"recording": "a.csv", "duration": "inf", "start": 1.0}]
+    (entry,) = recordings_of(rows)
+    assert start_row(entry)["options"] == '{"duration": null, "start": 1.0}'
+
+
+@pytest.mark.parametrize("sources", ["", [""], ["a.csv", ""]])
+def test_an_empty_name_is_not_the_current_folder(tmp_path, monkeypatch, sources):
+    monkeypatch.chdir(tmp_path)
+    written(tmp_path, "a.csv", "")
+    with pytest.raises(InputError, match="a name is empty; name a manifest, logs"):
+        recordings_of(sources)
+    (entry,) = recordings_of(".")
+    assert entry.recording == "a.csv"
 
 
 def test_an_empty_list_names_no_recordings():

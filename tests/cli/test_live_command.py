@@ -9,17 +9,21 @@ import subprocess
 import sys
 import threading
 import time
+from collections import Counter
 from dataclasses import replace
 from functools import partial
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
 from commands import refused
+from hefting.cli.report.live import fitting, line_of
 from hefting.core.measurements import Noise
 from hefting.core.recording import Recording
+from hefting.identification import identify
 from hefting.logs import write_log
-from hefting.online import identifier
+from hefting.online import LiveEstimate, identifier
 from hefting.online.process import Inline
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 from hefting.sources import live as pumps
@@ -124,6 +128,53 @@ def test_people_see_lines_and_then_the_answer(run, log):
     assert all(" s: " in line and " samples" in line for line in shown)
     assert not any(" mm " in line and "is played" in line for line in shown)
     assert "is played at 4 times its speed" in err
+
+
+def test_lines_count_samples_as_the_answer_does(recording):
+    """Not those of all streams, unless there is no answer yet."""
+    came = sum(map(len, recording.streams.values()))
+    source = SimpleNamespace(skipped=Counter())
+    pump = SimpleNamespace(counts={"samples": came}, source=source)
+    estimate = identify(recording).estimate
+    waiting = LiveEstimate(1.0, "waiting")
+    found = replace(waiting, state="identified", estimate=estimate)
+    assert line_of(waiting, pump, str).endswith(f"| {came} samples of all streams")
+    assert line_of(found, pump, str).endswith(f"| {estimate.samples} samples")
+    assert estimate.samples < came
+
+
+PARTS = [
+    *("5.6 s: identified", "usable with care"),
+    *("0.671 ± 0.003 kg", "COM 1, 17, 84 ± 1 mm", "560 samples"),
+]
+
+
+@pytest.mark.parametrize(
+    ("columns", "verdict", "shown"),
+    [
+        (96, PARTS[1], " | ".join(PARTS)),
+        (80, PARTS[1], " | ".join(PARTS[:4])),
+        (60, PARTS[1], " | ".join((PARTS[0], *PARTS[2:4]))),
+        (40, PARTS[1], " | ".join((PARTS[0], PARTS[2]))),
+        (20, PARTS[1], PARTS[0]),
+        (15, PARTS[1], "5.6 s: iden ..."),
+        (60, "do not use", " | ".join((PARTS[0], "do not use", PARTS[2]))),
+    ],
+)
+def test_a_narrow_terminal_shows_whole_numbers(columns, verdict, shown):
+    parts = [PARTS[0], verdict, *PARTS[2:]]
+    assert fitting(parts, "", columns) == shown
+    if columns < 96:
+        assert (
+            fitting(parts, "a message of some 40 letters, that is cut", columns)
+            == shown
+        )
+    else:
+        told = "a message of some 40 letters, that is cut"
+        cut = fitting(parts, told, 120)
+        assert cut.startswith(f"{shown} | a message of")
+        assert cut.endswith(" ...")
+        assert len(cut) == 120
 
 
 @pytest.mark.usefixtures("_here")

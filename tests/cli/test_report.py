@@ -43,6 +43,14 @@ class Terminal(io.StringIO):
         return True
 
 
+@pytest.mark.parametrize("named", [{"sensor_frame": "flange"}, {}])
+def test_a_table_by_torques_names_its_frame(estimate, named):
+    made = {"torque_gain_std": 0.01, "torque_noise": (0.1,)} | named
+    lines = estimate_report(replace(estimate, provenance=made))
+    told = f"in axes of {named.get('sensor_frame', '--sensor-frame')}"
+    assert f"LMI: what the arm holds, {told}" in [line.text for line in lines]
+
+
 def test_columns_stand_under_each_other(estimate, capsys):
     print_lines(estimate_report(estimate, estimate.parameters))
     lines = capsys.readouterr().out.splitlines()

@@ -139,6 +139,11 @@ def test_speed_and_joints_are_told(run):
     [
         (["log.txt"], "'.txt' is not a log format to write"),
         (["no/log.csv"], "no/log.csv: the folder does not exist"),
+        ([".", "--torques"], "hefting: .: exists already; choose another name"),
+        (["./"], "exists already; choose another name"),
+        (["/"], "hefting: /: exists already; choose another name"),
+        (["-"], "hefting: -: is no name of a file; choose another name"),
+        (["log.csv", "--truth", "-"], "-: is no name of a file"),
         (["log.csv", "--truth", "log.csv"], "two results would have this name"),
         (["log.csv", "--mesh", "shape.doc"], "is not a mesh format"),
         (["log.csv", "--object", "hamer"], "did you mean 'hammer'"),
@@ -190,6 +195,21 @@ def test_bad_input_is_one_line(run, tmp_path, words, expected):
     assert expected in err
     assert err.count("\n") == 1
     assert not list(tmp_path.iterdir())
+
+
+def test_a_recording_given_as_the_truth_is_kept(run, tmp_path):
+    """For other commands --truth is an input."""
+    (tmp_path / "own.csv").write_text("a recording")
+    status, _, err = run("simulate", "log.csv", "--duration", 1, "--truth", "own.csv")
+    assert status == 2
+    assert err == (
+        "hefting: own.csv: '.csv' is not JSON, as which --truth is written; "
+        "give it a name that ends in .json\n"
+    )
+    assert [path.name for path in tmp_path.iterdir()] == ["own.csv"]
+    assert (tmp_path / "own.csv").read_text() == "a recording"
+    status, _, err = run("simulate", "log.csv", "--duration", 1, "--truth", "own")
+    assert status == 0, err
 
 
 def test_without_mujoco_the_way_to_get_it_is_said(run, monkeypatch, tmp_path):

@@ -348,6 +348,8 @@ def test_bad_input_is_one_line(folder, run, tmp_path):
         assert refused(run(*command(folder, *words)), "is given twice")
     again = ("--empty", empty, "--empty", str(copied))
     assert refused(run(*command(folder, loaded, *again)), "copied.csv: is given twice")
+    once = "as the `arm`; give each recording once\n"
+    assert run(*command(folder, loaded, *again))[2].endswith(once)
     assert refused(run("identify", loaded, "--torques"), "--urdf")
     assert refused(run("identify", loaded, "--empty", empty), "--torques")
     arm = tmp_path / "bad.json"

@@ -5,7 +5,7 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from hefting.core.quantity import MOST_DIGITS, decimals, rounded
+from hefting.core.quantity import MOST_DIGITS, decimals, rounded, wrench_text
 
 
 @pytest.mark.parametrize(
@@ -54,3 +54,19 @@ def test_numbers_are_off_by_half_a_step_at_most_and_have_no_more_digits():
 def test_zero_has_no_sign():
     found = rounded([-7e-19, -0.0, 1e-3], 5)
     assert [repr(float(v)) for v in found] == ["0.0", "0.0", "0.001"]
+
+
+@pytest.mark.parametrize(
+    ("wrench", "text"),
+    [
+        ((12.0, -7.0, 14.0, 0.3, -0.2, 0.0999), "(12, -7, 14) N, (0.3, -0.2, 0.1) N m"),
+        ((1, 2, 3, 0.3, 3.64e-05, 0.000375), "(1, 2, 3) N, (0.3, 0, 0) N m"),
+        (
+            (1234.5, -1e-9, 7, -9.81e-5, 4e-4, 0.0),
+            "(1230, 0, 10) N, (-0.000098, 0.0004, 0) N m",
+        ),
+        ((0, 0, 0, np.nan, 0, 0), "(0, 0, 0) N, (nan, 0, 0) N m"),
+    ],
+)
+def test_a_wrench_has_three_digits_of_its_largest_parts(wrench, text):
+    assert wrench_text(wrench) == text

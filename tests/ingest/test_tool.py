@@ -2,6 +2,7 @@
 own."""
 
 import json
+import re
 from dataclasses import replace
 from functools import cache
 
@@ -175,8 +176,12 @@ def test_warnings_and_refusals(tmp_path):
     less = block(0.98, (0.0, 0.03, 0.05), (0.1, 0.06, 0.1))
     with pytest.raises(NotIdentifiableError, match="beside the tool; check `tool`"):
         identify(log(less, 10.0, 2), Shape.from_box(*NEAR), method="OLS", tool=tool)
-    with pytest.raises(NotIdentifiableError, match="beside the tool; nothing is held"):
+    with pytest.raises(
+        NotIdentifiableError, match="beside the tool; nothing is held"
+    ) as nothing:
         identify(log(GRIPPER, 10.0, 2), method="OLS", tool=tool)
+    mass, std = re.findall(r"there is (\S+) ± (\S+) kg", str(nothing.value))[0]
+    assert len(mass.lstrip("-").partition(".")[2]) <= len(std.partition(".")[2])
     data = tool.to_dict()
     empty = {"vector": [0.0] * 10, "mass": 0.0, "center_of_mass": None}
     (tmp_path / "empty.json").write_text(json.dumps(data | empty))

@@ -11,6 +11,7 @@ from hefting import OLS, Estimate, InputError, Prediction, predict
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import Noise
 from hefting.core.messages import codes
+from hefting.core.quantity import wrench_text
 from hefting.core.recording import Recording, Stream
 from hefting.core.sensor_accuracy import Z95
 from hefting.prediction import predict as module_function
@@ -422,6 +423,8 @@ def test_another_bias_is_no_other_object():
     assert a is not None
     assert a.within is not None
     assert codes(a.warnings) == {"constant-difference"}
+    shown = wrench_text(a.difference.mean(axis=0))
+    assert f"is constant, {shown}: a bias" in str(a.warnings[0])
     assert (a.within > 0.9).all()
 
 

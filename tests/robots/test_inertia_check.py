@@ -6,6 +6,7 @@ from importlib import metadata
 
 import numpy as np
 import pytest
+from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
 from hefting.robots import check_inertias
@@ -233,3 +234,27 @@ def test_only_inertials_of_links_count(tmp_path):
     (checked,) = check_inertias(path)
     assert checked.is_possible
     assert checked.inertial.mass == 1.0
+
+
+def test_tensors_in_the_axes_of_their_links(tmp_path):
+    """Of turned inertials: as SciPy turns them, and as Pinocchio reads the file."""
+    path = tmp_path / "robot.urdf"
+    path.write_text(random_robot(np.random.default_rng(23), ["solid"] * 20))
+    found = [checked.to_dict() for checked in check_inertias(path)][1:]
+    elements = dict(parsed(path.read_bytes()))
+    for each in found:
+        rpy = elements[each["link"]].find("origin").attrib["rpy"].split()
+        R = Rotation.from_euler("xyz", [float(x) for x in rpy]).as_matrix()
+        inertia, turned = np.array(each["inertia"]), each["inertia_in_link_axes"]
+        close = {"rtol": 0.0, "atol": 1e-14 * np.abs(inertia).max()}  # rounding
+        np.testing.assert_allclose(turned, R @ inertia @ R.T, **close)
+        assert np.abs(np.array(turned) - inertia).max() > 1e-3 * np.abs(inertia).max()
+    pin = pytest.importorskip("pinocchio")
+    read = pin.buildModelFromXML(path.read_text()).inertias[1:]
+    for each, own in zip(found, read, strict=True):
+        np.testing.assert_allclose(
+            each["inertia_in_link_axes"],
+            own.inertia,
+            atol=1e-13 * np.abs(own.inertia).max(),
+        )
+        np.testing.assert_allclose(each["center_of_mass"], own.lever, rtol=1e-15)

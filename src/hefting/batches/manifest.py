@@ -31,6 +31,8 @@ MEANT = frozenset({"recordings", "file", "files", "filename", "path", "paths", "
 these is taken for a manifest if it is no log."""
 SUFFIXES = (".csv", ".parquet", ".toml")
 SEPARATORS = (",", ";", "\t")
+EMPTY = ("nan", "<NA>", "NaT")
+"""An empty cell of pandas, as text."""
 LARGEST_TOML = 20_000_000
 """Largest manifest in TOML that is read [bytes]: 100,000 recordings take half of it."""
 LARGEST_TABLE = 2**30
@@ -159,9 +161,12 @@ def _read_toml(path: Path) -> "tuple[pa.Table, dict[str, Any]]":
 
 
 def text_of(value: Any) -> str | None:
-    """A value of TOML or of a dictionary as it is written in a table."""
+    """A value of TOML or of a dictionary as it is written in a table; None for what
+    stands for no value."""
     if isinstance(value, np.ndarray):
         value = value.ravel().tolist()
     if isinstance(value, list | tuple):
         return ",".join(map(str, value))
-    return None if value is None else str(value)
+    text = str(value)
+    is_empty = value is None or (text in EMPTY and not isinstance(value, str))
+    return None if is_empty else text

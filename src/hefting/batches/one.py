@@ -22,6 +22,7 @@ from hefting.batches.content import Signature, hash_of, signature
 from hefting.batches.recordings import Entry
 from hefting.core.errors import HeftingError, InputError, MissingDependencyError
 from hefting.core.estimate import Estimate
+from hefting.core.estimate_json import json_ready
 from hefting.core.progress import listening
 from hefting.core.recording import Recording
 from hefting.identification.partials import condense, identify_parts, what_others_tell
@@ -94,7 +95,7 @@ def start_row(entry: Entry) -> Row:
         "object": entry.object,
         "error": None,
         "error_text": None,
-        "options": json.dumps(dict(entry.options), sort_keys=True),
+        "options": json.dumps(json_ready(dict(entry.options)), sort_keys=True),
         "hash": None,
     }
 

@@ -236,7 +236,7 @@ def recordings_of(
     Raises
     ------
     InputError
-        Where there are no recordings, and as `Recordings`.
+        Where there are no recordings or a name is empty, and as `Recordings`.
     """
     import pyarrow as pa
 
@@ -248,6 +248,8 @@ def recordings_of(
             raise InputError(f"rows have no '{RECORDING}'", fix=fix)
         cells = {n: [text_of(each.get(n)) for each in listed] for n in names}  # type: ignore[union-attr]
         return Recordings(pa.table(cells), None, options, group_by)
+    if "" in map(str, listed):  # Path("") is the current folder
+        raise InputError("a name is empty", fix="name a manifest, logs or a folder")
     paths = [Path(str(each)) for each in listed]
     if len(paths) == 1 and is_manifest(paths[0]):
         table, given = read_manifest(paths[0])

@@ -153,7 +153,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     results = parser.add_argument_group("results beside the log")
     results.add_argument(
-        "--truth", metavar="FILE.json", help="default OUTPUT.truth.json"
+        "--truth", metavar="FILE.json", help="written, default OUTPUT.truth.json"
     )
     results.add_argument(
         "--mesh",

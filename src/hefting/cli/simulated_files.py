@@ -21,7 +21,12 @@ if TYPE_CHECKING:
 
 
 def truth_of(a: argparse.Namespace) -> Path:
-    """Path of the file with the truth."""
+    """Path of the file with the truth.
+
+    `InputError` for an output without a name, as ``.`` or ``/``: a folder that exists.
+    """
+    if not Path(a.output).name:
+        raise InputError("exists already", a.output, "choose another name")
     return Path(a.truth or Path(a.output).with_suffix(".truth.json"))
 
 
@@ -40,6 +45,8 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
     outputs = [str(path) for path in (a.output, truth, a.mesh, *more) if path]
     inputs = [*a.object.split(","), a.arm, *([a.object_pose] if a.object_pose else [])]
     for i, path in enumerate(outputs):
+        if path == "-":
+            raise InputError("is no name of a file", path, "choose another name")
         if not Path(path).absolute().parent.is_dir():
             raise InputError("the folder does not exist", where=path)
         if any(is_same(path, name) for name in inputs):
@@ -50,6 +57,9 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
             raise InputError(what, path, "choose another name")
         if not Path(path).is_dir():  # the writer of a bag's folder refuses one
             check_replaceable(path, *inputs)
+    if truth.suffix.lower() not in ("", ".json"):  # elsewhere --truth is an input
+        what = f"'{truth.suffix}' is not JSON, as which --truth is written"
+        raise InputError(what, truth, "give it a name that ends in .json")
 
 
 def write_beside(

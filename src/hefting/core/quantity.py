@@ -111,6 +111,25 @@ def rounded(values: ArrayLike, places: ArrayLike) -> Array:
     return np.array(flat).reshape(each[0].shape)
 
 
+WRENCH_DIGITS = 3
+"""Significant digits of the largest force, and of the largest torque."""
+
+
+def wrench_text(wrench: ArrayLike) -> str:
+    """A wrench (6,) as ``"(1, 2, 3) N, (0.1, 0.2, 0) N m"``: forces as finely as
+    `WRENCH_DIGITS` of the largest of them, and torques likewise."""
+    force, torque = (_together(three) for three in np.reshape(wrench, (2, 3)))
+    return f"({force}) N, ({torque}) N m"
+
+
+def _together(values: Array) -> str:
+    size = float(np.abs(values).max())
+    is_sized = np.isfinite(size) and size > 0.0
+    places = WRENCH_DIGITS - 1 - _exponent(size) if is_sized else 0
+    texts = (np.format_float_positional(v, trim="-") for v in rounded(values, places))
+    return ", ".join(texts)
+
+
 def _exponent(size: float) -> int:
     """Power of ten of the first digit."""
     return int(np.floor(np.log10(size)))

@@ -314,6 +314,6 @@ def _check_runs(
             raise InputError(
                 "is given twice, with the payload, without it or as the `arm`",
                 log.source,
-                "give each recording once: it counts once",
+                "give each recording once",
             )
         digests.add(own.digest)

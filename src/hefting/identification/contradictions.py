@@ -92,7 +92,7 @@ def with_contradictions(
         first = seen.setdefault(part.condensed.counted.factor.tobytes(), name)
         if first != name:
             what = f"holds the same samples as {first}"
-            raise InputError(what, name, "give each recording once: it counts once")
+            raise InputError(what, name, "give each recording once")
     messages = tuple(each.message for each in contradictions(found, accuracy))
     return replace(found, warnings=(*messages, *found.warnings))
 

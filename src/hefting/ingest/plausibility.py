@@ -6,6 +6,7 @@ import numpy as np
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, note, warning
+from hefting.core.quantity import decimals, rounded
 from hefting.core.spatial import Array
 from hefting.ingest.free_fit import FreeFit, lever
 from hefting.ingest.ingest import Ingested
@@ -145,7 +146,8 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
     also = " and `bias`" if bias == "given" else ""
     if found.tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):
         mass, std = float(fit.vector[0]), float(fit.covariance[0, 0]) ** 0.5
-        what = f"{mass:.3g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
+        known = float(rounded(mass, decimals(std, abs(mass))))
+        what = f"{known:g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
         fix = f"check `tool`{also}: was it in the hand?"
         if holds_nothing(found):
             fix = "nothing is held"

@@ -76,14 +76,10 @@ def _check(logs: Sequence[Log]) -> None:
     paths = [os.path.realpath(log) for log in logs if isinstance(log, str | Path)]
     for i, path in enumerate(paths):
         if path in paths[:i]:
-            raise InputError(
-                "is given twice", path, "give each recording once: it counts once"
-            )
+            raise InputError("is given twice", path, "give each recording once")
     seen = [id(log) for log in logs if isinstance(log, Recording)]
     if len(set(seen)) < len(seen):
-        raise InputError(
-            "a recording is given twice", fix="give each once: it counts once"
-        )
+        raise InputError("a recording is given twice", fix="give each once")
 
 
 def _biases(bias: Any, n: int) -> list[Any]:

@@ -12,6 +12,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.estimate_json import json_ready, subtracted_tool
 from hefting.core.immutable import immutable
 from hefting.core.messages import Message, Verdict, error, verdict_of, warning
+from hefting.core.quantity import wrench_text
 from hefting.core.regressor import predict_wrench
 from hefting.core.sensor_accuracy import Z95, SensorAccuracy
 from hefting.core.spatial import WRENCH, Array, freeze
@@ -141,10 +142,8 @@ def _closest_bias(estimate: Estimate, difference: Array, varying: Array) -> Arra
 
 def _constant_difference(mean: Array) -> Message:
     """A message on a difference whose mean (6,) [N, N m] is most of it."""
-    shown = [f"{x:.3g}" for x in mean]
-    force, torque = ", ".join(shown[:3]), ", ".join(shown[3:])
     what = (
-        f"most of the difference is constant, ({force}) N, ({torque}) N m: a bias "
+        f"most of the difference is constant, {wrench_text(mean)}: a bias "
         "other than the estimate's? was the sensor zeroed in between?"
     )
     return warning("constant-difference", what)

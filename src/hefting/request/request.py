@@ -71,7 +71,7 @@ def given_options(options: Mapping[str, Any]) -> dict[str, Value]:
     """The given options by canonical name, each with a value of its type.
 
     Numbers and booleans may be texts; a list becomes text, its items separated by
-    commas. Empty values are left out. Raises `InputError` for an unknown option and for
+    commas. Empty values and NaN are left out. Raises `InputError` for an unknown option and for
     a value of another type.
     """
     given: dict[str, Value] = {}
@@ -84,7 +84,9 @@ def given_options(options: Mapping[str, Any]) -> dict[str, Value]:
         value = value.tolist() if isinstance(value, np.generic | np.ndarray) else value
         is_nan = isinstance(value, float) and value != value
         if not (value is None or value == "" or is_nan):
-            given[name] = _typed(name, value, kinds[name])
+            typed = _typed(name, value, kinds[name])
+            if typed == typed:  # no "nan"
+                given[name] = typed
     return given
 
 

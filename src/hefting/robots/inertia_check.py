@@ -152,6 +152,9 @@ class LinkCheck:
             "mass": known.mass if known else None,
             "center_of_mass": known.center_of_mass.tolist() if known else None,
             "inertia": known.inertia.tolist() if known else None,
+            "inertia_in_link_axes": known.inertia_in_link_axes.tolist()
+            if known
+            else None,
             "nearest": None if self.nearest is None else self.nearest.tolist(),
             "change": self.change if np.isfinite(self.change or 0.0) else None,
             "doubts": [doubt.to_dict() for doubt in self.doubts],

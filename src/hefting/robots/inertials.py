@@ -16,7 +16,7 @@ from hefting.core.errors import InputError
 from hefting.core.files import parse_xml
 from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST_PARAMETER
-from hefting.core.spatial import Array, frozen, vector_to_tensor
+from hefting.core.spatial import Array, frozen, rotation_matrices, vector_to_tensor
 from hefting.robots.urdf import (
     MOST,
     check_expanded,
@@ -50,10 +50,18 @@ class Inertial:
     """COM (3,) [m] in the link's frame."""
     inertia: Array = field(default_factory=lambda: frozen(np.zeros((3, 3))))
     """Tensor (3, 3) [kg m²] about the COM, in the axes of the inertial's origin."""
+    axes: Array = field(default_factory=lambda: frozen(np.eye(3)))
+    """Rotation (3, 3) from the axes of the inertial's origin to those of the link."""
     unreadable: str | None = None
     """Error, if it cannot be read; the numbers are then meaningless."""
     offset: int = 0
     """Start of the tensor's tag in the file [bytes]."""
+
+    @property
+    def inertia_in_link_axes(self) -> Array:
+        """Tensor (3, 3) [kg m²] about the COM, in the axes of the link."""
+        turned = self.axes @ self.inertia @ self.axes.T
+        return 0.5 * (turned + turned.T)
 
     @property
     def is_massless(self) -> bool:
@@ -155,24 +163,26 @@ def _inertial(link: _Link, path: str | Path) -> Inertial:
         for text in attributes.values():
             check_expanded(text, path)
     try:
-        mass, center, inertia = _values(parts)
+        mass, center, axes, inertia = _values(parts)
     except InputError as error:
         return Inertial(link.name, unreadable=error.what)
     offset = link.parts["inertia"][1]
-    return Inertial(link.name, mass, frozen(center), frozen(inertia), offset=offset)
+    given = frozen(center), frozen(inertia), frozen(axes)
+    return Inertial(link.name, mass, *given, offset=offset)
 
 
-def _values(parts: dict[str, dict[str, str]]) -> tuple[float, Array, Array]:
-    """Mass, COM (3,), tensor (3, 3); `InputError` for missing or invalid numbers."""
+def _values(parts: dict[str, dict[str, str]]) -> tuple[float, Array, Array, Array]:
+    """Mass, COM (3,), axes and tensor (3, 3) of an `Inertial`; `InputError` for missing
+    or invalid numbers."""
     mass = _number(parts, "mass", "value")
-    center, _ = read_origin(parts.get("origin", {}), "")
+    center, quaternion = read_origin(parts.get("origin", {}), "")
     entries = np.array([_number(parts, "inertia", name) for name in ENTRIES])
     for name, value in zip(
         ("mass", "COM", "tensor"), (mass, center, entries), strict=True
     ):
         if np.abs(value).max() > LARGEST_PARAMETER:
             raise InputError(f"the {name} has a number above {LARGEST_PARAMETER:.0e}")
-    return mass, center, vector_to_tensor(entries)
+    return mass, center, rotation_matrices(quaternion), vector_to_tensor(entries)
 
 
 def _number(parts: dict[str, dict[str, str]], tag: str, name: str) -> float:

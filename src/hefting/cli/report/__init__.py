@@ -82,12 +82,6 @@ def with_reach(values: ArrayLike, reach: float | None) -> str:
     return text if reach is None else f"{text} ± {fixed(reach, decimals)}"
 
 
-def wrench_text(wrench: ArrayLike) -> str:
-    """A wrench (6,) as ``"(1, 2, 3) N, (0.1, 0.2, 0.3) N m"``."""
-    numbers = [f"{x:.3g}" for x in np.asarray(wrench)]
-    return f"({', '.join(numbers[:3])}) N, ({', '.join(numbers[3:])}) N m"
-
-
 def aligned(rows: Sequence[Sequence[str]]) -> list[list[str]]:
     """Rows of numbers, padded so that the points of right-aligned columns are aligned."""
     places = [max(map(_places, column)) for column in zip(*rows, strict=True)]

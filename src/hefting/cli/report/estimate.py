@@ -15,12 +15,12 @@ from hefting.cli.report import (
     aligned,
     other_warnings,
     verdict_lines,
-    wrench_text,
 )
 from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
+from hefting.core.quantity import wrench_text
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_vector
 from hefting.core.summary import samples_told, sign_told
 
@@ -75,7 +75,10 @@ def estimate_report(
     lines += [Line(f"warning: {line}", "yellow") for line in warnings]
     holder, axes = "the sensor", "sensor axes"
     if "torque_gain_std" in estimate.provenance:
-        holder, axes = "the arm", "axes of --sensor-frame"
+        holder, axes = (
+            "the arm",
+            f"axes of {estimate.provenance.get('sensor_frame', '--sensor-frame')}",
+        )
     lines.append(Line(f"{estimate.method}: what {holder} holds, in {axes}"))
     lines += _table(*_numbers(estimate, truth), (0, 3))
     if errors is not None:

@@ -9,9 +9,10 @@ from rich.console import Group, RenderableType
 from rich.table import Table
 from rich.text import Text
 
-from hefting.cli.report import with_reach, wrench_text
+from hefting.cli.report import with_reach
 from hefting.cli.report.estimate import MORE
 from hefting.cli.report.printing import doubt_lines, plain_table
+from hefting.core.quantity import wrench_text
 from hefting.core.spatial import SPEED_LIMIT, Array
 from hefting.ingest.conditioned import SIGNIFICANT
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING

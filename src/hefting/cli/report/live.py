@@ -22,6 +22,13 @@ if TYPE_CHECKING:
 EVERY = 1.0
 """[s] Time between lines where they cannot change in place."""
 
+BAR = " | "
+"""Between the parts of a line."""
+LEAST_OF_MESSAGE = 20
+"""Characters of a message that are worth showing."""
+UP_TO_COM = 4
+"""Number of parts up to the COM: time and state, verdict, mass, COM."""
+
 Render = Callable[[str], str]
 
 
@@ -98,10 +105,8 @@ class TerminalDisplay(Display):
     def show(self, found: "LiveEstimate", pump: "Pump") -> None:
         """Replace the last estimate."""
         self.tell_mistake(found)
-        text = line_of(found, pump, self.render)
         columns = max(get_terminal_size().columns, 20) - 1
-        if len(text) > columns:
-            text = f"{text[: columns - 4]} ..."
+        text = fitting(*parts_of(found, pump, self.render), columns)
         with self._lock:
             sys.stdout.write(f"\r{text}\x1b[K")
             sys.stdout.flush()
@@ -125,19 +130,43 @@ def display_of(json: bool, render: Render) -> Display:
 def line_of(found: "LiveEstimate", pump: "Pump", render: Render) -> str:
     """An estimate in a line: time, state and verdict, mass, COM, number of samples, last
     message."""
+    parts, message = parts_of(found, pump, render)
+    return BAR.join([*parts, message] if message else parts)
+
+
+def fitting(parts: list[str], message: str, columns: int) -> str:
+    """The parts of a line and the last message, by what fits: of a message its begin, of
+    the parts whole ones, as half a number misleads. The verdict goes before the COM does,
+    unless it is one of an answer that is not to be used."""
+    text = BAR.join([*parts, message] if message else parts)
+    if len(text) > columns >= len(BAR.join([*parts, ""])) + LEAST_OF_MESSAGE:
+        return f"{text[: columns - 4]} ..."
+    left = list(parts)
+    while len(BAR.join(left)) > columns and len(left) > 1:
+        is_verdict = len(left) == UP_TO_COM and left[1] != "do not use"
+        left.pop(1 if is_verdict else -1)
+    text = BAR.join(left)
+    return text if len(text) <= columns else f"{text[: columns - 4]} ..."
+
+
+def parts_of(
+    found: "LiveEstimate", pump: "Pump", render: Render
+) -> tuple[list[str], str]:
+    """The parts of `line_of`, and its message, which may be empty."""
     number = f" object {found.object}" if found.object > 1 else ""
     parts = [f"{found.time:.1f} s{number}: {found.state}"]
     if found.estimate is not None:
         parts += [str(found.estimate.verdict), *numbers_of(found.estimate)]
-    parts.append(f"{pump.counts['samples']} samples")
+        parts.append(f"{found.estimate.samples} samples")
+    else:
+        parts.append(f"{pump.counts['samples']} samples of all streams")
     if skipped := +pump.source.skipped.copy():
         why, _ = skipped.most_common(1)[0]
         parts.append(f"{skipped.total()} skipped ({why})")
     last = found.messages[-1] if found.messages else None
     # a note, as on the source, is shown until there are numbers
-    if last is not None and (found.estimate is None or last.severity != "note"):
-        parts.append(render(str(last)))
-    return " | ".join(parts)
+    is_told = last is not None and (found.estimate is None or last.severity != "note")
+    return parts, render(str(last)) if is_told else ""
 
 
 def numbers_of(estimate: "Estimate") -> list[str]:
