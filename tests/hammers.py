@@ -3,7 +3,7 @@
 from functools import cache
 
 from hefting.core.measurements import NOISE_LEVELS, Measurements, Noise
-from hefting.estimators.bayes import nearest as projection
+from hefting.estimators.bayes import projection
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, sinusoids, wield
 

@@ -132,6 +132,29 @@ def test_what_may_have_no_end_is_a_row_that_says_so(tmp_path, option):
     assert group._hash(Entry(device)) is None
 
 
+def test_what_is_said_of_a_shape_that_a_row_has_not_fails_that_row(tmp_path):
+    data = recorded(tmp_path)
+    log = str(data.whole[0])
+    rows = [
+        {"recording": log, "name": "with", **data.shared},
+        {"recording": log, "name": "pose", "object_pose": "0,0,0.1"},
+        {"recording": log, "name": "unit", "unit": "mm"},
+        {"recording": log, "name": "std", "pose_std": "1mm,1deg"},
+        {"recording": log, "name": "plain"},
+    ]
+    found = batch(rows, tmp_path / "results", jobs=1, shape_std="5%")
+    errors = found.table("name", "error_text").to_pydict()
+    texts = dict(zip(errors["name"], errors["error_text"], strict=True))
+    assert texts["with"] is texts["plain"] is None
+    for name, option in (
+        ("pose", "object-pose"),
+        ("unit", "unit"),
+        ("std", "pose-std"),
+    ):
+        fix = "give --shape FILE or --box X,Y,Z, or leave it out"
+        assert texts[name] == f"--{option}: of which shape?; {fix}"
+
+
 def test_a_shared_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):
     monkeypatch.setattr(files, "MAX_BYTES", 2)
     (tmp_path / "a.csv").write_text("abc")

@@ -134,6 +134,19 @@ def test_a_blank_cell_says_what_others_say_of_the_object(tmp_path):
     assert row["error"] is None
 
 
+def test_a_pose_in_one_row_is_of_the_shape_in_another(tmp_path):
+    data = recorded(tmp_path)
+    shape = dict(data.shared)
+    pose = {"object_pose": shape.pop("object_pose")}
+    rows = [
+        {"recording": str(log), "object": "mug", **said}
+        for log, said in zip(data.whole, (shape, pose), strict=False)
+    ]
+    found = batch(rows, tmp_path / "r", group_by="object", pose_std="1mm,1deg")
+    (row,) = found.table().to_pylist()
+    assert row["error"] is None
+
+
 def test_an_object_stays_until_one_of_its_recordings_changes(tmp_path):
     data = recorded(tmp_path)
     rows = [(log.name, "ab"[k // 2], "") for k, log in enumerate(data.whole[:3])]

@@ -245,11 +245,25 @@ def test_options_of_the_call_are_as_they_are_typed():
 
     pose = np.array([0.0, 0.0, 0.1, 0.0, 0.0, 0.0, 1.0])
     rows = [{"recording": "a.csv"}]
-    (entry,) = recordings_of(rows, {"pose": pose, "start": np.float64(2.0)})
+    given = {"pose": pose, "start": np.float64(2.0), "box": "1,1,1"}
+    (entry,) = recordings_of(rows, given)
     text = "0.0,0.0,0.1,0.0,0.0,0.0,1.0"
-    assert entry.options == {"object_pose": text, "start": 2.0}
+    assert entry.options == {"object_pose": text, "start": 2.0, "box": "1,1,1"}
     with pytest.raises(InputError, match="shape: is a Shape, not a text"):
         recordings_of(rows, {"shape": Shape.from_box(0, 1, 0, 1, 0, 1)})
+
+
+def test_what_is_said_of_shapes_in_general_is_of_recordings_that_have_one(tmp_path):
+    rows = [{"recording": "a.csv", "box": "1,1,1"}, {"recording": "b.csv", "unit": "m"}]
+    general = {"pose_std": "1mm,1deg", "start": 1.0}
+    found = recordings_of(rows, general)
+    found.check()
+    first, second = found
+    assert first.options == {"box": "1,1,1", **general}
+    assert second.options == {"unit": "m", "start": 1.0}
+    for given in (general, general | {"hull": True}):
+        with pytest.raises(InputError, match="--pose-std: of which shape"):
+            recordings_of([{"recording": "a.csv"}], given).check()
 
 
 def test_files_that_only_workers_have_are_not_looked_for(tmp_path):

@@ -21,8 +21,8 @@ from hefting.estimators.bayes.mixture import (
     _factored,
     shaped,
 )
-from hefting.estimators.bayes.nearest import _length, dual_of, projected
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.projection import _length, dual_of, projected
 from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.sample_state import SampleState
 from random_problems import random_body, random_motion, with_wrench

@@ -99,6 +99,26 @@ def test_an_estimate_lies_in_its_own_intervals(name, bias):
             assert estimate.covariance is not None
 
 
+@pytest.mark.parametrize("method", [OLS, RTLS, LMI])
+def test_the_covariance_is_that_of_the_intervals(method):
+    """A sensor that may be 2 % off widens both alike: mass is far from any bound."""
+    z = with_wrench(
+        random_motion(np.random.default_rng(3), 400),
+        random_body(np.random.default_rng(4)),
+        0.0,
+        np.random.default_rng(5),
+        0.1,
+        0.005,
+    )
+    found = method(sensor_accuracy="2%").fit(z)
+    half = 0.5 * np.ptp(found.intervals["mass"])
+    std = np.sqrt(found.covariance[0, 0])
+    # 2: an estimate that is not in the middle has some square distance more
+    assert half / std == pytest.approx(1.96, rel=0.02)
+    # of an error anywhere within 2 %
+    assert std > 0.02 / 3.0**0.5 * found.parameters.mass
+
+
 def test_least_squares_with_known_noise_against_the_closed_form():
     """White noise that is given, exact motion: mass and inertia about the sensor are
     Gaussian, of the textbook covariance."""

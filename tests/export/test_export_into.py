@@ -82,7 +82,9 @@ def test_urdf_link(tmp_path, link):
     assert outline(exported.text, "link", link) == outline(URDF, "link", link)
     assert exported.frame == "sensor"
     assert f"frame of '{link}'" in exported.warnings[0]
-    assert (len(exported.warnings) == 2) == (link == "gripper")
+    codes = [warning.code for warning in exported.warnings]
+    assert ("inertial-replaced" in codes) == (link == "gripper")
+    assert ("root-inertial-dropped" in codes) == (link == "base")
     assert ("77" in exported.text) == (link != "gripper")
     model = pin.buildModelFromXML(exported.text)
     body = model.inertias[{"base": 0, "tool0": 1, "gripper": 2, "empty": 4}[link]]
@@ -163,6 +165,136 @@ def test_mjcf_body(tmp_path):
         assert ("inertials-raised" in {w.code for w in exported.warnings}) is raised
 
 
+@pytest.mark.parametrize("before", ["", "<geom size='.1'/>"])
+@pytest.mark.parametrize(
+    "inertial",
+    [
+        '<inertial pos="0 0 0" mass="3" diaginertia="1 1 1"/>',
+        "<inertial pos='0 0 0' mass='3' diaginertia='1 1 1'></inertial>",
+    ],
+)
+def test_mjcf_inertial_in_a_frame_is_replaced(tmp_path, before, inertial):
+    """A frame moves what it holds: the new inertial is not in one."""
+    mujoco = pytest.importorskip("mujoco")
+    text = f"""<mujoco><worldbody>
+  <body name="tool">{before}<freejoint/>
+    <frame pos="0 0 1"><frame euler="90 0 0">
+      {inertial}
+      <geom size=".1" contype="0"/>
+    </frame></frame>
+    <frame><body><inertial pos="0 0 0" mass="7" diaginertia="1 1 1"></inertial></body></frame>
+  </body>
+</worldbody></mujoco>"""
+    assert mujoco.MjModel.from_xml_string(text).body_mass[1] == 3.0
+    exported = put(tmp_path, text, "mjcf", "tool")
+    model = mujoco.MjModel.from_xml_string(exported.text)
+    assert model.body_mass.tolist() == [0.0, 0.932, 7.0]
+    np.testing.assert_allclose(model.body_ipos[1], COM, atol=1e-15)
+    assert any("had an inertial in a <frame>" in w for w in exported.warnings)
+    start = exported.text.index("<inertial")
+    end = exported.text.index("/>", start) + 2
+    rest = exported.text[:start].rstrip() + exported.text[end:]
+    assert rest == text.replace("\n      " + inertial, "")
+    again = put(tmp_path, exported.text, "mjcf", "tool")
+    assert again.text == exported.text
+    both = exported.text.replace("<frame pos", f"<frame>{inertial}</frame><frame pos")
+    with pytest.raises(InputError, match="'tool' has two inertials; remove one"):
+        put(tmp_path, both, "mjcf", "tool")
+
+
+def test_a_frame_of_another_format_is_no_frame(tmp_path):
+    text = SDF.replace("</pose></link>", "</pose><frame><inertial/></frame></link>")
+    exported = put(tmp_path, text, "sdf", "hand")
+    assert exported.text.count("<inertial") == 2
+    assert [w.code for w in exported.warnings] == ["link-frame-assumed"]
+
+
+@pytest.mark.parametrize(
+    ("setting", "code"),
+    [
+        ('inertiafromgeom="true"', "inertials-ignored"),
+        ('boundmass="5"', "inertials-raised"),
+        ('boundinertia="1"', "inertials-raised"),
+        ('settotalmass="9"', "masses-scaled"),
+        ('inertiafromgeom="auto" boundmass="0"', None),
+    ],
+)
+def test_settings_of_mujoco_in_a_urdf_are_told(tmp_path, monkeypatch, setting, code):
+    mujoco = pytest.importorskip("mujoco")
+    monkeypatch.chdir(tmp_path)  # MuJoCo logs there that a setting is deprecated
+    block = f'<mujoco><compiler {setting} fusestatic="false"/></mujoco></robot>'
+    shape = "<collision><geometry><box size='.1 .1 .1'/></geometry></collision>"
+    text = f"""<robot name="r"><link name="base"/><link name="tool0">{shape}</link>
+  <joint name="a" type="continuous"><parent link="base"/><child link="tool0"/></joint>
+{block}"""
+    exported = put(tmp_path, text, "urdf", "tool0")
+    codes = [w.code for w in exported.warnings]
+    assert codes == ["link-frame-assumed"] + ([code] if code else [])
+    model = mujoco.MjModel.from_xml_string(exported.text)
+    as_written = model.body_mass[-1] == pytest.approx(0.932) and np.allclose(
+        np.sort(model.body_inertia[-1]), np.linalg.eigvalsh(TENSOR), rtol=1e-6
+    )
+    assert as_written == (code is None)
+
+
+def test_the_root_link_of_a_urdf_is_told(tmp_path):
+    mujoco = pytest.importorskip("mujoco")
+    alone = '<robot name="r"><link name="a"/>{}</robot>'
+    above = """<link name="world"/><joint name="j" type="floating">
+  <parent link="world"/><child link="a"/></joint>"""
+    for more, mass in (("", 0.0), (above, 0.932)):
+        exported = put(tmp_path, alone.format(more), "urdf", "a")
+        codes = {w.code for w in exported.warnings}
+        assert ("root-inertial-dropped" in codes) == (mass == 0.0)
+        model = mujoco.MjModel.from_xml_string(exported.text)
+        assert sum(model.body_mass) == pytest.approx(mass)
+
+
+@pytest.mark.parametrize(
+    ("target", "content"),
+    [
+        (
+            "urdf",
+            '<robot><xacro:macro name="m"><inertial/></xacro:macro><link name="a"><xacro:m/></link></robot>',
+        ),
+        ("urdf", '<robot><xacro:if value="1"><link name="a"/></xacro:if></robot>'),
+        ("sdf", '<sdf><model name="m"><link name="a"/><xacro:m/></model></sdf>'),
+    ],
+)
+def test_xacro_is_refused(tmp_path, target, content):
+    """A macro may hold an inertial; a file that has the namespace alone (`URDF`) is
+    none."""
+    content = content.replace(">", ' xmlns:xacro="x">', 1)
+    with pytest.raises(InputError) as caught:
+        put(tmp_path, content, target, "a")
+    assert f"file.xml: is xacro, not {target.upper()}; expand it first" in str(
+        caught.value
+    )
+    assert f"> robot.{target}" in str(caught.value)
+
+
+def test_sdf_links_of_one_name_by_their_scopes(tmp_path):
+    text = """<sdf version="1.9"><world name="w">
+  <model name="a"><link name="link"/><model name="b"><link name="link"/><link name="c"/></model></model>
+  <model name="d"><link name="link"/></model></world></sdf>"""
+    with pytest.raises(
+        InputError,
+        match="3 <link> are named 'link'; choose one of: a::link, a::b::link, c, d::link",
+    ):
+        put(tmp_path, text, "sdf", "link")
+    for name, before in (
+        ("a::link", 0),
+        ("a::b::link", 1),
+        ("a::b::c", 2),
+        ("c", 2),
+        ("d::link", 3),
+    ):
+        exported = put(tmp_path, text, "sdf", name).text
+        assert exported[: exported.index("<inertial")].count("<link") == before + 1
+    with pytest.raises(InputError, match="no <link> is named 'b::link'"):
+        put(tmp_path, text, "sdf", "b::link")
+
+
 def test_sdf_link_in_flange_axes(tmp_path):
     pose = np.eye(4)
     pose[2, 3] = 1.0
@@ -195,7 +327,7 @@ def test_unknown_link_names_the_nearest_and_the_valid(tmp_path):
         put(tmp_path, URDF, "urdf", "griper")
     with pytest.raises(InputError, match=r"which <link>.*choose one of: base, tool0"):
         put(tmp_path, URDF, "urdf", None)
-    with pytest.raises(InputError, match=r"2 <link> are named 'tool0'"):
+    with pytest.raises(InputError, match=r"2 <link> are named 'tool0'; give each a"):
         put(tmp_path, URDF.replace('name="base"', 'name="tool0"'), "urdf", "tool0")
     with pytest.raises(InputError, match="two inertials"):
         put(

@@ -129,3 +129,26 @@ def test_a_name_of_another_format_is_refused(run, copy, estimate, tmp_path):
     )
     assert status == 0
     assert run("export", file, "--to", "ur", "--output", tmp_path / "x.txt")[0] == 0
+    existing = tmp_path / "robot.urdf"
+    existing.write_text("<robot/>")
+    for name, of in (
+        ("robot.urdf", "urdf"),
+        ("ROBOT.URDF", "urdf"),
+        ("robot.xml", "mjcf"),
+        ("robot.mjcf", "mjcf"),
+        ("robot.sdf", "sdf"),
+        ("robot.usd", "usd"),
+        ("robot.json", "franka-desk or json"),
+        ("table.csv", "csv"),
+    ):
+        result = run("export", file, "--to", "ur", "--output", tmp_path / name)
+        assert refused(result, f"{name}: is the name of a file of {of}, not of ur")
+    assert existing.read_text() == "<robot/>"
+    for target, name in (
+        ("franka-desk", "endeffector-config.json"),
+        ("mjcf", "a.mjcf"),
+        ("usd", "a.usd"),
+        ("kuka", "a.dat"),
+    ):
+        output = tmp_path / name
+        assert run("export", file, "--to", target, "--output", output)[0] == 0

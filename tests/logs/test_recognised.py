@@ -1,12 +1,9 @@
 """Logs as other programs write them, read without a column map: by the names of their
-columns, below comments, with dates for times."""
-
-from datetime import UTC, datetime, timedelta
+columns."""
 
 import numpy as np
 import pandas as pd
 import pytest
-from scipy.spatial.transform import Rotation
 
 import hefting
 from hefting.core.errors import InputError
@@ -14,35 +11,24 @@ from hefting.core.messages import NO_DOUBT, codes
 from hefting.logs import read_log
 from hefting.logs.map_sample import BRACKETS
 from hefting.logs.windows import windows
+from known_rows import (
+    CANONICAL,
+    LINES,
+    PLAIN,
+    POSITION,
+    QUATERNION,
+    RNG,
+    ROWS,
+    TIME,
+    TURNS,
+    WRENCH,
+    frame_of,
+    same,
+)
 from log_files import refusal_time
 
-ROWS = 40
-RNG = np.random.default_rng(11)
-TIME = 0.01 * np.arange(ROWS)
-POSITION = RNG.uniform(-1.0, 1.0, (ROWS, 3))
-TURNS = Rotation.random(ROWS, random_state=5)
-QUATERNION = TURNS.as_quat()
-WRENCH = RNG.normal(size=(ROWS, 6)) * (5, 5, 5, 0.5, 0.5, 0.5)
 START = 1_700_000_000
 NEWTON_MILLIMETRES = WRENCH * ((1.0,) * 3 + (1e3,) * 3)
-CANONICAL = [
-    "time",
-    "px",
-    "py",
-    "pz",
-    "qx",
-    "qy",
-    "qz",
-    "qw",
-    "fx",
-    "fy",
-    "fz",
-    "tx",
-    "ty",
-    "tz",
-]
-PLAIN = (TIME, POSITION, QUATERNION, WRENCH)
-
 SEC = START + np.floor(TIME)
 NANOSEC = np.round(1e9 * (TIME % 1))
 
@@ -67,8 +53,6 @@ MATRICES[:, :3, :3], MATRICES[:, :3, 3] = TURNS.as_matrix(), POSITION
 BY_COLUMNS = MATRICES.transpose(0, 2, 1).reshape(ROWS, 16)
 DEGREES = TURNS.as_euler("xyz", degrees=True)
 IN_BASE = np.hstack((TURNS.apply(WRENCH[:, :3]), TURNS.apply(WRENCH[:, 3:])))
-
-
 NAMES = {
     "short": ("t x y z qx qy qz qw Fx Fy Fz Mx My Mz", PLAIN),
     "units": (
@@ -223,25 +207,6 @@ NAMES = {
 }
 
 
-def frame_of(names: str, parts: tuple[np.ndarray, ...]) -> pd.DataFrame:
-    """The parts side by side under these names."""
-    return pd.DataFrame(np.column_stack(parts), columns=names.split())
-
-
-def same(got: hefting.Recording) -> bool:
-    """Whether a recording holds what was written, apart from when it began."""
-    apart = Rotation.from_quat(got["orientation"].values) * TURNS.inv()
-    time = got["wrench"].time - got["wrench"].time[0]
-    return (
-        # seconds since 1970 resolve 2.4e-7 s; text of 17 digits is exact, and what is
-        # converted from millimetres or degrees is rounded again
-        np.allclose(time, TIME, atol=5e-7)
-        and np.allclose(got["position"].values, POSITION, atol=1e-12)
-        and np.allclose(got["wrench"].values, WRENCH, rtol=1e-12)
-        and apart.magnitude().max() < 1e-7
-    )
-
-
 @pytest.mark.parametrize("case", NAMES)
 @pytest.mark.parametrize("form", ["csv", "parquet", "memory"])
 def test_other_names_are_read_by_what_they_say(tmp_path, case, form):
@@ -364,172 +329,6 @@ def test_joints_of_a_robot_beside_a_wrench_of_another_sensor():
     np.testing.assert_array_equal(got["wrench"].values, WRENCH)
 
 
-def text_of(separator: str = ",", decimal: str = ".") -> list[str]:
-    """The canonical log as lines of text."""
-    frame = frame_of(" ".join(CANONICAL), PLAIN)
-    return frame.to_csv(index=False, sep=separator, decimal=decimal).splitlines()
-
-
-LINES = text_of()
-UNITS = "s,m,m,m,,,,,N,N,N,Nm,Nm,Nm"
-BEFORE = {
-    "nothing": LINES,
-    "comments": ["# recorded in the lab, by hand", "% robot: UR5", "", *LINES],
-    "a commented header": ["# made by a script", f"# {LINES[0]}", *LINES[1:]],
-    "rostopic": [f"%{LINES[0]}", *LINES[1:]],
-    "other text": ["Recorded: 2026-01-31 12:00", "Robot;UR5", "", *LINES],
-    "units": [LINES[0], UNITS, *LINES[1:]],
-    "groups": [",pose,,,pose,,,,wrench,,,wrench,,", *LINES],
-    "decimal commas": text_of(";", ","),
-    "tabs and decimal commas": text_of("\t", ","),
-}
-
-
-@pytest.mark.parametrize("case", BEFORE)
-def test_what_stands_around_the_names(tmp_path, case):
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join(BEFORE[case]) + "\n")
-    got = read_log(path)
-    assert same(got)
-    assert not got.warnings
-    lines = [line for line in BEFORE[case] if line]
-    first = BEFORE[case].index(lines[-ROWS])
-    assert got["wrench"].rows[0] == first + 1
-
-
-def test_a_row_that_is_too_short_is_no_line_of_units(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join((LINES[0], "0,1,2", *LINES[1:])))
-    with pytest.raises(InputError, match="row 2: there are 3 cells under 14"):
-        read_log(path)
-
-
-@pytest.mark.parametrize("zone", ["", "Z", "+01:00"])
-@pytest.mark.parametrize("between", ["T", " "])
-def test_dates_are_times(tmp_path, zone, between):
-    began = datetime(2026, 1, 31, 23, 59, 59, 900000, tzinfo=UTC)
-    dates = [
-        (began + timedelta(seconds=t)).strftime(f"%Y-%m-%d{between}%H:%M:%S.%f") + zone
-        for t in TIME
-    ]
-    lines = [
-        f"{date},{line.partition(',')[2]}"
-        for date, line in zip(dates, LINES[1:], strict=True)
-    ]
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join((LINES[0], *lines)))
-    assert same(read_log(path))
-    path.write_text("\n".join((LINES[0], *lines[:9], "soon" + lines[9][4:])))
-    with pytest.raises(
-        InputError, match=r"row 11, column time: 'soon.*is no date like"
-    ):
-        read_log(path)
-
-
-WAYS = {"%d.%m.%Y %H:%M:%S.%f": "timestamp", "%H:%M:%S.%f": "Time"}
-
-
-@pytest.mark.parametrize("way", WAYS)
-@pytest.mark.parametrize("block", [2**20, 1500])
-def test_dates_with_the_day_first_and_times_of_day(tmp_path, monkeypatch, way, block):
-    """Which go on past midnight, in whatever block."""
-    monkeypatch.setattr("hefting.logs.csv_file.READ", block)
-    began = datetime(2026, 1, 31, 23, 59, 59, 900000, tzinfo=UTC)
-    times = [(began + timedelta(seconds=t)).strftime(way) for t in TIME]
-    frame = frame_of(" ".join(CANONICAL), PLAIN).assign(time=times)
-    path = tmp_path / "log.csv"
-    frame.rename(columns={"time": WAYS[way]}).to_csv(path, index=False)
-    assert same(read_log(path))
-
-
-@pytest.mark.parametrize("name", ["when", "记录", "#", "Timestamp"])
-@pytest.mark.parametrize("step", [0.01, 0.5, 2.0])
-def test_dates_are_the_time_by_whatever_name(tmp_path, name, step):
-    """Those of static poses tell that they are such."""
-    began = datetime(2026, 1, 31, 23, 59, 59, 900000, tzinfo=UTC)
-    times = [(began + timedelta(seconds=step * k)).isoformat() for k in range(ROWS)]
-    frame = frame_of(" ".join(CANONICAL), PLAIN).assign(time=times)
-    path = tmp_path / "log.csv"
-    frame.rename(columns={"time": name}).to_csv(path, index=False)
-    got = read_log(path)
-    assert got.static == (step > 1.0)
-    if not got.static:
-        assert got.duration == pytest.approx(step * (ROWS - 1))
-
-
-def test_of_a_time_that_is_not_read_it_is_said_what_is(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text(f"{LINES[0]}\n3-Apr-2026 13:31:07,{LINES[1].partition(',')[2]}")
-    with pytest.raises(InputError, match=r"in seconds, or as 2026-01-31T12:00:00.000"):
-        read_log(path)
-
-
-@pytest.mark.parametrize("date", ["2026-13-41T12:00:00", "9999-12-31T12:00:00"])
-def test_a_date_that_cannot_be_is_named(tmp_path, date):
-    """The first of all is no date at all, so that its column is one of numbers."""
-    dates = [f"2026-01-31T12:00:0{k}" for k in range(10)]
-    lines = [
-        f"{d},{line.partition(',')[2]}"
-        for d, line in zip(dates, LINES[1:], strict=False)
-    ]
-    path = tmp_path / "log.csv"
-    for row, words in ((4, "is no date like"), (2, "is not a number")):
-        wrong = [LINES[0], *lines]
-        wrong[row - 1] = f"{date},{LINES[row - 1].partition(',')[2]}"
-        path.write_text("\n".join(wrong))
-        with pytest.raises(
-            InputError, match=f"row {row}, column time: '{date}' {words}"
-        ):
-            read_log(path)
-
-
-@pytest.mark.parametrize("kind", ["date", "date with a zone", "duration"])
-def test_times_of_pandas_in_parquet(tmp_path, kind):
-    frame = frame_of(" ".join(CANONICAL), PLAIN)
-    time = pd.to_timedelta(frame["time"], unit="s")
-    if kind != "duration":
-        time = pd.Timestamp("2026-01-31T12:00") + time
-    if kind == "date with a zone":
-        time = time.dt.tz_localize("Europe/Berlin")
-    frame.assign(time=time).to_parquet(tmp_path / "log.parquet")
-    assert same(read_log(tmp_path / "log.parquet"))
-
-
-def test_the_index_of_a_frame_is_its_time(tmp_path):
-    """Where it grows by more than rows do."""
-    frame = frame_of(" ".join(CANONICAL), PLAIN)
-    frame.drop(columns="time").set_index(TIME).to_csv(tmp_path / "log.csv")
-    assert same(read_log(tmp_path / "log.csv"))
-    frame.to_csv(tmp_path / "log.csv")  # 0, 1, 2 in front of the time
-    got = read_log(tmp_path / "log.csv")
-    assert same(got)
-    assert codes(got.warnings) == {"columns-ignored"}
-
-
-INDICES = {
-    "dates": pd.Timestamp("2026-01-31T23:59:59.9") + pd.to_timedelta(TIME, unit="s"),
-    "numbers": pd.Index(2.0 + TIME),
-    "a name": pd.Index(TIME, name="stamp"),
-}
-
-
-@pytest.mark.parametrize("case", INDICES)
-def test_the_index_of_a_frame_is_its_time_in_memory_and_in_parquet(tmp_path, case):
-    frame = frame_of(" ".join(CANONICAL), PLAIN).drop(columns="time")
-    frame = frame.set_index(INDICES[case])
-    frame.to_parquet(tmp_path / "log.parquet")
-    for got in (hefting.as_recording(frame), read_log(tmp_path / "log.parquet")):
-        assert same(got)
-
-
-def test_an_index_of_picked_rows_is_no_time(tmp_path):
-    frame = frame_of(" ".join(CANONICAL), PLAIN).drop(columns="time")
-    frame = frame[frame["fx"] > 0.0]
-    frame.to_parquet(tmp_path / "log.parquet")
-    for got in (hefting.as_recording(frame), read_log(tmp_path / "log.parquet")):
-        assert got.static
-
-
 def test_windows_say_once_what_was_taken(tmp_path):
     frame = frame_of(*NAMES["short"])
     frame.to_csv(tmp_path / "log.csv", index=False)
@@ -543,39 +342,6 @@ def test_without_a_wrench_nothing_is_taken_by_its_name(tmp_path):
     frame_of(*NAMES["short"]).to_csv(tmp_path / "log.csv", index=False)
     with pytest.raises(InputError, match="did you mean 'time'"):
         read_log(tmp_path / "log.csv", wrench_needed=False)
-
-
-def test_a_short_text_without_a_last_line_end(tmp_path):
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join(("# by hand", *LINES[:3])))
-    assert len(read_log(path)["wrench"]) == 2
-
-
-def test_names_far_down_are_read_where_a_map_says_so(tmp_path):
-    path, told = tmp_path / "log.csv", tmp_path / "map.toml"
-    path.write_text("\n".join(("note;" * 3,) * 400) + "\n" + "\n".join(LINES))
-    wrench, turned = CANONICAL[8:], CANONICAL[4:8]
-    told.write_text(
-        f'header = 401\ntime = "time"\nwrench = {wrench}\norientation = {turned}\n'
-    )
-    assert read_log(path, told)["wrench"].values.tolist() == WRENCH.tolist()
-
-
-def test_dates_of_1970_and_decimal_commas_beside_dates(tmp_path):
-    """The first of all is zero seconds, and dates keep their point."""
-    lines = text_of(";", ",")
-    rows = [
-        f"1970-01-01T00:00:{0.25 * k:06.3f};{line.partition(';')[2]}"
-        for k, line in enumerate(lines[1:])
-    ]
-    path = tmp_path / "log.csv"
-    path.write_text("\n".join((lines[0], *rows)))
-    got = read_log(path)
-    assert got["wrench"].time.tolist() == (0.25 * np.arange(ROWS)).tolist()
-    assert got["wrench"].values.tolist() == WRENCH.tolist()
-    path.write_text("\n".join((lines[0], *rows[:5], rows[5].replace("0,", "0.5,", 1))))
-    with pytest.raises(InputError, match=r"row 7, column .*is not a number"):
-        read_log(path)
 
 
 def test_a_name_of_many_marks_takes_no_time_that_grows_with_its_square(tmp_path):

@@ -25,6 +25,7 @@ def test_pairs_of_known_links_are_read(tmp_path):
         ("<model/>", "is not SRDF"),
         ("<robot>", "not well-formed"),
         ("<!DOCTYPE r><robot/>", "document type"),
+        ('<robot xmlns:xacro="x"><xacro:a/></robot>', "is xacro, not SRDF; expand it"),
         ('<robot><disable_collisions link1="x" link2="y"/></robot>', "of this robot"),
     ],
 )

@@ -21,9 +21,9 @@ from hefting.estimators.bayes.colour import spectrum
 from hefting.estimators.bayes.densities import member_covariances
 from hefting.estimators.bayes.distortion import Distortions
 from hefting.estimators.bayes.mixture import prior_mixture
-from hefting.estimators.bayes.nearest import projected
 from hefting.estimators.bayes.posterior import Posterior
 from hefting.estimators.bayes.prior import Prior
+from hefting.estimators.bayes.projection import projected
 from hefting.estimators.bayes.voxels import Voxels
 from hefting.estimators.raw_motion import white_motion_noise, white_noise
 from hefting.shapes import Shape

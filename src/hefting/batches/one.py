@@ -35,7 +35,13 @@ from hefting.request.request import (
     reading_of_one,
     request_of,
 )
-from hefting.request.settings import hyperparameters_of, placed, recording_of, shape_of
+from hefting.request.settings import (
+    hyperparameters_of,
+    placed,
+    recording_of,
+    require_shape,
+    shape_of,
+)
 from hefting.shapes import Shape
 
 T = TypeVar("T")
@@ -152,7 +158,8 @@ def content_of(entry: Entry) -> str:
 
 def shape_once(request: SimpleNamespace) -> Shape | None:
     """The shape of a request, cached by its options and by the signatures of their
-    files."""
+    files. `InputError` as `shape_of`, and for options of a shape without one."""
+    require_shape(request)
     given = {name: getattr(request, name) for name in OF_SHAPES}
     files = {name: signature(file) for name, file in files_of(given).items()}
     return _shape(tuple(given.items()), tuple(files.items()))

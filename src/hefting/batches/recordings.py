@@ -29,6 +29,7 @@ from hefting.request.request import (
     option_kinds,
     request_of,
 )
+from hefting.request.settings import ABOUT_SHAPES, require_shape
 
 if TYPE_CHECKING:
     import pyarrow as pa
@@ -44,6 +45,8 @@ LEFT_OUT_TEXTS = (
 """Text with the number of files in folders that end in `NO_LOGS`."""
 METADATA = "metadata.yaml"
 """File that the folder of a ROS 2 bag has, and a folder of several bags has not."""
+SHAPES = {"shape", "box"}
+"""Options that give a shape."""
 PATTERN = frozenset("*?[")
 
 Sources = str | Path | Sequence[str | Path | Mapping[str, Any]]
@@ -144,7 +147,10 @@ class Recordings:
             own = given_options(
                 {option: cells[name] for name, option in self._columns.items()}
             )
-            options = options | (in_folder(own, self._folder) if self._folder else own)
+            own = in_folder(own, self._folder) if self._folder else own
+            if not SHAPES & (options | own).keys():  # not said of this recording
+                options = {k: v for k, v in options.items() if k not in ABOUT_SHAPES}
+            options = options | own
         except InputError as error:
             problem = str(error)
         if not recording:
@@ -164,6 +170,8 @@ class Recordings:
         for name in () if with_files else files_of(options):
             del options[name]
         check_request(request_of(options))
+        if not SHAPES & set(self._columns.values()):
+            require_shape(request_of(self._options))
 
     @property
     def unused(self) -> list[str]:

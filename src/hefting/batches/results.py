@@ -236,14 +236,15 @@ def _rows_at(places: list[Place], where: Indices, rows: Indices) -> "pa.Table":
     """The row with number `rows[k]` of the place with number `where[k]`, for each k."""
     import pyarrow as pa
 
-    found, order = [], []
-    for at in np.unique(where):
-        mine = np.flatnonzero(where == at)
-        path, group = places[at]
+    tables, order = [], []
+    for number in np.unique(where):
+        wanted = np.flatnonzero(where == number)
+        path, group = places[number]
         with _opened(path) as file:
-            found.append(file.read_row_group(group).take(rows[mine]))
-        order.append(mine)
-    return pa.concat_tables(found).take(np.argsort(np.concatenate(order)))
+            tables.append(file.read_row_group(group).take(rows[wanted]))
+        order.append(wanted)
+    # by place so far; now in the order asked for
+    return pa.concat_tables(tables).take(np.argsort(np.concatenate(order)))
 
 
 LOCK = ".lock"

@@ -172,48 +172,71 @@ class Summary:
 
 def summary_of(tables: "Iterable[pa.Table]") -> Summary:
     """Summary of the rows of tables, from their `COLUMNS`."""
-    verdicts, doubts = Counter[str](), Counter[str]()
-    texts: dict[str, str] = {}
-    failures, left_out = Reasons(), Reasons()
-    seconds = dict.fromkeys(STAGES, 0.0)
-    found = _Found()
-    not_to_use: list[Outlier] = []
+    tally = _Tally()
     for table in tables:
         for row in table.select(list(COLUMNS)).to_pylist():
-            for stage, spent in (row["seconds"] or {}).items():
-                seconds[stage] += spent or 0.0
-            name = row["name"] or row["recording"] or row["object"]
-            if row["error"] is not None:
-                first = next(iter(row["left_out"] or ()), {})
-                failures.add(row, name, row["recording"], first.get("recording"))
-                continue
-            for each in row["left_out"] or ():
-                left_out.add(each, each["recording"], each["recording"])
-            verdicts[row["verdict"]] += 1
-            for code, text in _doubts(row).items():
-                doubts[code] += 1
-                texts.setdefault(code, text)
-            if row["verdict"] == VERDICTS[-1] and len(not_to_use) < MOST_OUTLIERS:
-                not_to_use.append(Outlier(name, row["recording"], _why_not(row)))
-            low, high = (row["intervals"] or {}).get("mass") or (None, None)
-            half = (
-                0.5 * (high - low) if low is not None and high is not None else np.nan
-            )
-            force, torque = row["residual"] or (np.nan, np.nan)
-            found.add(name, row, (row["mass"], half, force, torque))
-    outliers = _together((*not_to_use, *_far_residuals(found), *_far_masses(found)))
-    values = found.values
-    return Summary(
-        {level: verdicts[level] for level in VERDICTS},
-        failures.sorted(),
-        left_out.sorted(),
-        dict(doubts.most_common()),
-        texts,
-        values[:, 2:],
-        values[:, 0],
-        seconds,
-        outliers,
-    )
+            tally.add(row)
+    return tally.summary()
+
+
+class _Tally:
+    """What of the rows so far goes into a `Summary`."""
+
+    def __init__(self) -> None:
+        self._verdicts, self._doubts = Counter[str](), Counter[str]()
+        self._texts: dict[str, str] = {}
+        self._failures, self._left_out = Reasons(), Reasons()
+        self._seconds = dict.fromkeys(STAGES, 0.0)
+        self._found = _Found()
+        self._not_to_use: list[Outlier] = []
+
+    def add(self, row: dict[str, Any]) -> None:
+        """Count a row, which may have failed."""
+        for stage, spent in (row["seconds"] or {}).items():
+            self._seconds[stage] += spent or 0.0
+        name = row["name"] or row["recording"] or row["object"]
+        if row["error"] is not None:
+            first = next(iter(row["left_out"] or ()), {})
+            self._failures.add(row, name, row["recording"], first.get("recording"))
+            return
+        for each in row["left_out"] or ():
+            self._left_out.add(each, each["recording"], each["recording"])
+        self._add_verdict(name, row)
+        force, torque = row["residual"] or (np.nan, np.nan)
+        numbers = (row["mass"], _half_of_mass(row), force, torque)
+        self._found.add(name, row, numbers)
+
+    def _add_verdict(self, name: str, row: dict[str, Any]) -> None:
+        """Count the verdict of a row that did not fail, and the doubts behind it."""
+        self._verdicts[row["verdict"]] += 1
+        for code, text in _doubts(row).items():
+            self._doubts[code] += 1
+            self._texts.setdefault(code, text)
+        if row["verdict"] == VERDICTS[-1] and len(self._not_to_use) < MOST_OUTLIERS:
+            self._not_to_use.append(Outlier(name, row["recording"], _why_not(row)))
+
+    def summary(self) -> Summary:
+        """The summary of all rows that were added."""
+        found = self._found
+        far = (*_far_residuals(found), *_far_masses(found))
+        values = found.values
+        return Summary(
+            {level: self._verdicts[level] for level in VERDICTS},
+            self._failures.sorted(),
+            self._left_out.sorted(),
+            dict(self._doubts.most_common()),
+            self._texts,
+            values[:, 2:],
+            values[:, 0],
+            self._seconds,
+            _together((*self._not_to_use, *far)),
+        )
+
+
+def _half_of_mass(row: dict[str, Any]) -> float:
+    """Half the mass's interval [kg]; NaN where it has no two ends."""
+    low, high = (row["intervals"] or {}).get("mass") or (None, None)
+    return 0.5 * (high - low) if low is not None and high is not None else np.nan
 
 
 def _together(outliers: Iterable[Outlier]) -> tuple[Outlier, ...]:

@@ -16,7 +16,7 @@ from hefting.cli.options import (
 from hefting.cli.parser import WIDTH, wrapped, wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError, printable
-from hefting.request.settings import shape_of
+from hefting.request.settings import require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.recording import Recording
@@ -49,12 +49,17 @@ def run(arguments: argparse.Namespace) -> int:
     a = arguments
     if a.estimate is not None:
         return _run_with_estimate(a)
+    _refuse_shape(a)
+    _run_plain(a)
+    return 0
+
+
+def _refuse_shape(a: argparse.Namespace) -> None:
+    """`InputError` for an option of a shape, which only an estimate is drawn with."""
     for option in ("shape", "box", "object_pose", "unit", "hull"):
         if getattr(a, option):
             fix = "give --with ESTIMATE.json"
             raise InputError("is for --with", option_of(option), fix)
-    _run_plain(a)
-    return 0
 
 
 def _run_plain(a: argparse.Namespace) -> None:
@@ -83,6 +88,7 @@ def _run_with_estimate(a: argparse.Namespace) -> int:
     from hefting.cli.report import exit_status
     from hefting.dashboards import dashboard_for, replay_of, write_dashboard
 
+    require_shape(a)
     dashboard_for(a.output).check()
     inputs = a.log, a.map, a.urdf, a.estimate, a.shape, a.object_pose
     check_output(a.output, *inputs)

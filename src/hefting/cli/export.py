@@ -16,7 +16,7 @@ from hefting.cli.options import (
 from hefting.cli.parser import say, wrote
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.request.settings import pose_of
+from hefting.request.settings import pose_of, require_shape
 
 if TYPE_CHECKING:
     from hefting.export import Exported
@@ -65,6 +65,7 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.shapes import load_shape
 
     a = arguments
+    require_shape(a)
     if a.output:
         inputs = (a.estimate, a.into, a.sensor_pose_in_flange, a.shape, a.object_pose)
         check_output(a.output, *inputs)
@@ -100,12 +101,18 @@ def print_exported(exported: "Exported", path: str | None = None) -> None:
 def _check_suffix(path: str, target: str, into: str | None) -> None:
     """`InputError` for the suffix of another target; with ``--into``, that file's suffix
     is always allowed."""
-    from hefting.export import REGISTRY, SUFFIXES
+    from hefting.export import REGISTRY
 
-    suffix = Path(path).suffix
-    own = REGISTRY[target].suffixes if target in REGISTRY else ()
-    if not own or suffix in own or suffix not in SUFFIXES:
+    suffix = Path(path).suffix.lower()
+    others = [
+        each.name
+        for each in REGISTRY.values()
+        if suffix in (*each.suffixes, *each.other_suffixes)
+    ]
+    if not others or target in others or target not in REGISTRY:
         return
-    if into is None or suffix != Path(into).suffix:
-        what = f"is the name of a file of {SUFFIXES[suffix]}, not of {target}"
-        raise InputError(what, path, f"choose a name that ends in {' or '.join(own)}")
+    if into is None or suffix != Path(into).suffix.lower():
+        what = f"is the name of a file of {' or '.join(others)}, not of {target}"
+        own = " or ".join(REGISTRY[target].suffixes)
+        fix = f"choose a name that ends in {own}" if own else "choose another, as x.txt"
+        raise InputError(what, path, fix)

@@ -12,6 +12,7 @@ from hefting.cli import render
 from hefting.cli.ending import interrupted_by_signals
 from hefting.cli.export import print_exported
 from hefting.cli.identify import add_hyperparameters
+from hefting.cli.live_record import LiveRecord
 from hefting.cli.options import (
     add_export,
     add_gravity,
@@ -45,6 +46,7 @@ from hefting.request.settings import (
     gravity_of,
     hyperparameters_of,
     pose_of,
+    require_shape,
     robot_of,
     sensor_pose_of,
     shape_of,
@@ -170,30 +172,19 @@ def _run(a: argparse.Namespace) -> int:
     from hefting.online import LiveIdentifier
     from hefting.sources import source_of
     from hefting.sources.live import Pump, with_skipped
-    from hefting.sources.record import Recorder
 
+    require_shape(a)
     _check_outputs(a)
     source = source_of(a.source, _request(a))
     shape = shape_of(a)
     fill = fill_inertia_of(a.fill_inertia, shape)
-    recorder = Recorder(a.record) if a.record else None
-    failed: list[InputError] = []
     display = display_of(a.json, render)
+    record = LiveRecord(a.record, display.say)
     with _view(a, shape) as view, LiveIdentifier(shape, **_settings(a)) as identifier:
 
         def deliver(samples: "Samples") -> None:
-            record(recorder and recorder.add, samples)
+            record.add(samples)
             identifier.add(samples)
-
-        def record(step: "Callable[..., None] | None", *given: "Samples") -> None:
-            """Do a step of recording, unless one failed before: the estimates do not
-            need it."""
-            try:
-                if step is not None and not failed:
-                    step(*given)
-            except InputError as error:
-                failed.append(error)
-                display.say(f"warning: recording stopped: {render(str(error))}")
 
         def tell(message: "Message") -> None:
             identifier.say(message)
@@ -206,19 +197,18 @@ def _run(a: argparse.Namespace) -> int:
                 _follow(pump, identifier, display, view)
         finally:
             display.end()
-            record(recorder and recorder.close)
+            record.close()
         if pump.error is not None:
             raise pump.error
-        found = identifier.close(None if failed else _whole(recorder))
+        found = identifier.close(record.whole)
         if found is not None:
             found = with_skipped(found, pump.source)
             view(found)
-    if recorder is not None and not failed:
-        _report_record(recorder)
+    record.report()
     if found is None or found.estimate is None:
         say(no_answer(found, render))
         return STATUS_DO_NOT_USE
-    return _finish(a, found, fill) or (STATUS_NOT_WRITTEN if failed else 0)
+    return _finish(a, found, fill) or (STATUS_NOT_WRITTEN if record.failed else 0)
 
 
 @contextmanager
@@ -292,21 +282,6 @@ def _finish(a: argparse.Namespace, found: "LiveEstimate", fill: Any) -> int:
         )
         print_exported(exported)
     return exit_status(estimate.verdict)
-
-
-def _whole(recorder: Any) -> Any:
-    """The record's file, if it is one with all samples; else None."""
-    if recorder is None or len(recorder.paths) > 1 or +recorder.left_out:
-        return None
-    return recorder.paths[0] if recorder.count else None
-
-
-def _report_record(recorder: Any) -> None:
-    """Print which files were written, and which samples are not in them."""
-    say(f"wrote {', '.join(map(str, recorder.paths))}")
-    for name, count in recorder.left_out.items():
-        if count:
-            say(f"{count} samples of {name.replace('_', ' ')} are not in the record")
 
 
 def _check_outputs(a: argparse.Namespace) -> None:

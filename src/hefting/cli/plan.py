@@ -23,7 +23,7 @@ from hefting.core.files import write_atomically
 from hefting.core.messages import verdict_of
 from hefting.core.quantity import numbers
 from hefting.request.planning import noise_of, of_joints, sensor_range_of, torques_of
-from hefting.request.settings import accuracy_of, shape_of
+from hefting.request.settings import accuracy_of, require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.planning import Plan
@@ -160,6 +160,7 @@ def run(arguments: argparse.Namespace) -> int:
     from hefting.cli.report import exit_status
 
     a = arguments
+    require_shape(a)
     _check_outputs(a)
     _require_joints(a)
     with progress("planning", a.json):

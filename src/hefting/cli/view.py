@@ -22,7 +22,7 @@ from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError
 from hefting.core.files import write_atomically
-from hefting.request.settings import hyperparameters_of, shape_of
+from hefting.request.settings import hyperparameters_of, require_shape, shape_of
 
 if TYPE_CHECKING:
     from hefting.core.estimate import Estimate
@@ -89,6 +89,7 @@ def run(arguments: argparse.Namespace) -> None:
     from hefting.viewer.viewer import Viewer
 
     a = arguments
+    require_shape(a)
     _check_output(a)
     with serving(a.host, a.port) as server:
         with progress("identifying"):

@@ -161,6 +161,22 @@ def parse_xml(
         raise InputError(f"is not well-formed XML ({error})", where=path) from error
 
 
+def is_xacro(path: str | Path, kind: str = "URDF") -> InputError:
+    """The error of a robot description of a `kind` whose macros have not been
+    expanded."""
+    return InputError(
+        f"is xacro, not {kind}",
+        where=path,
+        fix=f"expand it first: xacro robot.xacro > robot.{kind.lower()}",
+    )
+
+
+def check_no_xacro(tag: str, path: str | Path, kind: str = "URDF") -> None:
+    """`InputError` for an element of xacro."""
+    if tag.startswith("xacro:"):
+        raise is_xacro(path, kind)
+
+
 def tag_end(data: bytes, start: int) -> int:
     """Offset [bytes] of the end of the tag that `parse_xml` found at `start`."""
     tag = TAG.match(data, start)

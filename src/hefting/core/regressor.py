@@ -138,5 +138,6 @@ def predict_wrench(measurements: Measurements, vector: Array) -> Array:
     wrench = np.empty((len(z), 6))
     for first in range(0, len(z), CHUNK):
         part = slice(first, first + CHUNK)
+        # (12, 6): each feature's effect on the wrench
         wrench[part] = motion_features(z[part]) @ effect.reshape(12, 6)
     return wrench

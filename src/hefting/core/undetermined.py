@@ -86,6 +86,7 @@ class Undetermined:
     def from_dict(cls, data: Mapping[str, Any]) -> Self:
         """From JSON values; `ValueError` or `KeyError` for anything else."""
         mass, origin = data["mass"], data.get("filled_from")
+        # as objects, so that numbers are not taken for true and false
         com = np.array(data["center_of_mass"], dtype=object)
         inertia = np.array(data["inertia_at_com"], dtype=object)
         values = [mass, *com.ravel(), *inertia.ravel()]

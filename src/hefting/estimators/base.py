@@ -112,9 +112,6 @@ class Estimator:
     """Whether every estimate of a positive mass is a body that can exist."""
     gives_covariance: ClassVar[bool] = False
     """Whether its estimates have a covariance."""
-    covariance_of_white_noise: ClassVar[bool] = False
-    """Whether that covariance is for white noise of the wrench only, without its colour
-    and errors that all samples share."""
     invariances: ClassVar[frozenset[str]] = frozenset()
     """Which of `INVARIANCES` hold if the motion determines all ten parameters and, for
     some, the noise is known; the class's docstring says when."""

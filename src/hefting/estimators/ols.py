@@ -19,8 +19,8 @@ class OLS(PointEstimator):
     """Least squares: ten unconstrained parameters, so they may be those of no body.
 
     Directions the motion does not excite get the smallest parameters that fit and
-    infinite variance. The sensor's origin and units do not matter where the noise is
-    given.
+    infinite variance. The covariance is that of white noise without `intervals`, else
+    theirs. The sensor's origin and units do not matter where the noise is given.
 
     Examples
     --------
@@ -33,7 +33,6 @@ class OLS(PointEstimator):
 
     rank = 60
     role = "free"
-    covariance_of_white_noise = True
     source = "Atkeson, An & Hollerbach, IJRR 5(3), 1986"
     fills_in = "the smallest values that fit"
     best_for = "fast motion; an uncertainty for every parameter"
@@ -49,8 +48,8 @@ class OLS(PointEstimator):
     parameters."""
     noise: WrenchNoise = None
     """Known wrench noise, levels or a covariance (6, 6): residuals are weighed by it.
-    None: newtons weigh like newton-metres, and the covariance comes from the
-    residual."""
+    None: newtons weigh like newton-metres, and without intervals the covariance comes
+    from the residual."""
     model: Model = "full"
     """``"full"``, ``"reduced"`` or ``"blended"``, see
     `hefting.estimators.sample_state.MODELS`."""

@@ -248,16 +248,17 @@ class PointEstimator(Estimator):
     def with_intervals(
         self, estimate: Estimate, state: State, row: MassRow = NO_ROW
     ) -> Estimate:
-        """The estimate, corrected by the `row` of a scale, with intervals and, if it
-        has none, a covariance about it; unchanged for a state without a time record."""
+        """The estimate, corrected by the `row` of a scale, with intervals and their
+        covariance about it, infinite also where that of the estimate is; unchanged for a
+        state without a time record."""
         estimate = row.applied(estimate)
         samples = self._samples(state) if self.intervals else None
         if samples is None:
             return estimate
         reading = MassReading.of(self.mass) if row.weight else None
         found, covariance = self._uncertainty(estimate.parameters, samples, reading)
-        if estimate.covariance is not None:
-            covariance = np.array(estimate.covariance)
+        if (own := estimate.covariance) is not None:  # what the method leaves open
+            covariance = np.where(np.isfinite(own), covariance, own)
         return replace(estimate, intervals=found, covariance=covariance)
 
     def uncertainty(

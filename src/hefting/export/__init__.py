@@ -224,7 +224,8 @@ def _put_into(
     element = with_comment(target.inertial(body), body.notes)
     text, before = put_inertial(into, link, element, target.place)
     what = f"the frame of '{link}' is taken to be the {body.frame} frame"
-    warnings = [warning("link-frame-assumed", what), *target.file_warnings(text)]
+    warnings = [warning("link-frame-assumed", what)]
+    warnings += target.file_warnings(text, str(link))
     if before:
         what = f"'{link}' had {before}: it was replaced, not added to"
         warnings.append(warning("inertial-replaced", what))

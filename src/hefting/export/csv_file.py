@@ -23,19 +23,18 @@ spaces."""
 
 
 def write(estimate: Estimate, name: str) -> str:
-    """A header and one row."""
+    """A header, `COLUMNS`, and one row."""
     import csv
 
     p, std = estimate.parameters, estimate.std
     at_com = (p.mass, *p.center_of_mass, *tensor_to_vector(p.inertia_at_com))
-    spread = (
-        (std["mass"], *std["center_of_mass"], *tensor_to_vector(std["inertia_at_com"]))
-        if std
-        else (None,) * 10
-    )
-    values = (*at_com, *p.vector[4:], *spread)
+    deviations = (None,) * 10
+    if std:
+        inertia = tensor_to_vector(std["inertia_at_com"])
+        deviations = (std["mass"], *std["center_of_mass"], *inertia)
+    values = (*at_com, *p.vector[4:], *deviations)
     flags = zip(AT_COM, estimate.undetermined.ten, strict=True)
-    open_ = [name for name, is_open in flags if is_open]
+    undetermined = [column for column, is_open in flags if is_open]
     stream = io.StringIO()
     writer = csv.writer(stream, lineterminator="\n")
     writer.writerow(COLUMNS)
@@ -45,7 +44,7 @@ def write(estimate: Estimate, name: str) -> str:
             "sensor",
             *("" if value is None else repr(float(value)) for value in values),
             *(estimate.samples, estimate.duration, estimate.physically_consistent),
-            " ".join(open_),
+            " ".join(undetermined),
         )
     )
     return stream.getvalue()

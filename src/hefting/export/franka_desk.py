@@ -49,6 +49,7 @@ def warnings(body: Body) -> list[Message]:
 TARGET = Target(
     name="franka-desk",
     description="Franka Desk: JSON of an end effector",
+    other_suffixes=(".json",),
     write=write,
     wants_flange=True,
     warnings=warnings,

@@ -18,6 +18,7 @@ PLACE = Place(
     element="body",
     parents=None,
     massive="geom",
+    mover="frame",
 )
 
 
@@ -43,9 +44,9 @@ def write(body: Body) -> str:
 """
 
 
-def file_warnings(model: str) -> list[Message]:
-    """A warning for each setting of the model by which MuJoCo changes or ignores written
-    inertials."""
+def file_warnings(model: str, _: str) -> list[Message]:
+    """A warning for each setting of the model, an MJCF or a URDF, by which MuJoCo changes
+    or ignores written inertials."""
     warnings = []
     if re.search(r"""\binertiafromgeom\s*=\s*["']true["']""", model):
         what = "the model says inertiafromgeom=true, which makes MuJoCo ignore every inertial"
@@ -65,6 +66,7 @@ TARGET = Target(
     name="mjcf",
     description="body of a MuJoCo model",
     suffixes=(".xml",),
+    other_suffixes=(".mjcf",),
     write=write,
     needs_inertia=True,
     place=PLACE,

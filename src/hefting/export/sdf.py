@@ -8,7 +8,7 @@ from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.known import xml_comment
 from hefting.export.target import Place, Target
 
-PLACE = Place("SDF", roots=("sdf",), element="link", parents=("model",))
+PLACE = Place("SDF", roots=("sdf",), element="link", parents=("model",), scope="model")
 
 
 def inertial(body: Body) -> str:

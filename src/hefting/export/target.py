@@ -8,13 +8,14 @@ with every other byte unchanged. XML is not trusted: a document type declaration
 refused, so that entities are never expanded or fetched, and the size is bounded.
 """
 
+from collections import Counter
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.files import parse_xml, read_xml, tag_end
+from hefting.core.files import check_no_xacro, parse_xml, read_xml, tag_end
 from hefting.core.messages import Message
 from hefting.export.body import Body
 
@@ -36,9 +37,15 @@ class Place:
     """Possible parents of that element; None for any."""
     massive: str = ""
     """Element that gives mass if there is no inertial, if the format has one."""
+    mover: str = ""
+    """Element inside it that only moves what it holds, which may be the inertial, if the
+    format has one."""
+    scope: str = ""
+    """Element by whose name the element's may be qualified, as in ``model::link``, if the
+    format has that."""
 
 
-def _no_warnings(of: Body | str) -> list[Message]:
+def _no_warnings(*_: Body | str) -> list[Message]:
     return []
 
 
@@ -53,6 +60,8 @@ class Target:
     """In half a line."""
     suffixes: tuple[str, ...] = ()
     """Suffixes of file names, with their dot, that select this target."""
+    other_suffixes: tuple[str, ...] = ()
+    """Suffixes of its file names that do not select it."""
     write: Callable[[Body], str] | None = None
     """Text of a complete file, or lines to paste, of a body."""
     write_estimate: Callable[["Estimate", str], str] | None = None
@@ -76,21 +85,30 @@ class Target:
     """Text of that inertial; given if `place` is."""
     warnings: Callable[[Body], list[Message]] = _no_warnings
     """Warnings about a body in this form."""
-    file_warnings: Callable[[str], list[Message]] = _no_warnings
-    """Warnings about the text of an existing file with the inertial."""
+    file_warnings: Callable[[str, str], list[Message]] = _no_warnings
+    """Warnings about the text of an existing file with the inertial of the element with
+    this name."""
 
 
 @dataclass
 class _Holder:
-    """An element that can hold an inertial: name, offset [bytes] of its start tag, depth,
-    and begin and end [bytes] of the inertial directly inside it."""
+    """An element that can hold an inertial: name, also with those of its scopes, offset
+    [bytes] of its start tag, depth, and begin and end [bytes] of the inertial inside it,
+    with its depth."""
 
     name: str
+    scoped: str
     start: int
     depth: int
     inertial: tuple[int, int] | None = None
+    inertial_depth: int = 0
     massive: int = 0
     """Number of elements in it that give it mass without an inertial."""
+
+    @property
+    def is_moved(self) -> bool:
+        """Whether the inertial is in an element that moves it."""
+        return self.inertial_depth > self.depth + 1
 
 
 def put_inertial(
@@ -100,11 +118,19 @@ def put_inertial(
     source of its mass in words, or an empty text.
 
     Raises `InputError` if the file cannot be read, is not well-formed XML of that format
-    in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`, or does
-    not hold the element exactly once.
+    in UTF-8, has a document type, is larger than `hefting.core.files.MAX_XML`, has
+    elements of xacro, or does not hold the element exactly once.
     """
     data = read_xml(path)
     holder = _holder_named(_holders(data, path, place), path, name, place)
+    return _inserted(data, holder, inertial, place).decode(), _mass_source(
+        holder, place
+    )
+
+
+def _inserted(data: bytes, holder: _Holder, inertial: str, place: Place) -> bytes:
+    """The file's text with `inertial` in place of the holder's own, or first in it, by
+    the indentation and line ends of the file."""
     margin = data[data.rfind(b"\n", 0, holder.start) + 1 : holder.start]
     margin = margin if not margin.strip() else b""
     deeper = margin + (b"\t" if b"\t" in margin else b"  ")
@@ -112,24 +138,37 @@ def put_inertial(
     block = inertial.encode().replace(b"\n", newline + deeper)
     if holder.inertial is not None:
         start, end = holder.inertial
-        return (data[:start] + block + data[end:]).decode(), "an inertial"
-    of = f"{holder.massive} {place.massive}{'s' * (holder.massive > 1)}"
-    before = f"the mass of its {of}" if holder.massive else ""
+        if not holder.is_moved:
+            return data[:start] + block + data[end:]
+        # the new one is not to be moved
+        data = data[:start].rstrip() + data[end:]
     end = tag_end(data, holder.start)
-    if data[end - 2 : end] == b"/>":
+    opening, closing = data[:end], b""
+    if opening.endswith(b"/>"):  # an element without content
+        opening = opening[:-2].rstrip() + b">"
         closing = newline + margin + b"</" + place.element.encode() + b">"
-        opening = data[: end - 2].rstrip() + b">"
-        return (opening + newline + deeper + block + closing + data[end:]).decode(), ""
-    return (data[:end] + newline + deeper + block + data[end:]).decode(), before
+    return opening + newline + deeper + block + closing + data[end:]
+
+
+def _mass_source(holder: _Holder, place: Place) -> str:
+    """Where the mass of an element came from, in words; an empty text for none."""
+    if holder.inertial is not None:
+        return f"an inertial in a <{place.mover}>" if holder.is_moved else "an inertial"
+    if not holder.massive:
+        return ""
+    plural = "s" if holder.massive > 1 else ""
+    return f"the mass of its {holder.massive} {place.massive}{plural}"
 
 
 def _holder_named(
     holders: list[_Holder], path: str | Path, name: str | None, place: Place
 ) -> _Holder:
-    names = [holder.name for holder in holders]
-    matches = [holder for holder in holders if holder.name == name]
+    matches = [holder for holder in holders if holder.scoped == name]
+    matches = matches or [holder for holder in holders if holder.name == name]
     if len(matches) == 1:
         return matches[0]
+    count = Counter(each.name for each in holders)
+    names = [each.name if count[each.name] == 1 else each.scoped for each in holders]
     if name is None:
         what = f"which <{place.element}> is it to go into?"
     elif matches:
@@ -137,71 +176,98 @@ def _holder_named(
     else:
         what = f"no <{place.element}> is named '{name}'{nearest(name, names)}"
     listed = ", ".join(names[:20]) + (", ..." if len(names) > 20 else "")
-    fix = (
-        f"choose one of: {listed}"
-        if names
-        else f"the file has no <{place.element}> with a name"
-    )
+    if not names:
+        fix = f"the file has no <{place.element}> with a name"
+    elif len(matches) > len({each.scoped for each in matches}):
+        fix = "give each a name of its own"
+    else:
+        fix = f"choose one of: {listed}"
     raise InputError(what, where=path, fix=fix)
 
 
 def _holders(data: bytes, path: str | Path, place: Place) -> list[_Holder]:
-    open_holders: list[_Holder] = []
-    holders: list[_Holder] = []
+    """All elements of a file that can hold an inertial, in its order."""
+    reader = _HolderReader(data, path, place)
+    parse_xml(data, path, reader.start, reader.end)
+    return reader.holders
 
-    def start_element(
-        tag: str, attributes: dict[str, str], offset: int, inside: list[str]
-    ):
+
+class _HolderReader:
+    """Finds holders from the tags of a file, which `parse_xml` gives."""
+
+    def __init__(self, data: bytes, path: str | Path, place: Place):
+        self._data, self._path, self._place = data, path, place
+        self.holders: list[_Holder] = []
+        self._open: list[_Holder] = []
+        """those whose end has not come, the innermost last"""
+        self._scopes: list[tuple[str, int]] = []
+        """names and depths of the open scopes, the innermost last"""
+
+    def start(
+        self, tag: str, attributes: dict[str, str], offset: int, inside: list[str]
+    ) -> None:
+        """Begin a scope or a holder, or note what the innermost open one holds."""
+        place = self._place
         if not inside and tag not in place.roots:
-            raise InputError(
-                f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>",
-                where=path,
-            )
+            what = f"is not {place.format}: its root is <{tag}>, not <{place.roots[0]}>"
+            raise InputError(what, where=self._path)
+        check_no_xacro(tag, self._path, place.format)
+        if tag == place.scope:
+            self._scopes.append((attributes.get("name", ""), len(inside)))
         if (
             tag == place.element
             and "name" in attributes
             and (place.parents is None or inside[-1] in place.parents)
         ):
-            open_holders.append(_Holder(attributes["name"], offset, len(inside)))
-            holders.append(open_holders[-1])
-        elif (
-            tag == "inertial"
-            and open_holders
-            and len(inside) == open_holders[-1].depth + 1
-        ):
-            if open_holders[-1].inertial is not None:
-                raise InputError(
-                    f"<{place.element}> '{open_holders[-1].name}' has two inertials",
-                    where=path,
-                )
-            open_holders[-1].inertial = (offset, -1)
-        elif (
-            tag == place.massive
-            and open_holders
-            and set(inside[open_holders[-1].depth + 1 :]) <= {"frame"}
-            and _has_mass(attributes)
-        ):
-            # directly inside, or inside a <frame>, which only moves its content
-            open_holders[-1].massive += 1
+            name = attributes["name"]
+            scoped = "::".join([*(each for each, _ in self._scopes), name])
+            holder = _Holder(name, scoped, offset, len(inside))
+            self._open.append(holder)
+            self.holders.append(holder)
+        elif self._open:
+            self._note_content(self._open[-1], tag, attributes, offset, inside)
 
-    def end_element(tag: str, offset: int, inside: list[str]):
-        if not open_holders:
+    def _note_content(
+        self,
+        holder: _Holder,
+        tag: str,
+        attributes: dict[str, str],
+        offset: int,
+        inside: list[str],
+    ) -> None:
+        """Note an inertial of a holder, or that something in it has mass."""
+        place = self._place
+        if not set(inside[holder.depth + 1 :]) <= {place.mover}:
             return
-        holder = open_holders[-1]
+        if tag == "inertial":
+            if holder.inertial is not None:
+                what = f"<{place.element}> '{holder.name}' has two inertials"
+                raise InputError(what, where=self._path, fix="remove one of them")
+            holder.inertial = (offset, -1)  # `end` finds where it ends
+            holder.inertial_depth = len(inside)
+        elif tag == place.massive and _has_mass(attributes):
+            holder.massive += 1
+
+    def end(self, tag: str, offset: int, inside: list[str]) -> None:
+        """End the innermost open scope or holder, or its inertial."""
+        if self._scopes and len(inside) == self._scopes[-1][1]:
+            self._scopes.pop()
+        if not self._open:
+            return
+        holder = self._open[-1]
         if len(inside) == holder.depth:
-            open_holders.pop()
+            self._open.pop()
         elif (
             tag == "inertial"
-            and len(inside) == holder.depth + 1
             and holder.inertial is not None
+            and holder.inertial[1] < 0
+            and len(inside) == holder.inertial_depth
         ):
             start = holder.inertial[0]
-            first = tag_end(data, start)
-            empty = data[first - 2 : first] == b"/>"
-            holder.inertial = (start, first if empty else data.index(b">", offset) + 1)
-
-    parse_xml(data, path, start_element, end_element)
-    return holders
+            first = tag_end(self._data, start)
+            is_empty = self._data[first - 2 : first] == b"/>"
+            end = first if is_empty else self._data.index(b">", offset) + 1
+            holder.inertial = (start, end)
 
 
 def _has_mass(attributes: dict[str, str]) -> bool:

@@ -4,6 +4,9 @@ The inertial's origin is the COM and the tensor is about the COM, in the axes of
 origin, here the link's.
 """
 
+from hefting.core.files import parse_xml
+from hefting.core.messages import Message, warning
+from hefting.export import mjcf
 from hefting.export.body import Body, number, numbers, quoted
 from hefting.export.known import xml_comment
 from hefting.export.target import Place, Target
@@ -43,6 +46,25 @@ def write(body: Body) -> str:
 """
 
 
+def file_warnings(robot: str, link: str) -> list[Message]:
+    """Warnings where MuJoCo changes, ignores or drops the inertial of a link."""
+    children: set[str] = set()
+
+    def start(tag: str, attributes: dict[str, str], _: int, inside: list[str]):
+        if tag == "child" and inside == ["robot", "joint"]:
+            children.add(attributes.get("link", ""))
+
+    parse_xml(robot.encode(), "", start)
+    warnings = mjcf.file_warnings(robot, link)
+    if link not in children:
+        what = (
+            f"'{link}' is the root link, whose inertial MuJoCo and KDL drop: "
+            "if it is to move, put an empty link above it"
+        )
+        warnings.append(warning("root-inertial-dropped", what))
+    return warnings
+
+
 TARGET = Target(
     name="urdf",
     description="link of a URDF robot (ROS, Pinocchio, MuJoCo)",
@@ -51,4 +73,5 @@ TARGET = Target(
     needs_inertia=True,
     place=PLACE,
     inertial=inertial,
+    file_warnings=file_warnings,
 )

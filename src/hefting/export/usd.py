@@ -44,6 +44,7 @@ TARGET = Target(
     name="usd",
     description="rigid body of a USD stage, usda text (Isaac Sim)",
     suffixes=(".usda",),
+    other_suffixes=(".usd",),
     write=write,
     needs_inertia=True,
 )

@@ -18,7 +18,7 @@ from hefting.core.spatial import Array
 from hefting.core.undetermined import Undetermined, undetermined_mass
 from hefting.estimators import Bayes, Estimator
 from hefting.identification.estimator import state_of
-from hefting.ingest.free_fit import TYPICAL_SIZE, inflated
+from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.identifiability import identifiability
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.joint import JointIngested
@@ -226,7 +226,6 @@ def with_diagnostics(
         estimate,
         samples=round(found.samples),
         duration=found.duration,
-        covariance=widened_covariance(estimate, estimator, found),
         hull_margin=_margin(estimate, used),
         residual=rms,
         provenance=provenance,
@@ -280,25 +279,3 @@ def _without_known(
         open_.filled_from,
     )
     return left if left else Undetermined()
-
-
-def widened_covariance(
-    estimate: Estimate, estimator: Estimator, found: Ingested
-) -> Array | None:
-    """The method's covariance; one of white noise only is widened for coloured
-    residuals and by the errors of gravity's size and of the tool. If gravity was found
-    it is replaced by that of the fit which found it, as gravity's error is the larger
-    part. With a scale's reading it is that of the intervals."""
-    white = estimator.covariance_of_white_noise
-    weighed = "sensor_gain" in estimate.provenance
-    if estimate.covariance is None or not white or weighed:
-        return estimate.covariance
-    covariance = inflated(estimate.covariance, found.fit.inflation)
-    if found.covariance_with_gravity is not None:
-        covariance = found.covariance_with_gravity
-    tool, error = found.tool, found.gravity_error
-    if error is not None:
-        covariance = covariance + np.outer(error, error)
-    if tool is not None and tool.covariance is not None:
-        covariance = covariance + tool.covariance
-    return covariance

@@ -114,30 +114,15 @@ def compare(
     words = methods.split(",") if isinstance(methods, str) else methods
     words = [word.strip() for word in words]
     everything = "all" in map(str.lower, words)
-    kinds = {}
-    for word in words:
-        names = (*METHODS, *VARIANTS) if word.lower() == "all" else (word,)
-        for name in names:
-            kinds.setdefault(spelled(name), method_named(name))
-    if not kinds:
-        raise InputError(
-            "no method is named", fix=f"use all or some of {', '.join(METHODS)}"
-        )
+    kinds = _kinds_of(words)
     wanted = hyperparameters or {}
-    taken = {
-        name: kind.hyperparameters(settings.get("model"))
-        for name, (kind, settings) in kinds.items()
-    }
-    for key in wanted:
-        if not any(key in known for known in taken.values()):
-            raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
+    given = _hyperparameters_by_method(kinds, wanted)
     found = understand(recording, wanted.get("sensor_accuracy"), **reading)
     require_object(found, shape)
     results, seconds, skipped, seen, made = {}, {}, {}, {}, {}
     for name, (kind, settings) in each("identifying", list(kinds.items())):
-        own = {key: value for key, value in wanted.items() if key in taken[name]}
         try:
-            estimator = estimator_for(kind, found, shape, own | settings)
+            estimator = estimator_for(kind, found, shape, given[name] | settings)
             start = time.perf_counter()
             estimate, used = run(estimator, found)
             elapsed = time.perf_counter() - start
@@ -155,6 +140,43 @@ def compare(
     proper = {name: e for name, e in results.items() if name not in VARIANTS}
     recommended, reason = recommend(proper or results, found, shape, seen)
     return Comparison(results, seconds, skipped, recommended, reason, found, made, seen)
+
+
+Kinds = dict[str, tuple[type[Estimator], dict[str, Any]]]
+"""Class of a method or variant and hyperparameters of a variant, by name."""
+
+
+def _kinds_of(words: Sequence[str]) -> Kinds:
+    """Methods and variants by their names in any case; ``"all"`` stands for all.
+    `InputError` for an unknown one, and for none."""
+    kinds: Kinds = {}
+    for word in words:
+        names = (*METHODS, *VARIANTS) if word.lower() == "all" else (word,)
+        for name in names:
+            kinds.setdefault(spelled(name), method_named(name))
+    if not kinds:
+        raise InputError(
+            "no method is named", fix=f"use all or some of {', '.join(METHODS)}"
+        )
+    return kinds
+
+
+def _hyperparameters_by_method(
+    kinds: Kinds, wanted: dict[str, Any]
+) -> dict[str, dict[str, Any]]:
+    """Of the wanted hyperparameters those that each method has. `InputError` for one
+    that none has."""
+    taken = {
+        name: kind.hyperparameters(settings.get("model"))
+        for name, (kind, settings) in kinds.items()
+    }
+    for key in wanted:
+        if not any(key in known for known in taken.values()):
+            raise InputError(f"none of {', '.join(kinds)} has a '{key}'")
+    return {
+        name: {key: value for key, value in wanted.items() if key in known}
+        for name, known in taken.items()
+    }
 
 
 def misfit(estimate: Estimate, found: Ingested) -> float:

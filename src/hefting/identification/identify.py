@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 
+from hefting.core.covariance import Covariance
 from hefting.core.display import Shown
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.estimate import Estimate
+from hefting.core.estimate_json import coded
 from hefting.core.gravity import ON_EARTH, GravityLike
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Verdict, warning
@@ -18,7 +20,7 @@ from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
-from hefting.estimators import OLS, Estimator, default_method
+from hefting.estimators import LMI, OLS, Estimator, default_method
 from hefting.identification.checks import with_diagnostics
 from hefting.identification.estimator import estimator_of, known_of
 from hefting.identification.run import run
@@ -27,6 +29,10 @@ from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.plausibility import require_object
 from hefting.shapes import Shape
 from hefting.shapes.checks import REACH
+
+PLAUSIBLE_DISTANCE = 18.3
+"""Squared distance from the nearest body, in standard deviations, up to which errors
+explain parameters that no body has: 95 % of a chi-square of ten degrees of freedom."""
 
 
 class Answer(Shown):
@@ -176,12 +182,22 @@ def calibration(
     state = estimator.update(estimator.start(), found.measurements)
     estimate = with_diagnostics(estimator.estimate(state), estimator, found, None)
     # with all errors, as they are errors of every object
-    covariance = estimator.uncertainty(estimate.parameters, state)[1]
+    covariance = np.asarray(estimate.covariance)
     if not np.isfinite(covariance.diagonal()[:4]).all():
         raise NotIdentifiableError(
             "the motion leaves the tool's centre of mass open",
             found.log,
             "turn the sensor about two axes or more",
         )
-    estimate = replace(estimate, covariance=covariance)
+    nearest = LMI(**LMI.settings(known_of(found, None))).estimate(state).parameters
+    if _is_within_noise(nearest.vector - estimate.parameters.vector, covariance):
+        doubts = (m for m in map(coded, estimate.warnings) if m.code != "not-physical")
+        estimate = replace(estimate, warnings=tuple(doubts))
     return _identification(estimate, estimator, found)
+
+
+def _is_within_noise(difference: Array, covariance: Array) -> bool:
+    """Whether a difference (10,) of parameters is no larger than 95 % of those by errors
+    of a covariance (10, 10); an infinite variance allows any."""
+    information = Covariance.of(covariance).information
+    return bool(difference @ information @ difference < PLAUSIBLE_DISTANCE)

@@ -57,14 +57,25 @@ def of_suspect(
         return []
     # open parameters have infinite half-widths
     shift = float(np.abs(suspect.shift / np.maximum(half, 1e-9))[:4].max())
-    alone = "the loaded runs, not the empty ones,", "the empty runs"
-    runs = "all runs" if suspect.loaded is False else alone[suspect.loaded is None]
-    say = error if shift > WRONG_SHIFT[1] else warning
     # a controller's payload reduces the weight; more weight is due to other lengths
-    more = suspect.kind == "weight" and suspect.theta[0] > 0.0
-    if shift < WRONG_SHIFT[0] and not (suspect.kind == "part" or more):
+    is_heavier = suspect.kind == "weight" and suspect.theta[0] > 0.0
+    is_grave = suspect.kind == "part" or is_heavier
+    say = warning
+    if shift > WRONG_SHIFT[1]:
+        say = error
+    elif shift < WRONG_SHIFT[0] and not is_grave:
         say = note
+    runs = _runs_with(suspect)
     return [_suspect_message(say, suspect, dynamics, runs, sources, calibrated)]
+
+
+def _runs_with(suspect: Suspect) -> str:
+    """The runs that a suspect is in, in words."""
+    if suspect.loaded is None:
+        return "the empty runs"
+    if suspect.loaded:
+        return "the loaded runs, not the empty ones,"
+    return "all runs"
 
 
 def of_empty_runs(
@@ -117,43 +128,75 @@ def _suspect_message(
     sources: Sequence[str],
     calibrated: bool = False,
 ) -> Message:
-    theta = suspect.theta
+    """The message on a suspect in `runs`, of the severity of `say`; other arguments as
+    in `of_suspect`."""
     if suspect.part is not None:
-        i, first, last = suspect.part
-        when = [
-            f"from {first:.1f} s" if first else "",
-            f"to {last:.1f} s" if last else "",
-        ]
-        span = " ".join(filter(None, when)) or "all of it"
-        what = (
-            f"{sources[i]}: {span} its torques contradict the rest, as if other "
-            f"{abs(theta[0]):.2g} kg were there: is the object picked up, put down or "
-            "turned, or does something touch it? Identify from one part alone (`start`, "
-            "`duration`)"
-        )
-        return say("part-contradicts", what, "start")
+        return _part_message(say, suspect, suspect.part, sources)
     if suspect.kind == "delay":
         what = f"torques of {runs} come late, but by no one time: record by one clock"
         return say("torques-delayed", what)
     if suspect.kind == "tilt":
-        g = _turned(dynamics.gravity, theta)
-        angle = np.degrees(angle_between(dynamics.gravity, g))
-        how = "level the base, free the cable, or record an empty run like it"
-        if not (suspect.loaded or calibrated):
-            how = give_gravity(g.round(3))
-        what = (
-            f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
-            f"not level or a cable that pulls: {how}"
-        )
-        return say("arm-tilted", what, "gravity")
+        can_change = not (suspect.loaded or calibrated)
+        return _tilt_message(say, suspect, dynamics, runs, can_change)
     if suspect.kind == "weight":
-        more = "more" if theta[0] > 0.0 else "less"
+        more = "more" if suspect.theta[0] > 0.0 else "less"
         what = (
             f"in {runs} what is held weighs {more} than its inertia says: is a payload "
             "configured in the controller, in some runs alone, or has the arm other "
             "lengths than the URDF?"
         )
         return say("weight-contradicts", what)
+    return _joints_message(say, suspect, dynamics, runs)
+
+
+def _part_message(
+    say: Callable[..., Message],
+    suspect: Suspect,
+    part: tuple[int, float | None, float | None],
+    sources: Sequence[str],
+) -> Message:
+    """The message on a `Suspect.part` of a run; `sources` are the names of the runs."""
+    number, first, last = part
+    when = (
+        f"from {first:.1f} s" if first else "",
+        f"to {last:.1f} s" if last else "",
+    )
+    span = " ".join(filter(None, when)) or "all of it"
+    what = (
+        f"{sources[number]}: {span} its torques contradict the rest, as if other "
+        f"{abs(suspect.theta[0]):.2g} kg were there: is the object picked up, put down or "
+        "turned, or does something touch it? Identify from one part alone (`start`, "
+        "`duration`)"
+    )
+    return say("part-contradicts", what, "start")
+
+
+def _tilt_message(
+    say: Callable[..., Message],
+    suspect: Suspect,
+    dynamics: JointDynamics,
+    runs: str,
+    can_change: bool,
+) -> Message:
+    """The message on a tilt; the advice is to give gravity where it `can_change`."""
+    gravity = _turned(dynamics.gravity, suspect.theta)
+    angle = np.degrees(angle_between(dynamics.gravity, gravity))
+    how = "level the base, free the cable, or record an empty run like it"
+    if can_change:
+        how = give_gravity(gravity.round(3))
+    what = (
+        f"in {runs} gravity seems to be tilted by {angle:.1f}°, as by a base that is "
+        f"not level or a cable that pulls: {how}"
+    )
+    return say("arm-tilted", what, "gravity")
+
+
+def _joints_message(
+    say: Callable[..., Message], suspect: Suspect, dynamics: JointDynamics, runs: str
+) -> Message:
+    """The message on wrong zeros [rad], or gains, of the joints with the largest
+    ones."""
+    theta = suspect.theta
     large = np.flatnonzero(np.abs(theta) > 0.5 * np.abs(theta).max())
     if suspect.kind == "zeros":
         each = (f"{dynamics.names[j]} by {-np.degrees(theta[j]):.1f}°" for j in large)

@@ -51,6 +51,8 @@ class WrenchSign:
     @property
     def doubt(self) -> str:
         """Reason why it is uncertain."""
+        if abs(self.t) < 1.0:
+            return "beside a bias of the wrench, the mass cannot be told from zero"
         return (
             f"the mass is {abs(self.t):.1f} standard deviations from zero, and "
             f"{SIGN_CONFIDENCE:g} would tell"

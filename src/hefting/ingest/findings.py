@@ -68,19 +68,7 @@ def findings_of(
     rejected: RejectedOffset | None,
 ) -> tuple[Message, ...]:
     """Notes on what was found and corrected, and on the `rejected` clock offset, if any."""
-    said = []
-    if rejected is not None and rejected.known and not rejected.contradictory:
-        offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
-        said.append(note("clock-no-offset", f"no clock offset: {offset}"))
-    if found.offset:
-        side = "late" if found.offset > 0.0 else "early"
-        std = 1e3 * (found.offset_std or 0.0)
-        size = f"{1e3 * abs(found.offset):.{1 if std >= 0.1 else 2}f} ± {std:.2g}"
-        what = f"the wrench is {size} ms {side} against the motion; shifted"
-        if found.offset_left and rejected is None:
-            later = f"{2e3 * found.offset_left:.0f} ms later"
-            what += f". It may be up to {later}, for which intervals allow"
-        said.append(note("clock-offset", what))
+    said = _offset_notes(found, rejected)
     if found.sign.t and found.sign.certain:
         t = abs(found.sign.t)
         known = f"{t:.0f}" if t < 1e6 else f"{t:.0e}"
@@ -99,6 +87,32 @@ def findings_of(
         degrees = np.degrees(found.tilt_std)
         where = f"gravity points along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², known to {degrees:.2g}°"
         said.append(note("gravity-direction", where, "gravity"))
+    return (*said, *_outlier_notes(outliers, recording))
+
+
+def _offset_notes(found: Conditioned, rejected: RejectedOffset | None) -> list[Message]:
+    """Notes on a clock offset that was rejected, and on one that was corrected."""
+    said: list[Message] = []
+    if rejected is not None and rejected.known and not rejected.contradictory:
+        offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
+        said.append(note("clock-no-offset", f"no clock offset: {offset}"))
+    if found.offset:
+        side = "late" if found.offset > 0.0 else "early"
+        std = 1e3 * (found.offset_std or 0.0)
+        digits = 1 if std >= 0.1 else 2
+        size = f"{1e3 * abs(found.offset):.{digits}f} ± {std:.2g}"
+        what = f"the wrench is {size} ms {side} against the motion; shifted"
+        if found.offset_left and rejected is None:
+            later = f"{2e3 * found.offset_left:.0f} ms later"
+            what += f". It may be up to {later}, for which intervals allow"
+        said.append(note("clock-offset", what))
+    return said
+
+
+def _outlier_notes(outliers: Outliers, recording: Recording) -> list[Message]:
+    """Notes on contacts, spikes or odd poses, and saturated samples that were left
+    out."""
+    said: list[Message] = []
     if outliers.contact.any():
         interval = median(np.diff(recording["wrench"].time))
         seconds = float(outliers.contact.sum()) * interval
@@ -119,7 +133,7 @@ def findings_of(
             share = f"{100.0 * mask.mean():.2g} %"
             what = f"{int(mask.sum())} {name}{several} ({share}) left out{where}"
             said.append(note(code, what))
-    return tuple(said)
+    return said
 
 
 def _numbers(mask: Mask) -> str:

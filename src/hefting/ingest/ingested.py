@@ -189,13 +189,6 @@ class Ingested:
         return sum(part.condensed.span for part in moving)
 
     @property
-    def covariance_with_gravity(self) -> Array | None:
-        """(10, 10) covariance of the parameters by the fit that found gravity too; None
-        if gravity was given."""
-        c = self.conditioned
-        return None if c.tilt_std is None else c.covariance
-
-    @property
     def state(self) -> State:
         """State of the full model, with a time record."""
         return self.condensed.state

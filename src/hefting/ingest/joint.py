@@ -21,7 +21,7 @@ from hefting.estimators.joint_state import State, as_one, join_all
 from hefting.ingest.condensed import Excitation
 from hefting.ingest.free_fit import free_fit
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.systematic import common_errors, shares_of
+from hefting.ingest.systematic import common_errors
 
 MOST_NAMED = 3
 """Number of recordings that an error names one by one."""
@@ -94,19 +94,6 @@ class JointIngested(Ingested):
     def state(self) -> State:
         """The full model's moments of each recording, with a time record."""
         return join_all([part.state for part in self.parts])
-
-    @property
-    def covariance_with_gravity(self) -> Array | None:
-        """(10, 10) covariance of least squares over all, each with its own gravity."""
-        own = [part.covariance_with_gravity for part in self.parts]
-        if any(C is None for C in own):
-            return None
-        shares = zip(self._shares, own, strict=True)
-        return np.sum([P @ _finite(C) @ P.T for P, C in shares], axis=0)  # type: ignore[arg-type]
-
-    @cached_property
-    def _shares(self) -> list[Array]:
-        return shares_of(self.parts, self.fit.noise)
 
     def residual(self, vector: Array, bias: Array | None) -> Array:
         """As `Ingested.residual`; `bias` is (n, 6), one for each recording."""
@@ -267,10 +254,6 @@ def _mean_noise(each: Sequence[MotionNoise | None]) -> MotionNoise | None:
         for name in ("linear", "angular")
     )
     return MotionNoise(linear, angular, float(np.mean([n.memory for n in noises])))
-
-
-def _finite(C: Array) -> Array:
-    return np.where(np.isfinite(C), C, 0.0)
 
 
 def _all_named(names: Sequence[str]) -> str:

@@ -128,6 +128,8 @@ class Inspection:
         return json_ready(out | self._movement() | self._conditioned() | self._facts())
 
     def _movement(self) -> dict[str, Any]:
+        """Speeds, turn and dynamism of the motion, and how the speed limit is kept; None
+        for each without a motion."""
         m = self.movement
         names = ("linear_speed", "angular_speed", "turn", "dynamism")
         out = {
@@ -144,6 +146,8 @@ class Inspection:
         return out
 
     def _conditioned(self) -> dict[str, Any]:
+        """Clock offset, drift, outliers and autocorrelation, each None if nothing was
+        conditioned; the findings; and the direction of gravity by the data."""
         c, hint = self.conditioned, self.gravity_hint
         out: dict[str, Any] = {
             "gravity_preferred": None if hint is None else asdict(hint),
@@ -153,16 +157,19 @@ class Inspection:
             return out | dict.fromkeys(
                 ("clock_offset", "drift", "outliers", "autocorrelation")
             )
+        offset = None
+        if c.offset_std is not None:
+            offset = {"offset": c.offset, "std": c.offset_std}
         return out | {
-            "clock_offset": None
-            if c.offset_std is None
-            else {"offset": c.offset, "std": c.offset_std},
+            "clock_offset": offset,
             "drift": {key: getattr(c.bias, key) for key in ("kind", "knots", "range")},
             "outliers": {**c.reasons, "share": float(np.mean(c.rejected))},
             "autocorrelation": c.autocorrelation,
         }
 
     def _facts(self) -> dict[str, Any]:
+        """The object by least squares, bias, noise and signal-to-noise ratio of each
+        channel; None for each where they are unknown."""
         f = self.facts
         names = "mass mass_std quick_mass_less_bias bias bias_t noise gravity_dominance"
         out = {name: f and getattr(f, name) for name in names.split()}

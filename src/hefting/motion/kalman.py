@@ -156,6 +156,7 @@ class PoseFilter:
         ):
             if values is not None:
                 smoothness, _, dt, _ = tune((Observation(time, values),), (n,), name)
+                # one period for both: the noise's intensity r² period wc^(2n) is kept
                 period = found.setdefault("period", dt)
                 bandwidth = smoothness.bandwidth * (dt / period) ** (0.5 / n)
                 found[f"{name}_noise"] = scale * float(np.sqrt(smoothness.variance))
@@ -194,61 +195,47 @@ class PoseFilter:
             If the shapes of the arrays disagree or the times do not increase.
         """
         time, position, orientation = check_poses(time, position, orientation)
-        if state.latest is not None and len(time) and time[0] <= state.latest:
-            raise InputError(
-                f"{time[0]:.6g} s is not later than the last sample's {state.latest:.6g} s",
-                where="time",
-            )
-        if state.tracks and (position is None) != (len(state.tracks) == 1):
-            raise InputError(
-                "position was given at some times and not at others", where="position"
-            )
+        _check_continues(state, time, position)
         q = aligned(orientation, state.quaternion)
         groups = (q,) if position is None else (q, position)
         results: list[tuple[Array, list[tuple[Array, Array]]]] = []
-        intervals = np.diff(
-            time, prepend=np.nan if state.latest is None else state.latest
-        )
-        irregular = np.flatnonzero(
-            ~(np.abs(intervals - self.period) <= 1e-3 * self.period)
-        )
-        k = 0
-        while k < len(time):
-            following = irregular[np.searchsorted(irregular, k) :]
-            stop = min(
-                int(following[0]) if len(following) else len(time), k + LARGEST_BLOCK
-            )
-            if stop - k >= SMALLEST_BLOCK and self._is_steady(state):
-                piece = slice(k, stop)
-                tracks = tuple(
-                    track.block(values[piece] / noise, steady)
-                    for track, values, (noise, _, steady) in zip(
-                        state.tracks, groups, self._channels(), strict=False
-                    )
-                )
+        before = np.nan if state.latest is None else state.latest
+        intervals = np.diff(time, prepend=before)
+        is_regular = np.abs(intervals - self.period) <= 1e-3 * self.period
+        irregular = np.flatnonzero(~is_regular)
+        first = 0
+        while first < len(time):
+            following = irregular[np.searchsorted(irregular, first) :]
+            end = int(following[0]) if len(following) else len(time)
+            end = min(end, first + LARGEST_BLOCK)
+            if end - first >= SMALLEST_BLOCK and self._is_steady(state):
+                piece = slice(first, end)
+                tracks = self._filter_block(state, [each[piece] for each in groups])
             else:
-                piece = slice(k, k + 1)
-                rows = [values[k] for values in groups]
-                tracks = self._step(state, rows, float(intervals[k]))
+                piece = slice(first, first + 1)
+                rows = [values[first] for values in groups]
+                tracks = self._step(state, rows, float(intervals[first]))
                 if tracks is None:  # restart; later samples cannot improve these
                     state = self._return_samples(state, len(state.time), results)
                     tracks = self._start_tracks(rows)
-            state = State(
-                np.append(state.time, time[piece]),
-                float(time[piece][-1]),
-                q[piece][-1],
-                tracks,
-            )
-            ready = int(
-                np.searchsorted(
-                    state.time,
-                    float(time[piece][-1]) - self.lag + 0.49 * self.period,
-                    side="right",
-                )
-            )
+            latest = float(time[piece][-1])
+            pending = np.append(state.time, time[piece])
+            state = State(pending, latest, q[piece][-1], tracks)
+            old_enough = latest - self.lag + 0.49 * self.period
+            ready = int(np.searchsorted(state.time, old_enough, side="right"))
             state = self._return_samples(state, ready, results)
-            k = piece.stop
+            first = piece.stop
         return state, self._motion(results, position is not None)
+
+    def _filter_block(self, state: State, groups: list[Array]) -> tuple[Track, ...]:
+        """The settled tracks after samples at regular times: orientations (n, 4), and
+        positions (n, 3) [m] if there are any."""
+        return tuple(
+            track.block(values / noise, steady)
+            for track, values, (noise, _, steady) in zip(
+                state.tracks, groups, self._channels(), strict=False
+            )
+        )
 
     def _channels(self) -> tuple[tuple[float, float, Steady], ...]:
         """Noise of one component, bandwidth [rad/s] and settled filter of the rotation,
@@ -267,12 +254,14 @@ class PoseFilter:
         )
 
     def _is_steady(self, state: State) -> bool:
+        """Whether the filter of each track has settled."""
         channels = self._channels()
         return bool(state.tracks) and all(
             t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False)
         )
 
     def _start_tracks(self, rows: list[Array]) -> tuple[Track, ...]:
+        """Tracks that start with one sample."""
         n = NUMBER_OF_STATES[self.order]
         return tuple(
             Track.start(row / noise, n, steady if self.cold_start else None)
@@ -282,6 +271,8 @@ class PoseFilter:
     def _step(
         self, state: State, rows: list[Array], interval: float
     ) -> tuple[Track, ...] | None:
+        """The tracks after one sample, `interval` [s] after the last one; None after too
+        long a gap."""
         if not state.tracks:
             return self._start_tracks(rows)
         if (
@@ -338,3 +329,17 @@ class PoseFilter:
         if with_position:
             bandwidth = np.sqrt(bandwidth * self.position_bandwidth)
         return motion_from_channels(time, linear, channels[0], bandwidth)
+
+
+def _check_continues(state: State, time: Array, position: Array | None) -> None:
+    """`InputError` for samples that are not later than those before, or that have
+    positions where these had none, or none where these had."""
+    if state.latest is not None and len(time) and time[0] <= state.latest:
+        raise InputError(
+            f"{time[0]:.6g} s is not later than the last sample's {state.latest:.6g} s",
+            where="time",
+        )
+    if state.tracks and (position is None) != (len(state.tracks) == 1):
+        raise InputError(
+            "position was given at some times and not at others", where="position"
+        )

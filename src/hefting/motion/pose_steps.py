@@ -163,9 +163,10 @@ class Steps:
     def of(cls, runs: Runs, limits: Limits) -> "Steps":
         """Steps between runs."""
         usual = median(np.diff(runs.time))
+        steps = displacement(runs.values[:-1], runs.values[1:])
         return cls(
             runs,
-            steps := displacement(runs.values[:-1], runs.values[1:]),
+            steps,
             np.maximum(runs.time[1:] - runs.end[:-1], usual),
             usual,
             max(TIMING_ERROR, TIMING_ERROR_IN_INTERVALS * usual),
@@ -200,14 +201,13 @@ class Steps:
         `length` and `too_fast` (U - 1,) are those of all steps."""
         n, dt = len(self.steps), self.interval[suspect]
         other = suspect + place
-        valid = (other >= 0) & (other < n)
+        exists = (other >= 0) & (other < n)
         other = np.clip(other, 0, n - 1)
         other_dt = self.interval[other]
-        valid &= ~too_fast[other]
         middle = self.runs.end[:-1] + 0.5 * self.interval
         since = np.abs(middle[other] - middle[suspect])
         longer = np.maximum(dt, other_dt)
-        valid &= since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
+        is_near = since <= np.maximum(NEARBY_INTERVALS * longer, NEARBY)
         expected = self.steps[other] * (dt / other_dt)[:, None]
         apart = lengths(self.steps[suspect] - expected)
         allowed = (
@@ -215,7 +215,7 @@ class Steps:
             + self.timing_error * (length[other] / other_dt)
             + NOISE_FACTOR * self.noise * np.maximum(1.0, dt / other_dt)
         )
-        return valid & (apart <= allowed)
+        return exists & ~too_fast[other] & is_near & (apart <= allowed)
 
     def _kinks(self, broken: Mask) -> Indices:
         """Steps before which the velocity changes by more than any acceleration allows;

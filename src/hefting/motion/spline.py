@@ -104,26 +104,38 @@ def fit_poses(
 ) -> SmoothedPoses:
     """Smooth curves through measured poses.
 
-    time:        (K,) s, increasing, any spacing
-    position:    (K, 3) m, sensor origin in world, or None
-    orientation: (K, 4) quaternions xyzw, sensor in world; signs and lengths do not matter
-    position_time: (P,) s, when positions (P, 3) come at times of their own; `time` by default
-
     Held values, repeated as often as a slower stream repeats between its updates, count
-    once. Raises `InputError` for arrays that do not fit, times that do not increase,
-    and fewer than eight poses.
+    once.
+
+    Parameters
+    ----------
+    time : ArrayLike
+        (K,) [s], increasing, with any spacing.
+    position : ArrayLike or None
+        (K, 3) [m] of the sensor's origin in world axes.
+    orientation : ArrayLike
+        (K, 4) quaternions xyzw of the sensor in the world; their signs and lengths do
+        not matter.
+    position_time : ArrayLike or None
+        (P,) [s] where positions (P, 3) come at times of their own; `time` by default.
+
+    Raises
+    ------
+    InputError
+        For arrays that do not fit, times that do not increase, and fewer than eight
+        poses.
     """
     if position is None or position_time is None:
         time, position, orientation = check_poses(time, position, orientation)
         own_time = time
     else:
-        own_time, found = _checked(position_time, {"position": position})
-        position = found["position"]
+        own_time, checked = _checked(position_time, {"position": position})
+        position = checked["position"]
         time, _, orientation = check_poses(time, None, orientation)
-    if min(len(time), len(own_time)) < FEWEST_SEGMENT_SAMPLES:
-        few = min(len(time), len(own_time))
+    count = min(len(time), len(own_time))
+    if count < FEWEST_SEGMENT_SAMPLES:
         raise InputError(
-            f"{few} poses are too few to differentiate",
+            f"{count} poses are too few to differentiate",
             fix=f"record at least {FEWEST_SEGMENT_SAMPLES}",
         )
     q = Curve.fit(time, aligned(orientation), "orientation")

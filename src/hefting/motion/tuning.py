@@ -176,10 +176,22 @@ def tune(
     """The most likely smoothness of a signal, its knot spacing [s], the sampling
     interval [s], and the normal equations of all data, if the search has built them.
 
-    `data` are samples of the signal, called `name` in errors, then of its derivatives,
-    if any; `orders` of smoothness are compared. The order of `near`, an approximate
-    smoothness, is kept, and the bandwidth searched near its own. Raises `InputError` if
-    there are too few samples.
+    Parameters
+    ----------
+    data : tuple of Observation
+        Samples of the signal, then of its derivatives, if any.
+    orders : tuple of int
+        Orders of smoothness that are compared, in the middle the one to begin with.
+    name : str
+        Name of the signal in errors.
+    near : Smoothness or None
+        An approximate smoothness, whose order is kept and near whose bandwidth the
+        bandwidth is searched.
+
+    Raises
+    ------
+    InputError
+        If there are too few samples, or these are too far apart.
     """
     time = data[0].time
     if len(time) < FEWEST_SEGMENT_SAMPLES:
@@ -199,11 +211,7 @@ def tune(
 
     excess = duration / h / TUNED_COEFFICIENTS
     if excess > 1:
-        stretch = duration / excess / 10
-        data = tuple(
-            o[((o.time - time[0]) // stretch).astype(int) % int(np.ceil(excess)) == 0]
-            for o in data
-        )
+        data = _spaced_stretches(data, duration, excess)
         if len(data[0].time) < FEWEST_SEGMENT_SAMPLES:
             raise InputError(
                 f"{len(time)} poses in {duration:.3g} s are too far apart to differentiate",
@@ -230,6 +238,18 @@ def tune(
             other = _most_likely_smoothness(normal, m, dt, floor, found, needed)
             best = max(best, other, key=lambda c: c.log_likelihood)
     return best, h, dt, normal if excess <= 1 else None
+
+
+def _spaced_stretches(
+    data: tuple[Observation, ...], duration: float, excess: float
+) -> tuple[Observation, ...]:
+    """Evenly spaced stretches of signals of a `duration` [s] that is `excess` times what
+    is tuned at once: the first of each ⌈excess⌉ stretches, of which there are about ten
+    times `excess`."""
+    begin = data[0].time[0]
+    stretch = duration / excess / 10
+    each = int(np.ceil(excess))
+    return tuple(o[((o.time - begin) // stretch).astype(int) % each == 0] for o in data)
 
 
 def variance_floor(data: tuple[Observation, ...]) -> float:

@@ -100,14 +100,19 @@ class History:
             time, values = time[advances], values[advances]
         self.samples += len(time)
         if len(time):
-            series = self._series(name)
-            series.add(time, values)
-            ahead = min(max(series.latest - self.latest, 0.0), LONGEST_AHEAD)
-            self.silence = {n: each + ahead for n, each in self.silence.items()}
-            self.silence[name] = 0.0
-            self.latest = max(self.latest, series.latest)
-            self.kept.add(Samples(name, time, values))
+            self._append(Samples(name, time, values))
         return None
+
+    def _append(self, samples: Samples) -> None:
+        """Add samples that come after those of their stream, and tell how long the other
+        streams have been silent since."""
+        series = self._series(samples.stream)
+        series.add(samples.time, samples.values)
+        ahead = min(max(series.latest - self.latest, 0.0), LONGEST_AHEAD)
+        self.silence = {name: since + ahead for name, since in self.silence.items()}
+        self.silence[samples.stream] = 0.0
+        self.latest = max(self.latest, series.latest)
+        self.kept.add(samples)
 
     def has(self, *streams: str) -> bool:
         """Whether there are samples of these streams."""

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from hefting.core.errors import InputError, needing
-from hefting.core.files import parse_xml, read_xml
+from hefting.core.files import check_no_xacro, parse_xml, read_xml
 from hefting.core.spatial import Array, Indices
 from hefting.planning.solids import Solid
 
@@ -103,7 +103,7 @@ def read_disabled_pairs(
 ) -> frozenset[frozenset[str]]:
     """Pairs of `links` whose collisions an SRDF disables.
 
-    Raises `InputError` if the file cannot be read, is not XML, its root is not
+    Raises `InputError` if the file cannot be read, is not XML or xacro, its root is not
     ``<robot>``, it disables no pair of these links, or has more than `MOST` elements.
     """
     pairs: set[frozenset[str]] = set()
@@ -111,6 +111,7 @@ def read_disabled_pairs(
 
     def start(tag: str, attributes: dict[str, str], *_: object):
         roots.append(tag)
+        check_no_xacro(tag, path, "SRDF")
         if roots[0] != "robot":
             what = f"is not SRDF: its root is <{tag[:40]}>, not <robot>"
             raise InputError(what, where=path)

@@ -58,32 +58,44 @@ class Held:
         notes: list[Message] = []
         if estimate is None:
             body = _body(shape)
-            known = Bayes(shape or Shape.unknown()).prior_covariance(body.mass)
-            information = np.linalg.inv(known)
-            where = "box" if shape is None else "shape"
-            what = f"planned for a body of {body.mass:g} kg that is evenly spread in the {where}"
-            notes.append(note("plan-body-assumed", what, "estimate"))
+            covariance = Bayes(shape or Shape.unknown()).prior_covariance(body.mass)
+            information = np.linalg.inv(covariance)
+            notes.append(_body_assumed(body, shape))
         else:
             body, information = _known(estimate)
             notes += doubts_of(estimate)
         if shape is None:
             corners = _unknown_corners(estimate)
-            low, high = (1e3 * corners[i] for i in (0, -1))
-            x, y, z = 0.5 * (low + high)
-            box = " x ".join(f"{side:.0f}" for side in high - low)
-            made_with = None if estimate is None else estimate.provenance.get("shape")
-            remedy = f": give {made_with}, as for the estimate" if made_with else ""
-            what = (
-                f"no shape given: the speed limit holds within a box of {box} mm about "
-                f"({x:.0f}, {y:.0f}, {z:.0f}) mm in the tip's axes, and a part of the "
-                f"object outside it may be faster{remedy}"
-            )
-            notes.append(note(BOX_ASSUMED, what, "shape"))
+            notes.append(_box_assumed(corners, estimate))
         else:
             corners = box_corners(shape)
         return cls(
             body, frozen(corners), frozen(information), shape, estimate, tuple(notes)
         )
+
+
+def _body_assumed(body: InertialParameters, shape: Shape | None) -> Message:
+    where = "box" if shape is None else "shape"
+    what = (
+        f"planned for a body of {body.mass:g} kg that is evenly spread in the {where}"
+    )
+    return note("plan-body-assumed", what, "estimate")
+
+
+def _box_assumed(corners: Array, estimate: Estimate | None) -> Message:
+    """A note on a box by its corners (8, 3) [m], the lowest first and the highest last,
+    that stands for the shape; the `estimate` may have been made with one."""
+    low, high = 1e3 * corners[0], 1e3 * corners[-1]
+    x, y, z = 0.5 * (low + high)
+    box = " x ".join(f"{side:.0f}" for side in high - low)
+    made_with = None if estimate is None else estimate.provenance.get("shape")
+    remedy = f": give {made_with}, as for the estimate" if made_with else ""
+    what = (
+        f"no shape given: the speed limit holds within a box of {box} mm about "
+        f"({x:.0f}, {y:.0f}, {z:.0f}) mm in the tip's axes, and a part of the "
+        f"object outside it may be faster{remedy}"
+    )
+    return note(BOX_ASSUMED, what, "shape")
 
 
 def box_corners(shape: Shape) -> Array:

@@ -56,6 +56,13 @@ def plot_wrench(
     return figure
 
 
+def _bias_text(estimate: Estimate, part: slice, unit: str) -> str:
+    """The part of the estimated bias that is that of forces, or of torques, in words."""
+    if estimate.common_bias is None:
+        return "with the bias of each recording, one after the other"
+    return f"bias found with it {vector_text(estimate.common_bias[part])} {unit}"
+
+
 def draw_wrench(
     figure: "SubFigure",
     measurements: Measurements,
@@ -81,11 +88,8 @@ def draw_wrench(
         three = slice(part, part + 3)
         _draw_whole(whole, time, measured[:, three], predicted[:, three], static)
         whole.set_ylabel(f"{name} [{unit}]")
-        if estimate.common_bias is not None:
-            bias = vector_text(estimate.common_bias[three])
-            write_title(whole, f"bias found with it {bias} {unit}")
-        elif estimate.bias is not None:
-            write_title(whole, "with the bias of each recording, one after the other")
+        if estimate.bias is not None:
+            write_title(whole, _bias_text(estimate, three, unit))
         draw_components(rest, time, drawn(residual[:, three]), **line_of(static, 0.4))
         rest.axhline(0.0, color=INK, linewidth=0.4)
         rest.set_ylabel(f"[{unit}]")

@@ -73,8 +73,19 @@ def agreement(
     found: Ingested,
     accuracy: SensorAccuracy | None = None,
 ) -> Agreement:
-    """Agreement of an estimate with the wrench of a recording, ingested with a free bias
-    and measured by a sensor of the given accuracy."""
+    """Agreement of an estimate with the wrench of a recording.
+
+    Parameters
+    ----------
+    estimate : Estimate
+        Its bias, of several the one that fits best, is taken off the wrench.
+    spread : Spread or None
+        Uncertainty of the predicted wrench; without it ``within`` is None.
+    found : Ingested
+        The recording, ingested with a free bias.
+    accuracy : SensorAccuracy or None
+        Accuracy of the sensor that measured the wrench.
+    """
     z, sign = found.measurements, found.sign
     warnings: list[Message] = []
     if not sign.certain:
@@ -86,14 +97,10 @@ def agreement(
     predicted = predict_wrench(z, estimate.parameters.vector)
     difference = z.wrench - predicted
     varying = _rms(difference - difference.mean(axis=0))
-    bias = min(
-        np.atleast_2d(np.zeros(6) if estimate.bias is None else estimate.bias),
-        key=lambda each: float(np.sum(_rms(difference - each) / (varying + 1e-9))),
-    )
+    bias = _closest_bias(estimate, difference, varying)
     difference = difference - bias
     mean, rms = difference.mean(axis=0), _rms(difference)
-    # whether the constant part dominates the difference
-    constant = varying**2 < MOSTLY * rms**2
+    is_constant = varying**2 < MOSTLY * rms**2  # (2,) of forces and torques, mostly
     own = within = None
     if len(z) >= FEWEST:
         fit = found.beside_bias
@@ -101,18 +108,13 @@ def agreement(
     if own is not None and spread is not None:
         known = np.hypot(spread.of_wrench(z), reading_std(predicted, accuracy))
         std = np.hypot(known, np.repeat(own, 3))
-        inside = np.abs(difference - np.repeat(constant, 3) * mean) <= Z95 * std
+        inside = np.abs(difference - np.repeat(is_constant, 3) * mean) <= Z95 * std
         within = np.mean(inside.reshape(-1, 2, 3), axis=(0, 2))
         changes = _rms(z.wrench - z.wrench.mean(axis=0))
         has_tool = subtracted_tool(estimate.provenance) is not None
         warnings += _other_object(varying, _rms(std), changes, has_tool)
-    if own is not None and ((rms > 2.0 * own) & constant).any():
-        shown = [f"{x:.3g}" for x in mean]
-        what = (
-            f"most of the difference is constant, ({', '.join(shown[:3])}) N, ({', '.join(shown[3:])}) N m: a bias "
-            "other than the estimate's? was the sensor zeroed in between?"
-        )
-        warnings.append(warning("constant-difference", what))
+    if own is not None and ((rms > 2.0 * own) & is_constant).any():
+        warnings.append(_constant_difference(mean))
     return Agreement(
         z.time,
         z.wrench - bias,
@@ -125,6 +127,27 @@ def agreement(
         notes=found.conditioned.findings,
         warnings=tuple(warnings),
     )
+
+
+def _closest_bias(estimate: Estimate, difference: Array, varying: Array) -> Array:
+    """The bias (6,) of an estimate, zeros without one, that leaves least of the
+    difference (L, 6) between a measured and a predicted wrench. Forces and torques are
+    in units of their part that varies (2,)."""
+    return min(
+        np.atleast_2d(np.zeros(6) if estimate.bias is None else estimate.bias),
+        key=lambda each: float(np.sum(_rms(difference - each) / (varying + 1e-9))),
+    )
+
+
+def _constant_difference(mean: Array) -> Message:
+    """A message on a difference whose mean (6,) [N, N m] is most of it."""
+    shown = [f"{x:.3g}" for x in mean]
+    force, torque = ", ".join(shown[:3]), ", ".join(shown[3:])
+    what = (
+        f"most of the difference is constant, ({force}) N, ({torque}) N m: a bias "
+        "other than the estimate's? was the sensor zeroed in between?"
+    )
+    return warning("constant-difference", what)
 
 
 def _other_object(

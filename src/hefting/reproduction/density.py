@@ -181,27 +181,7 @@ def report(results: Results) -> Report:
         for (i, t), (j, d) in product(enumerate(TIMES), enumerate(densities)):
             means = (float(e[:, i, j].mean()) for e in errors.values())
             accuracy.append((series, d, *grids[d], round(t * RATE), *means))
-    claims = [
-        (
-            series,
-            *claim(
-                NAMES[name],
-                round(t * RATE),
-                *(found[series][name][:, i, densities.index(d)] for d in COMPARED),
-            ),
-        )
-        for name in ("center_of_mass", "inertia_at_origin")
-        for series in SERIES
-        for i, t in enumerate(TIMES)
-    ]
-    first = timed[0][1]["whole"][0]
-    taken = [
-        (result["points"], count, 1e3 * solve, 1e3 * whole, whole / first)
-        for _, result in timed
-        for count, solve, whole in zip(
-            COUNTS, result["solve"], result["whole"], strict=True
-        )
-    ]
+    claims = _claims(found, densities)
     title = f"Mean errors of PMD, {SPEED:g} rad/s: {len(done)} objects, {seeds} noise seeds each"
     tables = (
         Table("accuracy", title, (*ACCURACY, *NAMES.values()), accuracy),
@@ -211,24 +191,55 @@ def report(results: Results) -> Report:
             CLAIM,
             claims,
         ),
-        Table(
-            "times",
-            "Compute time of one process (quickest of several; the only table that differs between runs)",
-            (
-                "points",
-                "observations",
-                "estimate from moments ms",
-                "fold and estimate ms",
-                "relative to the first",
-            ),
-            taken,
-        ),
+        _times_table(timed),
     )
     figures = {
         "accuracy": accuracy_figure(densities, found),
         "times": times_figure(timed, COUNTS),
     }
     return Report(tables, figures, (*_notes(grids, found, claims), _growth(timed)))
+
+
+def _claims(
+    found: dict[str, dict[str, np.ndarray]], densities: list[float]
+) -> list[tuple]:
+    """Rows on the `COMPARED` densities, from errors (objects, times, densities) by series
+    and quantity."""
+    columns = [densities.index(d) for d in COMPARED]
+    return [
+        (
+            series,
+            *claim(
+                NAMES[name],
+                round(t * RATE),
+                *(found[series][name][:, i, j] for j in columns),
+            ),
+        )
+        for name in ("center_of_mass", "inertia_at_origin")
+        for series in SERIES
+        for i, t in enumerate(TIMES)
+    ]
+
+
+def _times_table(timed: list[tuple[Job, Result]]) -> Table:
+    """Times by number of points and of observations."""
+    first = timed[0][1]["whole"][0]
+    rows = [
+        (result["points"], count, 1e3 * solve, 1e3 * whole, whole / first)
+        for _, result in timed
+        for count, solve, whole in zip(
+            COUNTS, result["solve"], result["whole"], strict=True
+        )
+    ]
+    columns = (
+        "points",
+        "observations",
+        "estimate from moments ms",
+        "fold and estimate ms",
+        "relative to the first",
+    )
+    title = "Compute time of one process (quickest of several; the only table that differs between runs)"
+    return Table("times", title, columns, rows)
 
 
 def layers(shape: Shape) -> int:

@@ -100,25 +100,30 @@ def report(results: Results) -> Report:
         }
         for part in ("force", "torque")
     }
-    recomputed = []
+    recomputed = _recomputed_rows()
+    tables = (
+        _human_table(recomputed),
+        _objects_table(),
+        _simulated_table(results, shares),
+    )
+    return Report(
+        tables, {"share": _figure(speeds, shares)}, _notes(recomputed, results, speeds)
+    )
+
+
+def _recomputed_rows() -> list[tuple]:
+    """Ratios of gravity and of all forces, or torques, from the published statistics: a
+    row for each quantity and statistic."""
+    rows = []
     for k, statistic in enumerate(("mean", "median")):
         for name, others in human(k).items():
             total = 1.0 + others
             ratios = others / total, total / others, 1.0 / others, 100.0 / total
-            recomputed.append((name, statistic, *ratios))
-    simulated = []
-    for s in speeds:
-        motion = (_mean(results, s, name) for name in MOTION)
-        percent = (100.0 * float(each[s].mean()) for each in shares.values())
-        times = (float(np.mean(1.0 / (1.0 - each[s]))) for each in shares.values())
-        simulated.append((s, SPEEDS[s], *motion, *percent, *times))
-    mass, radius = HUMAN["object mass kg"][0], HUMAN["object radius m"][0]
-    own = float(np.mean([thing(name).held.parameters.mass for name in OBJECTS]))
-    title = f"YCB, {YCB_OBJECTS} objects, published"
-    objects = (
-        (title, mass, radius, mass * G, mass * G * radius),
-        ("modular object, eight configurations", own, None, own * G, None),
-    )
+            rows.append((name, statistic, *ratios))
+    return rows
+
+
+def _human_table(recomputed: list[tuple]) -> Table:
     published = ("published, over other forces", "about", None, DOMINANCE, None, None)
     columns = (
         "quantity",
@@ -128,46 +133,52 @@ def report(results: Results) -> Report:
         "gravity / other",
         "gravity's share %",
     )
-    tables = (
-        Table(
-            "human",
-            "Human manipulation, from the published statistics",
-            columns,
-            (*recomputed, published),
-        ),
-        Table(
-            "objects",
-            "Object statistics",
-            (
-                "objects",
-                "mean mass kg",
-                "mean radius m",
-                "weight N",
-                "its torque at the radius N m",
-            ),
-            objects,
-        ),
-        Table(
-            "simulated",
-            "Gravity's share on the simulated motions, mean over the objects",
-            (
-                "rad/s",
-                "published m/s",
-                "sensor m/s",
-                "COM m/s",
-                "sensor m/s²",
-                "rad/s²",
-                "share in force %",
-                "share in torque %",
-                "force: total / other",
-                "torque: total / other",
-            ),
-            simulated,
-        ),
+    title = "Human manipulation, from the published statistics"
+    return Table("human", title, columns, (*recomputed, published))
+
+
+def _objects_table() -> Table:
+    mass, radius = HUMAN["object mass kg"][0], HUMAN["object radius m"][0]
+    own = float(np.mean([thing(name).held.parameters.mass for name in OBJECTS]))
+    title = f"YCB, {YCB_OBJECTS} objects, published"
+    rows = (
+        (title, mass, radius, mass * G, mass * G * radius),
+        ("modular object, eight configurations", own, None, own * G, None),
     )
-    return Report(
-        tables, {"share": _figure(speeds, shares)}, _notes(recomputed, results, speeds)
+    columns = (
+        "objects",
+        "mean mass kg",
+        "mean radius m",
+        "weight N",
+        "its torque at the radius N m",
     )
+    return Table("objects", "Object statistics", columns, rows)
+
+
+def _simulated_table(
+    results: Results, shares: dict[str, dict[float, np.ndarray]]
+) -> Table:
+    """Motion at each speed, and gravity's `shares` (objects,) by quantity and speed."""
+    rows = []
+    for s in next(iter(shares.values())):
+        motion = (_mean(results, s, name) for name in MOTION)
+        percent = (100.0 * float(each[s].mean()) for each in shares.values())
+        times = (float(np.mean(1.0 / (1.0 - each[s]))) for each in shares.values())
+        rows.append((s, SPEEDS[s], *motion, *percent, *times))
+    columns = (
+        "rad/s",
+        "published m/s",
+        "sensor m/s",
+        "COM m/s",
+        "sensor m/s²",
+        "rad/s²",
+        "share in force %",
+        "share in torque %",
+        "force: total / other",
+        "torque: total / other",
+    )
+    title = "Gravity's share on the simulated motions, mean over the objects"
+    return Table("simulated", title, columns, rows)
 
 
 def _notes(

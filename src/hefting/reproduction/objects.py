@@ -1,6 +1,6 @@
 """The eight configurations of the modular object, and their true parameters."""
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -30,6 +30,7 @@ from hefting.simulation.modular import (
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
 
 PRINT, STEEL, AIR = "#CFCFCF", "#303030", "#FFFFFF"
 """Colours of the print, of steel weights and of hollows; ABS weights are blue."""
@@ -82,32 +83,29 @@ def report(results: Results) -> Report:
     return Report((table,), {"objects": _figure(results)}, notes)
 
 
-def _figure(results: Results):
-    from matplotlib.lines import Line2D
+DOT: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 5.0,
+    "markeredgecolor": "white",
+    "markeredgewidth": 0.7,
+    "linestyle": "none",
+}
+"""Mark of a COM, or of the TCP."""
 
+
+def _figure(results: Results):
+    """Each object as seen along z, with its COM and the TCP."""
     with drawing(5.3, 7.2) as figure:
         panels = figure.subplots(2, 4, sharex=True, sharey=True).ravel()
-        dot = {
-            "markersize": 5.0,
-            "markeredgecolor": "white",
-            "markeredgewidth": 0.7,
-            "linestyle": "none",
-        }
-        tcp = SLOTS[GRASPED]
         for letter, axes, (job, result) in zip(
             "abcdefgh", panels, results, strict=True
         ):
             name = job["object"]
             for part in sorted(modular(name).parts, key=_depth):
                 _draw(axes, part)
-            axes.plot(*tcp, "o", color=BLUE, zorder=4, **dot)
-            axes.plot(
-                *(1e3 * np.array(result["center_of_mass"][:2])),
-                "o",
-                color=VERMILION,
-                zorder=5,
-                **dot,
-            )
+            com = 1e3 * np.array(result["center_of_mass"][:2])
+            axes.plot(*SLOTS[GRASPED], color=BLUE, zorder=4, **DOT)
+            axes.plot(*com, color=VERMILION, zorder=5, **DOT)
             title = TITLES.get(name, name.capitalize())
             axes.set(
                 title=f"({letter}) {title}, {1e3 * result['mass']:.0f} g",
@@ -120,32 +118,41 @@ def _figure(results: Results):
             axes.set_xlabel("x [mm]")
         for axes in panels[::4]:
             axes.set_ylabel("y [mm]")
-        weights = {
-            "steel weight": STEEL,
-            "ABS weight": SKY,
-            "no weight (air)": AIR,
-            "print (PLA)": PRINT,
-        }
-        round_ = {
-            "marker": "o",
-            "markersize": 6.0,
-            "markeredgecolor": INK,
-            "markeredgewidth": 0.5,
-            "linestyle": "none",
-        }
-        handles = [
-            Line2D([], [], color=colour, label=label, **round_)
-            for label, colour in weights.items()
-        ]
-        handles += [Line2D([], [], marker="o", color=VERMILION, label="COM", **dot)]
-        handles += [Line2D([], [], marker="o", color=BLUE, label="TCP", **dot)]
-        figure.legend(
-            handles=handles,
-            loc="outside upper center",
-            ncols=len(handles),
-            handletextpad=0.2,
-        )
+        _draw_legend(figure)
     return figure
+
+
+def _draw_legend(figure: "Figure") -> None:
+    """Colours of weights, print, COM and TCP, above the panels."""
+    from matplotlib.lines import Line2D
+
+    weights = {
+        "steel weight": STEEL,
+        "ABS weight": SKY,
+        "no weight (air)": AIR,
+        "print (PLA)": PRINT,
+    }
+    outlined = {
+        "marker": "o",
+        "markersize": 6.0,
+        "markeredgecolor": INK,
+        "markeredgewidth": 0.5,
+        "linestyle": "none",
+    }
+    handles = [
+        *(
+            Line2D([], [], color=c, label=label, **outlined)
+            for label, c in weights.items()
+        ),
+        Line2D([], [], color=VERMILION, label="COM", **DOT),
+        Line2D([], [], color=BLUE, label="TCP", **DOT),
+    ]
+    figure.legend(
+        handles=handles,
+        loc="outside upper center",
+        ncols=len(handles),
+        handletextpad=0.2,
+    )
 
 
 def _depth(part: Part) -> int:

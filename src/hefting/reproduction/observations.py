@@ -231,12 +231,14 @@ def pooled(results: Results) -> Scores:
 
 
 def _published_rows(speeds: list[float]) -> list[tuple[Cell, ...]]:
+    """The published errors of each method at some of the angular speeds `ANGULAR`, and
+    the share of its estimates that are consistent, in words or [%]."""
     share = {"OLS": "few", "RTLS": "few", "GEO": 100.0, "PMD": 100.0}
     return [
         (
             "published",
             name,
-            *(printed(own[ANGULAR.index(s)]) for own in errors for s in speeds),
+            *(printed(each[ANGULAR.index(s)]) for each in errors for s in speeds),
             share[name],
         )
         for name, errors in PUBLISHED.items()

@@ -180,22 +180,23 @@ def pose_of(text: str | None) -> "Array | None":
     return parse_pose(text)
 
 
+ABOUT_SHAPES = (
+    *("unit", "object_pose", "pose_std", "shape_std", "points", "points_per_cm3"),
+)
+"""Options that say something of a shape that others give."""
+
+
 def require_shape(a: Any) -> None:
-    """`InputError` where options of a shape are given without a shape."""
-    if a.shape is not None or a.box is not None:
+    """`InputError` where options of a shape are given without a shape; a command need not
+    have all of them."""
+    given = {name for name, value in vars(a).items() if value is not None}
+    if given & {"shape", "box"}:
         return
-    of_shape = (
-        "unit",
-        "object_pose",
-        "pose_std",
-        "shape_std",
-        "points",
-        "points_per_cm3",
-    )
-    for name in of_shape:
-        if getattr(a, name) is not None:
+    for name in ABOUT_SHAPES:
+        if name in given:
             option = "--" + name.replace("_", "-")
-            fix = "give --shape FILE or --box X,Y,Z, or leave it out"
+            box = " or --box X,Y,Z" if hasattr(a, "box") else ""
+            fix = f"give --shape FILE{box}, or leave it out"
             raise InputError("of which shape?", option, fix)
 
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from hefting.core.errors import InputError, nearest
-from hefting.core.files import parse_xml, read_xml
+from hefting.core.files import check_no_xacro, is_xacro, parse_xml, read_xml
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, frozen
 
@@ -120,19 +120,9 @@ def listed(names: Iterable[str], most: int = 40) -> str:
     )
 
 
-def is_xacro(path: str | Path) -> InputError:
-    """The error of a file whose macros have not been expanded."""
-    return InputError(
-        "is xacro, not URDF",
-        where=path,
-        fix="expand it first: xacro robot.xacro > robot.urdf",
-    )
-
-
 def check_tag(tag: str, path: str | Path, *, is_root: bool) -> None:
     """`InputError` for an element of xacro, and for a root other than a URDF's."""
-    if tag.startswith("xacro:"):
-        raise is_xacro(path)
+    check_no_xacro(tag, path)
     if is_root and tag != "robot":
         what = f"is not URDF: its root is <{tag[:40]}>, not <robot>"
         raise InputError(what, where=path)

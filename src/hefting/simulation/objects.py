@@ -57,9 +57,9 @@ class Part:
             square = np.square(self.size)
             mass = self.density * float(np.prod(self.size))
             inertia = mass / 12.0 * (square.sum() - square)
-        # about the middle of its flat side, half a cylinder has the moments of a whole
-        # one of half the density
         else:
+            # about the middle of its flat side, half a cylinder has the moments of a
+            # whole one of half the density
             radius, height = self.size
             share = 1.0 if self.solid == "cylinder" else 0.5
             mass = share * self.density * np.pi * radius**2 * height

@@ -42,11 +42,19 @@ class PlayedLog(NamedSource):
         self._begin = time.monotonic() - given / self._request.speed
         messages = (*recording.notes, *recording.warnings)
         own = tuple(each for each in messages if isinstance(each, Message))
-        how = f" at {self._request.speed:g} times its speed"
-        if not np.isfinite(self._request.speed):
-            how = " without pauses"
-        played = f"{self.name} is played{how if self._request.speed != 1 else ''}"
+        played = f"{self.name} is played{self._pace_text()}"
         self.chosen = (note("live-source", played), *own)
+
+    def _pace_text(self) -> str:
+        """How fast the log is played, with a space before; empty at its own speed."""
+        speed = self._request.speed
+        if speed == 1:
+            return ""
+        return (
+            f" at {speed:g} times its speed"
+            if np.isfinite(speed)
+            else " without pauses"
+        )
 
     def read(self, timeout: float) -> list[Samples]:
         """See `hefting.online.samples.Source`."""

@@ -125,6 +125,7 @@ def posterior_of(
     tried unless it is `as_given` for sure; other arguments as in `Posterior`."""
     source, noise, found = steps.source, last.noise, last
     misfit = found.likelihood.misfit(found.mixture.mean)
+    # no body in the shape explains the wrench
     if misfit > CONTRADICTING_LIKELIHOOD_DISTANCE:
         found = steps.without_shape(found)
     known = source.given is not None
@@ -206,6 +207,15 @@ def doubtful_shape(posterior: Posterior, distance: float) -> float:
 def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
     """Messages on doubts about the posterior; `distance` is squared, as in
     `Nearest`."""
+    return (
+        *_noise_warnings(posterior),
+        *_shape_warnings(posterior, distance),
+        *posterior.scale_doubts,
+    )
+
+
+def _noise_warnings(posterior: Posterior) -> list[Message]:
+    """Messages on residuals that contradict the noise, or each other."""
     warnings: list[Message] = []
     if not posterior.noise_known:
         warnings.append(
@@ -249,7 +259,37 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
                 f"the motion, the arm stiff?): the intervals allow for {100.0 * posterior.response:.2g} %",
             )
         )
-    far = contradiction(posterior, distance)
+    return warnings
+
+
+def _exclusion(posterior: Posterior, far: float) -> Message:
+    """The message on a shape that is excluded; `far` is its `contradiction`, zero where
+    another shape is only much likelier."""
+    where, so = "near the sensor", "of one that is long or far give `shape`"
+    if posterior.shape_known:
+        where = "inside the shape"
+        so = (
+            "the answer is without the shape: is it the right one, in the right place "
+            "and size, and is a gripper held, too (`tool`)?"
+        )
+    if posterior.instead:
+        so = f"the answer is without the shape, which would fit {posterior.instead}"
+    times = np.exp(min(-posterior.evidence, 20.0))
+    what = (
+        f"the wrench is {times:.2g} times as likely "
+        f"that of another shape, or of one elsewhere; {so}"
+    )
+    if far:
+        what = (
+            f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} "
+            f"standard deviations away; {so}"
+        )
+    return warning("shape-contradicts-wrench", what, "shape")
+
+
+def _shape_warnings(posterior: Posterior, distance: float) -> list[Message]:
+    """Messages on a shape without a certain place, or that contradicts the wrench."""
+    warnings: list[Message] = []
     if not posterior.settled:
         warnings.append(
             warning(
@@ -258,26 +298,12 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
                 "shape",
             )
         )
+    far = contradiction(posterior, distance)
     if far and mass_is_negative(posterior):
         what = "no positive mass explains the wrench: check `sign` and `gravity`"
         warnings.append(error("no-positive-mass", what, "sign"))
     elif excludes_shape(posterior, distance):
-        where, so = "near the sensor", "of one that is long or far give `shape`"
-        if posterior.shape_known:
-            where = "inside the shape"
-            so = (
-                "the answer is without the shape: is it the right one, in the right place "
-                "and size, and is a gripper held, too (`tool`)?"
-            )
-        if posterior.instead:
-            so = f"the answer is without the shape, which would fit {posterior.instead}"
-        what = (
-            f"the wrench is {np.exp(min(-posterior.evidence, 20.0)):.2g} times as likely "
-            f"that of another shape, or of one elsewhere; {so}"
-        )
-        if far:
-            what = f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} standard deviations away; {so}"
-        warnings.append(warning("shape-contradicts-wrench", what, "shape"))
+        warnings.append(_exclusion(posterior, far))
     elif doubt := doubtful_shape(posterior, distance):
         warnings.append(
             warning(
@@ -287,4 +313,4 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
                 "shape",
             )
         )
-    return (*warnings, *posterior.scale_doubts)
+    return warnings

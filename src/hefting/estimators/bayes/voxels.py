@@ -43,50 +43,24 @@ class Voxels:
 
     @classmethod
     def of(cls, shape: Shape) -> Self:
-        """Voxels of a shape in the sensor frame."""
+        """Voxels of a shape in the sensor frame; its points have cells of one size."""
         n = shape.n
         axes, sides = _cell_box(shape)
         cuts = _subdivisions(sides, TARGET_VOXELS / n)
-        numbers: list[int] = cuts.tolist()
-        grids: list[Array] = [
-            sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(numbers)
-        ]
-        offsets = np.stack(
-            [g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1
-        )
-        positions = shape.positions @ axes
-        positions = (positions[:, None] + offsets[None]).reshape(-1, 3)
+        step = sides / cuts
+        offsets = _offsets_in_cell(sides, cuts)
+        along_axes = shape.positions @ axes
+        positions = (along_axes[:, None] + offsets[None]).reshape(-1, 3)
         shares = (
             np.full(n, 1.0 / n) if shape.volumes is None else np.asarray(shape.volumes)
         )
         volumes = np.repeat(shares / len(offsets), len(offsets))
-        rank = _depth_rank(positions, sides / cuts, volumes)
+        rank = _depth_rank(positions, step, volumes)
 
-        own = np.diag((sides / cuts) ** 2 / 12.0)
-        middle = volumes @ positions
-        x = positions - middle
-        body = shape.homogeneous
-        wanted = (
-            axes.T
-            @ (
-                body.pseudo_inertia[:3, :3] / body.mass
-                - np.outer(*2 * (body.center_of_mass,))
-            )
-            @ axes
-        )
-        A = _stretch((x.T * volumes) @ x + own, wanted)
-        x, own = x @ A.T @ axes.T, axes @ A @ own @ A.T @ axes.T
+        x, own = _like_homogeneous(shape, axes, positions, volumes, step)
         parameters = _parameters_of_points(x, own)
         points = parameters.reshape(10, n, -1).mean(axis=2)
-        cells, cell_shares = points, shares
-        if n > MOST_CELLS:
-            label = _group_points(points[1:4].T, MOST_CELLS // 2)
-            cell_shares = np.asarray(np.bincount(label, weights=shares), dtype=float)
-            sums = np.stack(
-                [np.bincount(label, weights=row * shares) for row in points]
-            )
-            kept = cell_shares > 0.0
-            cells, cell_shares = sums[:, kept] / cell_shares[kept], cell_shares[kept]
+        cells, cell_shares = _grouped(points, shares)
         return cls(
             parameters,
             volumes,
@@ -98,6 +72,48 @@ class Voxels:
             cell_shares,
             cells[1:4].T.copy(),
         )
+
+
+def _offsets_in_cell(sides: Array, cuts: Indices) -> Array:
+    """(v, 3) [m] centres of the voxels of a cell from its own centre, for a cell with
+    the given sides (3,) [m] and numbers (3,) of voxels along them."""
+    numbers: list[int] = cuts.tolist()
+    grids: list[Array] = [
+        sides[i] * ((np.arange(c) + 0.5) / c - 0.5) for i, c in enumerate(numbers)
+    ]
+    return np.stack([g.ravel() for g in np.meshgrid(*grids, indexing="ij")], axis=1)
+
+
+def _like_homogeneous(
+    shape: Shape, axes: Array, positions: Array, volumes: Array, step: Array
+) -> tuple[Array, Array]:
+    """Voxels about their centroid, stretched to the second moment of the homogeneous
+    body: centres (N, 3) [m] and the second moment (3, 3) [m²] of each about its own
+    centre, in sensor axes.
+
+    The positions (N, 3) and the sides of a voxel, `step` (3,) [m], are along the
+    columns of `axes` (3, 3).
+    """
+    own = np.diag(step**2 / 12.0)
+    x = positions - volumes @ positions
+    body = shape.homogeneous
+    c = body.center_of_mass
+    of_body = body.pseudo_inertia[:3, :3] / body.mass - np.outer(c, c)
+    A = _stretch((x.T * volumes) @ x + own, axes.T @ of_body @ axes)
+    return x @ A.T @ axes.T, axes @ A @ own @ A.T @ axes.T
+
+
+def _grouped(points: Array, shares: Array) -> tuple[Array, Array]:
+    """Parameters (10, c) of 1 kg in each cell, and the cells' shares (c,) in the volume:
+    those of the points, or of groups of neighbours if there are more than
+    `MOST_CELLS`."""
+    if len(shares) <= MOST_CELLS:
+        return points, shares
+    label = _group_points(points[1:4].T, MOST_CELLS // 2)
+    of_group = np.asarray(np.bincount(label, weights=shares), dtype=float)
+    sums = np.stack([np.bincount(label, weights=row * shares) for row in points])
+    kept = of_group > 0.0
+    return sums[:, kept] / of_group[kept], of_group[kept]
 
 
 def _parameters_of_points(x: Array, own: Array) -> Array:

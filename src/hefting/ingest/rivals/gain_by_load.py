@@ -8,9 +8,10 @@ the torques, as if all gauges had the same range.
 
 import numpy as np
 
+from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import beside_body, fit_rows, with_bias
+from hefting.ingest.rivals.evidence import Fitted, beside_body, fit_rows, with_bias
 from hefting.ingest.rivals.explanation import Explanation, fit_as_given
 
 CODE = "gain-by-load"
@@ -34,31 +35,41 @@ def explain(case: Case) -> Explanation | None:
     """The likeliest law, at the clock offset of the recording as given."""
     if not case.path.moves:
         return None
-    fitted, offset = fit_as_given(case)
-    motion = case.motion_late(offset)
-    features = case.features(motion)
-    for _ in range(PASSES):
-        body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best, :10]
-        reading = case.wrench - fitted.residual[fitted.best]
-        from_where = np.stack((features[0] @ body, reading))  # no load, zero
-        laws = np.concatenate([from_where * np.abs(from_where), from_where**3])
-        each = np.broadcast_to(features, (len(laws), *features.shape[1:]))
-        used = np.broadcast_to(motion.known, laws.shape[:2])
-        known = np.concatenate((each, laws), axis=2)
-        fitted = fit_rows(case, with_bias(case, known, beside_body(ERRORS), used))
-    best = fitted.best
-    loads = np.abs(from_where[best % 2]).reshape(-1, 2, 3)
-    largest, varies = loads.max(axis=(0, 2)), np.ptp(loads, axis=0).max(axis=1)
-    powers = largest if best < 2 else largest**2
-    changes = powers * fitted.solution[best, 10:12]
-    of = int(np.argmax(np.abs(changes) * largest / fitted.scale[best]))
+    fitted, loads = _fit_laws(case)
+    law = fitted.best
+    load = np.abs(loads[law % 2]).reshape(-1, 2, 3)
+    # (2,) each, of force and torque
+    largest, varies = load.max(axis=(0, 2)), np.ptp(load, axis=0).max(axis=1)
+    powers = largest if law < 2 else largest**2
+    changes = powers * fitted.solution[law, 10:12]
+    of = int(np.argmax(np.abs(changes) * largest / fitted.scale[law]))
     change = abs(changes[of])
     seen = change * varies[of] / max(largest[of], 1e-300)
     if not (seen > SMALLEST_CHANGE and change < LARGEST_CHANGE):
         return None
+    name, unit = (("force", "N"), ("torque", "N m"))[of]
     what = (
-        f"the sensor's gain seems to change with the load, the {('force', 'torque')[of]}'s "
-        f"by {100.0 * changes[of]:+.2g} % at {largest[of]:.2g} {('N', 'N m')[of]}"
+        f"the sensor's gain seems to change with the load, the {name}'s "
+        f"by {100.0 * changes[of]:+.2g} % at {largest[of]:.2g} {unit}"
     )
     fix = "zero it first, check its calibration, or use one of a larger range"
     return Explanation(CODE, what, fix, fitted, UNKNOWNS, rarity=RARITY)
+
+
+def _fit_laws(case: Case) -> tuple[Fitted, Array]:
+    """Fit of four laws, and the loads (2, K, 6) [N, N m] without noise, counted from no
+    load and from zero: x |x| of each of these loads, then x³ of each."""
+    fitted, offset = fit_as_given(case)
+    motion = case.motion_late(offset)
+    features = case.features(motion)
+    loads = np.empty((2, *case.wrench.shape))
+    for _ in range(PASSES):
+        body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best, :10]
+        reading = case.wrench - fitted.residual[fitted.best]
+        loads = np.stack((features[0] @ body, reading))
+        laws = np.concatenate([loads * np.abs(loads), loads**3])
+        each = np.broadcast_to(features, (len(laws), *features.shape[1:]))
+        used = np.broadcast_to(motion.known, laws.shape[:2])
+        known = np.concatenate((each, laws), axis=2)
+        fitted = fit_rows(case, with_bias(case, known, beside_body(ERRORS), used))
+    return fitted, loads

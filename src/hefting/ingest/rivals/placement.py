@@ -107,17 +107,9 @@ def find_placement(
         fitted = here.fitted
         if taken >= FIRST_STEPS and is_hopeless(case, fitted, given):
             break
-        columns = []
-        if turns:
-            columns.append(_turn_columns(case, R, here))
-        if moves:
-            columns.append(_acceleration_columns(here, _arms(here.motion)[0]))
-        if tilts:
-            along = size * (here.motion.axes[0] @ tangents_of(case.gravity).T)
-            columns.append(-_acceleration_columns(here, along))
-        if case.path.moves:
-            columns.append(here.offset_columns)
-        step = linear_step(fitted, np.concatenate(columns, axis=2))
+        tilt_scale = size if tilts else None
+        columns = _columns(case, R, here, turns, moves, tilt_scale)
+        step = linear_step(fitted, columns)
         if (np.abs(step.change) < CONVERGED * np.sqrt(step.white.diagonal())).all():
             break
         change = np.clip(step.change, -LARGEST_STEP, LARGEST_STEP)
@@ -135,6 +127,31 @@ def find_placement(
         here = Around.of(case, build, offset, fitted)
     known = step.covariance[: parts[-1], : parts[-1]]
     return Placement(R, point, offset, here.fitted, known, case.gravity)
+
+
+def _columns(
+    case: Case,
+    R: Array,
+    here: Around,
+    turns: bool,
+    moves: bool,
+    tilt_scale: float | None,
+) -> Array:
+    """(K, 6, q) derivatives of the wrench by what is free: the rotation vector [rad] and
+    the place [m], in logged axes, two tilts of gravity, and the clock offset [s] of
+    poses that move. `tilt_scale` is gravity [m/s²], for tilts in rad; None where its
+    direction is not free."""
+    columns: list[Array] = []
+    if turns:
+        columns.append(_turn_columns(case, R, here))
+    if moves:
+        columns.append(_acceleration_columns(here, _arms(here.motion)[0]))
+    if tilt_scale is not None:
+        along = tilt_scale * (here.motion.axes[0] @ tangents_of(case.gravity).T)
+        columns.append(-_acceleration_columns(here, along))
+    if case.path.moves:
+        columns.append(here.offset_columns)
+    return np.concatenate(columns, axis=2)
 
 
 def _turn_columns(case: Case, R: Array, here: Around) -> Array:

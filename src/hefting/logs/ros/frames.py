@@ -49,9 +49,8 @@ class Link:
         own = (self.series.time - origin).astype(float)
         wanted = (time - origin).astype(float)
         position = interpolated(wanted, own, self.series.values[:, :3])
-        return position, Slerp(own, Rotation.from_quat(self.series.values[:, 3:]))(
-            wanted
-        )
+        turns = Slerp(own, Rotation.from_quat(self.series.values[:, 3:]))
+        return position, turns(wanted)
 
 
 def checked(raw: Link, series: Series, where: str, live: bool = False) -> Link:
