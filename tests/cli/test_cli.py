@@ -42,6 +42,7 @@ def test_identify_prints_a_table_with_units_and_truth(run, folder):
         "mm",
         "truth",
         "errors: mass",
+        "% of box moments",
         "wrench on the object, found from gravity",
         "95 % from",
     ):
@@ -236,7 +237,7 @@ def test_inspect(run, folder):
         "wrench",
         "100 Hz",
         "on-object (certain",
-        "kg by least squares",
+        "kg by least squares (± by noise alone)",
         "next:",
     ):
         assert text in out

@@ -459,6 +459,24 @@ def test_nothing_is_left_half_written(run, folder, tmp_path):
     assert out.read_text() != "old"
 
 
+def test_titles_of_a_picture_are_no_wider_than_its_rows(folder):
+    """One had begun left of its axes, beside a number of them."""
+    pytest.importorskip(
+        "matplotlib", reason="matplotlib is not installed (pip install 'hefting[plot]')"
+    )
+    from matplotlib.text import Text
+
+    from hefting.plots.prediction import plot_prediction
+
+    log = simulate(MOTION, BODY, noise=Noise(0.11, 0.0048), seed=1)
+    figure = plot_prediction(predict(Estimate.load(folder / "estimate.json"), log))
+    for axes in figure.axes:
+        said = axes.get_title(loc="right")
+        for text in axes.findobj(Text):
+            if said and text.get_text() == said:
+                assert text.get_window_extent().x0 > axes.get_window_extent().x0
+
+
 def test_the_bias_that_the_text_speaks_of_is_drawn(folder):
     """A sensor zeroed elsewhere: its mean difference is a dashed line, and the
     prediction with it lies on what was measured."""

@@ -32,6 +32,11 @@ def test_no_minus_before_a_zero_and_nothing_open_as_a_number():
     assert with_reach([1.44, 172.24], 0.83) == "1.4, 172.2 ± 0.8"
 
 
+def test_digits_may_be_those_of_the_value_that_is_known_best():
+    """A moment of 0.47 ± 0.2 had been 0 beside others of ± 2."""
+    assert with_reach([1.3, 0.47, 1.7], 1.9, 0.2) == "1.3, 0.5, 1.7 ± 1.9"
+
+
 def test_points_stand_under_each_other():
     column = [row[0] for row in aligned([["1.25"], ["10"], ["0.125"]])]
     width = max(map(len, column))

@@ -11,6 +11,7 @@ from hefting.core.accuracy import Accuracy
 from hefting.core.spatial import rotation_matrices
 from hefting.planning.result import corner_speeds
 from hefting.plots import picture_of, plot_plan
+from hefting.plots.plan import JOINTS
 from hefting.robots import Robot
 from plans import random_plan
 
@@ -109,6 +110,30 @@ def test_names_of_any_length_stay_in_the_picture(plan, length):
     box = legend.get_window_extent()
     assert box.x0 >= 0.0
     assert box.x1 <= figure.bbox.width
+
+
+def test_joints_are_named_above_them_in_order_and_have_lines_of_their_own(plan):
+    names = tuple(f"joint{i}" for i in range(1, 5))
+    figure = plot_plan(replace(plan, joints=names))
+    (legend,) = figure.subfigs[0].legends
+    assert legend.get_window_extent().y0 > figure.axes[0].get_window_extent().y1
+    looks = [(str(x["color"]), x["linestyle"]) for x in JOINTS]
+    assert len(set(looks)) == len(JOINTS) == 18
+    drawn = [x for axes in figure.axes[1:] for x in axes.get_lines()]
+    assert not {x.get_color() for x in drawn} & {colour for colour, _ in looks}
+
+
+def test_what_is_expected_is_told_from_what_is_asked_by_its_mark(rows):
+    curves = [x for x in rows[3].get_lines() if len(x.get_xdata()) > 2]
+    marks = {x.get_label(): x.get_marker() for x in curves}
+    assert len(set(marks.values())) == 3
+    lines = [x for x in rows[3].get_lines() if len(x.get_xdata()) == 2]
+    asked = {float(x.get_ydata()[0]): x.get_marker() for x in lines}
+    assert asked == {
+        1.0: marks["mass [%]"],
+        2.0: marks["COM [mm]"],
+        20.0: marks["inertia [%]"],
+    }
 
 
 def test_the_same_plan_is_drawn_with_the_same_bytes(plan, monkeypatch):

@@ -13,6 +13,7 @@ pytest.importorskip(
 )
 
 from matplotlib.legend import Legend
+from matplotlib.lines import Line2D
 from matplotlib.text import Text
 
 from hasty_pictures import draw_hastily
@@ -23,7 +24,15 @@ from hefting.core.measurements import NOISE_LEVELS
 from hefting.core.messages import error
 from hefting.core.regressor import predict_wrench
 from hefting.plots.body import plot_identification, plot_object, plot_shape
-from hefting.plots.style import DRAWN, lines_of, save_figure, style
+from hefting.plots.style import (
+    DRAWN,
+    draw_legend,
+    drawing,
+    lines_of,
+    save_figure,
+    style,
+    subfigures_of,
+)
 from hefting.plots.views import VIEWS
 from hefting.plots.wrench import plot_wrench
 from hefting.scene import Headline, uniform_ellipsoid
@@ -39,7 +48,11 @@ UNPHYSICAL = InertialParameters.from_com(
 @pytest.fixture(autouse=True)
 def layout(request, monkeypatch):
     """Most of the time of drawing goes into the layout: only where it is looked at."""
-    if request.function not in (test_nothing_overlaps_or_leaves_the_picture,):
+    looked_at = (
+        test_nothing_overlaps_or_leaves_the_picture,
+        test_legends_of_several_rows_are_read_from_left_to_right,
+    )
+    if request.function not in looked_at:
         draw_hastily(monkeypatch)
 
 
@@ -118,11 +131,19 @@ def test_time_may_be_that_of_the_log(measurements):
 def test_no_line_is_drawn_over_a_gap(measurements):
     """Of half a second, as between recordings: as in a page."""
     apart = replace(measurements, time=measurements.time + 0.5 * (np.arange(100) >= 40))
-    for axes in plot_wrench(apart, estimate_of(BODY)).axes:
+    figure = plot_wrench(apart, estimate_of(BODY))
+    for axes in figure.axes:
         for line in axes.lines:
             y = np.asarray(line.get_ydata(), dtype=float)
             if len(y) > 2:  # but the line at zero
                 assert np.flatnonzero(np.isnan(y)).tolist() == [40]
+        (grey,) = axes.patches
+        ends = apart.time[[39, 40]] - apart.time[0]
+        np.testing.assert_allclose(
+            (grey.get_x(), grey.get_width()), (ends[0], np.ptp(ends))
+        )
+    assert "left out, or not recorded" in words(figure)
+    assert "left out" not in words(plot_wrench(measurements, estimate_of(BODY)))
 
 
 def test_one_sample_can_be_drawn(measurements):
@@ -228,6 +249,33 @@ def test_a_com_that_is_open_is_a_line_or_nothing():
     assert "open along z" in words(figure)
 
 
+def test_a_com_that_is_open_along_two_axes_has_its_interval_and_no_mark():
+    """It is in no view; the pictures had ended at the center of the interval."""
+    half = np.array((7e-3, np.inf, np.inf))
+    center = np.array((1.7e-3, 0.1, 0.0))
+    body = InertialParameters.from_com(0.7, center, 1e-3 * np.eye(3))
+    intervals = {
+        "mass": np.array((0.6, 0.7)),
+        "center_of_mass": np.array((center - half, center + half)),
+        "inertia_at_com": np.array((-np.inf, np.inf))[:, None, None] * np.ones((3, 3)),
+    }
+    figure = plot_object(estimate_of(body, intervals=intervals))
+    front, side, below = figure.axes
+    for axes in (front, below):
+        (band,) = (p for p in axes.patches if hasattr(p, "get_width"))
+        drawn = (band.get_x(), band.get_x() + band.get_width())
+        np.testing.assert_allclose(drawn, 1e3 * intervals["center_of_mass"][:, 0])
+        low, high = axes.get_xlim()
+        assert low < drawn[0]
+        assert high > drawn[1]
+    assert not [p for p in side.patches if hasattr(p, "get_width")]
+    (legend,) = figure.findobj(Legend)
+    labels = [text.get_text() for text in legend.get_texts()]
+    assert "COM, estimate: open along y and z" in labels
+    assert "95 % interval of the COM" in labels
+    assert "COM, estimate" not in labels
+
+
 def mark_y(body, axis):
     return 1e3 * body.center_of_mass[axis]
 
@@ -289,6 +337,30 @@ def test_static_poses_are_told_by_their_row(measurements):
     assert figure.axes[0].lines[1].get_linestyle() == "None"
 
 
+@pytest.mark.parametrize("count", [1, 2, 7])
+def test_poses_have_whole_numbers(measurements, count):
+    figure = plot_wrench(measurements[:count], estimate_of(BODY, duration=None))
+    low, high = figure.axes[-1].get_xlim()
+    ticks = [tick for tick in figure.axes[-1].get_xticks() if low <= tick <= high]
+    assert ticks
+    assert all(float(tick).is_integer() for tick in ticks)
+
+
+def test_legends_of_several_rows_are_read_from_left_to_right():
+    """By the places of the words: matplotlib fills columns."""
+    names = list("abcdefg")
+    with drawing(2.0) as figure:
+        part = subfigures_of(figure, 1)[0]
+        part.subplots(1, 1)
+        draw_legend(part, [Line2D([], [], label=name) for name in names], 4)
+        (legend,) = part.legends
+        with style():
+            figure.draw_without_rendering()
+        boxes = {t.get_text(): t.get_window_extent() for t in legend.get_texts()}
+    placed = sorted(boxes, key=lambda name: (-round(boxes[name].y0, 1), boxes[name].x0))
+    assert placed == names
+
+
 def test_bias_and_turned_sign_are_told(measurements):
     bias = np.array((1.0, -2.0, 0.5, 0.1, 0.2, -0.3))
     made = {"wrench": "on-sensor"}
@@ -334,6 +406,8 @@ def test_nothing_overlaps_or_leaves_the_picture(measurements, shape, kind, verdi
             # a pixel or two of rounding and of an arrow's tip are no overlap
             assert min(one.x0, one.y0) >= -2.0, one
             assert one.x1 <= figure.bbox.x1 + 2.0, one
+            if k < len(figure.axes):  # titles end here
+                assert one.x1 <= figure.bbox.x1 - 0.02 * 3.5 * figure.dpi, one
             assert one.y1 <= figure.bbox.y1 + 2.0, one
             for other in parts[:k]:
                 wide = min(one.x1, other.x1) - max(one.x0, other.x0)

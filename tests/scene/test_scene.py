@@ -100,6 +100,15 @@ def test_what_an_estimate_leaves_open_is_not_in_the_scene():
     assert body.missing == "no body has this inertia"
 
 
+def test_the_interval_of_a_com_that_is_open_in_part_is_in_the_scene():
+    half = np.array((0.05, np.inf, np.inf))
+    scene = scene_of({"estimate": estimate(com=half, inertia=np.inf)})
+    np.testing.assert_allclose(scene.bodies[0].reach, half)
+    x = scene.corners[:, 0]
+    ends = BODY.center_of_mass[0] + np.array((-0.05, 0.05))
+    np.testing.assert_allclose((x.min(), x.max()), ends)
+
+
 def test_a_huge_region_does_not_make_all_else_tiny(shape):
     scene = scene_of({"estimate": estimate(com=10.0)}, shape)
     sizes = np.ptp(scene.corners, axis=0)

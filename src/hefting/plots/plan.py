@@ -2,23 +2,24 @@
 object, and the expected uncertainty. Needs matplotlib."""
 
 from collections.abc import Callable
-from itertools import cycle
+from itertools import cycle, product
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hefting.planning.result import Plan, corner_speeds
 from hefting.plots.style import (
-    BLACK,
     BLUE,
     GREEN,
     INK,
     LINE,
+    MEASURED,
     ORANGE,
     PURPLE,
     SKY,
     VERMILION,
     chosen,
+    draw_legend,
     headed,
     lines_of,
     write_title,
@@ -29,14 +30,20 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure, SubFigure
 
-JOINTS = (BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE, BLACK)
-"""Colours of the joints, repeated for more of them."""
+JOINTS: tuple[dict[str, Any], ...] = tuple(
+    {"color": colour, "linestyle": line}
+    for line, colour in product(
+        ("-", (0, (1, 1)), (0, (3, 1, 1, 1))),
+        (BLUE, ORANGE, GREEN, VERMILION, SKY, PURPLE),
+    )
+)
+"""Lines of the joints, repeated for more of them; what is not of one joint is `INK`."""
 QUANTITIES = {
-    "mass": ("mass", "%", 1e2, BLUE),
-    "center_of_mass": ("COM", "mm", 1e3, VERMILION),
-    "inertia": ("inertia", "%", 1e2, GREEN),
+    "mass": ("mass", "%", 1e2, "o"),
+    "center_of_mass": ("COM", "mm", 1e3, "s"),
+    "inertia": ("inertia", "%", 1e2, "^"),
 }
-"""Label, unit, factor from SI, and colour of each quantity of an `Accuracy`."""
+"""Label, unit, factor from SI, and marker of each quantity of an `Accuracy`."""
 HEIGHTS = {"joints": 1.7, "shares": 1.1, "corner": 0.9, "widths": 1.3}
 """Heights of the rows [in]."""
 LIMIT = {"linewidth": 0.6, "linestyle": (0, (4, 2))}
@@ -66,7 +73,7 @@ def plot_plan(plan: Plan, say: Callable[[str], str] = str) -> "Figure":
         _draw_widths(rows[3], plan)
         rows[-1].set_xlabel("Time [s]")
         rows[-1].set_xlim(0.0, plan.duration)
-        _draw_legend(below, rows[0])
+        _draw_joint_legend(below, plan.joints)
         below.align_ylabels()
     return figure
 
@@ -94,13 +101,13 @@ def _draw_joints(axes: "Axes", plan: Plan) -> None:
     motion = plan.motion
     shown = chosen(len(motion.time))
     time, position = motion.time[shown], motion.position[shown].T
-    for name, q, colour in zip(plan.joints, position, cycle(JOINTS), strict=False):
-        axes.plot(time, q, color=colour, linewidth=0.9, label=name)
+    for name, q, look in zip(plan.joints, position, cycle(JOINTS), strict=False):
+        axes.plot(time, q, linewidth=0.9, label=name, **look)
     low, high = axes.get_ylim()
-    for ends, colour in zip(plan.limits.position, cycle(JOINTS), strict=False):
+    for ends, look in zip(plan.limits.position, cycle(JOINTS), strict=False):
         for end in ends:
             if low <= end <= high:
-                axes.axhline(end, color=colour, **LIMIT)
+                axes.axhline(end, color=look["color"], **LIMIT)
     axes.set_ylim(low, high)
     axes.set_ylabel("joints [rad]")
     write_title(axes, "dashed: limits in view")
@@ -110,12 +117,13 @@ def _draw_shares(axes: "Axes", plan: Plan) -> None:
     motion, limits = plan.motion, plan.limits
     shown = chosen(len(motion.time))
     time = motion.time[shown]
-    for name, values, most, colour in (
-        ("speed", motion.velocity, limits.speed, INK),
-        ("acceleration", motion.acceleration, limits.acceleration, ORANGE),
+    thin: dict[str, Any] = {"linewidth": 0.9}
+    for name, values, most, look in (
+        ("speed", motion.velocity, limits.speed, thin),
+        ("acceleration", motion.acceleration, limits.acceleration, MEASURED),
     ):
         share = 1e2 * np.max(np.abs(values) / most, axis=1)
-        axes.plot(time, share[shown], color=colour, linewidth=0.9, label=name)
+        axes.plot(time, share[shown], color=INK, label=name, **look)
     axes.axhline(1e2, color=INK, **LIMIT)
     axes.set_ylim(0.0, 1.12e2)
     axes.set_ylabel("of limits [%]")
@@ -139,17 +147,17 @@ def _draw_widths(axes: "Axes", plan: Plan) -> None:
     from matplotlib.ticker import LogLocator
 
     forecast = plan.forecast
-    for name, (label, unit, factor, colour) in QUANTITIES.items():
+    for name, (label, unit, factor, marker) in QUANTITIES.items():
         known = [getattr(each, name) for each in forecast.accuracy]
         values = factor * np.array(known, dtype=float)  # None, where open, is NaN
         values[~np.isfinite(values)] = np.nan
-        look: dict[str, Any] = {"linewidth": 0.9, "marker": ".", "markersize": 3.0}
+        look: dict[str, Any] = {"color": INK, "marker": marker, "markersize": 2.5}
         look["clip_on"] = False  # the last point is on the frame
         label = f"{label} [{unit}]"
-        axes.plot(forecast.time, values, color=colour, label=label, **look)
+        axes.plot(forecast.time, values, linewidth=0.9, label=label, **look)
         asked = None if plan.asked is None else getattr(plan.asked, name)
         if asked is not None and np.isfinite(asked):
-            axes.axhline(factor * asked, color=colour, **LIMIT)
+            axes.axhline(factor * asked, markevery=[0], **look, **LIMIT)
     axes.set_yscale("log")
     axes.set_ylabel("± 95 %")
     axes.yaxis.set_major_locator(LogLocator(subs=(1.0, 3.0)))
@@ -165,15 +173,14 @@ def _columns(names: tuple[str, ...]) -> int:
     return min(max(LINE_OF_NAMES // (longest + BESIDE_NAME), 1), len(names))
 
 
-def _draw_legend(figure: "SubFigure", axes: "Axes") -> None:
-    handles, labels = axes.get_legend_handles_labels()
-    figure.legend(
-        handles,
-        [label[:LONGEST_NAME] for label in labels],
-        loc="outside lower center",
-        ncols=_columns(tuple(labels)),
-        handlelength=1.2,
-    )
+def _draw_joint_legend(figure: "SubFigure", names: tuple[str, ...]) -> None:
+    from matplotlib.lines import Line2D
+
+    handles = [
+        Line2D([], [], linewidth=0.9, label=name[:LONGEST_NAME], **look)
+        for name, look in zip(names, cycle(JOINTS), strict=False)
+    ]
+    draw_legend(figure, handles, _columns(names), handlelength=1.6)
 
 
 def _legend_above(axes: "Axes") -> None:

@@ -16,6 +16,7 @@ from hefting.plots.style import (
     chosen,
     component_handles,
     draw_components,
+    draw_legend,
     headed,
     label_time,
     line_of,
@@ -153,8 +154,7 @@ def _difference(
         axes.axhline(mean, color=colour, linewidth=0.8, linestyle=(0, (4, 2)))
     axes.axhline(0.0, color=INK, linewidth=0.4)
     rms, varying = a.rms[first // 3], a.varying[first // 3]
-    what = f"measured − predicted: rms {rms:.2g}, less its mean {varying:.2g} {unit}"
-    write_title(axes, what)
+    write_title(axes, f"residual rms {rms:.2g}, less its mean {varying:.2g} {unit}")
     axes.set_ylabel(f"[{unit}]")
 
 
@@ -176,13 +176,8 @@ def _legend(figure: "SubFigure", prediction: Prediction) -> None:
     if prediction.agreement is not None and _has_constant(prediction):
         line = _dashed(prediction)
         handles.append(Line2D([], [], color=INK, label="predicted + mean", **line))
-    figure.legend(
-        handles=handles,
-        loc="outside upper center",
-        ncols=len(handles) if len(handles) <= MOST_COLUMNS else 4,
-        handlelength=1.4,
-        columnspacing=1.0,
-    )
+    columns = MOST_COLUMNS if len(handles) <= MOST_COLUMNS else 4
+    draw_legend(figure, handles, columns, handlelength=1.4, columnspacing=1.0)
 
 
 HEIGHTS = {_whole: 1.6, _difference: 0.7, _half_width: 0.6}

@@ -67,6 +67,8 @@ NO_LAYOUT: dict[Any, Any] = {
     "figure.constrained_layout.use": False,
 }
 """Settings with which a figure has no layout engine."""
+RIGHT = 0.02
+"""Margin of a picture at the right, as a share of its width."""
 LINE = 0.15
 """Height of a line of the headline, or of a legend [in]."""
 COLUMN = 62
@@ -122,8 +124,11 @@ def drawing(height: float, width: float = WIDTH) -> "Iterator[Figure]":
     with style():
         from matplotlib import rc_context
         from matplotlib.figure import Figure
+        from matplotlib.layout_engine import ConstrainedLayoutEngine
 
-        figure = Figure(figsize=(width, height), layout="constrained")
+        margin = RIGHT * WIDTH / width
+        layout = ConstrainedLayoutEngine(rect=(0.0, 0.0, 1.0 - margin, 1.0))
+        figure = Figure(figsize=(width, height), layout=layout)
         yield figure
         figure.draw_without_rendering()
         with rc_context(NO_LAYOUT):
@@ -224,6 +229,11 @@ def label_time(axes: "Axes", time: Array, static: bool) -> None:
     axes.set_xlabel("Pose" if static else "Time [s]")
     margin = 0.5 if static or len(time) == 1 else 0.0
     axes.set_xlim(time[0] - margin, time[-1] + margin)
+    if static:
+        from matplotlib.ticker import MaxNLocator
+
+        whole = MaxNLocator("auto", integer=True, min_n_ticks=1)
+        axes.xaxis.set_major_locator(whole)
 
 
 def component_handles() -> "list[Any]":
@@ -234,3 +244,18 @@ def component_handles() -> "list[Any]":
         Line2D([], [], color=colour, linewidth=1.2, label=name)
         for name, colour in COMPONENTS.items()
     ]
+
+
+def draw_legend(
+    figure: "SubFigure", handles: "list[Any]", columns: int, **look: Any
+) -> None:
+    """A legend above the axes of a figure, in rows of at most `columns` entries that are
+    read from left to right: matplotlib fills columns."""
+    count = min(columns, len(handles))
+    order = [k for column in range(count) for k in range(column, len(handles), count)]
+    figure.legend(
+        handles=[handles[k] for k in order],
+        ncols=count,
+        loc="outside upper center",
+        **look,
+    )

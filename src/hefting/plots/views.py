@@ -106,8 +106,11 @@ def draw_scene(figure: "SubFigure", scene: Scene) -> None:
 def _legend_lines(scene: Scene) -> int:
     parts: list[Any] = [scene, scene.surface, scene.points, scene.gravity]
     for body in scene.bodies:
-        parts += [body, body.region, body.ellipsoid or body.missing or None]
-        parts += [True] if np.isnan(body.center).any() else []
+        parts += [body.region, body.ellipsoid or body.missing or None]
+        open_count = int(np.isnan(body.center).sum())
+        parts += [True] if open_count < 2 else []  # its mark is in some view
+        parts += [True] if open_count else []
+        parts += [True] if _has_band(body) else []
     return sum(part is not None for part in parts)
 
 
@@ -229,19 +232,42 @@ def _draw_body(axes: "Axes", body: Body, i: int, j: int, mark: float) -> None:
 def _draw_center(
     axes: "Axes", body: Body, i: int, j: int, look: dict[str, Any]
 ) -> None:
-    """The COM as a mark; as a line along the axis if it is open on one, nothing if it is
-    open on both."""
+    """The COM as a mark; as a line along the axis if it is open on one, with its 95 %
+    interval; nothing if it is open on both."""
     center = 1e3 * body.center
     name = f"COM, {body.name}"
-    if np.isnan(center).any():
+    is_open = np.isnan(center)
+    line: dict[str, Any] = {
+        "color": look["color"],
+        "linewidth": 0.7,
+        "linestyle": (0, (1, 1)),
+    }
+    band: dict[str, Any] = {
+        "color": look["color"],
+        "alpha": 0.25,
+        "linewidth": 0.0,
+        "zorder": 0,
+    }
+    if is_open.any():
         label = f"{name}: open along {body.open_axes}"
-        axes.plot([], [], linestyle="none", label=label)
-    line = {"color": look["color"], "linewidth": 0.7, "linestyle": (0, (1, 1))}
+        shown: dict[str, Any] = {"linestyle": "none"} if is_open.all() else {}
+        axes.plot([], [], label=label, **(line | shown))
+    reach = body.reach if _has_band(body) else None
+    if reach is not None:
+        axes.fill([], [], label="95 % interval of the COM", **band)
     right, up = center[i], center[j]
-    if np.isnan(right) and not np.isnan(up):
-        axes.axhline(up, **line)
-    elif np.isnan(up) and not np.isnan(right):
-        axes.axvline(right, **line)
+    if is_open[i] != is_open[j]:
+        known = j if is_open[i] else i
+        draw, fill = axes.axvline, axes.axvspan
+        if is_open[i]:
+            draw, fill = axes.axhline, axes.axhspan
+        draw(center[known], **line)
+        if reach is not None:
+            fill(
+                center[known] - 1e3 * reach[known],
+                center[known] + 1e3 * reach[known],
+                **band,
+            )
     paint = {"color": look["color"]}
     if look["marker"] in "oD":
         paint = {"facecolors": "none", "edgecolors": look["color"]}
@@ -252,9 +278,17 @@ def _draw_center(
         s=(72.0 * MARK) ** 2,
         linewidths=0.9,
         zorder=6,
-        label=name,
+        label=name if is_open.sum() < 2 else None,  # open on two it is in no view
         **paint,
     )
+
+
+def _has_band(body: Body) -> bool:
+    """Whether the COM is a line in some view, of known uncertainty."""
+    is_open = np.isnan(body.center)
+    if body.reach is None or not is_open.any():
+        return False
+    return bool(np.isfinite(body.reach[~is_open]).any())
 
 
 def _draw_ellipsoid(

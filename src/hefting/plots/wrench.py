@@ -13,9 +13,11 @@ from hefting.plots.style import (
     COMPONENTS,
     INK,
     MEASURED,
+    SHADOW,
     chosen,
     component_handles,
     draw_components,
+    draw_legend,
     headed,
     label_time,
     line_of,
@@ -30,6 +32,8 @@ if TYPE_CHECKING:
 
 HEIGHT = 4.3
 """Height of the rows and their legend [in]."""
+MOST_COLUMNS = 5
+"""Most entries in a line of the legend."""
 
 
 def plot_wrench(
@@ -93,7 +97,11 @@ def draw_wrench(
         write_title(rest, f"residual (measured − predicted), rms {rms:.2g} {unit}")
         limit = 1.25 * float(np.abs(residual[:, three]).max()) or 1.0
         rest.set_ylim(-limit, limit)
-    _draw_legend(figure, estimate, static)
+    unused = [] if static else [curves.time[shown[[k - 1, k]]] for k in gaps]
+    for axes in rows:
+        for start_of_gap, end_of_gap in unused:
+            axes.axvspan(start_of_gap, end_of_gap, color=SHADOW, linewidth=0.0)
+    _draw_legend(figure, estimate, static, bool(unused))
     label_time(rows[-1], time, static)
     figure.align_ylabels()
 
@@ -113,8 +121,11 @@ def _measured(static: bool) -> dict[str, Any]:
     return MEASURED | (dashes if static else {})
 
 
-def _draw_legend(figure: "SubFigure", estimate: Estimate, static: bool) -> None:
+def _draw_legend(
+    figure: "SubFigure", estimate: Estimate, static: bool, has_gaps: bool
+) -> None:
     from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
 
     turned = estimate.provenance.get("wrench") == "on-sensor"
     handles = component_handles()
@@ -122,11 +133,9 @@ def _draw_legend(figure: "SubFigure", estimate: Estimate, static: bool) -> None:
     handles.append(Line2D([], [], color=INK, label=measured, **_measured(static)))
     predicted = "predicted" if estimate.bias is None else "predicted + bias"
     handles.append(Line2D([], [], color=INK, label=predicted, **line_of(static, 0.7)))
-    figure.legend(
-        handles=handles,
-        ncols=5,
-        loc="outside upper center",
-        handlelength=1.4,
-        columnspacing=0.9,
-        borderaxespad=0.2,
-    )
+    if has_gaps:
+        label = "left out, or not recorded"
+        handles.append(Patch(color=SHADOW, linewidth=0.0, label=label))
+    columns = MOST_COLUMNS if len(handles) <= MOST_COLUMNS else 3
+    look = {"handlelength": 1.4, "columnspacing": 0.9, "borderaxespad": 0.2}
+    draw_legend(figure, handles, columns, **look)

@@ -107,6 +107,9 @@ class Body:
     None if unknown, infinite if open"""
     missing: str = ""
     """Reason why there is no ellipsoid"""
+    reach: Array | None = None
+    """(3,) half-widths of the COM's 95 % intervals [m], not finite along an axis on which
+    it is open; None if unknown"""
 
     @property
     def open_axes(self) -> str:
@@ -149,6 +152,10 @@ class Scene:
             if body.region is not None:
                 reach = np.minimum(body.region.reach, max(size, LEAST_SIZE))
                 parts.append(body.region.center + BOTH * reach)
+            elif body.reach is not None:
+                known = np.where(np.isfinite(body.reach), body.reach, 0.0)
+                reach = np.minimum(known, max(size, LEAST_SIZE))
+                parts.append(np.nan_to_num(body.center) + BOTH * reach)
         return np.vstack(parts)
 
 
@@ -197,7 +204,7 @@ def _estimated_body(name: str, estimate: Estimate) -> Body:
         ellipsoid, missing = None, "inertia open"
         if np.isfinite(doubt):
             missing = f"inertia known to ± {100 * doubt:.0f} % only"
-    return Body(name, center, com_region(estimate), ellipsoid, doubt, missing)
+    return Body(name, center, com_region(estimate), ellipsoid, doubt, missing, half)
 
 
 def _masses(shape: Shape, estimates: Mapping[str, Estimate]) -> Array | None:

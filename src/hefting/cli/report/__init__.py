@@ -71,13 +71,16 @@ def fixed(value: float, decimals: int) -> str:
     return f"{round(float(value), decimals) + 0.0:.{decimals}f}"
 
 
-def with_reach(values: ArrayLike, reach: float | None) -> str:
+def with_reach(
+    values: ArrayLike, reach: float | None, least: float | None = None
+) -> str:
     """``"1.4, 172.2, 60.0 ± 0.8"``, with one significant digit of their largest
-    half-width, the `reach`; without one the values alone."""
+    half-width, the `reach`, or of their `least`; without one the values alone."""
     numbers = np.asarray(values, dtype=float)
     if not np.isfinite(numbers).all() or (reach is not None and not np.isfinite(reach)):
         return "open"
-    decimals = decimals_of(float(np.abs(numbers).max()), reach, 1)
+    finest = reach if least is None else least
+    decimals = decimals_of(float(np.abs(numbers).max()), finest, 1)
     text = ", ".join(fixed(value, decimals) for value in numbers)
     return text if reach is None else f"{text} ± {fixed(reach, decimals)}"
 

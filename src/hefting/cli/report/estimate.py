@@ -139,14 +139,13 @@ def _spread(estimate: Estimate) -> dict[str, list[float]]:
 
 
 def _describe_errors(errors: "Errors", verbose: bool) -> str:
-    text = (
-        f"errors: mass {errors.mass:.2g} %, COM {errors.center_of_mass:.2g} %, "
-        f"inertia {errors.inertia_at_com:.2g} %"
-    )
+    mass, com = f"errors: mass {errors.mass:.2g} %", f"{errors.center_of_mass:.2g} %"
+    inertia = f"inertia {errors.inertia_at_com:.2g} %"
     if not verbose:
-        return text
+        return f"{mass}, COM {com} of box sides, {inertia} of box moments"
     return (
-        f"{text} about the COM and {errors.inertia_at_origin:.2g} % about the sensor; "
+        f"{mass}, COM {com}, {inertia} about the COM and "
+        f"{errors.inertia_at_origin:.2g} % about the sensor; "
         f"Riemannian distance {errors.riemannian:.3g}; COM in shares of the bounding box's "
         "sides, inertia of a uniform box's moments (Nadeau et al. 2022, eq. 10 to 12)"
     )

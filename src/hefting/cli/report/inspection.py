@@ -229,7 +229,8 @@ def _object(found: "Inspection", verbose: bool) -> Iterable[str]:
         return
     reach = DEVIATIONS * f.mass_std
     if np.isfinite(reach):
-        yield f"mass {with_reach([f.mass], reach)} kg by least squares"
+        mass = with_reach([f.mass], reach)
+        yield f"mass {mass} kg by least squares (± by noise alone)"
     else:
         yield f"mass {f.mass:.4g} kg by least squares, open"
     yield (

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
 
 METHODS_MORE = "--verbose tells their sources, and what they do not depend on"
 MOMENTS = "Jxx, Jyy, Jzz\n10⁻³ kg m²"
+SHARES = "COM in % of the bounding box's sides, inertia of a uniform box's moments"
 
 
 def methods_report(verbose: bool = False) -> Group:
@@ -84,6 +85,7 @@ def comparison_report(
         lines.append(Text("! no body has these numbers"))
     if errors:
         lines.append(_errors_table({name: errors[name] for name in names}))
+        lines.append(Text(SHARES))
     elif truth is not None:
         table = plain_table("error", "mass, %", "COM, mm")
         for name in names:
@@ -120,30 +122,32 @@ def _answers(comparison: "Comparison", names: list[str]) -> Table:
             f"[bold]{name}[/bold]{mark}" if mark else f"{name}{doubt}",
             with_reach([e.parameters.mass], reach and reach[0]),
             with_reach(com, reach and reach[1]),
-            _moments(e, reach and reach[2]),
+            _moments(e, reach and reach[2:]),
             end_section=following in VARIANTS and name not in VARIANTS,
         )
     return table
 
 
-def _reach_of(e: "Estimate") -> tuple[float, float, float] | None:
+def _reach_of(e: "Estimate") -> tuple[float, float, float, float] | None:
     """Largest half-widths of the 95 % intervals of mass [kg], COM [mm] and moments of
-    inertia [10⁻³ kg m²]; None without intervals."""
+    inertia [10⁻³ kg m²], and the least of the moments; None without intervals."""
     if e.intervals is None:
         return None
     far = {
         name: np.abs(ends - getattr(e.parameters, name)).max(axis=0)
         for name, ends in e.intervals.items()
     }
-    moments, com = np.diagonal(far["inertia_at_com"]), far["center_of_mass"]
-    return float(far["mass"]), 1e3 * float(com.max()), 1e3 * float(moments.max())
+    moments, com = 1e3 * np.diagonal(far["inertia_at_com"]), far["center_of_mass"]
+    widest, least = float(moments.max()), float(moments.min())
+    return float(far["mass"]), 1e3 * float(com.max()), widest, least
 
 
-def _moments(e: "Estimate", reach: float | None) -> str:
-    """Moments of inertia at the COM, or "open" where one is undetermined."""
+def _moments(e: "Estimate", reach: tuple[float, ...] | None) -> str:
+    """Moments of inertia at the COM, with a digit of the one that is known best, which
+    may be the least; or "open" where one is undetermined."""
     if e.undetermined.inertia_at_com.diagonal().any():
         return "open"
-    return with_reach(1e3 * e.parameters.inertia_at_com.diagonal(), reach)
+    return with_reach(1e3 * e.parameters.inertia_at_com.diagonal(), *(reach or [None]))
 
 
 def _checks(comparison: "Comparison", names: list[str]) -> Table:
