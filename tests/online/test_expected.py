@@ -8,6 +8,7 @@ import pytest
 from benchmarks.online_streams import swapped
 
 from hefting.core.inertia import InertialParameters
+from hefting.core.measurements import MotionNoise
 from hefting.core.regressor import predict_wrench
 from hefting.ingest.ingest import ingest
 from hefting.online.expected import LARGEST, Expected, Watch
@@ -49,6 +50,42 @@ def test_size_is_chi_square_while_nothing_changes(known):
     # the drift may go on otherwise, which no draw does
     assert 2.5 < np.mean(sizes) < 4.56
     assert np.max(sizes) < LARGEST
+
+
+def resting(z, rng):
+    """Samples at rest, and the same as errors of their poses show them."""
+    noise = MotionNoise(0.1, 0.5)
+    none = np.zeros((len(z), 3))
+    true = replace(
+        z,
+        gravity=np.broadcast_to(z.gravity[0], (len(z), 3)),
+        linear_acceleration=none,
+        angular_velocity=none,
+        angular_acceleration=none,
+        weights=np.ones(len(z)),
+        motion_noise=noise,
+    )
+    errors = rng.normal(size=(2, *none.shape))
+    return true, replace(
+        true,
+        linear_acceleration=noise.linear * errors[0],
+        angular_acceleration=noise.angular * errors[1],
+    )
+
+
+@pytest.mark.parametrize(("share", "most"), [(0.0, 0), (-0.1, 20), (0.1, 20)])
+def test_errors_of_accelerations_at_rest_are_no_change(known, share, most):
+    """20 draws. Regressor and prediction have the same errors, which look as if the first
+    moment along gravity were gone; a tenth of the mass is still told."""
+    _, expected, z = known
+    rng = np.random.default_rng(6)
+    told = 0
+    for _ in range(20):
+        true, seen = resting(z[:100], rng)
+        felt = drawn(expected, true, (1.0 + share) * expected.x[:10], rng)
+        part = replace(seen, force=felt.force, torque=felt.torque)
+        told += expected.of_latest(part, 0.9).size > LARGEST
+    assert told == most
 
 
 @pytest.mark.parametrize("share", [-0.1, 0.1])

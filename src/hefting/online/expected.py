@@ -7,7 +7,9 @@ columns of the regressor for mass and first moment and W the weights, give a cha
     d = (sum A' W A)^-1 sum A' W r,
 
 whose covariance is that of the noise and of the prediction. d' cov(d)^-1 d is chi-square
-with four degrees of freedom while nothing changes.
+with four degrees of freedom while nothing changes. At rest A holds little but errors of the
+accelerations along some changes, as of a COM along gravity. The prediction has the same
+errors, times the body: d is then less that body, and the covariance allows for it.
 """
 
 from dataclasses import replace
@@ -168,11 +170,24 @@ class Expected:
         covariance = scale * white + by_x @ self.covariance @ by_x.T
         covariance = covariance + by_drift @ by_drift.T
         covariance += np.outer(late, late)
+        by_motion = white @ self._by_motion(z, W)
+        covariance += np.outer(by_motion, by_motion)
         change = white @ _right(A, W, r)
         root = np.sqrt(W)
         left = _unexplained(X[:, :, :10] * root[:, :, None], r * root, abs(change[0]))
         size = float(change @ np.linalg.lstsq(covariance, change, rcond=1e-12)[0])
         return Deviation(size / scale, float(np.sqrt(np.square(left).mean())))
+
+    def _by_motion(self, z: Measurements, W: Array) -> Array:
+        """(4,) sum of E(A' W e) over samples with weights W (K, 6), for the wrench e that
+        the prediction has by errors of the accelerations, which A has, too."""
+        noise = z.motion_noise
+        if noise is None:
+            return np.zeros(4)
+        variance = np.square(np.repeat((noise.linear, noise.angular), 3))
+        each = FULL_MAP[:6].reshape(6, 6, 10)
+        e = each @ self.x[:10]
+        return np.einsum("k,kia,i,ki->a", variance, each[:, :, :4], W.sum(axis=0), e)
 
     def _columns(self, z: Measurements) -> Array:
         """(K, 6, 22) derivatives of the wrench by x."""
