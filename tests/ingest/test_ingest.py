@@ -1,10 +1,13 @@
 """Ingest: what is understood of a recording, and what estimators are given of it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from disturbances import GRAVITY, NOISE, body, disturbed, undisturbed, with_wrench
 from hefting.core.errors import InputError
+from hefting.core.messages import error
 from hefting.identification import calibrate, identify
 from hefting.ingest.free_fit import fit_freely
 from hefting.ingest.ingest import ingest
@@ -41,6 +44,16 @@ def test_weights_are_by_the_motion_s_errors_and_one_on_average(clean):
     )
     np.testing.assert_allclose(weights, expected / expected.mean(), rtol=1e-6)
     assert np.ptp(weights) > 0.1
+
+
+def test_a_time_in_milliseconds_is_said_once_and_first(clean):
+    """As the reader found it, in place of what it imitates."""
+    said = error("time-unit", "time seems to be in milliseconds")
+    found = ingest(replace(clean, warnings=(said,)))
+    assert found.doubt is not None
+    assert found.doubt.makes_wrong
+    assert [m for m in found.warnings if m.code == "time-unit"] == [said]
+    assert found.warnings[0] == said
 
 
 def test_the_error_of_the_motion_is_as_large_as_is_said():

@@ -6,6 +6,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hefting.core.errors import InputError
+from hefting.core.messages import codes
 from hefting.logs import read_log
 from hefting.logs.map_guess import guess_map
 
@@ -170,3 +171,54 @@ def test_what_has_no_map(tmp_path, name, text, words):
         (tmp_path / name).write_text(text)
     with pytest.raises(InputError, match=words):
         guess_map(tmp_path / name)
+
+
+ROLLS = TURNS.as_euler("xyz")
+
+
+@pytest.mark.parametrize("frame", ["sensor", "wrist", "sensor_in_base", "link7"])
+@pytest.mark.parametrize("turns", ["roll pitch yaw", "qx qy qz qw"])
+def test_a_position_named_by_its_frame_is_read(tmp_path, frame, turns):
+    values = ROLLS if turns.startswith("roll") else TURNS.as_quat()
+    names = [
+        "t",
+        *(f"{frame}_{c}" for c in "xyz"),
+        *split(f"{turns} fx fy fz tx ty tz"),
+    ]
+    log = written(tmp_path / "log.csv", names, (TIME, POSITION, values, WRENCH))
+    got = read_log(log)
+    np.testing.assert_array_equal(got["position"].values, POSITION)
+    assert "columns-doubtful" not in codes(got.warnings)
+
+
+@pytest.mark.parametrize(
+    "names", ["ft_sensor_x ft_sensor_y ft_sensor_z", "tracker_x tracker_y tracker_z"]
+)
+@pytest.mark.parametrize("time", ["t", "time"])  # the second is a canonical name
+def test_what_may_be_the_position_is_told_and_not_read(tmp_path, names, time):
+    header = [time, *split(f"{names} qx qy qz qw fx fy fz tx ty tz")]
+    parts = (TIME, POSITION, TURNS.as_quat(), WRENCH)
+    got = read_log(written(tmp_path / "log.csv", header, parts))
+    assert not got.has("position")
+    [doubt] = [m for m in got.warnings if m.code == "columns-doubtful"]
+    listed = ", ".join(f'"{name}"' for name in names.split())
+    assert f"position = {{ columns = [{listed}] }}" in doubt
+
+
+NO_POSITIONS = {
+    "still": ("tracker_x tracker_y tracker_z", 0.0 * POSITION),
+    "newtons": ("sensor_x[N] sensor_y[N] sensor_z[N]", 10.0 * WRENCH[:, :3]),
+    "field": ("mag_x mag_y mag_z", POSITION),
+    "speed": ("sensor_vel_x sensor_vel_y sensor_vel_z", POSITION),
+    "another place": ("marker_x marker_y marker_z", POSITION),
+}
+
+
+@pytest.mark.parametrize("case", NO_POSITIONS)
+def test_other_columns_x_y_z_are_no_position(tmp_path, case):
+    names, values = NO_POSITIONS[case]
+    header = split(f"t {names} roll pitch yaw fx fy fz tx ty tz")
+    got = read_log(written(tmp_path / "log.csv", header, (TIME, values, ROLLS, WRENCH)))
+    assert not got.has("position")
+    told = "columns-doubtful" in codes(got.warnings)
+    assert told == (case == "newtons")

@@ -268,6 +268,7 @@ def _conditioning_warnings(
     """Warnings of reader, smoother and conditioning, except of an unknown bias, which
     `choose_bias` gives."""
     warnings: list[Message] = [*recording.warnings, *measured.warnings]  # type: ignore[list-item]
+    warnings = [m for m in warnings if getattr(m, "code", "") != "time-unit"]  # a doubt
     warnings += [
         message for message in found.warnings if message.code != "bias-unknown"
     ]
@@ -282,7 +283,8 @@ def _conditioning_warnings(
 def _doubt_and_pose_warnings(
     whole: Recording, recording: Recording, doubt: Doubt | None
 ) -> tuple[Doubt | None, list[Message]]:
-    """The doubt about a recording, which dead channels or constant poses may cause, and a
+    """The doubt about a recording, which dead channels, constant poses or
+    times in milliseconds may cause, and a
     warning of constant poses beside another doubt."""
     pose_warnings: list[Message] = []
     still = still_pose_message(whole)
@@ -296,6 +298,9 @@ def _doubt_and_pose_warnings(
     two = doubt is not None and doubt.second is not None
     if dead is not None and not two:  # a dead channel imitates other mistakes
         doubt = Doubt(dead, names_mistake=True)
+    logged = (m for m in whole.warnings if getattr(m, "code", "") == "time-unit")
+    if (unit := next(logged, None)) is not None:  # it is sure, and imitates others, too
+        doubt = Doubt(unit, names_mistake=True)
     return doubt, pose_warnings
 
 

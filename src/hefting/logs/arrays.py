@@ -11,7 +11,7 @@ from hefting.core.recording import COLUMNS, Recording, Stream, column_names
 from hefting.core.spatial import Array, Mask
 from hefting.logs.gaps import FEW, without_repeats
 from hefting.logs.orientations import no_rotations, quaternions
-from hefting.logs.static_poses import warn_about_static, without_times
+from hefting.logs.static_poses import warn_about_static, without_unit
 from hefting.logs.table import in_seconds
 
 ARRAYS = ("time", "wrench_time", "pose", *COLUMNS)
@@ -62,7 +62,7 @@ def recording_from_arrays(
     streams, repeats = without_repeats(streams)
     streams, about_time = in_seconds(streams, SOURCE)
     recorded = Recording(streams, source=SOURCE, warnings=repeats + about_time)
-    return without_times(recorded)
+    return without_unit(recorded)
 
 
 def unit_quaternions(orientation: Any) -> Array:

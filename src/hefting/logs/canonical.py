@@ -11,7 +11,7 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, JOINT_STREAMS, Recording, column_names
-from hefting.logs.static_poses import warn_about_static, without_times
+from hefting.logs.static_poses import warn_about_static, without_unit
 from hefting.logs.table import (
     Table,
     collect,
@@ -81,7 +81,7 @@ def read_canonical(table: Table, wrench_needed: bool = True) -> Recording:
         )
     streams, about_time = in_seconds(streams, table.source)
     warnings += more + about_time
-    return without_times(Recording(streams, False, table.source, warnings))
+    return without_unit(Recording(streams, False, table.source, warnings))
 
 
 def known_columns(

@@ -59,6 +59,9 @@ compensation, errors."""
 PLACES = {"tcp", "ee", "eef", "end", "effector", "endeffector", "tool", "flange"}
 """Words of the place where a tool is held."""
 
+FRAMES_HELD = PLACES | {"sensor", "wrist", "hand", "gripper", "link", "frame"}
+"""Words of frames that move with the sensor: ``sensor_x`` is a position."""
+
 ELSEWHERE = {
     *("imu", "camera", "cam", "object", "obj", "cube", "head", "marker"),
     *("base", "odom", "shoulder", "elbow", "forearm", "finger", "leader", "next"),
@@ -146,6 +149,18 @@ class Groups:
             if words and set(words) <= near and set("xyz") <= set(columns):
                 return Choice(tuple(columns[c] for c in "xyz"), words)
         return None
+
+    def xyz_of_frame(self) -> Choice | None:
+        """Columns x, y, z of whose words all stand for a frame, as ``sensor_x``,
+        ``wrist_link_x`` or ``sensor_in_base_x``."""
+        found = []
+        for words, columns in self.by_words.items():
+            plain = {_without_number(word) for word in words}
+            known = plain <= FRAMES_HELD | MEASURED | {"in", "base", "world", "raw"}
+            if known and plain & FRAMES_HELD and set(columns) >= set("xyz"):
+                chosen = tuple(columns[c] for c in "xyz")
+                found.append(Choice(chosen, words, rank_of(words, set())))
+        return best_of(found)
 
     def numbered(
         self, kind: str, count: int, near: Set[str] = frozenset()

@@ -39,6 +39,7 @@ from hefting.logs.map_text import (
     map_text,
     summary_of,
     unit_entry,
+    unread_of,
 )
 from hefting.logs.map_time import time_of
 
@@ -79,6 +80,8 @@ class GuessedMap:
     """quantities that may be in other columns, or in another unit"""
     keys: frozenset[str] = frozenset()
     """of the map"""
+    is_position_unread: bool = False
+    """whether other columns may hold the position, which was not found"""
 
 
 def guess_map(path: str | Path) -> GuessedMap:
@@ -108,8 +111,11 @@ def guess_map_of(sample: Sample) -> GuessedMap:
     summary = "; ".join(summary_of(sample, guess) for guess in guesses)
     columns = frozenset(sample.names[j] for guess in guesses for j in guess.columns)
     text = map_text(sample, guesses, missing)
-    doubts = tuple(doubts_of(sample, guesses))
-    return GuessedMap(text, tuple(missing), columns, summary, doubts, keys)
+    unread = unread_of(sample, guesses)
+    doubts = (*doubts_of(sample, guesses), *filter(None, (unread,)))
+    return GuessedMap(
+        text, tuple(missing), columns, summary, doubts, keys, unread != ""
+    )
 
 
 def _guesses(sample: Sample) -> list[Guess]:
@@ -292,11 +298,25 @@ def _position(sample: Sample, groups: Groups, near: set[str]) -> Guess | None:
         groups.find("position", "xyz", near)
         or groups.numbered("position", 3, near)
         or groups.xyz_of_words(near - QUANTITY_WORDS)
+        or _of_frame(sample, groups)
         or groups.find("torque-or-translation", "xyz", near)
     )
     if choice is None:
         return None
     return _length("position", sample, choice.columns, choice.equals)
+
+
+def _of_frame(sample: Sample, groups: Groups) -> Choice | None:
+    """A position by the name of its frame alone, ``sensor_x``, where that cannot be a
+    force: the wrench has columns of its own, and no unit is other than of length."""
+    choice = groups.xyz_of_frame()
+    if choice is None or _wrench(sample, groups, set()) is None:
+        return None
+    others = (sample.stated_unit(choice.columns, k) for k in ("force", "torque"))
+    is_other_unit = sample.unknown_unit(choice.columns) or any(others)
+    if is_other_unit and not sample.stated_unit(choice.columns, "length"):
+        return None
+    return choice
 
 
 def _inertial(sample: Sample, groups: Groups, near: set[str]) -> list[Guess] | None:

@@ -72,6 +72,11 @@ class Sample:
         except InputError:
             pass
         words = small_words(self.names[columns[0]])[1:]
+        words = [  # ``in`` of ``tool_in_base_x`` is not inches
+            word
+            for word, after in zip(words, [*words, ""][1:], strict=True)
+            if word != "in" or after not in NO_UNITS
+        ]
         known = {squeezed(name): name for name in UNITS[kind] if name != "m"}
         known |= {alias: n for alias, n in ALIASES.items() if n in UNITS[kind]}
         return next((known[word] for word in reversed(words) if word in known), None)

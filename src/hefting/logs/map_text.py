@@ -6,12 +6,15 @@ from collections.abc import Iterator, Sequence, Set
 from dataclasses import dataclass
 from pathlib import Path
 
+import numpy as np
+
 from hefting.core.errors import printable
 from hefting.logs.map_groups import (
     ASIDE,
     Choice,
     Groups,
     best_of,
+    group_columns,
     is_of_kind,
     is_other,
     rank_of,
@@ -102,6 +105,53 @@ def doubts_of(sample: Sample, guesses: Sequence[Guess]) -> Iterator[str]:
         if UNKNOWN in guess.remark:
             yield f"of the {guess.key} {guess.remark}"
 
+
+def unread_of(sample: Sample, guesses: Sequence[Guess]) -> str:
+    """Where an orientation was found and no position, a sentence on the first columns
+    x, y, z that are not in the map, change, and are not of another quantity; else
+    empty."""
+    keys = {guess.key for guess in guesses}
+    if "orientation" not in keys or "position" in keys:
+        return ""
+    used = {column for guess in guesses for column in guess.columns}
+    groups = group_columns([sample.words(j) for j in range(len(sample.names))])
+    for words, columns in groups.by_words.items():
+        if not set("xyz") <= set(columns) or "w" in columns or _is_no_place(words):
+            continue
+        chosen = [columns[c] for c in "xyz"]
+        values = sample.values[:, chosen]
+        values = values[np.isfinite(values).all(axis=1)]
+        if not used & set(chosen) and len(values) and np.ptp(values, axis=0).any():
+            names = [printable(sample.names[j])[-60:] for j in chosen]
+            entry = ", ".join(sample.toml_name(j) for j in chosen)
+            return (
+                f"no position was found, and {', '.join(names)} are not read: if they "
+                f"are the position, add position = {{ columns = [{entry}] }}"
+            )
+    return ""
+
+
+def _is_no_place(words: Sequence[str]) -> bool:
+    """Whether the words before x, y, z name another quantity, or another place."""
+    return (
+        is_other(words)
+        or bool(NO_PLACE & {*words})
+        or any(is_of_kind(words, kind) for kind in NO_POSITIONS)
+        or (rank_of(words, set()) < 0 and "base" not in words)
+    )
+
+
+NO_PLACE = {
+    *("v", "w", "a", "omega", "alpha", "angular", "mag", "magnetometer", "imu"),
+    *("com", "cog", "joint", "voltage", "gauge", "temp", "temperature"),
+}
+"""Words of quantities that are no positions and have no kind of their own."""
+
+NO_POSITIONS = (
+    *("force", "torque", "orientation", "angles", "rotation-vector"),
+    *("roll-pitch-yaw", "gyroscope", "linear_accelerometer", "accelerometer"),
+)
+"""Kinds of columns x, y, z that are no positions."""
 
 BY_NUMBERS, RPY = "", 'form = "rpy"'
 """Entries of a form; the first stands for the form that the numbers show."""

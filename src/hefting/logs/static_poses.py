@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.messages import warning
+from hefting.core.messages import error, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, median, own, rotation_matrices
 
@@ -20,6 +20,10 @@ poses' extent: an arm at 3 rad/s, logged at 20 Hz, turns by 0.15 rad from row to
 PAUSE, TURN = 0.9, 0.35
 """Time [s] and change of the pose from row to row above which rows are static poses, as
 the motion between them cannot be found."""
+
+FEWEST_IN_MILLISECONDS, SECONDS_APART, SLOWEST = 500, 2.0, 0.01
+"""Smallest number of rows, their least distance [s] and the largest speed [rad/s] of a
+motion that must be in milliseconds: of an arm it is up to 10 rad/s then."""
 
 
 def without_times(recording: Recording) -> Recording:
@@ -43,6 +47,33 @@ def without_times(recording: Recording) -> Recording:
     left = (m for m in recording.warnings if getattr(m, "code", "") != "time-step-long")
     warnings = (*left, warning("poses-static", what))
     return replace(recording, streams=kept, static=True, warnings=warnings, angles=None)
+
+
+def without_unit(recording: Recording) -> Recording:
+    """`without_times` of a recording whose time has no stated unit; with an error where
+    it must be in milliseconds, as rows are evenly seconds apart and poses nevertheless
+    move smoothly, more slowly than an arm is moved."""
+    stream = _pose_stream(recording)
+    if recording.static or len(stream) < FEWEST_IN_MILLISECONDS:
+        return without_times(recording)
+    steps = np.diff(stream.time)
+    step = median(steps)
+    uneven = np.quantile(np.abs(steps - step), 0.99)
+    if step < SECONDS_APART or uneven > step / 4 or not _moves_smoothly(recording):
+        return without_times(recording)
+    poses = _poses_of(recording)
+    turns = np.abs(np.diff(poses, axis=0)).reshape(len(steps), -1).max(axis=1)
+    speed = float(turns.max() / step)
+    if speed > SLOWEST or np.ptp(poses, axis=0).max() < TURN:
+        return without_times(recording)
+    what = (
+        f"time seems to be in milliseconds: rows are {step:.3g} s apart, and the arm turns "
+        f'by {speed:.2g} rad/s at most; give time in seconds, or its unit, "ms" or "s", '
+        "in a column map"
+    )
+    left = (m for m in recording.warnings if getattr(m, "code", "") != "time-step-long")
+    warnings = (*left, error("time-unit", what, "column_map"))
+    return replace(recording, warnings=warnings)
 
 
 def warn_about_static(recording: Recording) -> Recording:

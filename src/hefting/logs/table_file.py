@@ -105,7 +105,8 @@ def _recognise(
         # an error without advice is that of a table without rows
         is_canonical = not table.names or there - {"time"} or error.fix
         return None if is_canonical else error
-    if not there < guessed.columns:
+    is_unread = guessed.is_position_unread and there == guessed.columns
+    if not (there < guessed.columns or is_unread):
         return None
     if column_map is None:
         timeless = guessed.missing[0].startswith("time")
