@@ -194,7 +194,7 @@ def ingest(
         errors_of_drift(found, z, fit) if may_be_biased else None,
     ]
     clock_error = errors_of_clock_offset(found, z, fit)
-    unmodelled = acceleration_message(found, z)
+    unmodelled = acceleration_message(found, z, measured.motion)
     if unmodelled is not None and chosen.doubt is None:
         warnings.append(unmodelled)
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
