@@ -8,6 +8,8 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from hefting import identify
+from hefting.core.errors import NotIdentifiableError
+from hefting.core.messages import codes
 from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.ingest.bias import choose_bias
 
@@ -47,6 +49,58 @@ def test_without_one_the_mass_is_right():
     low, high = found.interval("mass")
     assert low < MASS < high
     assert found.verdict.level == "usable with care"
+
+
+def turning(bias, mass=0.0, turn=1.0):
+    """A sensor that turns in place for 10 s, up to `turn` [rad], and holds `mass`."""
+    rng = np.random.default_rng(7)
+    time = 0.01 * np.arange(1000)
+    swing = turn * np.sin(np.outer(time, (0.9, 0.7, 0.5)))
+    attitude = Rotation.from_rotvec(swing)
+    force = attitude.inv().apply((0.0, 0.0, -mass * STANDARD_GRAVITY[2]))
+    wrench = np.hstack((force, np.cross(COM, force))) + bias
+    return {
+        "time": time,
+        "position": 2e-5 * rng.normal(size=(1000, 3)),
+        "orientation": attitude,
+        "wrench": wrench + rng.normal(size=(1000, 6)) * np.repeat((0.1, 0.005), 3),
+    }
+
+
+BIAS = np.array((3.0, -5.0, 8.0, 0.2, 0.1, -0.1))
+
+
+@pytest.mark.parametrize("bias", [BIAS, 0.0 * BIAS], ids=["biased", "none"])
+def test_a_wrench_that_does_not_change_with_gravity_is_of_nothing(bias):
+    """With the bias it had been some 0.5 kg, and to be turned to other orientations."""
+    found = identify(**turning(bias))
+    assert found.verdict.level == "do not use"
+    first = found.verdict.reasons[0]
+    assert (first.code, first.severity) == ("nothing-held", "error")
+    assert "turn the sensor" not in " ".join(found.verdict.reasons)
+    low, high = found.interval("mass")
+    assert low == 0.0
+    assert high < 0.005
+
+
+def test_nothing_is_told_as_such_where_least_squares_find_less():
+    """And not that the sign may be wrong."""
+    log, refused = turning(BIAS), []
+    for sign in ("on-object", "on-sensor"):
+        try:
+            found = identify(**log, method="OLS", sign=sign)
+            assert found.verdict.reasons[0].code == "nothing-held"
+        except NotIdentifiableError as error:
+            refused.append(str(error))
+    (one,) = refused
+    assert "nothing is held" in one
+
+
+@pytest.mark.parametrize(("mass", "turn"), [(0.05, 1.0), (0.0, 0.01)])
+def test_nothing_is_held_only_where_gravity_turns_and_shows_it(mass, turn):
+    """Of 50 g, or where gravity turns by half a degree."""
+    found = identify(**turning(BIAS, mass, turn))
+    assert "nothing-held" not in codes(found.warnings)
 
 
 @pytest.mark.parametrize(("samples", "told"), [(19, False), (20, True)])

@@ -181,7 +181,12 @@ def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
             covariance=np.eye(10),
         )
         found = SimpleNamespace(
-            fit=fit, given_bias=None, bias="none", tool=gripper, log="a.csv"
+            fit=fit,
+            given_bias=None,
+            bias="none",
+            tool=gripper,
+            log="a.csv",
+            warnings=(),
         )
         try:
             plausibility._require_mass(cast(Any, found), None)

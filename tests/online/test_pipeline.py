@@ -175,6 +175,23 @@ def test_what_an_empty_gripper_grasps_is_noticed_as_another_object_is():
     assert "nothing held" not in {each.state for each in said if each.time > 5.5}
 
 
+def test_a_free_hand_that_turns_holds_nothing_without_a_tool_too():
+    """Until the object comes at 5 s; that had been too little motion."""
+    case = swapped(0, duration=12.0, time=5.0)
+    wrench = case.recording["wrench"]
+    rng, bias = np.random.default_rng(4), np.array((3.0, -5.0, 8.0, 0.2, 0.0, 0.0))
+    noise = np.repeat((0.1, 0.005), 3) * rng.normal(size=wrench.values.shape)
+    held = wrench.values * (wrench.time > wrench.time[0] + 5.0)[:, None]
+    empty = replace(wrench, values=held + noise + bias)
+    streams = {**case.recording.streams, "wrench": empty}
+    _, said = play(replace(case.recording, streams=streams))
+    assert {each.state for each in said if 4.0 < each.time < 5.0} == {"nothing held"}
+    assert "nothing held" not in {each.state for each in said if each.time > 6.0}
+    assert said[-1].object == 2
+    low, high = said[-1].estimate.interval("mass")
+    assert low < case.other.mass < high
+
+
 def test_the_object_before_is_told_from_its_own_samples():
     """Swapped so early that an understanding notices, by when the last estimate is of
     samples of both: that was 11 % off, this is .4 %."""

@@ -206,7 +206,10 @@ def with_diagnostics(
         estimate.intervals is not None and not estimate.intervals["mass"][1] > 0.0
     )
     if negative or not estimate.parameters.mass > 0.0:
-        if shape is None or not estimator.rests_on_shape:
+        empty = [m for m in found.warnings if m.code == "nothing-held"]
+        if empty:
+            what, fix = str(empty[0]), ""
+        elif shape is None or not estimator.rests_on_shape:
             what = "no positive mass explains the wrench"
             fix = "check `sign` and `gravity`"
         else:

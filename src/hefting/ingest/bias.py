@@ -10,12 +10,13 @@ from hefting.core.errors import InputError
 from hefting.core.files import read_json
 from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST, check_magnitude
+from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, frozen
+from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.conditioned import Conditioned
-from hefting.ingest.free_fit import FreeFit, free_fit
+from hefting.ingest.conditioned import LEAST_MASS, SIGNIFICANT, Conditioned
+from hefting.ingest.free_fit import SMALLEST_GRAVITY_CHANGE, FreeFit, free_fit
 
 
 def tare(recording: Recording, start: float, end: float) -> Array:
@@ -174,6 +175,23 @@ def choose_bias(
         return False, [error("bias-undetermined", what, "bias")]
     what = "this motion cannot tell a bias from the object's weight: assumed no bias"
     return False, [warning("bias-unknown", what, "bias")]
+
+
+def nothing_held(z: Measurements, fit: FreeFit) -> Message | None:
+    """An error where gravity turns in sensor axes but the force does not with it: the
+    mass by the `fit` is zero, or some grams at most."""
+    std = float(fit.covariance[0, 0]) ** 0.5
+    most = abs(float(fit.vector[0])) + SIGNIFICANT * std
+    turned = float(np.linalg.norm(np.std(z.gravity, axis=0)))
+    still = turned < SMALLEST_GRAVITY_CHANGE * float(np.linalg.norm(STANDARD_GRAVITY))
+    if still or not fit.mass_is_open or not most < LEAST_MASS:
+        return None
+    what = (
+        f"the wrench does not change as gravity turns ({1000 * most:.2g} g at most): "
+        "nothing is held, or the controller subtracts the payload (set its payload to "
+        "zero before recording)"
+    )
+    return error("nothing-held", what)
 
 
 def _least_bias(fits: FreeFits) -> float:

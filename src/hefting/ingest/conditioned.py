@@ -18,6 +18,8 @@ from hefting.motion import Curves
 SIGNIFICANT = 3.0
 """Number of standard deviations from zero at which a clock offset, a mass or a bias
 counts as significant."""
+LEAST_MASS = 0.005
+"""[kg] Upper bound of a mass below which nothing is held."""
 SIGN_CONFIDENCE = 10.0
 """Least |t| of the mass for its sign to decide the wrench's sign convention."""
 

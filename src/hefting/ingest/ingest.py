@@ -17,7 +17,13 @@ from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.estimators.sample_state import SampleState
-from hefting.ingest.bias import BiasOfEstimate, FreeFits, bias_of, choose_bias
+from hefting.ingest.bias import (
+    BiasOfEstimate,
+    FreeFits,
+    bias_of,
+    choose_bias,
+    nothing_held,
+)
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
@@ -155,6 +161,9 @@ def ingest(
         may_be_biased=may_be_biased,
         is_auto=bias_is_auto,
     )
+    empty = nothing_held(z, fits.chosen(free_bias=may_be_biased))
+    if empty is not None:
+        free_bias, bias_warnings = may_be_biased, [empty]
     response = response_of(found, z, fits.chosen(free_bias=free_bias))
     if response is not None:
         z = response.corrected(z)
@@ -168,7 +177,7 @@ def ingest(
         *_conditioning_warnings(
             recording, measured, found, may_be_biased=may_be_biased
         ),
-        *(_sign_warnings(sign) if wrench == "auto" else []),
+        *(_sign_warnings(sign) if wrench == "auto" and empty is None else []),
         *bias_warnings,
         *change_warnings(changes, chosen=not asked),
     ]
@@ -185,7 +194,7 @@ def ingest(
         errors_of_drift(found, z, fit) if may_be_biased else None,
     ]
     clock_error = errors_of_clock_offset(found, z, fit)
-    unmodelled = acceleration_message(found, z)
+    unmodelled = acceleration_message(found, z, measured.motion)
     if unmodelled is not None and chosen.doubt is None:
         warnings.append(unmodelled)
     gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)

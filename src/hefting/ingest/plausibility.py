@@ -5,7 +5,7 @@ import numpy as np
 
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
-from hefting.core.messages import Message, note, warning
+from hefting.core.messages import Message, codes, note, warning
 from hefting.core.quantity import decimals, rounded
 from hefting.core.spatial import Array
 from hefting.ingest.free_fit import FreeFit, lever
@@ -153,6 +153,8 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
             fix = "nothing is held"
         raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)
     check_wrench(found, shape)  # of a mass of nothing it would take a wrong unit
+    if "nothing-held" in codes(found.warnings):
+        return  # said with the answer
     if fit.mass_is_open:
         beside = " beside a bias" if bias == "free" else ""
         duration = found.duration
@@ -177,9 +179,9 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
 
 
 def holds_nothing(found: Ingested) -> bool:
-    """Whether the wrench is significantly that of the tool alone."""
+    """Whether the wrench is significantly that of the tool alone, or of nothing."""
     if found.tool is None:
-        return False
+        return "nothing-held" in codes(found.warnings)
     mass, std = float(found.fit.vector[0]), float(found.fit.covariance[0, 0]) ** 0.5
     known = std < WELL_KNOWN_SHARE * found.tool.parameters.mass
     return known and abs(mass) < UNSEEN_MASS * std

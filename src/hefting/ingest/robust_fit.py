@@ -11,11 +11,12 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, median
+from hefting.core.spatial import STANDARD_GRAVITY, Array, median
 from hefting.ingest.blocks import medians
-from hefting.ingest.conditioned import SIGNIFICANT
+from hefting.ingest.conditioned import LEAST_MASS, SIGNIFICANT
 from hefting.ingest.drift import HatFunctions
 from hefting.ingest.fit import LARGEST_OFFSET_STEP, Fit, Start, gauss_newton
+from hefting.ingest.free_fit import SMALLEST_GRAVITY_CHANGE
 from hefting.ingest.model import Problem, solve
 from hefting.ingest.offset import scan_offsets
 from hefting.ingest.outliers import Outliers, no_outliers
@@ -80,6 +81,17 @@ class RobustFit(InlierFit):
         """Whether the mass is undetermined, or within three standard deviations of
         zero."""
         return not abs(self.fit.phi[0]) >= SIGNIFICANT * self.uncertainty.mass_std
+
+    @property
+    def holds_nothing(self) -> bool:
+        """Whether the mass is some grams at most, although gravity turned."""
+        most = abs(float(self.fit.phi[0])) + SIGNIFICANT * self.uncertainty.mass_std
+        if not most < LEAST_MASS:
+            return False
+        per_kilogram = self.fit.model.predict(np.eye(10)[0])[self.fit.known, :3]
+        turned = float(np.linalg.norm(np.std(per_kilogram, axis=0)))
+        gravity = float(np.linalg.norm(STANDARD_GRAVITY))
+        return turned >= SMALLEST_GRAVITY_CHANGE * gravity
 
     @property
     def explained(self) -> float:
@@ -170,10 +182,11 @@ def choose_bias_and_refine_offset(
     generalised least squares.
 
     Where the mass cannot be distinguished from a bias it is the fit without any bias,
-    with `gravity` (3,) [m/s²] as given, provided that this determines the mass.
+    with `gravity` (3,) [m/s²] as given, provided that this determines the mass; not where
+    the mass is known to be none.
     """
     refined = _refine_offset(samples, _choose_bias(found), middle=found.fit.offset)
-    if not refined.mass_is_open:
+    if refined.holds_nothing or not refined.mass_is_open:
         return refined
     without = _without_bias(samples, gravity, refined)
     return refined if without.mass_is_open else without

@@ -109,8 +109,11 @@ def _turning(motion: Motion) -> Array:
     )
 
 
-def acceleration_message(found: Conditioned, z: Measurements) -> Message | None:
-    """A warning if accelerations that are not modelled may be large, and moving samples
+def acceleration_message(
+    found: Conditioned, z: Measurements, motion: Motion | None = None
+) -> Message | None:
+    """A warning if accelerations that are not modelled may be large, by the residual or
+    by what of them the `motion` of the samples would hide in the mass, and moving samples
     count."""
     if found.path is None or found.path.kind != "orientation":
         return None
@@ -118,6 +121,9 @@ def acceleration_message(found: Conditioned, z: Measurements) -> Message | None:
         return None  # only samples at rest count
     size = _acceleration(found)
     share = size / float(np.linalg.norm(STANDARD_GRAVITY))
+    if share <= LARGEST_SHARE and motion is not None:
+        share = hidden_share(motion, z.gravity)
+        size = LEVER * float(np.sqrt(np.nanmean(_turning(motion) ** 2)))
     if share <= LARGEST_SHARE:
         return None
     what = (
@@ -126,6 +132,21 @@ def acceleration_message(found: Conditioned, z: Measurements) -> Message | None:
         "or move more slowly"
     )
     return warning("accelerations-unmodelled", what)
+
+
+def hidden_share(motion: Motion, gravity: Array) -> float:
+    """Share of the mass that the acceleration of a sensor at `LEVER` from a fixed point
+    adds or hides, in the worst direction: what of it goes with gravity (K, 3) in sensor
+    axes, beside a bias. The residual does not show it."""
+    speed, change = motion.angular_velocity, motion.angular_acceleration
+    turned = gravity - gravity.mean(axis=0)
+    hidden = [
+        np.sum(
+            turned * (np.cross(change, axis) + np.cross(speed, np.cross(speed, axis)))
+        )
+        for axis in np.eye(3)
+    ]
+    return LEVER * float(np.linalg.norm(hidden)) / max(float(np.sum(turned**2)), 1e-12)
 
 
 def _acceleration(found: Conditioned) -> float:

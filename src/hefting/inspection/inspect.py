@@ -126,7 +126,7 @@ def _inspection(
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
     if found is None:
         missing["object"] = missing.get("motion", EMPTY)
-    elif holds_nothing(found):
+    elif found.tool is not None and holds_nothing(found):
         missing["object"] = "nothing is held beside the tool"
     else:
         fit = found.beside_bias

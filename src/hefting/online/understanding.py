@@ -51,7 +51,7 @@ FEWEST_ROWS = 30
 """Least number of poses and wrenches."""
 TUNED_ON = 1_000
 """Number of latest poses on which the filter is tuned."""
-UNKNOWN = {"bias-undetermined", "bias-unknown", "sign-uncertain"}
+UNKNOWN = {"bias-undetermined", "bias-unknown", "nothing-held", "sign-uncertain"}
 """Codes of messages on a recording that is too poor for an answer while more will
 come."""
 
@@ -157,9 +157,10 @@ class Understander:
             obstacle = _obstacle(error, mistake_in(recent) is not None)
             known, why = replace(known, obstacle=obstacle), error.what
         if holds_nothing(recent):  # the next object is noticed as a change
+            said = why if recent.tool is None else f"nothing is held: {why}"
             known = replace(
                 known,
-                obstacle=note("live-nothing-held", f"nothing is held: {why}"),
+                obstacle=note("live-nothing-held", said),
                 found=recent.without_samples(),
                 weight=_mean_weight(recent),
                 expected=Expected.of(recent),
@@ -174,6 +175,8 @@ class Understander:
         later. Raises `InputError` without an estimate."""
         unknown = [m for m in recent.warnings if m.code in UNKNOWN]
         if unknown and not self._parts:
+            if "nothing-held" in codes(unknown):
+                raise NotIdentifiableError(str(unknown[0]))
             raise named_instead(_too_little(recent, unknown[0]), recent)
         parts = [*self._parts, recent]
         found = recent

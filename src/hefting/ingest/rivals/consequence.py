@@ -64,6 +64,7 @@ SUPERSEDED = frozenset(
         "misfit",
         "not-identifiable",
         "not-physical",
+        "nothing-held",
         "open-without-shape",
         "response-uneven",
         "shape-contradicts-wrench",
