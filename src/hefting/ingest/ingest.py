@@ -307,9 +307,9 @@ def _doubt_and_pose_warnings(
     two = doubt is not None and doubt.second is not None
     if dead is not None and not two:  # a dead channel imitates other mistakes
         doubt = Doubt(dead, names_mistake=True)
-    logged = (m for m in whole.warnings if getattr(m, "code", "") == "time-unit")
-    if (unit := next(logged, None)) is not None:  # it is sure, and imitates others, too
-        doubt = Doubt(unit, names_mistake=True)
+    for message in whole.warnings:
+        if isinstance(message, Message) and message.code == "time-unit":
+            doubt = Doubt(message, names_mistake=True)  # sure, and imitates others too
     return doubt, pose_warnings
 
 
