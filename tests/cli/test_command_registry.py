@@ -14,6 +14,7 @@ ROOT = Path(__file__).parents[2]
 NOT_COMMANDS = {
     "__init__",
     "ending",
+    "live_record",
     "options",
     "torques",
     "outputs",

@@ -139,7 +139,6 @@ def test_what_is_told_of_all_is_by_the_samples_of_each(one):
     assert found.log == "a, b"
     assert together([parts[0]], ["a"]) is parts[0]
     assert together(parts * 2, list("abcd")).log == "a and 3 more"
-    assert together(parts * 2, list("abcd"))._shares is not None
 
 
 def test_samples_of_all_stand_one_after_the_other_with_a_pause(one):
