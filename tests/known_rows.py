@@ -33,14 +33,15 @@ CANONICAL = [
 PLAIN = (TIME, POSITION, QUATERNION, WRENCH)
 
 
-def frame_of(names: str, parts: tuple[np.ndarray, ...]) -> pd.DataFrame:
+def frame_of(names: str | list[str], parts: tuple[np.ndarray, ...]) -> pd.DataFrame:
     """The parts side by side under these names."""
-    return pd.DataFrame(np.column_stack(parts), columns=names.split())
+    names = names.split() if isinstance(names, str) else names
+    return pd.DataFrame(np.column_stack(parts), columns=names)
 
 
-def same(got: hefting.Recording) -> bool:
+def same(got: hefting.Recording, turns: Rotation = TURNS) -> bool:
     """Whether a recording holds what was written, apart from when it began."""
-    apart = Rotation.from_quat(got["orientation"].values) * TURNS.inv()
+    apart = Rotation.from_quat(got["orientation"].values) * turns.inv()
     time = got["wrench"].time - got["wrench"].time[0]
     return (
         # seconds since 1970 resolve 2.4e-7 s; text of 17 digits is exact, and what is
@@ -54,7 +55,7 @@ def same(got: hefting.Recording) -> bool:
 
 def text_of(separator: str = ",", decimal: str = ".") -> list[str]:
     """The canonical log as lines of text."""
-    frame = frame_of(" ".join(CANONICAL), PLAIN)
+    frame = frame_of(CANONICAL, PLAIN)
     return frame.to_csv(index=False, sep=separator, decimal=decimal).splitlines()
 
 

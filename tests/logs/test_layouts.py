@@ -14,15 +14,21 @@ from hefting.core.messages import codes
 from hefting.logs import read_log
 from hefting.logs.map_guess import guess_map
 from hefting.logs.units import find_unit
+from known_rows import (
+    CANONICAL,
+    PLAIN,
+    POSITION,
+    QUATERNION,
+    ROWS,
+    TIME,
+    TURNS,
+    WRENCH,
+    frame_of,
+    same,
+)
 
-ROWS = 40
 RNG = np.random.default_rng(17)
-TIME = 0.01 * np.arange(ROWS)
-POSITION = RNG.uniform(-1.0, 1.0, (ROWS, 3))
-TURNS = Rotation.random(ROWS, random_state=7)
-QUATERNION = TURNS.as_quat()
 WXYZ = QUATERNION[:, [3, 0, 1, 2]]
-WRENCH = RNG.normal(size=(ROWS, 6)) * (5, 5, 5, 0.5, 0.5, 0.5)
 MATRICES = np.tile(np.eye(4), (ROWS, 1, 1))
 MATRICES[:, :3, :3], MATRICES[:, :3, 3] = TURNS.as_matrix(), POSITION
 ELSE = RNG.normal(size=(ROWS, 7))
@@ -247,24 +253,6 @@ NAMES = {
 }
 
 
-def frame_of(names: str | list[str], parts: tuple) -> pd.DataFrame:
-    names = names.split() if isinstance(names, str) else names
-    return pd.DataFrame(np.column_stack(parts), columns=names)
-
-
-def is_same(got: hefting.Recording, turns: Rotation = TURNS) -> bool:
-    """Whether a recording holds what was written, apart from when it began."""
-    apart = Rotation.from_quat(got["orientation"].values) * turns.inv()
-    time = got["wrench"].time - got["wrench"].time[0]
-    return (
-        # seconds since 1970 resolve 2.4e-7 s; what is converted is rounded again
-        np.allclose(time, TIME, atol=5e-7)
-        and np.allclose(got["position"].values, POSITION, atol=1e-12)
-        and np.allclose(got["wrench"].values, WRENCH, rtol=1e-12)
-        and apart.magnitude().max() < 1e-7
-    )
-
-
 @pytest.mark.parametrize("case", [*BESIDE, *NAMES])
 @pytest.mark.parametrize("form", ["csv", "memory"])
 def test_names_are_read_beside_others(tmp_path, case, form):
@@ -275,7 +263,7 @@ def test_names_are_read_beside_others(tmp_path, case, form):
         frame.to_csv(tmp_path / "log.csv", index=False)
         got = read_log(tmp_path / "log.csv")
     small = Rotation.from_rotvec(SMALL)
-    assert is_same(got, small if case in ("an inertial sensor", "Simulink") else TURNS)
+    assert same(got, small if case in ("an inertial sensor", "Simulink") else TURNS)
     assert codes(got.warnings) - {"time-shifted"} == {"columns-by-name"}
 
 
@@ -316,8 +304,8 @@ def test_columns_of_two_levels(tmp_path):
     table = np.column_stack((TIME, POSITION, QUATERNION, WRENCH))
     frame = pd.DataFrame(table, columns=pd.MultiIndex.from_tuples(levels))
     frame.to_parquet(tmp_path / "log.parquet")
-    assert is_same(hefting.as_recording(frame))
-    assert is_same(read_log(tmp_path / "log.parquet"))
+    assert same(hefting.as_recording(frame))
+    assert same(read_log(tmp_path / "log.parquet"))
 
 
 def test_of_long_names_the_ends_are_said():
@@ -361,8 +349,6 @@ def test_what_is_no_wrench_is_not_taken_for_one(names):
         hefting.as_recording(frame_of(f"{BASIC} {names}", parts))
 
 
-CANONICAL = f"time px py pz qx qy qz qw {FT}"
-PLAIN = (TIME, POSITION, QUATERNION, WRENCH)
 HEAD, *LINES = frame_of(CANONICAL, PLAIN).to_csv(index=False).splitlines()
 SPACED = [line.replace(",", " ") for line in LINES]
 QUOTED = [
@@ -401,11 +387,11 @@ def test_lines_that_are_written_in_other_ways(tmp_path, case):
     path = tmp_path / "log.dat"
     path.write_text("\n".join(TEXTS[case]) + "\n")
     got = read_log(path)
-    assert is_same(got)
+    assert same(got)
     assert codes(got.warnings) <= {"columns-by-name", "columns-ignored"}
     if codes(got.warnings) & {"columns-by-name"}:  # as a map of it reads it
         (tmp_path / "map.toml").write_text(guess_map(path).text)
-        assert is_same(read_log(path, tmp_path / "map.toml"))
+        assert same(read_log(path, tmp_path / "map.toml"))
 
 
 @pytest.mark.parametrize("encoding", ["utf-8", "latin-1"])
@@ -415,7 +401,7 @@ def test_a_degree_sign_of_any_encoding(tmp_path, encoding):
     frame = frame_of(names, (TIME, 1e3 * POSITION, np.degrees(ZYX), WRENCH))
     text = frame.to_csv(index=False, sep=";", decimal=",")
     (tmp_path / "log.csv").write_bytes(text.encode(encoding))
-    assert is_same(read_log(tmp_path / "log.csv"))
+    assert same(read_log(tmp_path / "log.csv"))
 
 
 WAYS = {
@@ -441,7 +427,7 @@ def test_times_that_are_written_in_other_ways(tmp_path, way):
         ]
         lines[0] = HEAD.replace(",", ";")
     (tmp_path / "log.csv").write_text("\n".join(lines))
-    assert is_same(read_log(tmp_path / "log.csv"))
+    assert same(read_log(tmp_path / "log.csv"))
 
 
 def test_durations_of_matlab(tmp_path):
@@ -449,7 +435,7 @@ def test_durations_of_matlab(tmp_path):
         f"{t:.5g} sec,{x.partition(',')[2]}" for t, x in zip(TIME, LINES, strict=True)
     ]
     (tmp_path / "log.csv").write_text("\n".join((HEAD, *rows)))
-    assert is_same(read_log(tmp_path / "log.csv"))
+    assert same(read_log(tmp_path / "log.csv"))
 
 
 def test_a_table_of_poses_alone_is_said_to_be_the_second():

@@ -292,9 +292,8 @@ def _conditioning_warnings(
 def _doubt_and_pose_warnings(
     whole: Recording, recording: Recording, doubt: Doubt | None
 ) -> tuple[Doubt | None, list[Message]]:
-    """The doubt about a recording, which dead channels, constant poses or
-    times in milliseconds may cause, and a
-    warning of constant poses beside another doubt."""
+    """The doubt about a recording, which dead channels, constant poses or times in
+    milliseconds may cause, and a warning of constant poses beside another doubt."""
     pose_warnings: list[Message] = []
     still = still_pose_message(whole)
     if still is not None and doubt is not None and doubt.message.code == "unexplained":

@@ -21,9 +21,12 @@ PAUSE, TURN = 0.9, 0.35
 """Time [s] and change of the pose from row to row above which rows are static poses, as
 the motion between them cannot be found."""
 
-FEWEST_IN_MILLISECONDS, SECONDS_APART, SLOWEST = 500, 2.0, 0.01
-"""Smallest number of rows, their least distance [s] and the largest speed [rad/s] of a
-motion that must be in milliseconds: of an arm it is up to 10 rad/s then."""
+FEWEST_IN_MILLISECONDS = 500
+"""Smallest number of rows whose time may be found to be in milliseconds."""
+SECONDS_APART = 2.0
+"""[s] Least time between them."""
+SLOWEST = 0.01
+"""[rad/s] Largest speed of a motion that must be in milliseconds: up to 10 rad/s then."""
 
 
 def without_times(recording: Recording) -> Recording:
