@@ -8,7 +8,9 @@ import pytest
 from folding_arm import folding_arm
 from hasty_pictures import draw_hastily
 from hefting.core.accuracy import Accuracy
+from hefting.core.messages import note
 from hefting.core.spatial import rotation_matrices
+from hefting.planning.held import BOX_ASSUMED
 from hefting.planning.result import corner_speeds
 from hefting.plots import picture_of, plot_plan
 from hefting.plots.plan import JOINTS
@@ -45,6 +47,14 @@ def test_corner_speeds_are_those_of_the_corners_positions(plan):
     wanted = np.linalg.norm(speed, axis=2).max(axis=1)
     # h² times a third derivative of some 1e3 m/s³
     np.testing.assert_allclose(corner_speeds(plan)[inside], wanted, atol=1e-6)
+
+
+def test_the_box_is_the_object_s_or_is_assumed(plan, rows):
+    title = rows[2].get_title(loc="right")
+    assert title == "speed of the fastest corner of the object's box"
+    assumed = replace(plan, notes=(note(BOX_ASSUMED, "no shape given"),))
+    title = plot_plan(assumed).axes[2].get_title(loc="right")
+    assert title == "speed of the fastest corner of the assumed box"
 
 
 def test_each_row_shows_what_it_says(plan, rows):

@@ -139,7 +139,8 @@ def _draw_corner(axes: "Axes", plan: Plan) -> None:
     axes.axhline(1e3 * most, color=INK, **LIMIT)
     axes.set_ylim(0.0, 1.15e3 * max(most, float(speed.max())))
     axes.set_ylabel("[mm/s]")
-    corner = "fastest corner of the object's box" if len(plan.corners) > 1 else "tip"
+    box = "assumed" if plan.box_is_assumed else "object's"
+    corner = f"fastest corner of the {box} box" if len(plan.corners) > 1 else "tip"
     write_title(axes, f"speed of the {corner}")
 
 
