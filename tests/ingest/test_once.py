@@ -56,7 +56,7 @@ def test_one_identify(recording, method):
         "ingest/offset.py:scan_offsets",
         "motion/smoothing.py:smooth_poses",
         "motion/measure.py:measure",
-        "ingest/ingest.py:_choose_sign",
+        "ingest/sign_and_bias.py:choose_sign",
         "ingest/condition.py:_estimate_noise",
         "ingest/weights.py:weights_of",
     ):

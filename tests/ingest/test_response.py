@@ -11,7 +11,7 @@ from hefting import Recording, identify
 from hefting.estimators.quadratic import least_squares
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest import filtering
-from hefting.ingest import ingest as module
+from hefting.ingest import sign_and_bias as module
 from hefting.ingest.condition import condition
 from hefting.ingest.ingest import ingest
 from hefting.ingest.response import (

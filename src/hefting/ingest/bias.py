@@ -1,6 +1,7 @@
-"""The bias of the wrench: given, or a constant that is estimated with the object where
-the motion determines it."""
+"""The bias of the wrench as it is given: a model's name, six numbers, a file, or a time
+in which nothing was held."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -10,13 +11,8 @@ from hefting.core.errors import InputError
 from hefting.core.files import read_json
 from hefting.core.immutable import immutable
 from hefting.core.magnitudes import LARGEST, check_magnitude
-from hefting.core.measurements import Measurements
-from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import STANDARD_GRAVITY, Array, frozen
-from hefting.estimators.sample_state import SampleState
-from hefting.ingest.conditioned import LEAST_MASS, SIGNIFICANT, Conditioned
-from hefting.ingest.free_fit import SMALLEST_GRAVITY_CHANGE, FreeFit, free_fit
+from hefting.core.spatial import Array, frozen
 
 
 def tare(recording: Recording, start: float, end: float) -> Array:
@@ -117,85 +113,18 @@ def bias_of(
     return values
 
 
-FEWEST_SAMPLES = 20
-"""Number of samples from which on a bias is more than noise."""
-LARGE_BIAS = 0.1
-"""Bias over the object's weight above which a mass found without a bias is wrong."""
+def is_chosen(bias: str | Array | BiasOfEstimate) -> bool:
+    """Whether the bias model is to be chosen."""
+    return isinstance(bias, str) and bias == "auto"
 
 
-@immutable
-class FreeFits:
-    """Unconstrained least squares of all samples."""
-
-    beside_bias: FreeFit
-    """with a free constant bias"""
-    alone: FreeFit
-    """without bias"""
-
-    @classmethod
-    def of(cls, state: SampleState, inflation: Array) -> "FreeFits":
-        """Both fits of a state; `inflation` as for `free_fit`."""
-        return cls(free_fit(state, True, inflation), free_fit(state, False, inflation))
-
-    def chosen(self, *, free_bias: bool) -> FreeFit:
-        """The fit with or without a bias."""
-        return self.beside_bias if free_bias else self.alone
-
-    def flipped(self) -> "FreeFits":
-        """Both fits for the opposite sign of the wrench."""
-        return FreeFits(self.beside_bias.flipped(), self.alone.flipped())
-
-
-def choose_bias(
-    found: Conditioned,
-    fits: FreeFits,
-    *,
-    may_be_biased: bool,
-    is_auto: bool,
-) -> tuple[bool, list[Message]]:
-    """Whether to estimate a constant bias with the object, and a warning where the motion
-    does not determine one.
-
-    An automatic choice is to estimate it if it drifts or is significant.
-    """
-    if not (may_be_biased and is_auto):
-        return may_be_biased, []
-    if found.bias.kind != "constant" or fits.beside_bias.bias_is_significant:
-        return True, []
-    if not fits.beside_bias.mass_is_open:
-        return False, []
-    least = _least_bias(fits)
-    weight = float(np.linalg.norm(found.gravity)) * abs(float(fits.alone.vector[0]))
-    if len(found.rejected) >= FEWEST_SAMPLES and least > LARGE_BIAS * weight:
-        what = (
-            f"the force is off by {least:.2g} N without a bias, and this motion cannot "
-            "tell one from the object's weight: turn the sensor to other orientations, "
-            "or give `bias`"
-        )
-        return False, [error("bias-undetermined", what, "bias")]
-    what = "this motion cannot tell a bias from the object's weight: assumed no bias"
-    return False, [warning("bias-unknown", what, "bias")]
-
-
-def nothing_held(z: Measurements, fit: FreeFit) -> Message | None:
-    """An error where gravity turns in sensor axes but the force does not with it: the
-    mass by the `fit` is zero, or some grams at most."""
-    std = float(fit.covariance[0, 0]) ** 0.5
-    most = abs(float(fit.vector[0])) + SIGNIFICANT * std
-    turned = float(np.linalg.norm(np.std(z.gravity, axis=0)))
-    still = turned < SMALLEST_GRAVITY_CHANGE * float(np.linalg.norm(STANDARD_GRAVITY))
-    if still or not fit.mass_is_open or not most < LEAST_MASS:
-        return None
-    what = (
-        f"the wrench does not change as gravity turns ({1000 * most:.2g} g at most): "
-        "nothing is held, or the controller subtracts the payload (set its payload to "
-        "zero before recording)"
-    )
-    return error("nothing-held", what)
-
-
-def _least_bias(fits: FreeFits) -> float:
-    """Lower bound [N] of a bias, by the larger residual of the fit without one: a part of
-    the bias, such as that along gravity, may be taken for the object's weight."""
-    alone, beside = fits.alone.noise.force, fits.beside_bias.noise.force
-    return float(np.sqrt(3.0 * max(alone**2 - beside**2, 0.0)))
+def subtract_bias(
+    recording: Recording, given: str | Array
+) -> tuple[Recording, Array | None]:
+    """The recording without the given bias (6,), and that bias; for a bias model's name
+    as it is, and None."""
+    if isinstance(given, str):
+        return recording, None
+    wrench = recording["wrench"]
+    unbiased = replace(wrench, values=wrench.values - given)
+    return replace(recording, streams={**recording.streams, "wrench": unbiased}), given

@@ -12,18 +12,12 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
-from hefting.core.measurements import Noise
+from hefting.core.immutable import immutable
+from hefting.core.measurements import Measurements, Noise
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
-from hefting.estimators.sample_state import SampleState
-from hefting.ingest.bias import (
-    BiasOfEstimate,
-    FreeFits,
-    bias_of,
-    choose_bias,
-    nothing_held,
-)
+from hefting.ingest.bias import BiasOfEstimate, bias_of, is_chosen, subtract_bias
 from hefting.ingest.blocks import measured_blocks, residual_size
 from hefting.ingest.changes.stretches import change_warnings
 from hefting.ingest.channels import (
@@ -33,18 +27,23 @@ from hefting.ingest.channels import (
     still_pose_message,
 )
 from hefting.ingest.condition import condition
-from hefting.ingest.conditioned import Conditioned, WrenchSign
+from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.faulty_wrench import (
     without_blank_wrench,
     without_stalled_wrench,
 )
-from hefting.ingest.free_fit import residuals, wrench_sign
+from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingested import Ingested
-from hefting.ingest.left_out import choose_part, left_out_of
+from hefting.ingest.left_out import ChosenPart, choose_part, left_out_of
 from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.poses import without_faulty_poses
-from hefting.ingest.response import response_of
 from hefting.ingest.rivals.consequence import Doubt
+from hefting.ingest.sign_and_bias import (
+    Fitted,
+    choose_sign,
+    fit_samples,
+    sign_warnings,
+)
 from hefting.ingest.systematic import (
     errors_of_clock_offset,
     errors_of_drift,
@@ -104,34 +103,154 @@ def ingest(
         tool=tool,
         hint=hint,
     )
-    recording, first = _read(recording, start, duration)
-    whole = with_mended_times(recording, motion)
-    recording = without_blank_wrench(without_faulty_poses(whole, motion))
-    recording, given_bias = _subtract_given_bias(
-        without_stalled_wrench(recording),
-        bias.recorded(wrench) if isinstance(bias, BiasOfEstimate) else bias,
-    )
-    require_changing_wrench(recording)
-    may_be_biased = given_bias is None and bias != "none"
+    given = bias.recorded(wrench) if isinstance(bias, BiasOfEstimate) else bias
+    usable = _usable_samples(recording, start, duration, motion, given)
+    may_be_biased = usable.given_bias is None and bias != "none"
     assumed = Gravity.of(gravity)
-    tilt = assumed.direction == "estimate"
-    asked = bool(start) or duration is not None
     conditioned = partial(
-        condition, gravity=assumed.vector, source=motion, tilt=tilt, hint=hint
+        condition,
+        gravity=assumed.vector,
+        source=motion,
+        tilt=assumed.direction == "estimate",
+        hint=hint,
     )
     chosen = choose_part(
-        recording,
-        conditioned(recording),
+        usable.recording,
+        conditioned(usable.recording),
         partial(conditioned, changes=False),
         may_be_biased=may_be_biased,
         tool=tool,
-        as_given=asked,
+        as_given=usable.is_part,
     )
-    recording, found, changes = chosen.recording, chosen.found, chosen.changes
-    left_out = left_out_of(
-        whole, recording, found, changes if not asked else None, later=first
+    found = chosen.found
+    averages = _averages_of(chosen, motion, may_be_biased=may_be_biased)
+    measured = averages.measured
+    fitted = fit_samples(
+        averages.measurements, found, wrench, bias, may_be_biased=may_be_biased
     )
-    changes = None if changes is None else changes.later(first)
+    if wrench == "auto" and isinstance(bias, BiasOfEstimate):
+        own = choose_sign(wrench, found, fitted.fits, may_be_biased=True)
+        if own.certain and own.name != bias.wrench:
+            return again(bias=bias.recorded(own.name))
+    z, fits, fit = fitted.measurements, fitted.fits, fitted.fit
+    shared_errors = [
+        errors_of_estimated_gravity(
+            chosen.recording, motion, found, measured, z, fit, drift=may_be_biased
+        ),
+        None if fitted.response is None else fitted.response.errors,
+        errors_of_drift(found, z, fit) if may_be_biased else None,
+    ]
+    clock_error = errors_of_clock_offset(found, z, fit)
+    gravity_error = errors_of_gravity_size(assumed, measured.source, fitted.state, fit)
+    changes = None if chosen.changes is None else chosen.changes.later(usable.first)
+    doubt, warnings, notes = _messages(
+        usable,
+        replace(chosen, changes=changes),
+        measured,
+        fitted,
+        sign_found=wrench == "auto",
+        may_be_biased=may_be_biased,
+    )
+    if not fitted.sign.on_object:
+        z = replace(z, force=-z.force, torque=-z.torque)
+        fit, fits = fit.flipped(), fits.flipped()
+    unexplained = residuals(z, fit.vector, fit.bias)
+    level = residual_size(unexplained, averages.counts, averages.within)
+    if tool is not None:
+        z = without_tool(z, tool)
+        fit = fit.less(tool.parameters.vector, tool.covariance)
+        warnings += tool_warnings(tool)
+    return Ingested(
+        log=chosen.recording.source,
+        static=chosen.recording.static,
+        measurements=z,
+        counts=averages.counts,
+        motion=measured.motion,
+        source=measured.source,
+        sign=fitted.sign,
+        sign_found=wrench == "auto",
+        bias="estimate" if fitted.free_bias else "none",
+        bias_found=is_chosen(bias),
+        given_bias=usable.given_bias,
+        conditioned=found,
+        tool=tool,
+        fit=fit,
+        beside_bias=fits.beside_bias,
+        alone=fits.alone,
+        noise=Noise(float(level[0]), float(level[1])),
+        within=averages.within,
+        systematic=_systematic_covariance(shared_errors, tool),
+        clock_error=clock_error,
+        doubt=doubt,
+        gravity_std=assumed.std,
+        gravity_error=gravity_error,
+        warnings=tuple(warnings),
+        read_notes=tuple(notes),
+        changes=changes,
+        left_out=left_out_of(
+            usable.whole,
+            chosen.recording,
+            found,
+            None if usable.is_part else chosen.changes,
+            later=usable.first,
+        ),
+        log_start=usable.whole.start - usable.first,
+    )
+
+
+@immutable
+class _UsableSamples:
+    """The part of a recording that was asked for."""
+
+    whole: Recording
+    """with corrected times"""
+    recording: Recording
+    """without the samples that were not measured, and without a given bias"""
+    given_bias: Array | None
+    """(6,) bias that was subtracted"""
+    first: float
+    """[s] from the recording's first sample to the part's"""
+    is_part: bool
+    """whether a part was asked for"""
+
+
+def _usable_samples(
+    recording: Recording | str | Path,
+    start: float,
+    duration: float | None,
+    motion: Source,
+    bias: str | Array,
+) -> _UsableSamples:
+    """Samples from `start` [s] on, `duration` [s] long, of a recording or log."""
+    recording = as_recording(recording)
+    is_part = bool(start) or duration is not None
+    part = recording.slice(start, duration) if is_part else recording
+    whole = with_mended_times(part, motion)
+    usable = without_blank_wrench(without_faulty_poses(whole, motion))
+    usable, given_bias = subtract_bias(without_stalled_wrench(usable), bias)
+    require_changing_wrench(usable)
+    first = part.start - recording.start
+    return _UsableSamples(whole, usable, given_bias, first, is_part)
+
+
+@immutable
+class _Averages:
+    """Averages of wrench and motion."""
+
+    measured: Measured
+    measurements: Measurements
+    """of `measured`, weighted, with the motion's noise"""
+    counts: Array
+    """(K,) numbers of samples in each"""
+    within: Array
+    """(6, 6) covariance of the wrench about them"""
+
+
+def _averages_of(
+    chosen: ChosenPart, motion: Source, *, may_be_biased: bool
+) -> _Averages:
+    """Averages of the chosen part of a recording."""
+    recording, found = chosen.recording, chosen.found
     measured, counts, within = measured_blocks(
         recording, found, motion, drift=may_be_biased
     )
@@ -147,107 +266,42 @@ def ingest(
         weights=weights_of(found, measured, counts),
         motion_noise=motion_noise_of(measured),
     )
-    state = SampleState.of(z)
-    fits = FreeFits.of(state, found.inflation)
-    sign = _choose_sign(wrench, found, fits, may_be_biased=may_be_biased)
-    if wrench == "auto" and isinstance(bias, BiasOfEstimate):
-        own = _choose_sign(wrench, found, fits, may_be_biased=True)
-        if own.certain and own.name != bias.wrench:
-            return again(bias=bias.recorded(own.name))
-    bias_is_auto = isinstance(bias, str) and bias == "auto"
-    free_bias, bias_warnings = choose_bias(
-        found,
-        fits,
-        may_be_biased=may_be_biased,
-        is_auto=bias_is_auto,
-    )
-    empty = nothing_held(z, fits.chosen(free_bias=may_be_biased))
-    if empty is not None:
-        free_bias, bias_warnings = may_be_biased, [empty]
-    response = response_of(found, z, fits.chosen(free_bias=free_bias))
-    if response is not None:
-        z = response.corrected(z)
-        state = SampleState.of(z)
-        fits = FreeFits.of(state, found.inflation)
-    fit = fits.chosen(free_bias=free_bias)
-    doubt, pose_warnings = _doubt_and_pose_warnings(whole, recording, chosen.doubt)
+    return _Averages(measured, z, counts, within)
+
+
+def _messages(
+    usable: _UsableSamples,
+    chosen: ChosenPart,
+    measured: Measured,
+    fitted: Fitted,
+    *,
+    sign_found: bool,
+    may_be_biased: bool,
+) -> tuple[Doubt | None, list[Message], list[Message]]:
+    """The doubt about a recording, warnings, of which it is the first, and notes of
+    reader and smoother."""
+    recording, found = chosen.recording, chosen.found
+    doubt, of_poses = _doubt_and_pose_warnings(usable.whole, recording, chosen.doubt)
     warnings = [
         *(() if doubt is None else doubt.messages),
-        *pose_warnings,
+        *of_poses,
         *_conditioning_warnings(
             recording, measured, found, may_be_biased=may_be_biased
         ),
-        *(_sign_warnings(sign) if wrench == "auto" and empty is None else []),
-        *bias_warnings,
-        *change_warnings(changes, chosen=not asked),
+        *(sign_warnings(fitted.sign) if sign_found and not fitted.is_empty else []),
+        *fitted.bias_messages,
+        *change_warnings(chosen.changes, chosen=not usable.is_part),
     ]
-    steps = quantisation_message(whole)
-    notes = [*recording.notes, *measured.notes]
-    notes += [] if response is None else response.messages()
+    notes: list[Message] = [*recording.notes, *measured.notes]  # type: ignore[list-item]
+    if fitted.response is not None:
+        notes += fitted.response.messages()
+    steps = quantisation_message(usable.whole)
     if steps is not None:
         (notes if steps.severity == "note" else warnings).append(steps)
-    shared_errors = [
-        errors_of_estimated_gravity(
-            recording, motion, found, measured, z, fit, drift=may_be_biased
-        ),
-        None if response is None else response.errors,
-        errors_of_drift(found, z, fit) if may_be_biased else None,
-    ]
-    clock_error = errors_of_clock_offset(found, z, fit)
-    unmodelled = acceleration_message(found, z, measured.motion)
+    unmodelled = acceleration_message(found, fitted.measurements, measured.motion)
     if unmodelled is not None and chosen.doubt is None:
         warnings.append(unmodelled)
-    gravity_error = errors_of_gravity_size(assumed, measured.source, state, fit)
-    if not sign.on_object:
-        z = replace(z, force=-z.force, torque=-z.torque)
-        fit, fits = fit.flipped(), fits.flipped()
-    level = residual_size(residuals(z, fit.vector, fit.bias), counts, within)
-    if tool is not None:
-        z = without_tool(z, tool)
-        fit = fit.less(tool.parameters.vector, tool.covariance)
-        warnings += tool_warnings(tool)
-    return Ingested(
-        log=recording.source,
-        static=recording.static,
-        measurements=z,
-        counts=counts,
-        motion=measured.motion,
-        source=measured.source,
-        sign=sign,
-        sign_found=wrench == "auto",
-        bias="estimate" if free_bias else "none",
-        bias_found=bias_is_auto,
-        given_bias=given_bias,
-        conditioned=found,
-        tool=tool,
-        fit=fit,
-        beside_bias=fits.beside_bias,
-        alone=fits.alone,
-        noise=Noise(float(level[0]), float(level[1])),
-        within=within,
-        systematic=_systematic_covariance(shared_errors, tool),
-        clock_error=clock_error,
-        doubt=doubt,
-        gravity_std=assumed.std,
-        gravity_error=gravity_error,
-        warnings=tuple(warnings),
-        read_notes=tuple(notes),  # type: ignore[arg-type]
-        changes=changes,
-        left_out=left_out,
-        log_start=whole.start - first,
-    )
-
-
-def _read(
-    recording: Recording | str | Path, start: float, duration: float | None
-) -> tuple[Recording, float]:
-    """The part of a recording or log from `start` [s] on, `duration` [s] long, and the
-    time [s] from the recording's first sample to the part's."""
-    recording = as_recording(recording)
-    whole = recording.start
-    if start or duration is not None:
-        recording = recording.slice(start, duration)
-    return recording, recording.start - whole
+    return doubt, warnings, notes
 
 
 def check_convention(wrench: str) -> None:
@@ -257,18 +311,6 @@ def check_convention(wrench: str) -> None:
             f"unknown wrench convention '{wrench}'",
             fix="use auto, on-object or on-sensor",
         )
-
-
-def _subtract_given_bias(
-    recording: Recording, given: str | Array
-) -> tuple[Recording, Array | None]:
-    """The recording without the given bias (6,), and that bias; for a bias model's name
-    as it is, and None."""
-    if isinstance(given, str):
-        return recording, None
-    wrench = recording["wrench"]
-    unbiased = replace(wrench, values=wrench.values - given)
-    return replace(recording, streams={**recording.streams, "wrench": unbiased}), given
 
 
 def _conditioning_warnings(
@@ -310,27 +352,6 @@ def _doubt_and_pose_warnings(
         if isinstance(message, Message) and message.code == "time-unit":
             doubt = Doubt(message, names_mistake=True)  # sure, and imitates others too
     return doubt, pose_warnings
-
-
-def _choose_sign(
-    wrench: str, found: Conditioned, fits: FreeFits, *, may_be_biased: bool
-) -> WrenchSign:
-    """The sign convention as given, by the robust fit, or else by the free fits."""
-    if may_be_biased and found.sign.t:
-        sign = found.sign
-    else:
-        sign = wrench_sign(fits.beside_bias if may_be_biased else None, fits.alone)
-    return sign if wrench == "auto" else WrenchSign(wrench == "on-object", sign.t)
-
-
-def _sign_warnings(sign: WrenchSign) -> list[Message]:
-    """A warning if the sign convention that was found is uncertain."""
-    if sign.certain:
-        return []
-    what = f"the wrench's sign is uncertain ({sign.doubt}); assumed {sign.name}"
-    return [
-        warning("sign-uncertain", f"{what}: give `sign` on-object or on-sensor", "sign")
-    ]
 
 
 def _systematic_covariance(

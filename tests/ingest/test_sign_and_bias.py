@@ -11,7 +11,7 @@ from hefting import identify
 from hefting.core.errors import NotIdentifiableError
 from hefting.core.messages import codes
 from hefting.core.spatial import STANDARD_GRAVITY
-from hefting.ingest.bias import choose_bias
+from hefting.ingest.sign_and_bias import choose_bias
 
 COUNT = 600
 MASS, COM = 1.2, np.array((0.02, 0.08, 0.07))
