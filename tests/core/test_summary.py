@@ -99,6 +99,18 @@ def test_it_stays_short_whatever_is_to_be_said():
     assert "verdict: do not use" in text
 
 
+def test_the_gravest_warning_comes_first_and_has_more_room():
+    warnings = (
+        warning("no-shape", "what is no doubt"),
+        warning("some-doubt", "doubtful"),
+        error("some-error", "x" * 290),
+    )
+    *_, first, second, third = repr(estimate(warnings=warnings)).splitlines()
+    assert first == f"  warning: {'x' * 290}"
+    assert second == "  warning: doubtful"
+    assert third == "  warning: what is no doubt"
+
+
 def test_values_are_at_hand():
     found = estimate()
     assert found.mass == BODY.mass

@@ -21,7 +21,7 @@ from hefting.core.spatial import Array
 from hefting.estimators import Bayes
 from hefting.estimators.bayes.likelihood import Likelihood
 from hefting.identification import identify
-from hefting.ingest import ingest as module
+from hefting.ingest import sign_and_bias as module
 from hefting.ingest.ingest import ingest
 from hefting.ingest.tool import UNDETERMINED_TOOL_INERTIA
 from hefting.shapes import Shape

@@ -75,6 +75,12 @@ def test_a_wrench_may_have_times_of_its_own():
     np.testing.assert_array_equal(recording["orientation"].time, TIME)
 
 
+def test_force_and_torque_are_a_wrench():
+    halves = {"force": WRENCH[:, :3], "torque": WRENCH[:, 3:]}
+    recording = as_recording(time=TIME, pose=MATRICES, **halves)
+    np.testing.assert_array_equal(recording["wrench"].values, WRENCH)
+
+
 def test_without_time_each_sample_is_a_static_pose():
     recording = as_recording(orientation=TURNS, wrench=WRENCH)
     assert recording.static
@@ -169,7 +175,16 @@ BAD = {
         "wrench_time is given without time",
     ),
     "wrench transposed": ({"wrench": WRENCH.T}, r"\(6, 40\), not \(K, 6\); turn it"),
-    "force alone": ({"wrench": WRENCH[:, :3]}, "give 6 numbers a sample"),
+    "three numbers": ({"wrench": WRENCH[:, :3]}, "give 6 numbers a sample"),
+    "force alone": (
+        {"wrench": None, "force": WRENCH[:, :3]},
+        "force is given alone; give force and torque, or wrench",
+    ),
+    "force beside wrench": ({"force": WRENCH[:, :3]}, "force is given beside wrench"),
+    "torque too short": (
+        {"wrench": None, "force": WRENCH[:, :3], "torque": WRENCH[:5, 3:]},
+        r"force has shape \(40, 3\), torque \(5, 3\); give \(K, 3\) of each",
+    ),
     "quaternions transposed": ({"orientation": QUATERNIONS.T}, r"shape \(4, 40\)"),
     "one number": ({"wrench": 3.0}, r"wrench has shape \(\)"),
     "nan": (

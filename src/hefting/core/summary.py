@@ -6,14 +6,14 @@ from typing import Any
 import numpy as np
 
 from hefting.core.inertia import InertialParameters
-from hefting.core.messages import codes
+from hefting.core.messages import codes, verdict_of
 from hefting.core.spatial import Array, Mask, tensor_to_vector
 from hefting.core.undetermined import Undetermined
 
 MOST_WARNINGS = 3
 """Largest number of warnings shown."""
-LONGEST_WARNING = 150
-"""Largest number of characters of a warning shown."""
+LONGEST_FIRST, LONGEST_WARNING = 300, 150
+"""Largest number of characters of the first warning shown, and of the others."""
 MOST_DECIMALS = 9
 """Decimals of a number, at most."""
 ENTRIES = ("xx", "xy", "xz", "yy", "yz", "zz")
@@ -66,16 +66,17 @@ def samples_told(count: int) -> str:
 
 
 def warning_lines(warnings: Sequence[str]) -> list[str]:
-    """The first warnings, each cut to a line, and the number of the others."""
-    lines = [f"  warning: {_cut(str(text))}" for text in warnings[:MOST_WARNINGS]]
+    """The gravest warnings, each cut to a line, and the number of the others."""
+    reasons = verdict_of(warnings).reasons
+    ordered = [*reasons, *(text for text in warnings if text not in reasons)]
+    lines = [f"  warning: {_cut(text, LONGEST_FIRST)}" for text in ordered[:1]]
+    lines += [f"  warning: {_cut(text)}" for text in ordered[1:MOST_WARNINGS]]
     more = len(warnings) - MOST_WARNINGS
     return [*lines, f"  and {more} more in .warnings"] if more > 0 else lines
 
 
-def _cut(text: str) -> str:
-    if len(text) <= LONGEST_WARNING:
-        return text
-    return f"{text[: LONGEST_WARNING - 4]} ..."
+def _cut(text: str, longest: int = LONGEST_WARNING) -> str:
+    return text if len(text) <= longest else f"{text[: longest - 4]} ..."
 
 
 def _shown(

@@ -73,6 +73,8 @@ def identify(
     pose: ArrayLike | None = None,
     wrench: ArrayLike | Sign | None = None,
     wrench_time: ArrayLike | None = None,
+    force: ArrayLike | None = None,
+    torque: ArrayLike | None = None,
     sign: Sign = "auto",
     unit: str | None = None,
     object_pose: ArrayLike | str | Path | None = None,
@@ -99,12 +101,12 @@ def identify(
         Where the object may have mass, in the sensor frame: a mesh or point cloud file,
         ``"box:X0,X1,Y0,Y1,Z0,Z1"`` [m], a ``trimesh.Trimesh``, points (n, 3) that fill
         it. Without it Bayes allows any object near the sensor.
-    time, position, orientation, pose, wrench, wrench_time : arrays, optional
+    time, position, orientation, pose, wrench, wrench_time, force, torque : optional
         In place of `recording`: times (K,) [s]; positions (K, 3) [m] and orientations
         of the sensor in the world, (K, 4) quaternions x, y, z, w, (K, 3, 3) matrices or
         a scipy ``Rotation``, or both as poses (K, 4, 4); wrenches (N, 6) [N, N m] in
-        sensor axes, and their times (N,) [s] if these differ from `time`. Without
-        `time` each sample is a static pose.
+        sensor axes, or forces and torques (N, 3), and their times (N,) [s] if these
+        differ from `time`. Without `time` each sample is a static pose.
     sign : {"auto", "on-object", "on-sensor"}
         Body that the recorded wrench acts on; ``"auto"`` determines it from gravity.
         `wrench` accepts these words too.
@@ -173,6 +175,8 @@ def identify(
         "pose": pose,
         "wrench": wrench,
         "wrench_time": wrench_time,
+        "force": force,
+        "torque": torque,
     }
     if recording is None or any(array is not None for array in arrays.values()):
         recording = as_recording(recording, **arrays)

@@ -14,7 +14,7 @@ from hefting.logs.orientations import no_rotations, quaternions
 from hefting.logs.static_poses import warn_about_static, without_unit
 from hefting.logs.table import in_seconds
 
-ARRAYS = ("time", "wrench_time", "pose", *COLUMNS)
+ARRAYS = ("time", "wrench_time", "pose", *COLUMNS, "force", "torque")
 """Names under which arrays are given."""
 SOURCE = "arrays"
 """What messages call a recording made of arrays."""
@@ -39,6 +39,7 @@ def recording_from_arrays(
             raise InputError(
                 f"no array is called '{name}'{nearest(name, ARRAYS)}", fix=fix
             )
+    arrays = _with_whole_wrench(arrays)
     times = _times(arrays)
     arrays, blank = _filled(arrays) if blanks == "left out" else (arrays, {})
     values = _streams(arrays)
@@ -63,6 +64,22 @@ def recording_from_arrays(
     streams, about_time = in_seconds(streams, SOURCE)
     recorded = Recording(streams, source=SOURCE, warnings=repeats + about_time)
     return without_unit(recorded)
+
+
+def _with_whole_wrench(arrays: dict[str, Any]) -> dict[str, Any]:
+    """The arrays with force and torque (K, 3) as one wrench."""
+    halves = {name: arrays[name] for name in ("force", "torque") if name in arrays}
+    if not halves:
+        return arrays
+    if len(halves) == 1 or "wrench" in arrays:
+        what = f"{next(iter(halves))} is given {'beside wrench' if 'wrench' in arrays else 'alone'}"
+        raise InputError(what, SOURCE, "give force and torque, or wrench")
+    force, torque = (numbers(values, name) for name, values in halves.items())
+    if force.shape != torque.shape or force.ndim != 2 or force.shape[1] != 3:
+        what = f"force has shape {force.shape}, torque {torque.shape}"
+        raise InputError(what, SOURCE, "give (K, 3) of each")
+    rest = {name: values for name, values in arrays.items() if name not in halves}
+    return rest | {"wrench": np.hstack((force, torque))}
 
 
 def unit_quaternions(orientation: Any) -> Array:

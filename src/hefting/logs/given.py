@@ -58,7 +58,8 @@ def as_recording(
     pose : (K, 4, 4) or (K, 7), optional
         Both at once: matrices, or x, y, z [m] and a quaternion x, y, z, w.
     wrench : (N, 6)
-        Force [N], then torque [N m], in sensor axes about the sensor origin.
+        Force [N], then torque [N m], in sensor axes about the sensor origin; or `force`
+        and `torque` (N, 3) in its place.
     wrench_time : (N,), optional
         Of the wrench [s], on the clock of `time`, where it has times of its own.
     wrench_needed : bool
