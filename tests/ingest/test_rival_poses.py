@@ -113,6 +113,21 @@ def test_time_in_another_unit_makes_the_answer_wrong(seed):
     assert "2 times too fast" in doubt.message
 
 
+def test_a_real_part_read_as_the_first_is_told():
+    """Columns q1 to q4 are read as of ABB, but many a program logs x, y, z, w so."""
+    given = correct(1)
+    streams = given.recording.streams
+    logged = streams["orientation"]
+    read = replace(logged, values=np.roll(logged.values, -1, axis=1))
+    recording = replace(given.recording, streams={**streams, "orientation": read})
+    doubt = doubt_of(case_of(replace(given, recording=recording)))
+    assert doubt is not None
+    assert doubt.message.code == "quaternion-order"
+    assert doubt.is_fatal
+    assert "logged as x, y, z, w" in doubt.message
+    assert 'form = "xyzw"' in doubt.message
+
+
 @pytest.mark.parametrize("column", range(3))
 def test_an_angle_in_radians_beside_degrees_is_told_by_its_number(column):
     given = correct(1)
