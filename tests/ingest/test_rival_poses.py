@@ -45,6 +45,16 @@ def test_rates_that_are_mistaken_are_told(ratio):
     assert doubt.message.code == "time-unit"
 
 
+@pytest.mark.parametrize("ratio", [2.5, 4.0])
+def test_time_that_is_as_likely_as_a_payload_is_told_beside_it(ratio):
+    """As of 500 Hz taken for 125: what is left of mass and first moment is alike."""
+    given = time_scaled(ratio)(correct(1), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == "wrench-compensated"
+    assert f"time runs {ratio:.2g}" in doubt.message
+
+
 def test_a_lever_is_found_beside_a_filter(monkeypatch):
     """Of 0.8 Hz and before the noise, whose lag is found as that of a clock: neither
     explains enough alone."""
