@@ -45,6 +45,16 @@ def test_rates_that_are_mistaken_are_told(ratio):
     assert doubt.message.code == "time-unit"
 
 
+@pytest.mark.parametrize("ratio", [2.5, 4.0])
+def test_time_that_is_as_likely_as_a_payload_is_told_beside_it(ratio):
+    """As of 500 Hz taken for 125: what is left of mass and first moment is alike."""
+    given = time_scaled(ratio)(correct(1), np.random.default_rng(1))
+    doubt = doubt_of(case_of(given))
+    assert doubt is not None
+    assert doubt.message.code == "wrench-compensated"
+    assert f"time runs {ratio:.2g}" in doubt.message
+
+
 def test_a_lever_is_found_beside_a_filter(monkeypatch):
     """Of 0.8 Hz and before the noise, whose lag is found as that of a clock: neither
     explains enough alone."""
@@ -111,6 +121,21 @@ def test_time_in_another_unit_makes_the_answer_wrong(seed):
     assert doubt.message.code == "time-unit"
     assert doubt.is_fatal
     assert "2 times too fast" in doubt.message
+
+
+def test_a_real_part_read_as_the_first_is_told():
+    """Columns q1 to q4 are read as of ABB, but many a program logs x, y, z, w so."""
+    given = correct(1)
+    streams = given.recording.streams
+    logged = streams["orientation"]
+    read = replace(logged, values=np.roll(logged.values, -1, axis=1))
+    recording = replace(given.recording, streams={**streams, "orientation": read})
+    doubt = doubt_of(case_of(replace(given, recording=recording)))
+    assert doubt is not None
+    assert doubt.message.code == "quaternion-order"
+    assert doubt.is_fatal
+    assert "logged as x, y, z, w" in doubt.message
+    assert 'form = "xyzw"' in doubt.message
 
 
 @pytest.mark.parametrize("column", range(3))

@@ -62,6 +62,7 @@ def test_row_numbers_hold_far_into_a_large_file(tmp_path):
         ("abc", ("'abc' is not a number", "leave the cell blank")),
         ("NA", ("the cell is blank", "fx fy fz tx ty tz")),
         ("1.5.2", ("'1.5.2' is not a number",)),
+        ('"1,234.5"', ("'1,234.5' is not a number", "without marks between thousands")),
         ("1_0", ("'1_0' is not a number",)),
         ("\x1b[31m", ("'\\x1b[31m' is not a number",)),
         ("nan", ("the value is nan", "leave the cell blank")),
@@ -75,6 +76,14 @@ def test_row_numbers_hold_far_into_a_large_file(tmp_path):
 def test_bad_cells_are_named_by_row_and_column(tmp_path, cell, words):
     bad = f"0.1,0,0,0,1,1,{cell},3,4,5,6"
     fails(log(tmp_path, ROWS[0], bad, ROWS[2]), "row 3, column fy", *words)
+
+
+def test_a_row_for_each_number_is_told(tmp_path):
+    path = tmp_path / "plot.csv"
+    path.write_text(
+        "elapsed time,topic,value\n0.0,/ft.force.x,1.5\n0.1,/ft.force.x,1.6\n"
+    )
+    fails(path, "one number a row, beside its name", "make each name a column")
 
 
 def test_column_names_in_the_middle_begin_another_recording(tmp_path):

@@ -181,6 +181,24 @@ NAMES = {
         f"time {numbered('T', 16)} Fx Fy Fz Tx Ty Tz",
         (TIME, BY_COLUMNS, WRENCH),
     ),
+    "Japanese": (
+        "時刻[s] 位置X[mm] 位置Y[mm] 位置Z[mm] 姿勢Rx[deg] 姿勢Ry[deg] 姿勢Rz[deg] 力X[N] 力Y[N]"
+        " 力Z[N] モーメントX[N・mm] モーメントY[N・mm] モーメントZ[N・mm]",
+        (TIME, 1e3 * POSITION, np.degrees(TURNS.as_rotvec()), NEWTON_MILLIMETRES),
+    ),
+    "French": (
+        "Temps(s) X Y Z qx qy qz qw ForceX(N) ForceY(N) ForceZ(N)"
+        " CoupleX(N.m) CoupleY(N.m) CoupleZ(N.m)",
+        PLAIN,
+    ),
+    "Spanish": (
+        "tiempo x y z qx qy qz qw fuerza_x fuerza_y fuerza_z par_x par_y par_z",
+        PLAIN,
+    ),
+    "torques of get_tcp_force": (
+        "t x y z rx ry rz Fx Fy Fz TRx TRy TRz",
+        (TIME, POSITION, TURNS.as_rotvec(), WRENCH),
+    ),
     "letters beyond ASCII": (
         "时间 速度X 速度Y 速度Z X Y Z qx qy qz qw fx fy fz tx ty tz",
         (TIME, 2 * POSITION, *PLAIN[1:]),

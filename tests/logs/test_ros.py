@@ -359,12 +359,12 @@ def bad(what):
         "wrong type": (
             basic(),
             {"wrench_topic": "/pose"},
-            r"no wrench can be read from topic /pose \(geometry_msgs",
+            r"no wrench can be read from topic /pose \(geometry_msgs.*export its numbers",
         ),
         "no wrench": (
             basic(pose),
             {},
-            r"holds no wrench, only /pose \(geometry_msgs/msg/PoseStamped\); name its",
+            r"only /pose \(geometry_msgs/msg/PoseStamped\); name its .* of other types",
         ),
         "two roles": (
             basic(),
@@ -374,7 +374,7 @@ def bad(what):
         "no motion": (
             basic(wrench),
             {},
-            "holds no orientation and no joint positions, only /ft/wrench",
+            "no orientation and no joint positions, only /ft/wrench.*`pose_topic`, or record",
         ),
         "no frame": (
             [*basic(lambda k: wrench(k, frame="")), *tf],

@@ -37,6 +37,36 @@ def test_rays_through_edges_and_corners_count_once():
     )
 
 
+# parts that overlap
+
+
+def _gripper(*, thin, copies=1):
+    """A housing, a plate and a rod that stick in one another, as separate parts."""
+    housing = trimesh.creation.cylinder(0.04, 0.12)
+    plate = trimesh.creation.box(bounds=[[-0.06, -0.03, 0.03], [0.07, 0.03, 0.08]])
+    rod = trimesh.creation.cylinder(0.001 if thin else 0.015, 0.25)
+    parts = [housing, plate, rod]
+    together = trimesh.util.concatenate(parts * copies)
+    together.vertices += np.repeat(
+        np.arange(copies) * 1e-5, len(together.vertices) // copies
+    )[:, None]
+    return together, trimesh.boolean.union(parts, engine="manifold")
+
+
+@pytest.mark.parametrize(("thin", "copies"), [(False, 1), (True, 1), (False, 4)])
+def test_what_is_in_two_parts_counts_once(thin, copies):
+    parts, union = _gripper(thin=thin, copies=copies)
+    found, known = Shape.from_mesh(parts), Shape.from_mesh(union)
+    scale = float(np.trace(known.homogeneous.inertia_at_com))
+    body, points = known.homogeneous, found.cell_matrix @ found.volumes
+    moved = found.homogeneous.center_of_mass - body.center_of_mass
+    assert np.abs(moved).max() < 1e-4
+    turned = found.homogeneous.inertia_at_com - body.inertia_at_com
+    assert np.abs(turned).max() < 1e-3 * scale
+    assert np.abs(points - body.vector)[1:4].max() < 2e-3
+    assert np.abs(points - body.vector)[4:].max() < 5e-3 * scale
+
+
 # meshes that are broken
 
 

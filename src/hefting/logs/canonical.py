@@ -97,6 +97,9 @@ def known_columns(
     groups = _group_columns(present)
     expected = {"time", *(column for columns in groups.values() for column in columns)}
     unknown = [name for name in named if name not in expected]
+    if "value" in present and not present & (expected - {"time"}):
+        fix = "make each name a column, as pandas' pivot does, or give the bag itself"
+        raise InputError("has one number a row, beside its name", source, fix)
     candidates = dict.fromkeys((*EXPECTED, *sorted(expected)))
     absent = [name for name in candidates if name not in present]
 
@@ -119,7 +122,7 @@ def known_columns(
             needed = [c for c in groups.values() if there & set(c)]
             needed += [FIXED[stream] for stream, _, _ in REQUIRED]
             missing = [c for columns in needed for c in columns if c not in there]
-            what += f"; unknown columns: {_list_unknown(strange, missing)}"
+            what += f"; unknown columns: {summarize_list(_quoted(strange, missing))}"
         fix = "; ".join(fix for _, fix in wrong)
         raise InputError(what, source, f"{fix}; or {MAPPED}")
     found = {
@@ -187,13 +190,12 @@ def _explain_misspelled(misspelled: Mapping[str, str]) -> Iterator[tuple[str, st
     yield what, f"rename {it}{unit}"
 
 
-def _list_unknown(unknown: Sequence[str], missing: Sequence[str]) -> str:
-    """Unknown columns in one line, each with the missing one that it resembles."""
-    names = [
+def _quoted(unknown: Sequence[str], missing: Sequence[str]) -> list[str]:
+    """Unknown columns, each with the missing one that it resembles."""
+    return [
         quote_name(name) + (nearest(name, missing) if len(name) > 1 else "")
         for name in unknown
     ]
-    return summarize_list(names)
 
 
 def _find_lacking(present: set[str], wrench_needed: bool) -> Iterator[tuple[str, str]]:
@@ -216,10 +218,8 @@ def _warn_about_ignored(
     names: Sequence[str], unknown: Sequence[str], absent: Sequence[str]
 ) -> tuple[Message, ...]:
     """A warning about the columns that are not read, if any."""
-    ignored = [quote_name(name) + nearest(name, absent) for name in unknown]
-    ignored += [
-        f"number {i} without a name" for i, name in enumerate(names, 1) if not name
-    ]
+    blank = [f"number {i} without a name" for i, n in enumerate(names, 1) if not n]
+    ignored = _quoted(unknown, absent) + blank
     if not ignored:
         return ()
     what = f"ignored unknown columns: {summarize_list(ignored)}"

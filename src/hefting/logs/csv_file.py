@@ -277,6 +277,8 @@ class CsvTable:
                 return None
             if re.search(r"\d[:/]\d", text):
                 fix = f"write times in seconds, or as {WRITTEN}"
+            if re.fullmatch(r"\s*[+-]?\d+([., ']\d{3})+[.,]\d*\s*", text):
+                fix = "write numbers without marks between thousands"
             if self.decimal == "." and re.fullmatch(r"\s*[+-]?\d+,\d*\s*", text):
                 fix = (
                     'write decimals with a point, or give decimal = "," in a column map '

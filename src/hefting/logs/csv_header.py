@@ -218,7 +218,7 @@ def _read_names(
         names = _split_names(line, separator)
     except (UnicodeEncodeError, csv.Error) as error:
         raise InputError(
-            "is not CSV text in UTF-8", path, "export the log as CSV"
+            "is not CSV text in UTF-8", path, "save it as CSV in UTF-8"
         ) from error
     if len(names) < 2:
         raise InputError(

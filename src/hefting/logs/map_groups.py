@@ -8,22 +8,23 @@ from dataclasses import dataclass
 from hefting.logs.units import ALIASES, UNITS, squeezed
 
 WORDS = {
-    "force": ("f", "force", "forces", "kraft"),
+    "force": ("f", "force", "forces", "kraft", "fuerza", "forza", "力"),
     "torque": (
         *("m", "torque", "torques", "moment", "moments", "tau", "mom"),
-        *("torq", "drehmoment", "forcer", "wrenchr"),
+        *("torq", "drehmoment", "forcer", "wrenchr", "couple", "couples", "par"),
+        *("momento", "coppia", "モーメント", "トルク", "力矩"),
     ),
-    "torque-or-translation": ("t",),
+    "torque-or-translation": ("t", "tr"),
     "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk", "forcetorque"),
     "position": (
         *("", "p", "pos", "position", "translation", "trans", "xyz", "pose", "posx"),
-        *("tcppose", "xpos", "tvec"),
+        *("tcppose", "xpos", "tvec", "posición", "posizione", "位置"),
     ),
     "orientation": (
         *("q", "o", "r", "u", "quat", "quaternion", "xquat"),
         *("orientation", "ori", "orn", "orient", "orientu", "rot", "rotation"),
     ),
-    "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation"),
+    "angles": ("r", "orientation", "ori", "orn", "orient", "rot", "rotation", "姿勢"),
     "rotation-vector": ("rotvec", "rv", "rvec", "axisangle"),
     "roll-pitch-yaw": ("theta", "euler", "rpy"),
     "pose": ("", "pose", "tcppose", "posx", "coordrobot", "coordbase"),
@@ -87,8 +88,12 @@ UNIT_WORDS = frozenset(
 """Units at the end of a name: ``Fx_N``, ``x_mm``, ``Fx in N``."""
 
 
-CAMEL = "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
-"""Beginning of a word in ``ForceXRaw``, ``TCPPose``, but not in KUKA's ``RIst_X``."""
+CAMEL = (
+    "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
+    "|(?<=[\u3040-\u9fff])(?=[A-Za-z])"
+)
+"""Beginning of a word in ``ForceXRaw``, ``TCPPose``, ``力X``, but not in KUKA's
+``RIst_X``."""
 
 FRAMES = "^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])"
 """Frames after a letter, as in EuRoC's ``p_RS_R_x`` and ``q_RS_w``."""

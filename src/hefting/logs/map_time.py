@@ -16,7 +16,7 @@ TIMES = (
     *("t", "time", "timestamp", "stamp", "ts", "clock", "sec", "secs", "seconds"),
     *("times", "timestamps", "stamps"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
-    *("temps", "tiempo", "tempo", "时间"),
+    *("temps", "tiempo", "tempo", "时间", "時間", "時刻"),
     *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
 )
 """Names of the time, without its unit; `names_time` also knows LabVIEW's ``X_Value``."""

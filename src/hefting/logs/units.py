@@ -87,7 +87,7 @@ UNITS: dict[str, dict[str, Unit]] = {
 ALIASES = {
     alias: name
     for name, aliases in (
-        ("s", "sec secs second seconds"),
+        ("s", "sec secs second seconds 秒"),
         ("ms", "msec msecs millis millisecond milliseconds"),
         ("us", "usec usecs micros microsecond microseconds"),
         ("ns", "nanos nsec nsecs nanosec nanosecs nanosecond nanoseconds"),
@@ -150,7 +150,7 @@ def _plain(name: str) -> str:
     name = (
         name.replace("²", "2").replace("µ", "u").replace("μ", "u").replace("°", "deg")
     )
-    return re.sub(r"[\s*·⋅^.-]", "", name)
+    return re.sub(r"[\s*·⋅・･^.-]", "", name)
 
 
 def squeezed(unit: str) -> str:

@@ -58,6 +58,12 @@ class Moments:
 
         return Moments(sums(self.volume), sums(self.first), sums(self.second))
 
+    def times(self, factor: Array) -> "Moments":
+        """Of bodies of the same shape and place with the volume times (n,) factors."""
+        first = factor[:, None] * self.first
+        second = factor[:, None, None] * self.second
+        return Moments(factor * self.volume, first, second)
+
     @property
     def centroids(self) -> Array:
         """(n, 3) [m]"""
@@ -255,7 +261,10 @@ def divided(
     missed parts, by default in proportion to their volume.
     """
     shares = moments_in_cells(triangles, lattice.low, lattice.size, lattice.shape)
-    full = shares.volume > NEGLIGIBLE_CELL * float(np.prod(lattice.size))
+    cell = float(np.prod(lattice.size))
+    full = shares.volume > NEGLIGIBLE_CELL * cell
+    # parts that overlap fill a cell twice
+    shares = shares.times(cell / np.maximum(shares.volume, cell))
     occupied = lattice.occupied.ravel() & full
     owner = np.full(len(full), -1)
     owner[occupied] = np.arange(int(occupied.sum()))

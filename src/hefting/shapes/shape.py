@@ -48,6 +48,7 @@ from hefting.shapes.files import read_ply_vertices
 from hefting.shapes.reading import CLOUD_SUFFIXES, read_cloud, read_mesh
 from hefting.shapes.sampling import sample
 from hefting.shapes.solid import Solid, box_solid, solid_from_mesh
+from hefting.shapes.winding import without_overlaps
 
 LABELS = ("segmentation", "label", "labels")
 """Names of the property of a PLY file that holds the part of each point."""
@@ -206,6 +207,7 @@ class Shape(Shown):
         if arrays is None:
             where, arrays = mesh, read_mesh(mesh)
         solid = solid_from_mesh(arrays[0] * unit_scale(unit), arrays[1], where)
+        solid = without_overlaps(solid)
         return cls._from_solid(
             solid, unit, pose, points, points_per_cm3, sampling, seed, where
         )

@@ -22,6 +22,12 @@ FORMS = (
 )
 """Forms, and orders of Euler angles, in which controllers of robots give orientations."""
 
+ORDERS = (
+    ("w, x, y, z", "put the real part last, as qw", "wxyz"),
+    ("x, y, z, w", "name them qx, qy, qz, qw", "xyzw"),
+)
+"""Orders of a quaternion's parts that are confused, and what to do."""
+
 EULER = {"xyz": "roll, pitch, yaw", "XYZ": "angles about turning axes x, y, z"}
 """Angles about fixed and turning axes, as one capital letter distinguishes them, that
 are confused when quaternions or matrices are composed."""
@@ -86,18 +92,16 @@ def _forms(case: Case) -> Iterator[Undone]:
 
 
 def _orders(case: Case) -> Iterator[Undone]:
-    """Quaternions with their parts in the other order."""
+    """Quaternions whose real part was read as the last but logged first, and the other
+    way round."""
     orientation = case.recording["orientation"]
-    q = np.roll(orientation.values, -1, axis=1)
-    what = "the quaternions seem to be logged as w, x, y, z"
-    other = _with_orientation(case, what, replace(orientation, values=q))
-    if other is not None:
-        yield Undone(
-            "quaternion-order",
-            what,
-            'put the real part last, as qw, or give form = "wxyz" in a column map',
-            other,
-        )
+    for shift, (names, fix, form) in enumerate(ORDERS):
+        q = np.roll(orientation.values, 2 * shift - 1, axis=1)
+        what = f"the quaternions seem to be logged as {names}"
+        other = _with_orientation(case, what, replace(orientation, values=q))
+        if other is not None:
+            fix = f'{fix}, or give form = "{form}" in a column map'
+            yield Undone("quaternion-order", what, fix, other)
 
 
 def _composed(case: Case) -> Iterator[Undone]:

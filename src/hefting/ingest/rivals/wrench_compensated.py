@@ -43,12 +43,9 @@ reported instead."""
 ADDED = 0.25, 5.0
 """Smallest and largest share of the object's weight that a controller is said to add: a
 filter of 18 Hz and averages of 40 ms weaken what a trembling hand does as 0.17 does."""
-MOST_BY_TIME = 0.75
-"""Share up to which time that runs fast is said to do the same: by up to 2 times, as of
-125 Hz taken for 100 Hz."""
 ALIKE = 0.1
-"""Difference of the shares of first moment and mass that time leaves alike, over that of
-the mass."""
+"""Difference of the shares of first moment and mass, over that of the mass: what time
+that runs fast leaves, and what it takes, are alike."""
 OR_HEAVIER = ", or the controller to subtract a payload heavier than the object"
 """What is said beside a mistake that may be one."""
 
@@ -77,7 +74,7 @@ def explain(case: Case) -> Explanation | None:
         "payload"
     )
     fix = FIX
-    if abs(share) > SMALL_SHARE and share < MOST_BY_TIME and _is_alike(solution, share):
+    if abs(share) > SMALL_SHARE and _is_alike(solution, share):
         ratio = (1.0 - share) ** -0.5
         said = (
             f"{ratio:.3g} times too fast"
@@ -91,11 +88,12 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _is_alike(solution: Array, share: float) -> bool:
-    """Whether the same `share` of the first moment as of the mass is missing, as where
-    time runs too fast."""
+    """Whether the same `share` of the first moment as of the mass is missing, and so the
+    same is left, as where time runs too fast."""
     missing = solution[1:4] - solution[11:14]
     apart = np.linalg.norm(missing - share * solution[1:4])
-    return bool(apart < ALIKE * abs(share) * np.linalg.norm(solution[1:4]))
+    least = min(abs(share), 1.0 - share)
+    return bool(apart < ALIKE * least * np.linalg.norm(solution[1:4]))
 
 
 def undone(case: Case) -> Iterator[Undone]:

@@ -130,10 +130,13 @@ def _check_streams(
         raise InputError(
             f"{cut}holds no wrench, only {_list_topics(contents)}",
             contents.path,
-            "name its topic with `wrench_topic`",
+            "name its topic with `wrench_topic`, or export messages of other types to CSV",
         )
     if not {"orientation", "joint_positions"} & set(streams.series):
-        fix = streams.hint or "record tf, PoseStamped or JointState along with it"
+        fix = streams.hint or (
+            "name the topic of a pose with `pose_topic`, or record tf, PoseStamped or "
+            "JointState along with it"
+        )
         raise InputError(
             f"{cut}holds no orientation and no joint positions, only {_list_topics(contents)}",
             contents.path,

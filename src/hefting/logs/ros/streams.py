@@ -348,7 +348,8 @@ class Streams:
 
     def _error_for_unusable_topic(self, role: str) -> InputError:
         """The error that says why a named topic has no samples for its role."""
-        fix = f"name a topic of {' or '.join(kind.partition('/msg/')[2] for kind in TYPES[role])}"
+        kinds = " or ".join(kind.partition("/msg/")[2] for kind in TYPES[role])
+        fix = f"name a topic of {kinds}, or export its numbers to CSV"
         topic = next((topic for topic in self.gathered if topic.role == role), None)
         if topic is None:
             what = f"topic {self.named[role]} cannot be the {role}, as another role has it already"
