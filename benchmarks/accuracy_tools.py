@@ -157,11 +157,15 @@ def _run(
     wrench = Noise(noise.force, noise.torque)
     found = {
         "Bayes": Bayes(tool.shape, noise=noise).fit(z),
-        "PMD": PMD(tool.shape, c1=C1, regularization=REGULARIZATION).fit(z),
-        "WLS": OLS(noise=wrench).fit(replace(exact, force=z.force, torque=z.torque)),
+        "PMD": PMD(
+            tool.shape, c1=C1, regularization=REGULARIZATION, intervals=False
+        ).fit(z),
+        "WLS": OLS(noise=wrench, intervals=False).fit(
+            replace(exact, force=z.force, torque=z.torque)
+        ),
     }
     if count == max(SAMPLES):
-        found["HPS"] = HPS(tool.parts, noise=wrench).fit(z)
+        found["HPS"] = HPS(tool.parts, noise=wrench, intervals=False).fit(z)
     return {name: tool.errors(estimate) for name, estimate in found.items()}
 
 

@@ -55,7 +55,11 @@ def weighed(kind: str, seed: int) -> Body:
 
 
 def runs(
-    name: str, dynamics: JointDynamics, body: InertialParameters, seed: int
+    name: str,
+    dynamics: JointDynamics,
+    body: InertialParameters,
+    seed: int,
+    rate: float = RATE,
 ) -> LoadedRuns:
     """An empty run and, of another motion, one with the body, of one of four robots of
     the kind."""
@@ -63,7 +67,7 @@ def runs(
     robot = TorqueRobot(massive, TorqueFaults(), seed % 4)
 
     def samples(held: InertialParameters | None, start: float, own: int):
-        joints = wide_smooth(DURATION, RATE, own, massive.arm)
+        joints = wide_smooth(DURATION, rate, own, massive.arm)
         log = robot.record(joints, held, start, seed=own)
         q, tau = log["joint_positions"], log["joint_torques"]
         return TorqueSamples.smoothed(q.time, q.values, tau.time, tau.values)

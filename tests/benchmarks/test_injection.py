@@ -23,6 +23,7 @@ def ready() -> tuple[Host, ...]:
     return tuple(hosts(DATA, SOURCES[::2]))
 
 
+@pytest.mark.usefixtures("nothing_looked_for")
 def test_a_body_that_is_added_is_found_by_least_squares():
     """What least squares finds with it is more by the body than without: the same
     samples, noise and bias. Clock offset and outliers are found anew, which moves the
@@ -62,6 +63,7 @@ def test_intervals_of_one_body(capsys):
     assert f"{row['held']:.1f}" in capsys.readouterr().out
 
 
+@pytest.mark.usefixtures("same_recordings")
 def test_what_is_exact_makes_intervals_narrower():
     """Each error that is allowed for widens the interval of the mass."""
     found = [case for case in cases(list(ready()), 1, 3) if case.window is None]

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from hefting.core.measurements import NOISE_LEVELS, Noise
-from hefting.core.messages import codes
 from hefting.core.recording import Recording
 from hefting.estimators.raw_motion import white_motion_noise
 from hefting.identification import identify
@@ -15,7 +14,6 @@ from hefting.ingest.ingest import ingest
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate, wield
 from hefting.simulation.arm import SensorMotion
-from recordings import DATA, needs_recordings
 
 NOISE = Noise(force=0.1, torque=0.005)
 ROWS, COLUMNS = np.triu_indices(3)
@@ -110,28 +108,3 @@ def test_white_noise_in_logged_accelerations_is_allowed_for():
         assert white_motion_noise(exact) is None
         # too few to tell
         assert white_motion_noise(exact[:30].with_noise(level, 1)) is None
-
-
-@needs_recordings
-@pytest.mark.parametrize("run", ["run1", "run3"])
-def test_halves_of_a_real_recording_overlap_or_are_doubted(run):
-    """A sensor that drifts and is not linear: least squares finds 1.02 and 1.15 kg in
-    the halves of run 1."""
-    log = DATA / "panda-optoforce" / f"{run}.csv"
-    box = Shape.from_box(-0.15, 0.15, -0.15, 0.15, -0.05, 0.3)
-    halves = [
-        identify(
-            log, box, gravity=(0.0, 0.0, -9.81), start=start, duration=8.5
-        ).estimate
-        for start in (0.0, 8.6)
-    ]
-    for estimate in halves:
-        assert estimate.intervals is not None
-    (low, high), (other_low, other_high) = (
-        estimate.intervals["mass"] for estimate in halves
-    )  # type: ignore[index]
-    doubted = [
-        bool({"stretches-disagree", "response-uneven"} & codes(estimate.warnings))
-        for estimate in halves
-    ]
-    assert all(doubted) or (low <= other_high and other_low <= high)

@@ -118,7 +118,9 @@ def test_hps_without_noise_is_theirs():
     Beside this the ruler's inertia, which is below.
     """
     for name, tool in tools().items():
-        ours = tool.errors(HPS(tool.parts).fit(tool.samples).parameters)
+        ours = tool.errors(
+            HPS(tool.parts, intervals=False).fit(tool.samples).parameters
+        )
         theirs = published()[name, "HPS", "No"]
         print(
             f"{name:20s} mass {theirs[0]:.3f} {ours[0]:.3f}   inertia {theirs[2]:.3f} {ours[2]:.3f}"
@@ -186,7 +188,7 @@ def test_ols_with_noise_is_as_far_off_as_theirs(level):
     ratios = []
     for index, (name, tool) in enumerate(tools().items()):
         runs = [
-            OLS()
+            OLS(intervals=False)
             .fit(tool.samples.with_noise(LEVELS[level], [1, index, seed]))
             .parameters
             for seed in range(8)
@@ -219,9 +221,9 @@ def geo_methods(tool: Tool, level: str, z: Measurements) -> dict[str, GEO]:
     gamma = 1e-5 * float(np.sum(full_regressor(z) ** 2))
     noise = LEVELS[level if level in LEVELS else "Low"]  # there must be some
     return {
-        "their prior": GEO(prior=their_prior(tool), gamma=gamma),
-        "ours": GEO(tool.mesh, noise=Noise(noise.force, noise.torque)),
-        "their weight": GEO(tool.mesh, gamma=gamma),
+        "their prior": GEO(prior=their_prior(tool), gamma=gamma, intervals=False),
+        "ours": GEO(tool.mesh, noise=Noise(noise.force, noise.torque), intervals=False),
+        "their weight": GEO(tool.mesh, gamma=gamma, intervals=False),
     }
 
 

@@ -10,8 +10,10 @@ import numpy as np
 import pytest
 
 from hefting.cli import main
+from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.measurements import NOISE_LEVELS, Measurements
+from hefting.core.messages import codes
 from hefting.core.metrics import errors_between
 from hefting.estimators import LMI, OLS, PMD
 from hefting.estimators.quadratic import least_squares
@@ -309,19 +311,46 @@ PARTS = [
 """Recording, start and duration [s] of parts of the Panda's."""
 
 
-@pytest.mark.parametrize(("run", "start", "duration"), PARTS)
-def test_a_part_tells_the_same_truth_as_the_whole(run, start, duration):
-    """In a generous box: the mass's interval holds that of the whole runs, 1.131 kg, of
-    a sensor that drifts and creeps, and the estimate is inside."""
-    found = identify(
+@cache
+def part_of(run: str, start: float, duration: float) -> Estimate:
+    """In a generous box."""
+    return identify(
         DATA / "panda-optoforce" / f"{run}.csv",
         Shape.from_box(*BOX),
         gravity=(0.0, 0.0, -9.81),
         start=start,
         duration=duration,
     ).estimate
+
+
+@pytest.mark.parametrize(("run", "start", "duration"), PARTS)
+def test_a_part_tells_the_same_truth_as_the_whole(run, start, duration):
+    """The mass's interval holds that of the whole runs, 1.131 kg, of a sensor that
+    drifts and creeps, and the estimate is inside; no mistake is named in place of a
+    drift."""
+    found = part_of(run, start, duration)
+    said = {w.code for w in found.warnings if w.severity == "error"}
+    assert said <= {"drift-in-short", "unexplained"}
     assert found.intervals is not None
     low, high = found.intervals["mass"]
     assert low <= 1.131 <= high
     assert low <= found.parameters.mass <= high
     assert high - low < 0.6
+
+
+@pytest.mark.parametrize(
+    "halves",
+    [
+        (("run1", 0.0, 8.5), ("run1", 8.7, 8.7)),
+        (("run3", 0.0, 9.2), ("run3", 9.2, 9.2)),
+    ],
+)
+def test_halves_overlap_or_are_doubted(halves):
+    """Least squares finds 1.02 and 1.15 kg in those of run 1."""
+    found = [part_of(*half) for half in halves]
+    (low, high), (other_low, other_high) = (each.intervals["mass"] for each in found)
+    doubted = [
+        bool({"stretches-disagree", "response-uneven"} & codes(each.warnings))
+        for each in found
+    ]
+    assert all(doubted) or (low <= other_high and other_low <= high)

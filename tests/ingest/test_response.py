@@ -57,7 +57,7 @@ def test_a_delay_is_no_filter(lag, monkeypatch):
     assert found.share_std < 0.2
 
 
-@pytest.mark.usefixtures("nothing_looked_for")
+@pytest.mark.usefixtures("same_recordings", "nothing_looked_for")
 def test_what_a_filter_does_to_the_mass_is_taken_back(monkeypatch):
     """Of eight recordings through a filter of 0.2 s the errors are less than a third of
     those of a delay, and seven intervals hold the mass (here all; one in twenty may

@@ -75,13 +75,18 @@ def case_with(*names, seed=0):
     return case_of(given, offset)
 
 
+def look_for_few(monkeypatch, first):
+    """Mistakes of the file `first`, and of a wrong sign or unit."""
+    among = undone_of(axis_flipped, force_unit, first)
+    monkeypatch.setattr(two_mistakes, "UNDONE", among)
+
+
 @pytest.mark.parametrize("names", PAIRS)
 def test_both_are_named(names, monkeypatch):
     """Half of the pairs among all that are undone, the others among their own kind and
     those of a wrong sign or unit."""
     if names in BRIEF:
-        among = undone_of(axis_flipped, force_unit, BRIEF[names])
-        monkeypatch.setattr(two_mistakes, "UNDONE", among)
+        look_for_few(monkeypatch, BRIEF[names])
     doubt = doubt_of(case_with(*names))
     assert doubt is not None
     assert {each.code for each in doubt.messages} == PAIRS[names]
@@ -127,8 +132,9 @@ def test_a_vibration_is_no_mistake(monkeypatch):
     assert judge(case).named is None
 
 
-def test_an_answer_and_a_refusal_tell_both():
+def test_an_answer_and_a_refusal_tell_both(monkeypatch):
     """The two messages, in this order and before any other."""
+    look_for_few(monkeypatch, orientation_form)
     given = made(TURNED, W_FIRST)
     try:
         said = identify(given.recording).estimate.warnings
@@ -141,9 +147,10 @@ def test_an_answer_and_a_refusal_tell_both():
     assert first < text.index("w, x, y, z") < second < text.index("turned by 30.0°")
 
 
-def test_the_fit_to_the_right_recording_is_that_of_the_pair():
+def test_the_fit_to_the_right_recording_is_that_of_the_pair(monkeypatch):
     """What is said of the second mistake is what is said of it alone, and the object is
     the one that is found with it."""
+    look_for_few(monkeypatch, orientation_form)
     pair, alone = judge(case_with(TURNED, W_FIRST)), judge(case_with(TURNED))
     assert pair.beside is not None
     assert pair.named is not None

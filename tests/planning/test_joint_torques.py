@@ -3,6 +3,7 @@ refused."""
 
 import sys
 from functools import cache
+from unittest.mock import patch
 
 import numpy as np
 import pytest
@@ -11,6 +12,7 @@ import hefting
 from hefting.core.errors import InputError, MissingDependencyError
 from hefting.core.inertia import InertialParameters
 from hefting.core.spatial import STANDARD_GRAVITY
+from hefting.identification import by_torques
 from hefting.identification.by_torques import ByTorques
 from hefting.planning.held import Held
 from hefting.planning.sensors import JointTorques
@@ -38,7 +40,8 @@ def planned(bench):
 
 def played(bench, plans, seed):
     """By runs of the plans on another robot of the kind, without the object and a minute
-    later with it: friction, rotors, offsets and warm-up as by default."""
+    later with it: friction, rotors, offsets and warm-up as by default. Joints in another
+    order or of another sign are not looked for, which changes no interval."""
     robot = TorqueRobot(bench.massive, seed=seed)
     runs = [
         [
@@ -47,7 +50,8 @@ def played(bench, plans, seed):
         ]
         for i, body in enumerate((None, BODY))
     ]
-    found = ByTorques.of(runs[1], bench.urdf, "flange", empty=runs[0])
+    with patch.object(by_torques, "of_rivals", lambda *_: []):
+        found = ByTorques.of(runs[1], bench.urdf, "flange", empty=runs[0])
     return found.estimate(BOX)
 
 

@@ -97,7 +97,7 @@ def test_runs_with_spikes_answer_as_without():
     """One torque in a hundred of each joint 20 N m off had made the interval eight times
     as wide, and rows of zeros put the mass 11 % off."""
     own = dynamics("ur5e")
-    case = runs("ur5e", 2)
+    case = runs("ur5e", 2, 100.0)
     rng = np.random.default_rng(5)
 
     def damaged(run: TorqueSamples) -> TorqueSamples:
@@ -107,7 +107,7 @@ def test_runs_with_spikes_answer_as_without():
         rows = (np.where(lost[:, None], 0.0, x) for x in (run.position, torque))
         return samples_of(without_spikes(log(*rows)), own)
 
-    clean = fitted("ur5e", 2)
+    clean = fitted("ur5e", 2, 100.0)
     loaded, empty = (tuple(map(damaged, each)) for each in (case.loaded, case.empty))
     found = replace(case, loaded=loaded, empty=empty).fit()
     std = clean.covariance[0, 0] ** 0.5
@@ -116,7 +116,7 @@ def test_runs_with_spikes_answer_as_without():
 
 
 def test_a_run_without_spikes_is_as_it_was():
-    run = runs("ur5e", 2).loaded[0]
+    run = runs("ur5e", 2, 100.0).loaded[0]
     given = log(run.position, run.torque)
     assert without_spikes(given) is given
 

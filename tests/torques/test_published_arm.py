@@ -5,6 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from hefting.identification import by_torques
 from hefting.identification.by_torques import ByTorques
 from hefting.identification.torque_checks import link_errors
 from hefting.simulation.arm_links import TORQUE_ARMS
@@ -16,9 +17,13 @@ from torque_runs import BODY, dynamics, runs
 
 
 @pytest.mark.parametrize("name", ["ur5e", "panda"])
-def test_intervals_allow_for_the_links_of_the_published_arm(name, tmp_path):
+def test_intervals_allow_for_the_links_of_the_published_arm(
+    name, tmp_path, monkeypatch
+):
     """Of six robots whose links differ from the URDF's by some 10 % in mass; 0.1 kg,
-    whatever the arm, had held the mass of one and of four."""
+    whatever the arm, had held the mass of one and of four. Joints in another order or of
+    another sign are not looked for, which changes no interval."""
+    monkeypatch.setattr(by_torques, "of_rivals", lambda *_: [])
     massive, held = TORQUE_ARMS[name], 0
     (tmp_path / "arm.urdf").write_text(massive.urdf)
     for seed in range(6):

@@ -29,6 +29,9 @@ from hefting.torques.suspects import Suspect, Suspects, without_delay
 from torque_runs import BODY, dynamics, fitted, one_at_a_time
 from torque_runs import runs as right
 
+FULL = {"panda": 50.0, "ur5e": 100.0}
+"""[Hz] at which runs tell the least that is tested here."""
+
 
 def found(case: LoadedRuns) -> Suspect | None:
     return Suspects(case, case.fit()).likeliest()
@@ -102,7 +105,7 @@ def test_a_long_delay_is_found_though_it_is_beyond_the_first_order(name):
 def test_a_calibration_takes_the_delay_out_and_so_do_the_runs_beside_it(name, late):
     """As the loaded run was late by as much, mass and COM had been wrong by 4 % and
     34 mm, and *good*."""
-    case = changed(right(name), lambda run: run.delayed(-late), True)
+    case = changed(right(name, rate=FULL[name]), lambda run: run.delayed(-late), True)
     bare, _, delays, left = without_delay(replace(case, loaded=(), empty=case.empty))
     assert left is None
     (said,) = of_empty_runs(dynamics(name), delays, None)
@@ -308,7 +311,7 @@ def less(run: TorqueSamples, own: JointDynamics, share: float) -> TorqueSamples:
 def test_a_payload_that_a_controller_knows_in_some_runs_is_named(name, in_loaded):
     """Half its weight taken out of the loaded runs puts the mass 50 % wrong, and had been
     *good*; all of it out of the empty ones 100 %."""
-    own, case = dynamics(name), right(name)
+    own, case = dynamics(name), right(name, rate=FULL[name])
     if in_loaded:
         loaded = tuple(less(run, own, 0.5) for run in case.loaded)
         case = replace(case, loaded=loaded)
@@ -355,7 +358,7 @@ def test_lengths_of_another_arm_are_told_by_weight_beside_inertia(tmp_path):
     path = tmp_path / "longer.urdf"
     path.write_text(urdf, encoding="utf-8")
     own = JointDynamics.from_urdf(path, "flange")
-    told = found(replace(right("panda"), dynamics=own))
+    told = found(replace(right("panda", rate=100.0), dynamics=own))
     assert told is not None
     assert told.kind == "weight"
 
