@@ -17,7 +17,7 @@ from benchmarks import online_streams
 from hefting.core.messages import error
 from hefting.motion import PoseFilter
 from hefting.online import history, identifier, pipeline
-from hefting.online.folding import Folded
+from hefting.online.folding import Folded, Follower
 from hefting.online.live_estimate import state_of
 from hefting.online.pipeline import Pipeline
 from hefting.online.samples import Samples
@@ -347,6 +347,19 @@ def test_a_filter_that_was_tuned_at_rest_gives_way_to_a_faster_one():
         orientation.time, moving["position"].values, orientation.values
     )
     assert follower.pose_filter.rotation_bandwidth > 0.8 * tuned.rotation_bandwidth
+
+
+def test_new_samples_have_the_errors_of_the_filter_that_follows(played):
+    """Of one that is four times as fast as the spline of what was understood; after a
+    quick stop that had looked like another object, as errors were expected too small."""
+    pipeline = played[0]._pipeline
+    known, tuned = pipeline._known[-1], pipeline._follower.pose_filter
+    fast = replace(tuned, rotation_bandwidth=4.0 * tuned.rotation_bandwidth)
+    orientation = pipeline._stream("orientation")
+    follower = Follower.of(fast).with_poses(pipeline._stream("position"), orientation)
+    begin = float(orientation.time[-1]) - 1.0
+    z = follower.samples(known, pipeline._stream("wrench", begin - 1.0), begin)
+    assert z.motion_noise.angular > 8.0 * known.found.motion_noise.angular
 
 
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])
