@@ -192,6 +192,18 @@ def test_a_free_hand_that_turns_holds_nothing_without_a_tool_too():
     assert low < case.other.mass < high
 
 
+def test_a_hand_that_was_empty_throughout_holds_nothing_in_the_end(clean):
+    """The final answer, of a gram that is not to be used, had been `identified`."""
+    wrench = clean[0].recording["wrench"]
+    noise = np.random.default_rng(4).normal(size=wrench.values.shape)
+    empty = replace(wrench, values=np.repeat((0.1, 0.005), 3) * noise + 1.0)
+    streams = {**clean[0].recording.streams, "wrench": empty}
+    live, said = play(replace(clean[0].recording, streams=streams), period=1.0)
+    last = live.close()
+    assert said[-1].state == last.state == "nothing held"
+    assert not last.estimate.verdict.usable
+
+
 def test_the_object_before_is_told_from_its_own_samples():
     """Swapped so early that an understanding notices, by when the last estimate is of
     samples of both: that was 11 % off, this is .4 %."""
