@@ -136,10 +136,12 @@ def test_mjcf_body(tmp_path):
         np.testing.assert_allclose(model.body_ipos[index], COM, atol=1e-15)
         had = "an inertial" if replaced else "the mass of its 1 geom"
         assert any(f"had {had}: it was replaced" in w for w in exported.warnings)
-    # what has no mass is not replaced; a frame only moves what is in it
+    # what has no mass is not replaced; a frame only moves what is in it, and
+    # <replicate> repeats it
     for geoms, count in (
         ('<geom mass="0.0"/>', 0),
         ("<frame><geom/></frame><geom/>", 2),
+        ('<replicate count="4"><geom/><geom/></replicate>', 2),
     ):
         text = MJCF.replace('<geom size="0.1"/>', geoms)
         said = " ".join(put(tmp_path, text, "mjcf", "outer").warnings)

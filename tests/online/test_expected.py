@@ -88,6 +88,39 @@ def test_errors_of_accelerations_at_rest_are_no_change(known, share, most):
     assert told == most
 
 
+def test_noise_of_accelerations_does_not_tell_an_inertia():
+    """Ten draws of 4 s without an angular acceleration but that of noise, which would tell
+    that there is no inertia to its tenth; then the arm turns."""
+    rng = np.random.default_rng(7)
+    found = ingest(swapped(2, change=False, duration=9.0).recording)
+    z = found.measurements
+    body = InertialParameters.from_com(1.4, (0.0, 0.1, 0.2), 0.02 * np.eye(3)).vector
+    split = int(np.searchsorted(z.time, 4.0))
+    noise = MotionNoise(0.02, 0.1)
+    turning = np.where(z.time < 4.0, 0.0, 1.0)[:, None]
+    for _ in range(10):
+        true = replace(
+            z,
+            angular_velocity=turning * z.angular_velocity,
+            angular_acceleration=turning * z.angular_acceleration,
+            weights=None,
+            motion_noise=noise,
+        )
+        wrench = predict_wrench(true, body)
+        wrench += np.repeat((0.05, 0.002), 3) * rng.normal(size=wrench.shape)
+        errors = rng.normal(size=(2, len(z), 3))
+        seen = replace(
+            true,
+            linear_acceleration=true.linear_acceleration + noise.linear * errors[0],
+            angular_acceleration=true.angular_acceleration + noise.angular * errors[1],
+            force=wrench[:, :3],
+            torque=wrench[:, 3:],
+        )
+        first = replace(found, measurements=seen[:split], counts=found.counts[:split])
+        expected = Expected.of(first)
+        assert expected.of_latest(seen[split : split + 120], 0.9).size < LARGEST
+
+
 @pytest.mark.parametrize("share", [-0.1, 0.1])
 def test_another_mass_is_told(known, share):
     """A tenth of 1.4 kg beside 0.1 N."""

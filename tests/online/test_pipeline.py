@@ -17,7 +17,7 @@ from benchmarks import online_streams
 from hefting.core.messages import error
 from hefting.motion import PoseFilter
 from hefting.online import history, identifier, pipeline
-from hefting.online.folding import Folded
+from hefting.online.folding import Folded, Follower
 from hefting.online.live_estimate import state_of
 from hefting.online.pipeline import Pipeline
 from hefting.online.samples import Samples
@@ -192,6 +192,18 @@ def test_a_free_hand_that_turns_holds_nothing_without_a_tool_too():
     assert low < case.other.mass < high
 
 
+def test_a_hand_that_was_empty_throughout_holds_nothing_in_the_end(clean):
+    """The final answer, of a gram that is not to be used, had been `identified`."""
+    wrench = clean[0].recording["wrench"]
+    noise = np.random.default_rng(4).normal(size=wrench.values.shape)
+    empty = replace(wrench, values=np.repeat((0.1, 0.005), 3) * noise + 1.0)
+    streams = {**clean[0].recording.streams, "wrench": empty}
+    live, said = play(replace(clean[0].recording, streams=streams), period=1.0)
+    last = live.close()
+    assert said[-1].state == last.state == "nothing held"
+    assert not last.estimate.verdict.usable
+
+
 def test_the_object_before_is_told_from_its_own_samples():
     """Swapped so early that an understanding notices, by when the last estimate is of
     samples of both: that was 11 % off, this is .4 %."""
@@ -348,6 +360,19 @@ def test_a_filter_that_was_tuned_at_rest_gives_way_to_a_faster_one():
         orientation.time, moving["position"].values, orientation.values
     )
     assert follower.pose_filter.rotation_bandwidth > 0.8 * tuned.rotation_bandwidth
+
+
+def test_new_samples_have_the_errors_of_the_filter_that_follows(played):
+    """Of one that is four times as fast as the spline of what was understood; after a
+    quick stop that had looked like another object, as errors were expected too small."""
+    pipeline = played[0]._pipeline
+    known, tuned = pipeline._known[-1], pipeline._follower.pose_filter
+    fast = replace(tuned, rotation_bandwidth=4.0 * tuned.rotation_bandwidth)
+    orientation = pipeline._stream("orientation")
+    follower = Follower.of(fast).with_poses(pipeline._stream("position"), orientation)
+    begin = float(orientation.time[-1]) - 1.0
+    z = follower.samples(known, pipeline._stream("wrench", begin - 1.0), begin)
+    assert z.motion_noise.angular > 8.0 * known.found.motion_noise.angular
 
 
 @pytest.mark.parametrize("jump", [3600.0, -3600.0])

@@ -18,7 +18,7 @@ PLACE = Place(
     element="body",
     parents=None,
     massive="geom",
-    mover="frame",
+    movers=("frame", "replicate"),
 )
 
 

@@ -37,9 +37,9 @@ class Place:
     """Possible parents of that element; None for any."""
     massive: str = ""
     """Element that gives mass if there is no inertial, if the format has one."""
-    mover: str = ""
-    """Element inside it that only moves what it holds, which may be the inertial, if the
-    format has one."""
+    movers: tuple[str, ...] = ()
+    """Elements inside it that only move or repeat what they hold; the first may hold the
+    inertial."""
     scope: str = ""
     """Element by whose name the element's may be qualified, as in ``model::link``, if the
     format has that."""
@@ -153,7 +153,8 @@ def _inserted(data: bytes, holder: _Holder, inertial: str, place: Place) -> byte
 def _mass_source(holder: _Holder, place: Place) -> str:
     """Where the mass of an element came from, in words; an empty text for none."""
     if holder.inertial is not None:
-        return f"an inertial in a <{place.mover}>" if holder.is_moved else "an inertial"
+        moved = f" in a <{place.movers[0]}>" if holder.is_moved else ""
+        return f"an inertial{moved}"
     if not holder.massive:
         return ""
     plural = "s" if holder.massive > 1 else ""
@@ -237,7 +238,7 @@ class _HolderReader:
     ) -> None:
         """Note an inertial of a holder, or that something in it has mass."""
         place = self._place
-        if not set(inside[holder.depth + 1 :]) <= {place.mover}:
+        if not set(inside[holder.depth + 1 :]) <= set(place.movers):
             return
         if tag == "inertial":
             if holder.inertial is not None:

@@ -9,7 +9,8 @@ columns of the regressor for mass and first moment and W the weights, give a cha
 whose covariance is that of the noise and of the prediction. d' cov(d)^-1 d is chi-square
 with four degrees of freedom while nothing changes. At rest A holds little but errors of the
 accelerations along some changes, as of a COM along gravity. The prediction has the same
-errors, times the body: d is then less that body, and the covariance allows for it.
+errors, times the body: d is then less that body, and the covariance allows for it. In x
+these errors would look like information on the inertia, and are taken out of A' W A.
 """
 
 from dataclasses import replace
@@ -120,10 +121,13 @@ class Expected:
             known_std = KNOWN_RATIO * np.sqrt(known.covariance.diagonal())
             prior_std[:10] = np.fmin(prior_std[:10], known_std)
         v = np.einsum("kia,ki,ki->a", X, W, z.wrench - X @ center)
-        x = center + _solved(H, v, prior_std)[0]
+        by_motion = np.zeros_like(H)
+        by_motion[:10, :10] = _by_motion(z, W)
+        inverse = _regular_inverse(H - by_motion, prior_std)
+        x = center + inverse @ v
         residual = z.wrench - X @ x
         scale = np.array([_scale(z, X, residual, noise, each) for each in LENGTHS])
-        covariance = _solved(H / scale.max(), v, prior_std)[1]
+        covariance = inverse @ (scale.max() * H + np.diag(prior_std**-2.0)) @ inverse
         return replace(begin, x=x, covariance=covariance, scale=scale)
 
     def residual(self, z: Measurements) -> Array:
@@ -163,31 +167,23 @@ class Expected:
             X, r, by_offset = X[kept], r[kept], by_offset[kept]
             z = z[kept]  # type: ignore[index]
         A, W = X[:, :, :4], _weights(z)[:, None] * self.noise**-2.0
-        white = _inverse(_normal(A, W, A))
+        S = _normal(A, W, A)
+        white = _inverse(S)
         by_x = white @ _normal(A, W, X)
         by_drift = by_x[:, 10:16] * (WANDER * (float(z.time[-1]) - self.end))
         late = white @ _right(A, W, by_offset)
         covariance = scale * white + by_x @ self.covariance @ by_x.T
         covariance = covariance + by_drift @ by_drift.T
         covariance += np.outer(late, late)
-        by_motion = white @ self._by_motion(z, W)
+        errors = _by_motion(z, W)[:4]
+        # the samples need not have the errors that are expected, as poses that repeat
+        by_motion = _inverse(S + errors[:, :4]) @ errors @ self.x[:10]
         covariance += np.outer(by_motion, by_motion)
         change = white @ _right(A, W, r)
         root = np.sqrt(W)
         left = _unexplained(X[:, :, :10] * root[:, :, None], r * root, abs(change[0]))
         size = float(change @ np.linalg.lstsq(covariance, change, rcond=1e-12)[0])
         return Deviation(size / scale, float(np.sqrt(np.square(left).mean())))
-
-    def _by_motion(self, z: Measurements, W: Array) -> Array:
-        """(4,) sum of E(A' W e) over samples with weights W (K, 6), for the wrench e that
-        the prediction has by errors of the accelerations, which A has, too."""
-        noise = z.motion_noise
-        if noise is None:
-            return np.zeros(4)
-        variance = np.square(np.repeat((noise.linear, noise.angular), 3))
-        each = FULL_MAP[:6].reshape(6, 6, 10)
-        e = each @ self.x[:10]
-        return np.einsum("k,kia,i,ki->a", variance, each[:, :, :4], W.sum(axis=0), e)
 
     def _columns(self, z: Measurements) -> Array:
         """(K, 6, 22) derivatives of the wrench by x."""
@@ -221,13 +217,23 @@ def _weights(z: Measurements) -> Array:
     return np.ones(len(z)) if z.weights is None else np.minimum(z.weights, 1.0)
 
 
-def _solved(H: Array, v: Array, prior_std: Array) -> tuple[Array, Array]:
-    """Solution (22,) and covariance (22, 22) of normal equations with a prior of zero
-    mean."""
-    scaled = H * prior_std[:, None] * prior_std + np.eye(len(H))
-    inverse = np.linalg.inv(scaled) * prior_std[:, None] * prior_std
-    covariance = np.asarray(inverse, dtype=float)
-    return covariance @ v, covariance
+def _by_motion(z: Measurements, W: Array) -> Array:
+    """(10, 10) expected sum of E' W E over samples with weights W (K, 6), for the errors E
+    of the body's columns by those of the accelerations."""
+    noise = z.motion_noise
+    if noise is None:
+        return np.zeros((10, 10))
+    variance = np.square(np.repeat((noise.linear, noise.angular), 3))
+    each = FULL_MAP[:6].reshape(6, 6, 10)
+    return np.einsum("k,kia,i,kib->ab", variance, each, W.sum(axis=0), each)
+
+
+def _regular_inverse(H: Array, prior_std: Array) -> Array:
+    """Inverse (22, 22) of normal equations, of which errors may have made an eigenvalue
+    negative, with a prior."""
+    found, axes = np.linalg.eigh(H * prior_std[:, None] * prior_std)
+    scaled = axes * prior_std[:, None] / np.sqrt(np.maximum(found, 0.0) + 1.0)
+    return scaled @ scaled.T
 
 
 def _scale(z: Measurements, X: Array, r: Array, noise: Array, length: float) -> float:

@@ -194,4 +194,5 @@ def _measured(
     weights = np.ones(len(z))
     if found.source != "orientation" and len(z) > 1:
         weights = weights_of(found, motion) / known.weight
-    return replace(z, weights=weights, motion_noise=found.motion_noise)
+    own = found.motion_noise and z.motion_noise
+    return replace(z, weights=weights, motion_noise=own)

@@ -13,7 +13,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.measurements import Measurements
-from hefting.core.messages import Message, note
+from hefting.core.messages import Message, codes, note
 from hefting.core.recording import Recording, Stream
 from hefting.estimators import Estimator
 from hefting.identification.estimator import accuracy_of, shape_of
@@ -164,7 +164,9 @@ def final_estimate(
     if since is not None:
         what = f"the final answer is of object {last.object}, held from {start:.3f} s on: `start`"
         messages = (*messages, note("live-part-used", what, "start"))
-    return replace(last, estimate=estimate, state=state_of(estimate), messages=messages)
+    empty = "nothing-held" in codes(estimate.warnings)
+    state = "nothing held" if empty else state_of(estimate)
+    return replace(last, estimate=estimate, state=state, messages=messages)
 
 
 def state_of(estimate: Estimate) -> LiveStateName:
