@@ -438,6 +438,31 @@ def test_an_object_that_comes_back_was_touched_unless_it_was_put_down(
 
 
 @pytest.mark.parametrize(
+    ("ends", "masses", "kept"),
+    [
+        ((0, 193, 200), (1.0, 1.1), [(0, 200, 0)]),  # 0.7 of 20 s at the end
+        ((0, 7, 200), (1.1, 1.0), [(0, 200, 1)]),  # and at the start
+        ((0, 193, 200), (1.0, 0.1), [(0, 193, 0), (193, 200, 1)]),  # put down
+        ((0, 188, 200), (1.0, 1.1), [(0, 188, 0), (188, 200, 1)]),  # 1.2 s
+        ((0, 48, 60), (1.0, 1.1), [(0, 48, 0), (48, 60, 1)]),  # much of the recording
+        ((0, 90, 193, 200), (1.0, 1.1, 1.2), [(0, 90, 0), (90, 200, 1)]),
+    ],
+)
+def test_a_body_held_briefly_at_an_end_is_its_neighbour(ends, masses, kept):
+    """A tremor of the hand at the end of a right recording had been a slip of 15 mm."""
+    labels = range(len(masses))
+    parts = [Part(a, b, i) for a, b, i in zip(ends[:-1], ends[1:], labels, strict=True)]
+    time = 0.1 * np.arange(ends[-1])
+    found = SimpleNamespace(
+        cells=SimpleNamespace(first=time, last=time + 0.1),
+        stretches=parts,
+        labels=[*labels],
+        fit=SimpleNamespace(bodies=np.array(masses)[:, None] * np.ones(10)),
+    )
+    assert _without_excursions(cast(Any, found)) == kept
+
+
+@pytest.mark.parametrize(
     ("labels", "masses", "told"),
     [
         ([0, 1, 0], (0.4, 1.6), ["picked-up", "put-down", None]),

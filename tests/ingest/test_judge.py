@@ -15,6 +15,7 @@ from hefting.core.regressor import full_regressor
 from hefting.core.spatial import interpolated, rotation_by
 from hefting.ingest.model import tangents_of
 from hefting.ingest.rivals import (
+    LARGE_EXPLANATIONS,
     LINEAR_EXPLANATIONS,
     force_unit,
     judge,
@@ -24,6 +25,7 @@ from hefting.ingest.rivals import (
 from hefting.ingest.rivals import judge as judging
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import (
+    NEGLIGIBLE_UNEXPLAINED,
     Fitted,
     LinearPart,
     correlation,
@@ -42,6 +44,7 @@ from hefting.ingest.rivals.judge import (
     _is_named,
     _is_white,
     _is_worth_a_search,
+    _more_candidates,
     _promising,
     evidence,
 )
@@ -332,3 +335,64 @@ def test_a_mistake_is_hopeless_that_leaves_nine_tenths(case):
     assert is_hopeless(case, leaves(9.1), leaves(10.0))
     assert not is_hopeless(case, leaves(0.59), leaves(0.1))
     assert is_hopeless(case, leaves(0.61), leaves(0.1))
+
+
+def test_a_mistake_that_gives_up_some_samples_is_not_told(case):
+    """However likely the others become: of hard braking between the poses accelerations a
+    fifth as large had explained all but that."""
+    given = as_given(case)
+    likelier = given.fitted.likelihood + 10.0
+    for share, told in ((0.5, True), (1.5, False)):
+        residual = given.fitted.residual.copy()
+        # a hundredth of the samples, whose mean square is so much of all as given
+        size = np.mean(
+            np.square(residual[given.fitted.best] / np.repeat(case.floor, 3))
+        )
+        few = residual[given.fitted.best, ::100]
+        few += (100.0 * share * size) ** 0.5 * np.repeat(case.floor, 3)
+        fitted = replace(given.fitted, likelihood=likelier, residual=residual)
+        assert _is_named(case, given, replace(given, fitted=fitted)) is told
+
+
+def test_mistakes_that_leave_much_are_not_looked_for_where_noise_explains_all(case):
+    """A light object's noise of 0.13 N, whose colour the averages keep, had been a wrench in
+    the axes of the robot's base."""
+    given = as_given(case)
+    assert missing(case, given.fitted) < NEGLIGIBLE_UNEXPLAINED
+    likelihood = given.fitted.likelihood - 10.0
+    left = replace(given, fitted=replace(given.fitted, likelihood=likelihood))
+    for explanation, searched in ((given, False), (left, True)):
+        candidates = _more_candidates(case, explanation, 0.5, ())
+        assert set(LARGE_EXPLANATIONS) <= set(candidates) or not searched
+        assert not set(LARGE_EXPLANATIONS) & set(candidates) or searched
+
+
+@pytest.mark.parametrize("drifts_too", [True, False])
+def test_another_mistake_beside_a_freer_drift_is_told_if_it_accounts_for_all(
+    drifts_too, monkeypatch
+):
+    """Half of a payload in slow motion beside a bent drift had been *good*: a cable explained
+    most of the drift."""
+    pushed = with_a_push(correct(0), 3.0 if drifts_too else 0.0)
+    wrench = pushed.recording["wrench"]
+    bend = np.abs(wrench.time - wrench.time.mean())[:, None] * np.full(6, 0.5)
+    streams = {
+        **pushed.recording.streams,
+        "wrench": Stream(wrench.time, wrench.values + bend),
+    }
+    case = case_of(
+        replace(pushed, recording=replace(pushed.recording, streams=streams))
+    )
+    given = as_given(case)
+
+    def found(case: Case, candidates: object) -> judging.Judged:
+        code = "payload" if case.more_knots else "cable"
+        other = replace(given, code=code)
+        return judging.Judged(0.1, other, given, certain=True, whole=True)
+
+    monkeypatch.setattr(judging, "_judge", found)
+    named = judging._judge_beside_drift(case, ()).named
+    # beside a drift that explains all of it there is nothing to account for
+    assert (None if named is None else named.code) == (
+        "payload" if drifts_too else None
+    )

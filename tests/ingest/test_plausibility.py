@@ -19,7 +19,11 @@ from hefting.core.spatial import pose_matrix
 from hefting.identification import identify
 from hefting.ingest import plausibility
 from hefting.ingest.free_fit import FreeFit
-from hefting.ingest.plausibility import com_warnings, density_warnings
+from hefting.ingest.plausibility import (
+    com_warnings,
+    density_warnings,
+    inertia_errors,
+)
 from hefting.inspection import inspect
 from hefting.shapes import Shape
 from hefting.simulation import UR5, random_smooth, simulate
@@ -58,6 +62,24 @@ def test_without_a_shape_a_com_is_far_from_0_4_m_and_three_deviations_on():
     ):
         said = com_warnings(free_fit(distance * away, std), None)
         assert (codes(said) == {"com-far-from-sensor"}) == is_far
+
+
+@pytest.mark.parametrize(
+    ("moments", "common", "tool", "said"),
+    [
+        ((-5e-3, 0.0, 0.0), None, None, True),  # five deviations of all three
+        ((-3e-3, 1e-3, -1e-3), None, None, False),
+        ((-5e-3, 0.0, 0.0), 1e-6, None, False),  # of errors that samples share, too
+        ((-5e-3, 0.0, 0.0), None, "gripper", False),  # whose errors may be that large
+    ],
+)
+def test_no_body_has_a_negative_sum_of_moments(moments, common, tool, said):
+    fit = free_fit(np.zeros(3), 0.01)
+    fit.vector[[4, 7, 9]] = moments
+    fit.covariance[4:, 4:] = np.eye(6) * 1e-6 / 3.0
+    errors = None if common is None else common * np.eye(10)
+    found = SimpleNamespace(fit=fit, common_errors=errors, tool=tool)
+    assert bool(inertia_errors(cast(Any, found))) is said
 
 
 def test_static_poses_with_a_force_in_kgf_are_in_doubt():
@@ -316,3 +338,15 @@ def test_a_lever_is_refused_from_a_distance_by_the_size_of_the_shape(
         return
     with pytest.raises(InputError, match="give torque in newton-metres"):
         plausibility.check_wrench(found, BOX)
+
+
+def test_a_torque_of_the_other_sign_is_of_no_body():
+    """In slow motion it had been *good*, with the COM on the other side of the sensor."""
+    body = InertialParameters.from_com(1.0, (0.05, 0.1, 0.1), 2e-3 * np.eye(3))
+    motion = UR5.motion(random_smooth(12.0, 100.0, 0.4, 1))
+    log = simulate(motion, body, noise=Noise(0.1, 0.005), seed=1)
+    wrench = log["wrench"]
+    signs = np.repeat((1.0, -1.0), 3)
+    other = Stream(wrench.time, wrench.values * signs)
+    log = replace(log, streams={**log.streams, "wrench": other})
+    assert not identify(log).verdict.usable

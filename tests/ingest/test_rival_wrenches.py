@@ -24,6 +24,7 @@ from hefting.ingest.filtering import Signal
 from hefting.ingest.rivals import (
     axis_flipped,
     force_unit,
+    lever_arm,
     wrench_filtered,
 )
 from hefting.ingest.rivals.consequence import doubt_of
@@ -355,6 +356,16 @@ def test_a_gain_of_the_torques_is_told_beside_the_lever_arm_that_does_the_same(g
     doubt = doubt_of(case_of(lever.make(correct(4), np.random.default_rng(1))))
     assert doubt is not None
     assert "times what it is" not in doubt.message
+
+
+def test_a_lever_arm_to_twice_the_com_is_told_to_be_a_sign_too():
+    found = lever_arm.explain(
+        case_of(units(1.0, -1.0)(correct(4), np.random.default_rng(1)))
+    )
+    assert found is not None
+    gain = re.search(r"or to be (-[\d.]+) times what it is", found.what)
+    assert gain is not None
+    assert float(gain[1]) == pytest.approx(-1.0, abs=0.1)
 
 
 def test_a_force_in_millinewtons_is_told_by_the_mass_that_it_would_need():

@@ -170,12 +170,8 @@ class Conditioned:
 
         The constant part of the bias is not removed: every estimator determines it
         along with the inertial parameters. Where every sample was rejected, all are
-        kept.
-
-        Parameters
-        ----------
-        recording : that was conditioned; itself where nothing is to be corrected.
-        drift : whether to remove the drift of the bias; False where the bias is known.
+        kept. With `drift` the drift of the bias is removed, which is not where the bias is
+        known. Where nothing is to be corrected it is the `recording` itself.
         """
         remove_drift = drift and self.bias.kind != "constant"
         if not (self.offset or remove_drift or self.rejected.any()):

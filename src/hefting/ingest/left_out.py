@@ -31,6 +31,8 @@ OUTLIERS = ("contact", "spike", "saturation")
 """Causes that are masks of `Conditioned.outliers`."""
 GAP = 5.0
 """Length of a step in steps of median length, above which samples are missing."""
+MOST_MORE_KNOTS = 6
+"""Largest number of knots, beyond two, of the drift beside which mistakes are judged."""
 
 Condition = Callable[[Recording], Conditioned]
 
@@ -209,6 +211,8 @@ def _case(
         biased=may_be_biased,
         parameters=found.parameters,
     )
+    # mistakes are judged beside the drift that is removed
+    case = case.with_drift(min(max(len(found.bias.knots) - 2, 0), MOST_MORE_KNOTS))
     if found.curves is None or not may_be_acceleration(recording, found):
         return case
     time, poses = case.time - case.offset, found.curves.poses

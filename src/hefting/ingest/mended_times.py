@@ -129,10 +129,7 @@ def with_time_of_lost_rows(recording: Recording, source: Source = "auto") -> Rec
     returned as it is if it has static poses, logs its motion beside the poses, or lost no
     row.
 
-    Parameters
-    ----------
-    recording : as read.
-    source : where the motion comes from, as for `hefting.motion.measure.measure`.
+    The motion's `source` is as for `hefting.motion.measure.measure`.
     """
     time = next(iter(recording.streams.values())).time
     has_poses = recording.has(*POSE_STREAMS)

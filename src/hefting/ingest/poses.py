@@ -30,10 +30,7 @@ def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recor
     without such poses, of static poses, or whose motion is logged beside its poses, is
     returned as it is.
 
-    Parameters
-    ----------
-    recording : as read.
-    source : where the motion comes from, as for `hefting.motion.measure.measure`.
+    The motion's `source` is as for `hefting.motion.measure.measure`.
     """
     if recording.static or reads_columns(recording, source):
         return recording

@@ -47,18 +47,8 @@ def errors_of_estimated_gravity(
     """Errors (10, 2) of the parameters by one standard deviation of gravity's direction
     about each axis across it.
 
-    Parameters
-    ----------
-    recording : as recorded.
-    source : where the motion comes from.
-    found : what conditioning found, with gravity (3,) and the standard deviation of its
-        direction.
-    measured : the motion.
-    measurements : the samples of the unconstrained fit.
-    fit : their unconstrained least squares.
-    drift : whether the drift of the bias was removed.
-
-    None where the direction was given, or is undetermined.
+    `fit` is unconstrained least squares of the `measurements`, from which the `drift` of
+    the bias may be removed. None where the direction was given, or is undetermined.
     """
     if found.tilt_std is None or not np.isfinite(found.tilt_std):
         return None
@@ -100,12 +90,8 @@ def errors_of_gravity_size(
     the rest as well. None where the size is exact, or is no part of the motion: an
     accelerometer measures the acceleration less gravity.
 
-    Parameters
-    ----------
-    gravity : as assumed.
-    source : where the motion comes from (`hefting.motion.measure.DESCRIPTIONS`).
-    state : moments of the samples with the gravity assumed.
-    fit : their unconstrained least squares.
+    The motion's `source` is one of `hefting.motion.measure.DESCRIPTIONS`; `fit` is
+    unconstrained least squares of `state`, both with the gravity assumed.
     """
     if not gravity.std or source == "accelerometer":
         return None
@@ -141,11 +127,7 @@ def errors_of_clock_offset(
     A wrench that is late by dt is wrong by its rate of change times dt: the error is
     what least squares makes of that rate. None where there is no clock or no motion.
 
-    Parameters
-    ----------
-    found : what conditioning found.
-    measurements : the samples of the unconstrained fit.
-    fit : their unconstrained least squares.
+    `fit` is unconstrained least squares of the `measurements`.
     """
     std = offset_error(found)
     if not std > 0.0 or len(measurements) < 3:
@@ -166,11 +148,7 @@ def errors_of_drift(
     In the rise of a single move a drift is told from the object's weight only in part.
     None where there is no such drift.
 
-    Parameters
-    ----------
-    found : what conditioning found.
-    measurements : the samples of the unconstrained fit, without the drift.
-    fit : their unconstrained least squares.
+    `fit` is unconstrained least squares of the `measurements`, without the drift.
     """
     drift = found.bias
     if drift.rise is None or fit.bias is None:

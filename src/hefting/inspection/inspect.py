@@ -24,7 +24,12 @@ from hefting.ingest.free_fit import TYPICAL_SIZE
 from hefting.ingest.identifiability import identifiability
 from hefting.ingest.ingest import Ingested, ingest
 from hefting.ingest.mended_times import with_mended_times
-from hefting.ingest.plausibility import check_wrench, holds_nothing, mass_warnings
+from hefting.ingest.plausibility import (
+    check_wrench,
+    holds_nothing,
+    inertia_errors,
+    mass_warnings,
+)
 from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
 from hefting.inspection.facts import (
@@ -144,7 +149,7 @@ def _inspection(
         except InputError as error:
             warnings.append(warning("wrong-unit", _reason(error)))
         else:
-            warnings += mass_warnings(found)
+            warnings += [*mass_warnings(found), *inertia_errors(found)]
         if found.doubt is not None:
             warnings = [*found.doubt.without_consequences(warnings)]
             if any(m.code == "gravity-reversed" for m in found.doubt.messages):

@@ -53,6 +53,9 @@ SHORTEST_TOUCH = 0.7
 LONGEST_PUSH = 3.0
 """[s] A body between two stretches of another one was held if it lasts longer: hands
 that push the object are not as steady as a weight."""
+BRIEF_END, BRIEF_SHARE = 1.0, 0.1
+"""[s] Duration, and share of the recording, up to which another body at an end is no
+change unless it is far lighter: a hand's tremor there had been slips of 15 mm."""
 SHORTEST_STRETCH = 1.5
 """[s] Shortest duration of the longest stretch for changes to be reported."""
 OFFSETS = (0.05, -0.05, 0.1, -0.1, 0.15, 0.2, 0.25, 0.3)
@@ -159,22 +162,31 @@ def _changes(found: Assignment, start: float) -> Changes | None:
 
 def _without_excursions(found: Assignment) -> list[Part]:
     """The stretches without short ones between two of another body, in which something
-    touched the object. One stays if either body is a bare gripper: an object was picked
-    up or put down."""
+    touched the object; brief ones at the ends belong to their neighbours. One stays if
+    either body is a bare gripper: an object was picked up or put down."""
     parts, cells = found.stretches, found.cells
     names = sorted({label for label in found.labels if label != NO_BODY})
     mass = {
         name: abs(float(m))
         for name, m in zip(names, found.fit.bodies[:, 0], strict=True)
     }
+
+    def is_brief(part: Part, beside: Part, longest: float) -> bool:
+        lighter, heavier = sorted((mass[part.label], mass[beside.label]))
+        lasts = cells.last[part.end - 1] - cells.first[part.begin] > longest
+        return lighter > BARE_SHARE * heavier and not lasts
+
     kept = parts[:1]
     for i, now in enumerate(parts[1:], start=1):
         before = kept[-1].label
-        lighter, heavier = sorted((mass[before], mass[now.label]))
         returns = i + 1 < len(parts) and parts[i + 1].label == before != now.label
-        lasts = cells.last[now.end - 1] - cells.first[now.begin] > LONGEST_PUSH
-        if lasts or not (returns and lighter > BARE_SHARE * heavier):
+        if not (returns and is_brief(now, kept[-1], LONGEST_PUSH)):
             kept.append(now)
+    brief = min(BRIEF_END, BRIEF_SHARE * (cells.last[-1] - cells.first[0]))
+    if len(kept) > 1 and is_brief(kept[-1], kept[-2], brief):
+        kept[-2:] = [kept[-2]._replace(end=kept[-1].end)]
+    if len(kept) > 1 and is_brief(kept[0], kept[1], brief):
+        kept[:2] = [kept[1]._replace(begin=kept[0].begin)]
     return kept
 
 

@@ -162,7 +162,7 @@ class Case:
 
     def with_drift(self, knots: int) -> "Case":
         """With `knots` more knots of the bias."""
-        other = replace(self, more_knots=knots)
+        other = replace(self, more_knots=self.more_knots + knots)
         return self._of_same_motion(other)
 
     def with_gravity(self, gravity: Array) -> "Case":

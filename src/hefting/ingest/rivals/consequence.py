@@ -57,6 +57,7 @@ SUPERSEDED = frozenset(
         "clock-several-offsets",
         "com-far-from-sensor",
         "com-outside-shape",
+        "inertia-negative",
         "many-outliers",
         "mass-moved-by-shape",
         "mass-undetermined",

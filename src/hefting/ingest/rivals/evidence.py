@@ -162,6 +162,12 @@ def correlation(fitted: RobustRows) -> float:
     return autocorrelation_time(weights * fitted.residual[best] / scale)
 
 
+def mean_square(case: Case, fitted: Fitted) -> float:
+    """Mean square of all residuals of the likeliest alternative over the floor."""
+    residual = fitted.residual[fitted.best] / np.repeat(case.floor, 3)
+    return float(np.mean(np.square(residual[fitted.rows.used[fitted.best] > 0.0])))
+
+
 def missing(case: Case, fitted: RobustRows) -> float:
     """Mean log-likelihood of a sample if noise alone were left, less that of the best
     alternative."""

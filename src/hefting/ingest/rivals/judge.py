@@ -1,16 +1,7 @@
 """Judge: whether a mistake explains a recording far better than the recording as given.
 
-Explanations are compared by the log-likelihood of the independent samples, less a penalty
-on their unknowns (Schwarz's criterion). A mistake is named if it is far likelier than the
-recording as given and explains most of what that leaves unexplained. It is not named
-
-- for a sensor's own imperfections, of which every unknown explains a little: in recordings
-  of three real sensors the best mistake explains a third at most;
-- where calibration errors of the size on data sheets explain the recording better, or next
-  to nothing is unexplained. Static poses do not show the size of these errors: there a
-  mistake may leave more unexplained, if it is far likelier than they are;
-- where a more freely drifting bias explains the recording as well: a turned sensor or a
-  cable imitates a sensor that creeps.
+A sensor's own imperfections are none, of which every unknown explains a little: in
+recordings of three real sensors the best mistake explains a third at most.
 """
 
 from collections.abc import Callable
@@ -40,6 +31,7 @@ from hefting.ingest.rivals.evidence import (
     correlation,
     fit_rows,
     is_hopeless,
+    mean_square,
     missing,
     unexplained_share,
 )
@@ -69,10 +61,9 @@ CLEAR_SCORE = 15.0
 LARGE_UNEXPLAINED = 0.1
 """`unexplained_share` from which on mistakes are tried, those that leave much included."""
 CLEAR_SHARE_OF_POSES = 0.05
-"""The same from which on a mistake of static poses may be named though it leaves much. With
-a sensor's errors of 1 % it is below 0.035 in three of four of 480 simulated sets without
-a mistake, and below 0.025 in all of 150 choices of a real arm's poses; with a gain of 1.3
-or a tilt of 5° it is above 0.055."""
+"""The same from which on a mistake of static poses may be named though it leaves much. In
+choices of a real arm's poses it is below 0.025, with a sensor's errors of 1 % mostly below
+0.035, with a gain of 1.3 or a tilt of 5° above 0.055."""
 CLEAR_EVIDENCE = 12.0
 """`evidence` from which on a mistake is beyond doubt."""
 POSSIBLE_EVIDENCE = 5.0
@@ -95,9 +86,12 @@ EXPLAINED_BY_NOISE = -0.3
 than the residuals, as where an arm vibrates, and hides a sensor's imperfections."""
 BOUND_MARGIN = 0.9
 """Factor on what free channels leave unexplained that makes it a lower bound for mistakes
-that are linear in the motion, as their clock offset is found to half a millisecond. In 119
-of 612 recordings of three real sensors in which such a mistake was named, free channels
-left at most 0.77 of the limit; in simulated ones next to nothing."""
+that are linear in the motion, as their clock offset is found to half a millisecond. With
+three real sensors free channels left at most 0.77 of the limit where one was named."""
+LARGEST_WORSENING = 2.0
+"""Ratio of the mean squares of all residuals, with a mistake and as given, up to which it
+is named. Of true ones it is at most 1.03; weaker accelerations, by which the usual samples
+are explained if hard braking is not, have 4."""
 NEARLY = 0.9
 """Share of what the best mistake explains that a much simpler one must explain to be
 named in its place."""
@@ -130,9 +124,8 @@ class Judged:
 def judge_one(case: Case) -> Judged:
     """Search for one mistake, if noise does not explain the recording as given.
 
-    If there is none, the search is repeated with a motion that is filtered by the lag of
-    the wrench. A filter that is named is compared with that case where it is likelier
-    than the recording as given, because the answer is corrected for such a lag.
+    If there is none, the search is repeated with a motion that is filtered by the wrench's
+    lag, for which the answer is corrected. A filter is compared with the likelier of both.
     """
     found = _judge_beside_drift(case, EXPLANATIONS)
     is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
@@ -162,8 +155,9 @@ def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
         return found
     if named.code == short_drift.CODE:
         return found
-    if _persists_beside_drift(case, candidates, given, named):
-        return found
+    beside = _beside_freer_drift(case, candidates, found, named)
+    if beside is not None:
+        return beside
     drift = short_drift.explain(case)
     if drift is None or not _is_named(case, given, drift):
         return Judged(found.unexplained, None, given)
@@ -171,22 +165,25 @@ def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
     return Judged(found.unexplained, drift, given, certain)
 
 
-def _persists_beside_drift(
-    case: Case, candidates: Candidates, given: Explanation, named: Explanation
-) -> bool:
-    """Whether the same mistake is found with one more bias knot, where that knot explains
-    part of the recording, and with two, where they explain as much as the mistake."""
-    before = missing(case, given.fitted)
+def _beside_freer_drift(
+    case: Case, candidates: Candidates, found: Judged, named: Explanation
+) -> Judged | None:
+    """What is `found` if the same mistake is `named` with one more bias knot, where that
+    knot explains part of the recording, and with two, where they explain as much as the
+    mistake; or another mistake that accounts for the rest beside them."""
+    assert found.given is not None
+    before = missing(case, found.given.fitted)
     part = EXPLAINED_BESIDE_OTHERS * max(before, NEGLIGIBLE_UNEXPLAINED)
     as_much = max(before - missing(case, named.fitted), part)
     for knots, needed in ((1, part), (2, as_much)):
         freer = case.with_drift(knots)
-        if before - missing(case, as_given(freer).fitted) < needed:
+        left = missing(case, as_given(freer).fitted)
+        if before - left < needed:
             continue
-        again = _judge(freer, candidates).named
-        if again is None or again.code != named.code:
-            return False
-    return True
+        again = _judge(freer, candidates)
+        if again.named is None or again.named.code != named.code:
+            return again if again.whole and left > CLEAR_UNEXPLAINED else None
+    return found
 
 
 def _judge(case: Case, candidates: Candidates) -> Judged:
@@ -231,7 +228,8 @@ def _more_candidates(
         for fitted, _ in explained_by_motion(case)
     ):
         candidates += LINEAR_EXPLANATIONS
-    if share > LARGE_UNEXPLAINED:
+    left = missing(case, given.fitted)  # beside noise, of whatever colour
+    if share > LARGE_UNEXPLAINED and left > NEGLIGIBLE_UNEXPLAINED:
         candidates += LARGE_EXPLANATIONS
     return tuple(each for each in candidates if not few or each in OF_FEW_POSES)
 
@@ -324,6 +322,9 @@ def _is_named(case: Case, given: Explanation, other: Explanation) -> bool:
     if not log_odds > POSSIBLE_EVIDENCE:
         return False
     if other.effect is not None and not other.effect > 3.0:
+        return False
+    after, as_recorded = (mean_square(case, each.fitted) for each in (other, given))
+    if after > LARGEST_WORSENING * as_recorded:
         return False
     left, before = missing(case, other.fitted), missing(case, given.fitted)
     explains_part = left < (1.0 - EXPLAINED_BESIDE_OTHERS) * before

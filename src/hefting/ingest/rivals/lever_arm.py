@@ -40,9 +40,9 @@ def explain(case: Case) -> Explanation | None:
     far, times = float(np.linalg.norm(com)), ""
     gain = 1.0 - float(point @ com) / max(far**2, 1e-12)
     off = np.linalg.norm(np.cross(point, com))
-    if gain > 0.0 and off < CHANCE * far * np.linalg.norm(std):
+    if off < CHANCE * far * np.linalg.norm(std):
         times = f", or to be {gain:.2f} times what it is"
-        otherwise += ", after its unit and calibration are checked"
+        otherwise += ", after its sign, unit and calibration are checked"
     return Explanation(
         CODE,
         f"the torque seems to act about a point {place_text(point, std)} from the "

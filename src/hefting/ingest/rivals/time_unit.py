@@ -4,8 +4,6 @@ Accelerations from poses are proportional to the inverse square of the unit of t
 gravity is not: the object seems to have another mass by its acceleration than by its
 weight. If it seems heavier by acceleration, a payload that the controller subtracts
 does the same: time is named beside it, or alone if samples are unusually far apart.
-With a payload much heavier than the object it seems to have hardly any mass by
-acceleration.
 """
 
 from collections.abc import Iterator

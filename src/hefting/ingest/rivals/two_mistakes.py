@@ -1,11 +1,9 @@
 """Two mistakes: a first one without unknowns is undone, and a second one is searched
 for beside it.
 
-Several things may be wrong with a first log, such as quaternions with w first and
-forces in kgf. Each alone then explains little, or another mistake imitates both. Free
-channels show beforehand beside which first mistakes a second may explain enough. With a
-real sensor, whose imperfections remain, pairs leave 15 to 40 % of what is unexplained
-as given, in simulated recordings next to nothing.
+Free channels show beforehand beside which first mistakes a second may explain enough. With
+a real sensor, whose imperfections remain, pairs leave 15 to 40 % of what is unexplained as
+given, in simulated recordings next to nothing.
 """
 
 from collections.abc import Callable, Iterator
