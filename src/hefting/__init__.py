@@ -25,7 +25,7 @@ _HOME = {
     "MotionNoise": "core.measurements",
     "measure": "motion",
     "smooth": "motion",
-    "PoseFilter": "motion",
+    "PoseFilter": "motion.kalman",
     "Moments": "core.moments",
     "Shape": "shapes",
     "load_shape": "shapes",

@@ -11,6 +11,9 @@ import pytest
 
 from commands import refused
 from hefting.cli import COMMANDS, OPTIONS, build_parser, render
+from hefting.core.measurements import NOISE_LEVELS
+from hefting.logs import write_log
+from hefting.simulation import UR5, hammer, random_smooth, simulate
 
 
 def options_of(command: str) -> set[str]:
@@ -67,6 +70,27 @@ def test_only_the_chosen_command_is_imported():
         "hefting.cli.parser",
         "hefting.cli.standard_input",
     }
+
+
+def test_an_identification_imports_only_what_it_uses(tmp_path):
+    """`numpy.ma` takes as long to import as a fifth of the package."""
+    motion = UR5.motion(random_smooth(2.0, 100.0, 1.0, seed=5))
+    noise = NOISE_LEVELS["moderate"]
+    log = tmp_path / "log.csv"
+    write_log(simulate(motion, hammer().parameters, noise=noise, seed=6), log)
+    code = (
+        f"import sys; sys.argv = ['hefting', 'identify', {str(log)!r}]\n"
+        "try:\n    from hefting.cli import main; main()\nexcept SystemExit:\n    pass\n"
+        "print('modules:', *sys.modules)"
+    )
+    out = subprocess.run(
+        [sys.executable, "-c", code], check=True, capture_output=True, text=True
+    ).stdout
+    imported = set(out.splitlines()[-1].split()[1:])
+    assert "hefting.identification.identify" in imported
+    unused = ("export", "logs.memory_table", "motion.kalman", "online", "plots")
+    unused = {"numpy.ma", *(f"hefting.{name}" for name in unused)}
+    assert not unused & imported
 
 
 def threads(given: dict[str, str], before: str = "") -> str:

@@ -15,6 +15,7 @@ from hefting.core.spatial import (
     changed_rows,
     check_pose,
     cross,
+    distinct,
     freeze,
     frozen,
     interpolated,
@@ -22,6 +23,7 @@ from hefting.core.spatial import (
     move_motion,
     move_wrench,
     pose_matrix,
+    quantile,
     quaternion_of,
     rotation_by,
     rotation_matrices,
@@ -61,6 +63,15 @@ def test_squared_lengths_are_of_force_and_torque(rng):
     wrenches = rng.normal(size=(4, 7, 6))
     lengths = np.linalg.norm(wrenches.reshape(4, 7, 2, 3), axis=3)
     np.testing.assert_allclose(squared_lengths(wrenches), lengths**2, rtol=ROUNDING)
+
+
+@pytest.mark.parametrize("count", [1, 2, 3, 100])
+def test_quantiles_and_distinct_numbers_are_numpys(rng, count):
+    values = rng.integers(0, 40, count) / 7.0
+    for share in (0.0, 0.1, 0.5, 0.99, 1.0):
+        assert quantile(values, share) == pytest.approx(np.quantile(values, share))
+    assert np.array_equal(distinct(values), np.unique(values))
+    assert len(distinct([])) == 0
 
 
 def test_tensor_order(rng):

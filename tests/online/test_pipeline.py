@@ -15,7 +15,7 @@ from playing import play
 import hefting
 from benchmarks import online_streams
 from hefting.core.messages import error
-from hefting.motion import PoseFilter
+from hefting.motion.kalman import PoseFilter
 from hefting.online import history, identifier, pipeline
 from hefting.online.folding import Folded, Follower
 from hefting.online.live_estimate import state_of

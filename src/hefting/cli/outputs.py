@@ -83,6 +83,8 @@ def write(
 ) -> "list[tuple[str, Exported]]":
     """Write the estimate to each path, in the form of its suffix; nothing is written
     unless all can be made."""
+    if not paths:
+        return []
     from hefting.export import SUFFIXES, export
 
     made = partial(export, estimate, accept=accept, fill_inertia=fill, say=render)

@@ -137,17 +137,36 @@ def angle_between(one: Array, other: Array) -> float:
 
 
 def median(values: NDArray[Any]) -> float:
-    """Median of finite numbers (N,); NaN for none. `numpy.median` takes five times as
-    long for a few numbers, and imports `numpy.ma`."""
+    """Median of finite numbers; NaN for none. `numpy.median` takes five times as long
+    for a few numbers, and imports `numpy.ma`."""
+    return float(column_medians(np.ravel(values)))
+
+
+def column_medians(values: NDArray[Any]) -> Array:
+    """Medians (...) of finite numbers (N, ...) along the first axis, as `median`."""
     if not len(values):
-        return np.nan
+        return np.full(values.shape[1:], np.nan)
     half = len(values) // 2
-    before = max(half - 1, 0)
     # for one place it takes forty times as long where few values differ
-    ordered = np.partition(values, (before, half))
-    if len(values) % 2:
-        return float(ordered[half])
-    return float((ordered[before] + ordered[half]) / 2)
+    ordered = np.partition(values, (max(half - 1, 0), half), axis=0)
+    return 0.5 * ordered[half - 1 + len(values) % 2] + 0.5 * ordered[half]
+
+
+def quantile(values: Array, share: float) -> float:
+    """The number below which a `share` of some finite numbers (N,) are, as
+    `numpy.quantile`, which imports `numpy.ma`."""
+    place = share * (len(values) - 1)
+    low = int(place)
+    high = min(low + 1, len(values) - 1)
+    ordered = np.partition(values, (low, high))
+    return float(ordered[low] + (place - low) * (ordered[high] - ordered[low]))
+
+
+def distinct(values: ArrayLike) -> Array:
+    """The different numbers among some, sorted, as `numpy.unique`, which imports
+    `numpy.ma`."""
+    ordered = np.sort(np.asarray(values, dtype=float), axis=None)
+    return ordered[np.diff(ordered, prepend=np.nan) != 0.0]
 
 
 def check_gravity(gravity: ArrayLike) -> Array:
@@ -222,7 +241,7 @@ def rotation_matrices(quaternions: ArrayLike) -> Array:
 def lengths(vectors: Array) -> Array:
     """(...,) lengths of vectors (..., n), ten times as fast as `numpy.linalg.norm`
     along an axis."""
-    return np.sqrt(np.einsum("...i,...i", vectors, vectors))
+    return np.sqrt(np.square(vectors) @ np.ones(vectors.shape[-1]))
 
 
 def squared_lengths(wrenches: Array) -> Array:

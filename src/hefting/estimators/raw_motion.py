@@ -16,7 +16,7 @@ import numpy as np
 
 from hefting.core.measurements import Measurements, MotionNoise, Noise
 from hefting.core.regressor import ONE
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, median
 
 FEWEST_DIFFERENCES = 50
 """Least number of differences for levels to be compared."""
@@ -153,4 +153,4 @@ def _level(series: Array, order: int = DIFFERENCE_ORDER) -> float:
     if len(series) <= order:
         return 0.0
     differences = np.abs(np.diff(series, order, axis=0))
-    return float(np.median(differences)) / (0.67449 * comb(2 * order, order) ** 0.5)
+    return median(differences) / (0.67449 * comb(2 * order, order) ** 0.5)

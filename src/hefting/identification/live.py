@@ -20,8 +20,8 @@ from hefting.core.spatial import STANDARD_GRAVITY, check_gravity
 from hefting.estimators import METHODS, Bayes, Estimator
 from hefting.estimators.sample_state import SampleState
 from hefting.identification.waiting import NO_POSES, Pairing, Poses
-from hefting.motion import Motion, PoseFilter
-from hefting.motion.kalman import State
+from hefting.motion import Motion
+from hefting.motion.kalman import PoseFilter, State
 from hefting.shapes import Shape, as_shape
 
 FEWEST_SAMPLES = 50

@@ -6,7 +6,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.messages import Message, error, note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import WRENCH, Array, Mask
+from hefting.core.spatial import WRENCH, Array, Mask, column_medians, distinct, median
 
 FEWEST_SAMPLES = 20
 """Number of samples from which on a constant channel is no chance."""
@@ -83,7 +83,7 @@ def require_changing_wrench(recording: Recording) -> None:
 def has_noise(values: Array) -> Mask:
     """Which channels (6,) of a wrench (K, 6) have noise."""
     second, fourth = (
-        np.median(np.abs(np.diff(values[:SAMPLES_FOR_NOISE], order, axis=0)), axis=0)
+        column_medians(np.abs(np.diff(values[:SAMPLES_FOR_NOISE], order, axis=0)))
         / gain**0.5
         for order, gain in ((2, 6.0), (4, 70.0))
     )
@@ -164,7 +164,7 @@ def step_beyond_noise(values: Array) -> float:
         noise = noise_of_channel(values)
         # all have no larger a step than some, and most wrenches end here
         for count in sorted({min(SAMPLES_FOR_NOISE, len(values)), len(values)}):
-            levels = np.unique(values[:count])
+            levels = distinct(values[:count])
             step = float(np.diff(levels).min(initial=np.inf))
             if not noise < 0.5 * step:
                 return 0.0
@@ -181,4 +181,4 @@ def noise_of_channel(values: Array) -> float:
     middle = np.arange(1, len(values) - 1, -(-len(values) // SAMPLES_FOR_NOISE))
     bend = values[middle - 1] - 2.0 * values[middle] + values[middle + 1]
     # the median of |x| is 0.6745 standard deviations
-    return float(np.median(np.abs(bend))) / (0.6745 * 6.0**0.5)
+    return median(np.abs(bend)) / (0.6745 * 6.0**0.5)

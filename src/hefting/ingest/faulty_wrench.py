@@ -8,7 +8,7 @@ import numpy as np
 
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, distinct, median
 from hefting.ingest.channels import (
     SAMPLES_FOR_NOISE,
     has_noise,
@@ -92,7 +92,7 @@ def stalled(values: Array) -> Mask:
     """Mask (K,) of values (K, 6) that are repeated too long to be chance."""
     first = _first_of_runs(values)
     lengths = np.diff(np.append(first, len(values)))
-    usual = float(np.median(lengths))
+    usual = median(lengths)
     long = lengths >= max(FEWEST_REPEATED, TIMES_HELD * usual)
     if not long.any() or len(first) < FEWEST_REPEATED:
         return np.zeros(len(values), dtype=bool)
@@ -104,7 +104,7 @@ def _always_changes(values: Array) -> Mask:
     """Channels (6,) of values (K, 6) whose noise exceeds a step, so that they change at
     rest too."""
     steps = [
-        np.diff(np.unique(channel[:SAMPLES_FOR_NOISE])).min(initial=np.inf)
+        np.diff(distinct(channel[:SAMPLES_FOR_NOISE])).min(initial=np.inf)
         for channel in values.T
     ]
     noise = [noise_of_channel(channel) for channel in values.T]

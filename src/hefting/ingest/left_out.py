@@ -9,7 +9,7 @@ import numpy as np
 from hefting.core.estimate import Estimate
 from hefting.core.immutable import immutable
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Mask, in_sensor_axes, runs_of
+from hefting.core.spatial import Array, Mask, in_sensor_axes, median, runs_of
 from hefting.ingest.changes.stretches import Changes
 from hefting.ingest.conditioned import Conditioned
 from hefting.ingest.rivals.case import Case
@@ -99,7 +99,7 @@ def _missing(time: Array) -> list[Span]:
     steps = np.diff(time)
     if not len(steps):
         return []
-    long = np.flatnonzero(steps > GAP * np.median(steps))
+    long = np.flatnonzero(steps > GAP * median(steps))
     return [Span("no-wrench", float(time[i]), float(time[i + 1]), 0) for i in long]
 
 

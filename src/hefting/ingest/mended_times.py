@@ -12,7 +12,16 @@ import numpy as np
 
 from hefting.core.messages import note, warning
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Indices, Mask, lengths, median, own, runs_of
+from hefting.core.spatial import (
+    Array,
+    Indices,
+    Mask,
+    column_medians,
+    lengths,
+    median,
+    own,
+    runs_of,
+)
 from hefting.ingest.poses import where_in_time
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ROWS_AT_A_TIME, displacement, white_noise
@@ -243,7 +252,7 @@ def _rows_at(steps: Array, places: Indices) -> Indices:
     ordered, half = np.sort(np.swapaxes(near, 1, 2), axis=2), len(NEIGHBOURS) // 2
     expected = ordered[:, :, half - 1 : half + 1].mean(axis=2)
     size = lengths(expected)
-    spread = np.median(np.abs(lengths(near) - size[:, None]), axis=1)
+    spread = column_medians(np.abs(lengths(near) - size[:, None]).T)
     share = np.einsum("ij,ij->i", chosen, expected) / np.maximum(size, 1e-12) ** 2
     across = lengths(chosen - share[:, None] * expected)
     rows = np.rint(np.clip(share, 0.0, MOST_IN_A_ROW + 2.0)).astype(int)
@@ -262,4 +271,4 @@ def _has_rhythm(places: Indices) -> bool:
     between = np.diff(places)
     if len(places) < FEWEST_FOR_RHYTHM:
         return False
-    return bool(np.mean(np.abs(between - np.median(between)) <= 1.0) > RHYTHM)
+    return bool(np.mean(np.abs(between - median(between)) <= 1.0) > RHYTHM)

@@ -11,7 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, interpolated, squared_lengths
+from hefting.core.spatial import (
+    Array,
+    column_medians,
+    interpolated,
+    median,
+    squared_lengths,
+)
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Problem
@@ -118,7 +124,7 @@ def _find_outliers_between_blocks(
     columns = np.column_stack((predicted, fit.spread, fit.known))
     at_samples = interpolated(samples.time, problem.time, columns)
     steps = np.diff(problem.time)
-    half_interval = 0.5 * float(np.median(steps)) if len(steps) else 0.0
+    half_interval = 0.5 * median(steps) if len(steps) else 0.0
     first, last = problem.time[0] - half_interval, problem.time[-1] + half_interval
     known = (
         (at_samples[:, 7] > 1.0 - 1e-9)
@@ -139,7 +145,7 @@ def _find_outliers_between_blocks(
 
 def _wrench_changes(problem: Problem) -> Array:
     """(2,) standard deviation of force [N] and torque [N m] vectors."""
-    spread = np.std(problem.wrench - np.median(problem.wrench, axis=0), axis=0)
+    spread = np.std(problem.wrench - column_medians(problem.wrench), axis=0)
     return np.linalg.norm(spread.reshape(2, 3), axis=1)
 
 

@@ -8,7 +8,7 @@ from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.recording import Recording, Stream
 from hefting.core.regressor import dynamism, predict_wrench
-from hefting.core.spatial import SPEED_LIMIT, Array, freeze
+from hefting.core.spatial import SPEED_LIMIT, Array, freeze, median
 from hefting.ingest.blocks import residual_size
 from hefting.ingest.free_fit import FreeFit, residuals
 from hefting.ingest.ingest import Ingested
@@ -63,8 +63,8 @@ def stream_facts(stream: Stream, static: bool) -> StreamFacts:
         start = 0.0 if static else float(stream.time[0])
         return StreamFacts(n, 0.0, start, start, 0, 0.0, 0.0, 0.0, 0.0, 0.0, repeated)
     steps = np.diff(stream.time)
-    usual = float(np.median(steps))
-    usual = float(np.median(steps[steps < 1.5 * usual]))
+    usual = median(steps)
+    usual = median(steps[steps < 1.5 * usual])
     gap = steps > GAP * usual
     rest = steps[~gap]
     off = rest - usual * np.maximum(np.round(rest / usual), 1.0)
@@ -130,9 +130,7 @@ def movement(recording: Recording, found: Measured | Ingested) -> Movement:
         else time_above(time, linear, SPEED_LIMIT),
         angular_speed=_mean_and_largest(angular),
         turn=_widest(z.gravity),
-        dynamism=None
-        if found.source == "orientation"
-        else float(np.median(dynamism(z))),
+        dynamism=None if found.source == "orientation" else median(dynamism(z)),
     )
 
 
@@ -144,8 +142,8 @@ def time_above(time: Array, values: Array, limit: float) -> float:
     if len(time) < 2:
         return 0.0
     steps = np.diff(time)
-    median = float(np.median(steps))
-    steps = np.where(steps > GAP * median, median, steps)
+    usual = median(steps)
+    steps = np.where(steps > GAP * usual, usual, steps)
     return float(steps @ (0.5 * above[1:] + 0.5 * above[:-1]))
 
 
@@ -166,7 +164,7 @@ def _widest(gravity: Array) -> float:
             np.cos(polar),
         )
     )
-    ends = unit[np.unique(np.argmax(unit @ axes, axis=0))]
+    ends = unit[np.argmax(unit @ axes, axis=0)]
     return float(np.arccos(np.clip((ends @ ends.T).min(), -1.0, 1.0)))
 
 

@@ -10,8 +10,6 @@ from numpy.typing import ArrayLike
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording
 from hefting.logs import read_log
-from hefting.logs.arrays import recording_from_arrays
-from hefting.logs.memory_table import MemoryTable
 from hefting.logs.table_file import reader_of
 
 FORMS = (
@@ -98,6 +96,8 @@ def as_recording(
     if source is None:
         if not given:
             raise InputError("no recording is given", fix=FORMS)
+        from hefting.logs.arrays import recording_from_arrays
+
         recording = recording_from_arrays(given)
     elif given:
         what = f"both a recording and `{next(iter(given))}` are given"
@@ -119,6 +119,8 @@ def _from_source(
         return source
     if isinstance(source, str | Path):
         return read_log(source, column_map, wrench_needed=wrench_needed)
+    from hefting.logs.memory_table import MemoryTable
+
     table = MemoryTable.of(source)
     if table is None:
         shape = getattr(source, "shape", None)

@@ -6,17 +6,18 @@ import zlib
 from math import prod
 from pathlib import Path
 from tokenize import TokenError
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.lib import format as npy
 
 from hefting.core.errors import InputError
-from hefting.logs.arrays import ARRAYS
 from hefting.logs.layout import Layout
-from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format
 from hefting.logs.table import LONGEST_LIST, MAX_CELLS
+
+if TYPE_CHECKING:
+    from hefting.logs.memory_table import MemoryTable
 
 DAMAGED = (
     zipfile.BadZipFile,
@@ -35,7 +36,7 @@ DAMAGED = (
 """Errors of reading an archive that is damaged, encrypted or packed in another way."""
 
 
-def open_npz(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
+def open_npz(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
     """The arrays of numbers in the .npz at `path`; the layout is not used. Of other
     arrays, and those of more than `LONGEST_LIST` numbers per sample, such as images, only
     names and shapes are read.
@@ -43,6 +44,8 @@ def open_npz(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
     Raises `InputError` for a file that cannot be read, holds more than `MAX_CELLS`
     numbers or none, or has one of these other arrays by the name of a stream (`ARRAYS`).
     """
+    from hefting.logs.memory_table import MemoryTable
+
     try:
         with zipfile.ZipFile(path) as archive:
             arrays, others = _arrays(archive, path)
@@ -63,6 +66,8 @@ def _arrays(
 ) -> tuple[dict[str, Any], dict[str, Any]]:
     """The arrays of an archive that may be columns, and placeholders of the same shapes
     for the others. `InputError` for one of the latter by the name of a stream."""
+    from hefting.logs.arrays import ARRAYS
+
     arrays: dict[str, Any] = {}
     others: dict[str, Any] = {}
     cells = 0

@@ -6,7 +6,7 @@ import numpy as np
 
 from hefting.core.messages import error, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, median, own, rotation_matrices
+from hefting.core.spatial import Array, median, own, quantile, rotation_matrices
 
 STATIC_STREAMS = {
     *("position", "orientation", "joint_positions", "wrench", "accelerometer")
@@ -61,7 +61,7 @@ def without_unit(recording: Recording) -> Recording:
         return without_times(recording)
     steps = np.diff(stream.time)
     step = median(steps)
-    uneven = np.quantile(np.abs(steps - step), 0.99)
+    uneven = quantile(np.abs(steps - step), 0.99)
     if step < SECONDS_APART or uneven > step / 4 or not _moves_smoothly(recording):
         return without_times(recording)
     poses = _poses_of(recording)

@@ -5,7 +5,7 @@ import re
 from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, cast
 
 from hefting.core.errors import InputError, nearest
 from hefting.core.files import check_size
@@ -18,13 +18,13 @@ from hefting.logs.canonical import (
     quote_name,
     read_canonical,
 )
-from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format, formats
 from hefting.logs.table import Table, summarize_list
 
 if TYPE_CHECKING:
     from hefting.logs.column_map import ColumnMap
     from hefting.logs.map_guess import GuessedMap
+    from hefting.logs.memory_table import MemoryTable
 
 NEEDED = (
     "position",
@@ -58,8 +58,8 @@ def reader_of(table: Table, wrench_needed: bool = True) -> Callable[[Table], Rec
     `InputError` says what is missing where neither finds a time, a wrench if needed, and
     an orientation or joint angles.
     """
-    if isinstance(table, MemoryTable) and table.holds_streams:
-        return lambda _: table.recording()
+    if getattr(table, "holds_streams", False):
+        return lambda _: cast("MemoryTable", table).recording()
     readers = (
         each.read_table
         for each in formats()

@@ -1,7 +1,6 @@
 """Motion: poses, gyroscope and accelerometer -> velocities and accelerations of the
 sensor, with their errors."""
 
-from hefting.motion.kalman import PoseFilter
 from hefting.motion.measure import Measured, measure
 from hefting.motion.smoothing import Curves, smooth_poses
 from hefting.motion.spline import SmoothedPoses, fit_poses, smooth
@@ -12,7 +11,6 @@ __all__ = [
     "Curves",
     "Measured",
     "Motion",
-    "PoseFilter",
     "SmoothedPoses",
     "fit_poses",
     "measure",

@@ -74,29 +74,29 @@ PIECE_COEFFICIENTS = _piece_coefficients()
 
 
 def _derivative_pieces(derivative: int) -> Array:
-    """(6, 6 - derivative): `PIECE_COEFFICIENTS` differentiated, transposed."""
-    factors = np.array(
-        [perm(p, derivative) for p in range(derivative, SUPPORT)], dtype=float
-    )
-    return np.ascontiguousarray((factors[:, None] * PIECE_COEFFICIENTS[derivative:]).T)
+    """(6, 6): `PIECE_COEFFICIENTS` differentiated, transposed."""
+    factors = [perm(p, derivative) for p in range(SUPPORT)]
+    pieces = np.array(factors, dtype=float)[:, None] * PIECE_COEFFICIENTS
+    return np.roll(pieces, -derivative, axis=0).T
 
 
-DERIVATIVE_COEFFICIENTS = tuple(_derivative_pieces(k) for k in range(SUPPORT))
-"""Coefficients (6, 6 - k) of the k-th derivatives of the basis functions on a knot
+DERIVATIVE_COEFFICIENTS = np.stack([_derivative_pieces(k) for k in range(SUPPORT)])
+"""(6, 6, 6) coefficients (6, 6) of the k-th derivatives of the basis functions on a knot
 interval."""
 
 
-def basis(u: Array, derivative: int = 0) -> Array:
-    """Values (6, K) of the six basis functions that are not zero on a knot interval.
+def basis(u: Array, derivative: int | tuple[int, ...] = 0) -> Array:
+    """Values (6, K) of the six basis functions that are not zero on a knot interval, or
+    (n, 6, K) of n derivatives.
 
     `u` (K,) is the position in the interval, from 0 to 1; `derivative` is the order of
-    the derivative by u.
+    the derivative by u, or several.
     """
-    powers = np.empty((SUPPORT - derivative, len(u)))
+    powers = np.empty((SUPPORT, len(u)))
     powers[0] = 1.0
-    for p in range(1, len(powers)):
+    for p in range(1, SUPPORT):
         np.multiply(powers[p - 1], u, out=powers[p])
-    return DERIVATIVE_COEFFICIENTS[derivative] @ powers
+    return DERIVATIVE_COEFFICIENTS[np.array(derivative)] @ powers
 
 
 @immutable
@@ -266,6 +266,8 @@ class Normal:
             products = np.einsum("pn,bpn->bn", weighted[a], self.rows[a:])
             self.bands[: SUPPORT - a, a:] += products[:, : n - a]
         self._set_pilot(np.zeros((self.values.shape[0], n)).T)
+        self.right = self.gradient
+        """(n, d) B' W y"""
 
     def lift(self, bandwidth: float, dt: float) -> float:
         """Ratio of the information with measured derivatives to that without, at the

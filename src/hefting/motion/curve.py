@@ -6,7 +6,15 @@ from functools import cached_property
 
 import numpy as np
 
-from hefting.core.spatial import Array, Indices, Mask, changed_rows, lengths, median
+from hefting.core.spatial import (
+    Array,
+    Indices,
+    Mask,
+    changed_rows,
+    lengths,
+    median,
+    quantile,
+)
 from hefting.motion.bspline import (
     SUPPORT,
     TIMES_EVALUATED_TOGETHER,
@@ -56,8 +64,8 @@ def fresh_rows(time: Array, values: Array) -> Mask:
     """
     changed = _changed_lines(time, values)
     begins = np.flatnonzero(changed)
-    usual = int(np.median(np.diff(np.append(begins, len(values)))))
-    at_most = int(0.1 / np.median(np.diff(time))) + 1
+    usual = int(median(np.diff(np.append(begins, len(values)))))
+    at_most = int(0.1 / median(np.diff(time))) + 1
     stride = min(2 * usual, at_most) if usual > 1 else 1
     age = np.arange(len(values)) - begins[np.cumsum(changed) - 1]
     return age % stride == 0
@@ -75,10 +83,10 @@ def _changed_lines(time: Array, values: Array) -> Mask:
         if median(size.ravel()) >= STRAIGHT * median(speed.ravel()):
             return changed
     size, speed = _bends(time, values)
-    bent = np.pad(size > STRAIGHT * np.quantile(size, 0.995), 1)
+    bent = np.pad(size > STRAIGHT * quantile(size, 0.995), 1)
     begins = bent & ~np.roll(bent, 1)
     gaps = np.diff(np.flatnonzero(begins))
-    usual = np.median(gaps) if len(gaps) else 0.0
+    usual = median(gaps) if len(gaps) else 0.0
     apart = usual > 3.0  # values may lie between rows
     if (
         usual < 2.0
@@ -199,7 +207,7 @@ class Curve:
         component."""
         slowest = self.smoothness.bandwidth
         if self.local is not None:
-            slowest = min(slowest, float(np.quantile(self.local.bandwidth, 0.1)))
+            slowest = min(slowest, quantile(self.local.bandwidth, 0.1))
         overlap = int(np.ceil(12.0 / min(self.knots.h * slowest, 1.0)))
         return self.smoothness.variance * inverse_bands(self.factor, overlap)
 
@@ -224,9 +232,8 @@ class Curve:
             part = slice(begin, begin + TIMES_EVALUATED_TOGETHER)
             index, u, covered = self.knots.locate(at[part])
             neighbours = self._neighbours(index)
-            for k, order in enumerate(orders):
-                rows = basis(u, order) / self.knots.h**order
-                np.einsum("jl,djl->dl", rows, neighbours, out=out[k, :, part])
+            rows = self._basis(u, orders)
+            np.einsum("njl,djl->ndl", rows, neighbours, out=out[:, :, part])
             if not covered.all():
                 out[:, :, part][:, :, ~covered] = np.nan
         return out
@@ -246,6 +253,11 @@ class Curve:
         index, u, covered = self.knots.locate(at)
         return np.where(covered, self._variances(index, u, (2,))[0], np.inf)
 
+    def _basis(self, u: Array, orders: tuple[int, ...]) -> Array:
+        """(n, 6, L) derivatives by time of n `orders` of the basis functions in effect,
+        at places u (L,) in a knot interval."""
+        return basis(u, orders) / self.knots.h ** np.array(orders)[:, None, None]
+
     def _neighbours(self, index: Integers) -> Array:
         """(d, 6, L) coefficients in effect, from the index (L,) of the first of
         them."""
@@ -261,15 +273,14 @@ class Curve:
         zero for a constant penalty."""
         if self.local is None:
             return np.zeros(len(index))
-        rows = basis(u, 3) / self.knots.h**3
-        third = np.einsum("jl,djl->dl", rows, self._neighbours(index))
+        third = np.einsum("njl,djl->dl", self._basis(u, (3,)), self._neighbours(index))
         jump_time = self.local.jump_time[index + SUPPORT // 2 - 1]
         return jump_time * np.sqrt(np.sum(third**2, axis=0) / 3.0)
 
     def _variances(self, index: Integers, u: Array, orders: tuple[int, ...]) -> Array:
         """(n, L) variances of the derivatives of n orders."""
         variances = np.zeros((len(orders), len(index)))
-        rows = np.stack([basis(u, k) / self.knots.h**k for k in orders])
+        rows = self._basis(u, orders)
         for band, covariance in enumerate(self.covariance):
             first = index + np.arange(SUPPORT - band)[:, None]
             part = np.einsum(

@@ -89,7 +89,8 @@ def _fuse_gyroscope(
     raw, gyroscope = len(gyroscope), _average_fast_readings(gyroscope)
     fitted, found = poses, _Calibration()
     for round_ in range(CALIBRATION_ROUNDS):
-        readings, motion = _synchronise(fitted, gyroscope, found.clock)
+        turning = replace(fitted, position=None)
+        readings, motion = _synchronise(turning, gyroscope, found.clock)
         if len(readings) < FEWEST_READINGS:
             return poses, []
         w = motion.angular_velocity
@@ -102,7 +103,7 @@ def _fuse_gyroscope(
             (GYROSCOPE_BIAS_STD,) * 3 + (CLOCK_STD,),
         )
         found = _Calibration(found.bias + step[:3], found.clock + step[3])
-        readings, motion = _synchronise(fitted, gyroscope, found.clock)
+        readings, motion = _synchronise(turning, gyroscope, found.clock)
         if round_ == 0 and _contradicts(
             readings.values - found.bias, motion.angular_velocity
         ):

@@ -21,7 +21,7 @@ from math import comb
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, median
 from hefting.motion.bspline import SPLINE_DEGREE, SUPPORT, Integers, Knots, Normal
 from hefting.motion.tuning import Smoothness
 
@@ -138,7 +138,7 @@ def fit_locally(
             wanted = variance * d * determined / np.maximum(squares, 1e-300)
             step = np.log(wanted / penalty)
             penalty = penalty * np.exp(np.clip(step, -LARGEST_STEP, LARGEST_STEP))
-            middle = float(np.median(penalty))
+            middle = median(penalty)
             penalty = np.clip(penalty, freest, min(STIFFEST_ROW * middle, stiffest))
         c, factor = normal.solve(m, penalty)
     except np.linalg.LinAlgError:
@@ -148,7 +148,7 @@ def fit_locally(
     h = knots.h
     scaled = (h / (dt * penalty)) ** (0.5 / m) / h
     bandwidth = np.interp(np.arange(knots.size), per_row + 0.5 * m, scaled)
-    typical = float(np.median(bandwidth))
+    typical = median(bandwidth)
     excess = np.maximum(1.0 - (typical / bandwidth) ** 2, 0.0)
     jump_time = JUMP_ERROR * (1.0 / bandwidth + 0.5 * h) * excess
     return LocalSmoothness(c, factor, variance, bandwidth, jump_time)

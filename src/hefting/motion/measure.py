@@ -21,10 +21,10 @@ from hefting.core.spatial import (
     check_gravity,
     in_sensor_axes,
     interpolated,
+    median,
     rotation_matrices,
 )
 from hefting.motion.bspline import FEWEST_SEGMENT_SAMPLES
-from hefting.motion.kalman import PoseFilter
 from hefting.motion.smoothing import Curves, smooth_poses
 from hefting.motion.state import Motion
 
@@ -199,7 +199,10 @@ def _is_of_rests(recording: Recording) -> bool:
     time = recording["wrench"].time
     cuts = np.flatnonzero(np.diff(time) > REST_GAP) + 1
     few = 0 < len(cuts) < len(time) / FEWEST_SEGMENT_SAMPLES
-    if not few or np.median([np.ptp(t) for t in np.split(time, cuts)]) < REST_GAP:
+    if (
+        not few
+        or median(np.array([np.ptp(t) for t in np.split(time, cuts)])) < REST_GAP
+    ):
         return False
     for stream in (recording[n] for n in POSE_STREAMS if recording.has(n)):
         values = stream.values[nearest_rows(stream.time, time)]
@@ -334,6 +337,8 @@ def _from_columns(recording: Recording, wrench: Stream, g_world: Array) -> Measu
 def _filtered(recording: Recording, wrench: Stream) -> tuple[Motion, Stream]:
     """Motion by a live filter that is tuned on the same recording, and the wrench at
     its instants."""
+    from hefting.motion.kalman import PoseFilter
+
     orientation = recording["orientation"]
     time, values, position = orientation.time, orientation.values, None
     if recording.has("position"):

@@ -15,6 +15,7 @@ from hefting.core.spatial import (
     changed_rows,
     lengths,
     median,
+    quantile,
     runs_of,
 )
 
@@ -106,7 +107,7 @@ class Runs:
     @property
     def long(self) -> Mask:
         """(U,) the runs of more equal rows than usual."""
-        usual = float(np.median(self.length))
+        usual = median(self.length)
         return (self.length >= FEWEST_HELD_ROWS) & (self.length > HELD_UPDATES * usual)
 
     @property
@@ -275,7 +276,7 @@ class Steps:
         moving = speed * lag * self.usual > NOISE_FACTOR * self.noise + 1e-9
         if not moving.any():
             return self.limits.acceleration
-        usual = STARTS_OVER_USUAL * float(np.quantile(acceleration[moving], 0.9))
+        usual = STARTS_OVER_USUAL * quantile(acceleration[moving], 0.9)
         return min(usual, self.limits.acceleration)
 
     def starts_from_rest(self, interval: Array) -> Array:
@@ -349,7 +350,7 @@ def _noise(steps: Array) -> float:
     if len(steps) < 2:
         return 0.0
     length = lengths(steps[:: -(-len(steps) // ROWS_FOR_NOISE)])
-    smallest = float(np.quantile(length, SMALLEST_STEPS))
+    smallest = quantile(length, SMALLEST_STEPS)
     return max(white_noise(steps), ROUNDING_OVER_STEP * smallest)
 
 
@@ -358,4 +359,4 @@ def white_noise(steps: Array) -> float:
     differences, of the steps (K, n) between samples, K > 1."""
     nth = -(-len(steps) // ROWS_FOR_NOISE)
     second = np.abs(steps[1::nth] - steps[:-1:nth])
-    return 1.4826 * float(np.median(second)) / 6.0**0.5
+    return 1.4826 * median(second) / 6.0**0.5

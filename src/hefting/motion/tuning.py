@@ -63,18 +63,16 @@ class Likelihood:
         self.rank = normal.knots.size - m * len(normal.knots.first)
         self.log_det = normal.knots.log_penalty_determinant(m)
         self.free_score = 0.0
-        target = normal.gradient + multiply(normal.bands, normal.pilot)
         for start, stop in normal.knots.spans:
             places = np.linspace(-1, 1, stop - start)
-            legendre = np.polynomial.legendre.legvander(places, m - 1)
-            free = np.asarray(legendre, dtype=float)  # nearly orthogonal
+            free = np.vander(places, m, increasing=True)
             own = np.linalg.cholesky(free.T @ free)
             root = np.linalg.cholesky(
                 free.T @ multiply(normal.bands[:, start:stop], free)
             )
             self.log_det += 2.0 * float(np.sum(np.log(np.diag(root) / np.diag(own))))
             # along orthonormal polynomials
-            effects = np.linalg.solve(root, free.T @ target[start:stop])
+            effects = np.linalg.solve(root, free.T @ normal.right[start:stop])
             scale = np.maximum(np.sum(effects**2, axis=1) / d, floor)
             self.free_score -= 0.5 * d * float(np.sum(np.log(scale) + 1.0))
 

@@ -15,8 +15,8 @@ from hefting.core.spatial import Array, interpolated
 from hefting.identification.waiting import LONGEST_WRENCH_GAP
 from hefting.ingest.drift import Drift
 from hefting.ingest.tool import without_tool
-from hefting.motion import Motion, PoseFilter
-from hefting.motion.kalman import State
+from hefting.motion import Motion
+from hefting.motion.kalman import PoseFilter, State
 from hefting.motion.state import motion_from_pieces
 from hefting.online.understanding import Understanding, weights_of
 

@@ -37,7 +37,8 @@ from hefting.ingest.plausibility import (
     require_object,
 )
 from hefting.ingest.several import what_others_tell
-from hefting.motion import PoseFilter, sample_weights
+from hefting.motion import sample_weights
+from hefting.motion.kalman import PoseFilter
 from hefting.online.expected import Expected
 from hefting.shapes import Shape
 

@@ -1,7 +1,6 @@
 """Reading meshes and point clouds from files, which are not trusted."""
 
 import io
-import logging
 import struct
 import warnings
 from pathlib import Path
@@ -48,6 +47,8 @@ def read_mesh(path: str | Path) -> tuple[Array, np.ndarray]:
         return _binary_stl(data, path)
     if suffix == ".ply" and (mesh := _binary_ply(data, path)) is not None:
         return mesh
+    import logging
+
     import trimesh
 
     if suffix != ".glb":

@@ -6,7 +6,7 @@ from typing import Any, Self
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, vector_to_tensor
+from hefting.core.spatial import Array, Indices, Mask, median, vector_to_tensor
 from hefting.shapes import Shape
 
 TARGET_VOXELS = 4000
@@ -154,9 +154,7 @@ def _spacing(shape: Shape) -> float:
     distance = np.asarray(
         tree.query(shape.positions[: 100 * MOST_CELLS], k=2)[0], dtype=float
     )[:, 1]
-    return float(np.median(distance)) or 1e-3 * (
-        float(np.linalg.norm(shape.extents)) or 1.0
-    )
+    return median(distance) or 1e-3 * (float(np.linalg.norm(shape.extents)) or 1.0)
 
 
 def _subdivisions(sides: Array, wanted: float) -> Indices:

@@ -16,7 +16,7 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, column_medians
 from hefting.ingest.changes.cells import (
     LARGEST_BIAS,
     LARGEST_PARAMETERS,
@@ -242,7 +242,9 @@ def with_noise_scale(cells: Cells, rounding: Array) -> Cells:
     cells = replace(cells, scale=np.maximum(0.1 * changes, smallest))
     for _ in range(2):
         apart = np.diff(_one_body(cells)[2], n=3, axis=0) * cells.unit
-        sizes = np.median(np.abs(apart).reshape(-1, 2, 3), axis=(0, 2))
+        sizes = column_medians(
+            np.abs(apart).reshape(-1, 2, 3).swapaxes(1, 2).reshape(-1, 2)
+        )
         noise = sizes / (MEDIAN_OF_NORMAL * THIRD_DIFFERENCE)
         cells = replace(cells, scale=np.hypot(noise, floor))
     return cells

@@ -15,7 +15,7 @@ from functools import cached_property
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask, median, runs_of
+from hefting.core.spatial import Array, Indices, Mask, column_medians, median, runs_of
 from hefting.ingest.blocks import medians
 from hefting.ingest.fit import Fit
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, Model, Problem
@@ -163,7 +163,7 @@ def _without_spikes(time: Array, wrench: Array, kept: Mask) -> Mask:
         return np.repeat(medians(values, starts), sizes, axis=0)
 
     apart = np.abs(wrench[kept] - usual(wrench[kept]))
-    spread = np.maximum(usual(apart), np.median(apart, axis=0))
+    spread = np.maximum(usual(apart), column_medians(apart))
     good = kept.copy()
     good[kept] = (apart <= SPIKE * spread).all(axis=1)
     return good

@@ -8,7 +8,7 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.recording import Recording
-from hefting.core.spatial import Array, Mask, median
+from hefting.core.spatial import Array, Mask, column_medians, distinct, median
 from hefting.ingest.blocks import Blocks
 from hefting.ingest.channels import rounding_error
 from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
@@ -263,12 +263,12 @@ class Case:
         if self.few_offsets:
             return np.array(self.few_offsets)
         near = self.offset + 0.02 * np.array((-1.0, 0.0, 1.0))
-        return np.unique(np.concatenate((COARSE_OFFSETS, near)).round(6))
+        return distinct(np.concatenate((COARSE_OFFSETS, near)).round(6))
 
     @property
     def likely_offsets(self) -> Array:
         """(1,) or (2,) [s] zero, and the clock offset that conditioning found."""
-        return np.unique((0.0, self.offset))
+        return distinct((0.0, self.offset))
 
     @property
     def motion(self) -> Motion:
@@ -353,8 +353,9 @@ def _averages(time: Array, wrench: Array, together: int) -> tuple[Array, Array]:
     time = time[: K * together].reshape(K, together).mean(axis=1)
     mean = wrench[: K * together].reshape(K, together, 6).mean(axis=1)
     steps = np.diff(time)
-    even = np.abs(np.diff(steps)) < 0.2 * np.median(steps)
-    even &= np.abs(steps[1:] - np.median(steps)) < 0.2 * np.median(steps)
+    usual = median(steps)
+    even = np.abs(np.diff(steps)) < 0.2 * usual
+    even &= np.abs(steps[1:] - usual) < 0.2 * usual
     bend = mean[:-2] - 2.0 * mean[1:-1] + mean[2:]
     found = mean.copy()
     found[1:-1] -= even[:, None] * bend / 24.0
@@ -372,5 +373,5 @@ def _high_frequency_noise(wrench: Array) -> Array:
 def _size(values: Array) -> Array:
     """(2,) robust standard deviations of force and torque values (B, 6)."""
     # the median of |x| is 0.6745 standard deviations
-    size = np.median(np.abs(values), axis=0) / 0.6745
+    size = column_medians(np.abs(values)) / 0.6745
     return np.sqrt(np.mean(np.square(size).reshape(2, 3), axis=1))

@@ -10,7 +10,7 @@ from typing import Self
 import numpy as np
 
 from hefting.core.immutable import immutable
-from hefting.core.spatial import Array, Indices, Mask
+from hefting.core.spatial import Array, Indices, Mask, column_medians
 from hefting.estimators.timescales import autocorrelation_time
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
@@ -186,7 +186,7 @@ def unexplained_share(case: Case, fitted: Fitted, level: Array) -> float:
     used = fitted.weights[0] > 0.0
     square = np.square(fitted.residual[0][used]).reshape(-1, 2, 3).sum(axis=2)
     # the median of chi-squared with three degrees of freedom is 2.37
-    left = np.maximum(np.square(fitted.scale[0]), np.median(square, axis=0) / 2.37)
+    left = np.maximum(np.square(fitted.scale[0]), column_medians(square) / 2.37)
     excess = np.maximum(left - NOISE_ALLOWANCE * np.square(level), 0.0)
     size = np.mean(case.wrench**2, axis=0).reshape(2, 3).mean(axis=1)
     varies = changes > SMALLEST_CHANGE * size

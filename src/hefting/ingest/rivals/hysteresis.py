@@ -3,7 +3,7 @@ share of its range."""
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, distinct
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import fit_rows, is_hopeless
 from hefting.ingest.rivals.explanation import (
@@ -26,7 +26,7 @@ def explain(case: Case) -> Explanation | None:
         return None
     given, late = fit_as_given(case)
     # play looks like a delay, which the recording as given may have taken it for
-    offsets = np.unique((0.0, 0.5 * late, late))
+    offsets = distinct((0.0, 0.5 * late, late))
     rows = newton_euler(case, case.motion_late(offsets))
     fitted = fit_rows(case, rows)
     load = case.wrench - fitted.residual[fitted.best]

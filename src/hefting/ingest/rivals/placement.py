@@ -96,7 +96,7 @@ def find_placement(
     direction is searched for near `gravity` (3,), by default that of the case. The
     iteration ends early where the placement explains nothing.
     """
-    given, _ = fit_as_given(case)
+    logged, (given, _) = case, fit_as_given(case)
     if gravity is not None:
         case = case.with_gravity(gravity)
     point, build = np.zeros(3), _builder(case, R, np.zeros(3))
@@ -105,7 +105,7 @@ def find_placement(
     size = float(np.linalg.norm(case.gravity))
     for taken in range(steps):
         fitted = here.fitted
-        if taken >= FIRST_STEPS and is_hopeless(case, fitted, given):
+        if taken >= FIRST_STEPS and is_hopeless(logged, fitted, given):
             break
         tilt_scale = size if tilts else None
         columns = _columns(case, R, here, turns, moves, tilt_scale)

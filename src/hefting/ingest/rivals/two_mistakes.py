@@ -14,6 +14,7 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.progress import each as each_of
+from hefting.core.spatial import distinct
 from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, short_drift
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import NEGLIGIBLE_UNEXPLAINED, missing
@@ -193,7 +194,7 @@ def _likeliest(case: Case, given: Explanation) -> Pair | None:
             offset = _clock_offset(undone.case, most)
         if offset is None:
             continue
-        few = tuple(np.unique((0.0, case.offset, offset)).tolist())
+        few = tuple(distinct((0.0, case.offset, offset)).tolist())
         other = replace(undone.case, few_offsets=few, most_left=LARGEST_AT_FIRST * most)
         undone = replace(undone, case=other)
         thin = replace(undone, case=undone.case.every(nth))
