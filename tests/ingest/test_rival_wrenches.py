@@ -264,10 +264,12 @@ def test_no_wrong_sign_is_half_a_turn_with_the_other_sign():
 
 
 def test_a_torque_is_mirrored_as_a_pseudovector():
-    """In the axes of a left-handed system."""
-    mirrored = [m for what, m, _ in axis_flipped._changes() if "left-handed" in what]
+    """In the axes of a left-handed system. Where these are the poses', other columns of the
+    wrench would give the mirrored body, and had been advised for it."""
+    mirrored = [m for m in axis_flipped._changes() if "left-handed" in m[0]]
     assert len(mirrored) == 3
-    for matrix in mirrored:
+    for what, matrix, _ in mirrored:
+        assert "in the poses (then correct these) or" in what
         force, torque = matrix[:3, :3], matrix[3:, 3:]
         assert np.linalg.det(force) == -1.0
         np.testing.assert_array_equal(torque, -force)

@@ -50,14 +50,8 @@ def scan_offsets(problem: Problem, gravity: Array, knots: int) -> Start:
     """Rough parameters, bias, scales, offset and gravity: those of the most likely
     clock offset of a grid.
 
-    Where the offset is not free the grid is zero alone.
-
-    Parameters
-    ----------
-    problem : samples, motion and free unknowns.
-    gravity : (3,) in world axes [m/s²], about which its direction is found where it is
-        free.
-    knots : number of knots of the bias.
+    Where the offset is not free the grid is zero alone. Where the direction of `gravity`
+    (3,), in world axes [m/s²], is free, it is found about it; the bias has `knots`.
     """
     chosen = problem.every(SCANNED_BLOCKS + 50 * (knots - 1))
     start = _scan_widening_range(problem, chosen, gravity, knots)

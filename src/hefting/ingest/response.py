@@ -149,11 +149,7 @@ def response_of(found: Conditioned, z: Measurements, fit: FreeFit) -> Response |
 
     None without a clock or motion, or if the wrench is hardly late.
 
-    Parameters
-    ----------
-    found : what conditioning found, with the clock offset.
-    z : samples, with the delay removed.
-    fit : their unconstrained least squares.
+    `fit` is unconstrained least squares of the samples `z`, with the delay removed.
     """
     path, lag = found.path, found.offset
     if found.offset_std is None or path is None or lag < SHORTEST_LAG or len(z) < 3:

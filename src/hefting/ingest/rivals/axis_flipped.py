@@ -138,8 +138,9 @@ def _changes() -> list[tuple[str, Array, float]]:
         # a mirror reverses the two other components of a torque, a pseudovector
         left = np.diag(np.concatenate((mirror, -mirror)))
         what = (
-            f"axes of a left-handed system, {axis} mirrored, seem to be in the poses or"
+            f"axes of a left-handed system, {axis} mirrored, seem to be in the poses "
         )
+        what += "(then correct these) or"
         found.append((what, left, RARITY_OF_SWAP))
         j, k = (i + 1) % 3, (i + 2) % 3
         order = np.eye(3)
