@@ -9,8 +9,8 @@ from commands import refused
 from hefting.cli import build_parser
 from hefting.core.recording import Recording, Stream
 from hefting.logs import read_log, write_log
-from hefting.logs.bag_files import OPTIONS
 from hefting.logs.ros import read_bag
+from hefting.logs.ros_bag import OPTIONS
 from log_files import HEADER, ROWS, log, random_recording, same
 
 

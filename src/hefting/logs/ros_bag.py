@@ -1,12 +1,52 @@
-"""ROS bags as a log format; what reads and writes them is in `hefting.logs.ros` and
-imported when it is needed."""
+"""ROS bags as a log format: which files and folders are bags, and the options for reading
+one. What reads and writes them is in `hefting.logs.ros`, imported when it is needed."""
 
+import re
 from pathlib import Path
 from typing import Any
 
 from hefting.core.recording import Recording
-from hefting.logs.bag_files import BAG_SUFFIXES, OPTIONS, is_bag
 from hefting.logs.registry import Format
+
+BAG_SUFFIXES = (".bag", ".mcap", ".db3")
+"""File name endings that are read as bags."""
+
+OPTIONS = {
+    "wrench_topic": ("TOPIC|none", "of a bag: wrench"),
+    "pose_topic": ("TOPIC|none", "of a bag: pose, odometry or tf"),
+    "twist_topic": ("TOPIC|none", "of a bag: velocity"),
+    "joint_topic": ("TOPIC|none", "of a bag: joint states"),
+    "imu_topic": ("TOPIC|none", "of a bag: IMU"),
+    "world_frame": ("NAME", "of a bag: frame of the world in tf"),
+    "sensor_frame": ("NAME", "of a bag or a URDF: frame of the force-torque sensor"),
+}
+"""Keyword options of `hefting.logs.ros.read_bag`: what each takes, and its help."""
+
+
+def is_bag(path: str | Path) -> bool:
+    """Whether `path` is named like a bag or MCAP file, or is a folder that holds a ROS
+    2 bag."""
+    if Path(path).is_dir():
+        return (Path(path) / "metadata.yaml").is_file() or bool(
+            storage_files(Path(path))
+        )
+    return Path(path).suffix.lower() in BAG_SUFFIXES
+
+
+def storage_files(folder: Path) -> list[Path]:
+    """Files of a ROS 2 bag in a folder, by name and number."""
+    names = (
+        file
+        for suffix in ("db3", "mcap")
+        for end in ("", ".zstd")
+        for file in folder.glob(f"*.{suffix}{end}")
+    )
+    return sorted(
+        names,
+        key=lambda file: [
+            int(p) if p.isdigit() else p for p in re.split(r"(\d+)", file.name)
+        ],
+    )
 
 
 def _read(path: str | Path, **options: Any) -> Recording:

@@ -8,13 +8,12 @@ import numpy as np
 from hefting.core.errors import InputError, nearest
 from hefting.core.messages import Message, warning
 from hefting.core.recording import Recording, Stream
-from hefting.logs.bag_files import is_bag
 from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.frames import list_names
 from hefting.logs.ros.messages import Collector, Gathered, same_name, without_slashes
 from hefting.logs.ros.streams import Streams
 
-__all__ = ["is_bag", "read_bag"]
+__all__ = ["read_bag"]
 """Names that are public here."""
 
 

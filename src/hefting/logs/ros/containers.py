@@ -12,9 +12,9 @@ from pathlib import Path
 from urllib.parse import quote
 
 from hefting.core.errors import InputError
-from hefting.logs.bag_files import storage_files
 from hefting.logs.ros.records import Declare, Message, full_type, scan_bag, scan_mcap
 from hefting.logs.ros.source import MAX_CHUNK, Budget, Cut, Source, Topic, zstandard
+from hefting.logs.ros_bag import storage_files
 
 MAGIC = b"SQLite format 3\0"
 """First bytes of an SQLite file."""
