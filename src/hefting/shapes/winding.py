@@ -87,9 +87,9 @@ def sides_with_walls(triangles: Array) -> int:
 
 def without_overlaps(solid: Solid) -> Solid:
     """The solid with the moments of all points inside, of which the divergence theorem
-    counts those in two parts twice: evenly spread rays find these."""
+    counts those in two parts twice: rays find these."""
     box, n = working_box(solid), STEPS_FOR_OVERLAPS
-    # by the plastic number: even, and along no grid
+    # evenly spread by the plastic number
     spread = np.outer(np.arange(RAYS_FOR_OVERLAPS), (0.7548776662, 0.5698402910)) % 1.0
     rays = box.low[:2] + box.sides[:2] * spread
     step = np.full(len(rays), box.sides[2] / n)
