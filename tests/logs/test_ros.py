@@ -39,8 +39,9 @@ from bags import (
     write,
 )
 from hefting.core.errors import InputError, MissingDependencyError
-from hefting.logs.ros import is_bag, read_bag
+from hefting.logs.ros import read_bag
 from hefting.logs.ros.layout import lay_out, standard_definitions
+from hefting.logs.ros_bag import is_bag
 
 
 @pytest.mark.parametrize("form", FORMATS)

@@ -14,7 +14,8 @@ from backports import zstd
 from bags import mcap, mcap_message, mcap_topic, serialised, text, write
 from hefting.core.errors import InputError
 from hefting.core.recording import Recording
-from hefting.logs.ros import is_bag, read_bag
+from hefting.logs.ros import read_bag
+from hefting.logs.ros_bag import is_bag
 
 N = 5000
 RNG = np.random.default_rng(6)

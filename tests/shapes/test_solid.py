@@ -53,7 +53,7 @@ def _gripper(*, thin, copies=1):
     return together, trimesh.boolean.union(parts, engine="manifold")
 
 
-@pytest.mark.parametrize(("thin", "copies"), [(False, 1), (True, 1), (False, 4)])
+@pytest.mark.parametrize(("thin", "copies"), [(False, 1), (True, 1), (False, 2)])
 def test_what_is_in_two_parts_counts_once(thin, copies):
     parts, union = _gripper(thin=thin, copies=copies)
     found, known = Shape.from_mesh(parts), Shape.from_mesh(union)

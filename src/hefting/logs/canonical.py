@@ -98,7 +98,7 @@ def known_columns(
     expected = {"time", *(column for columns in groups.values() for column in columns)}
     unknown = [name for name in named if name not in expected]
     if "value" in present and not present & (expected - {"time"}):
-        fix = "make each name a column, as pandas' pivot does, or give the bag itself"
+        fix = "make each name a column, as pandas' pivot does, or give the bag"
         raise InputError("has one number a row, beside its name", source, fix)
     candidates = dict.fromkeys((*EXPECTED, *sorted(expected)))
     absent = [name for name in candidates if name not in present]

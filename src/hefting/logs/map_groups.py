@@ -11,14 +11,14 @@ WORDS = {
     "force": ("f", "force", "forces", "kraft", "fuerza", "forza", "力"),
     "torque": (
         *("m", "torque", "torques", "moment", "moments", "tau", "mom"),
-        *("torq", "drehmoment", "forcer", "wrenchr", "couple", "couples", "par"),
-        *("momento", "coppia", "モーメント", "トルク", "力矩"),
+        *("torq", "drehmoment", "forcer", "wrenchr", "couple", "par"),
+        *("momento", "coppia", "モーメント", "トルク"),
     ),
     "torque-or-translation": ("t", "tr"),
     "wrench": ("ft", "fts", "wrench", "ftsensor", "hatk", "forcetorque"),
     "position": (
         *("", "p", "pos", "position", "translation", "trans", "xyz", "pose", "posx"),
-        *("tcppose", "xpos", "tvec", "posición", "posizione", "位置"),
+        *("tcppose", "xpos", "tvec", "位置"),
     ),
     "orientation": (
         *("q", "o", "r", "u", "quat", "quaternion", "xquat"),
@@ -92,8 +92,7 @@ CAMEL = (
     "(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])(?!(?<=R)(?:Ist|Sol))"
     "|(?<=[\u3040-\u9fff])(?=[A-Za-z])"
 )
-"""Beginning of a word in ``ForceXRaw``, ``TCPPose``, ``力X``, but not in KUKA's
-``RIst_X``."""
+"""Beginning of a word in ``ForceXRaw``, ``力X``, not in KUKA's ``RIst_X``."""
 
 FRAMES = "^([pqt])_[A-Z]{1,3}(_[A-Z]{1,2})?(?=_[xyzw])"
 """Frames after a letter, as in EuRoC's ``p_RS_R_x`` and ``q_RS_w``."""

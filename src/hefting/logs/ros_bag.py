@@ -1,8 +1,6 @@
-"""ROS bags as a log format: which files and folders are bags, and the options for
-reading one. What reads and writes them is in `hefting.logs.ros` and imported when it is
-needed."""
+"""ROS bags as a log format: which files and folders are bags, and the options for reading
+one. What reads and writes them is in `hefting.logs.ros`, imported when it is needed."""
 
-import re
 from pathlib import Path
 from typing import Any
 
@@ -28,26 +26,12 @@ def is_bag(path: str | Path) -> bool:
     """Whether `path` is named like a bag or MCAP file, or is a folder that holds a ROS
     2 bag."""
     if Path(path).is_dir():
+        from hefting.logs.ros.containers import storage_files
+
         return (Path(path) / "metadata.yaml").is_file() or bool(
             storage_files(Path(path))
         )
     return Path(path).suffix.lower() in BAG_SUFFIXES
-
-
-def storage_files(folder: Path) -> list[Path]:
-    """Files of a ROS 2 bag in a folder, by name and number."""
-    names = (
-        file
-        for suffix in ("db3", "mcap")
-        for end in ("", ".zstd")
-        for file in folder.glob(f"*.{suffix}{end}")
-    )
-    return sorted(
-        names,
-        key=lambda file: [
-            int(p) if p.isdigit() else p for p in re.split(r"(\d+)", file.name)
-        ],
-    )
 
 
 def _read(path: str | Path, **options: Any) -> Recording:

@@ -58,12 +58,6 @@ class Moments:
 
         return Moments(sums(self.volume), sums(self.first), sums(self.second))
 
-    def times(self, factor: Array) -> "Moments":
-        """Of bodies of the same shape and place with the volume times (n,) factors."""
-        first = factor[:, None] * self.first
-        second = factor[:, None, None] * self.second
-        return Moments(factor * self.volume, first, second)
-
     @property
     def centroids(self) -> Array:
         """(n, 3) [m]"""
@@ -80,7 +74,7 @@ def moments_in_cells(
     triangles: Array, low: Array, size: Array, shape: tuple[int, int, int]
 ) -> Moments:
     """Moments of a solid in each cell of a grid, in the order of ``numpy.ravel``;
-    negative volumes where the surface is inside out.
+    negative volumes where the surface is inside out, and no more than the cell's.
 
     The triangles (F, 3, 3) [m] are of a closed surface, oriented outward; `low` (3,) is
     the lower corner of the grid [m], which holds the solid, `size` (3,) the sides of a
@@ -125,7 +119,8 @@ def _in_metres(
 ) -> Moments:
     """Moments about the origin from those about the lower corner of each cell in sides
     of a cell: rows (10, n) 1, x, y, z, xx, xy, xz, yy, yz, zz."""
-    scaled = total * float(np.prod(size))
+    # parts that overlap fill a cell twice
+    scaled = total / np.maximum(total[0], 1.0) * float(np.prod(size))
     volume, first = scaled[0], scaled[1:4].T * size
     i, j = np.triu_indices(3)
     second = np.zeros((len(volume), 3, 3))
@@ -261,10 +256,7 @@ def divided(
     missed parts, by default in proportion to their volume.
     """
     shares = moments_in_cells(triangles, lattice.low, lattice.size, lattice.shape)
-    cell = float(np.prod(lattice.size))
-    full = shares.volume > NEGLIGIBLE_CELL * cell
-    # parts that overlap fill a cell twice
-    shares = shares.times(cell / np.maximum(shares.volume, cell))
+    full = shares.volume > NEGLIGIBLE_CELL * float(np.prod(lattice.size))
     occupied = lattice.occupied.ravel() & full
     owner = np.full(len(full), -1)
     owner[occupied] = np.arange(int(occupied.sum()))

@@ -133,7 +133,7 @@ def grid_points(solid: Solid, target: int) -> Samples:
     uneven = _mismatch(box, positions, volumes, cell_in_box) > LARGEST_MISMATCH
     divisible = lattice.occupied.size <= MOST_DIVIDED_CELLS
     if (missed or uneven) and divisible:
-        pieces = divided(box.outward, lattice, target)
+        pieces = divided(box.triangles, lattice, target)
         if uneven or has_missed(pieces, lattice):
             return _samples_of(box, pieces)
     return Samples(positions @ box.axes.T, volumes, cell, missed and not divisible)
@@ -162,7 +162,7 @@ def _cells_alone(box: WorkingBox, target: int) -> Samples:
         if math.prod(cells) > MOST_DIVIDED_CELLS:
             break
         empty = Lattice(box.low, box.sides / cells, np.zeros(cells, dtype=bool))
-        pieces = divided(box.outward, empty, target, target)
+        pieces = divided(box.triangles, empty, target, target)
         if len(pieces.volume) >= FEWEST * target:
             break
         cell *= 0.5

@@ -277,11 +277,9 @@ def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
     """Vertices, in order, of simple closed loops that use each of the directed edges (E,)
     once; each vertex has as many incoming as outgoing ones.
 
-    A walk along unused edges is followed until it reaches one of its own vertices; the
-    closed part is then cut off as a loop and the walk goes on from that vertex. The
-    decomposition is not unique, but the enclosed volume does not depend on it: along a
-    seam whose two sides have separate vertices, the caps of a loop and of its reverse
-    cancel.
+    Of a walk along unused edges the part between two visits of a vertex is cut off as a
+    loop. The enclosed volume does not depend on which: along a seam whose two sides have
+    separate vertices, the caps of a loop and of its reverse cancel.
     """
     unused_ends: dict[int, list[int]] = {}
     for a, b in zip(start.tolist(), end.tolist(), strict=True):

@@ -11,7 +11,7 @@ from hefting.shapes.solid import Solid
 PAIRS_AT_ONCE = 500_000
 """Ray-triangle pairs tested at once; bounds the memory."""
 RAYS_FOR_OVERLAPS, STEPS_FOR_OVERLAPS = 2000, 50
-"""Rays, and points on each, by which overlapping parts are counted once."""
+"""Rays, and points on each, of `without_overlaps`."""
 STEPS_TO_WALLS = 1000
 """Points of a ray to each side at which `sides_with_walls` tests for walls."""
 
@@ -23,14 +23,11 @@ def winding_numbers(
     `count`,), ray after ray, +1 for a point inside a surface oriented outward, 0
     outside.
 
-    Each edge of the *closed* surface of triangles (F, 3, 3) is cancelled by another
-    one. Ray r at `rays[r]` (x, y) carries the points z = start + step * (0 .. count -
-    1), each (R,), step > 0.
+    The surface of triangles (F, 3, 3) is closed. Ray r at `rays[r]` (x, y) carries the
+    points z = start + step * (0 .. count - 1), each (R,), step > 0.
 
     Each number is the signed number of triangles above the point. Edges follow a
-    half-open rule evaluated from the same two numbers for both triangles that share
-    them, so a ray through an edge or a corner is counted exactly once and no tolerance
-    is needed.
+    half-open rule, so that a ray through one is counted exactly once.
     """
     # the signed crossings of ray r between its points, from slot[r] on
     slot = np.concatenate(([0], np.cumsum(count + 1)))
@@ -79,12 +76,9 @@ def sides_with_walls(triangles: Array) -> int:
     """Number of the six rays from the origin along the axes that pass through the inside
     of the closed surface of triangles (F, 3, 3); 0 if the origin is inside."""
     sides, n = 0, STEPS_TO_WALLS
-    count = np.array([2 * n])
-    for axis in range(3):
-        turned = np.roll(triangles, axis, axis=2)
-        reach = np.abs(turned[..., 2]).max(keepdims=True).ravel()
-        step, ray = reach / n, np.zeros((1, 2))
-        inside = winding_numbers(turned, ray, 0.5 * step - reach, step, count) != 0
+    steps = (np.arange(2 * n) + 0.5) / n - 1.0
+    for axis in np.diag(np.abs(triangles).max(axis=(0, 1))):
+        inside = points_inside(triangles, steps[:, None] * axis)
         if inside[n - 1 : n + 1].any():
             return 0
         sides += int(inside[:n].any()) + int(inside[n:].any())
@@ -92,34 +86,25 @@ def sides_with_walls(triangles: Array) -> int:
 
 
 def without_overlaps(solid: Solid) -> Solid:
-    """The solid with volume, centroid and second moment of all points inside, once each:
-    the divergence theorem counts those in two parts of a surface twice.
-
-    Evenly spread rays find what is counted too much, so the error is that of the overlaps
-    alone; where these are most of the solid, they find what is inside.
-    """
-    box = working_box(solid)
-    # multiples of the powers of the plastic number are even, and along no grid
+    """The solid with the moments of all points inside, of which the divergence theorem
+    counts those in two parts twice: rays find these."""
+    box, n = working_box(solid), STEPS_FOR_OVERLAPS
+    # evenly spread by the plastic number
     spread = np.outer(np.arange(RAYS_FOR_OVERLAPS), (0.7548776662, 0.5698402910)) % 1.0
     rays = box.low[:2] + box.sides[:2] * spread
-    size = box.sides[2] / STEPS_FOR_OVERLAPS
-    start = box.low[2] + size * (spread.sum(axis=1) % 1.0)
-    each = np.ones(len(rays))
-    count = np.full(len(rays), STEPS_FOR_OVERLAPS)
-    numbers = winding_numbers(box.outward, rays, start, size * each, count)
-    inside = numbers != 0
-    kept = float(numbers.sum() < 2 * inside.sum())
-    weight = inside - kept * numbers
-    among = np.flatnonzero(weight)
-    if not len(among):
+    step = np.full(len(rays), box.sides[2] / n)
+    start = box.low[2] + step * (spread.sum(axis=1) % 1.0)
+    numbers = winding_numbers(box.triangles, rays, start, step, np.full(len(rays), n))
+    missing = (numbers != 0) - numbers
+    if not (among := np.flatnonzero(missing)).size:
         return solid
-    ray, height = np.divmod(among, STEPS_FOR_OVERLAPS)
-    points = np.column_stack((rays[ray], start[ray] + size * height)) @ box.axes.T
-    points -= solid.centroid
-    weight = weight[among] * (np.prod(box.sides) / len(numbers) / solid.volume)
-    total = kept + float(weight.sum())
-    shift = weight @ points / total
-    second = (kept * solid.second_moment + (points.T * weight) @ points) / total
+    ray, height = np.divmod(among, n)
+    points = np.column_stack((rays[ray], start[ray] + step[ray] * height))
+    points = points @ box.axes.T - solid.centroid
+    share = missing[among] * (np.prod(box.sides) / len(numbers) / solid.volume)
+    total = 1.0 + float(share.sum())
+    shift = share @ points / total
+    second = (solid.second_moment + (points.T * share) @ points) / total
     return replace(
         solid,
         volume=solid.volume * total,
@@ -225,18 +210,11 @@ class WorkingBox:
     sides: Array
     """(3,) [m]"""
     triangles: Array
-    """(F, 3, 3) [m]"""
+    """(F, 3, 3) [m], oriented outward here too where the axes are left-handed"""
     centroid: Array
     """(3,) [m]"""
     whitening: Array
     """(3, 3) W with W second_moment W' = I"""
-
-    @property
-    def outward(self) -> Array:
-        """The triangles (F, 3, 3), oriented outward here too where the working axes are
-        left-handed."""
-        right_handed = np.linalg.det(self.axes) > 0.0
-        return self.triangles if right_handed else self.triangles[:, ::-1]
 
 
 def working_box(solid: Solid) -> WorkingBox:
@@ -258,6 +236,7 @@ def working_box(solid: Solid) -> WorkingBox:
     whitening = np.asarray(
         np.linalg.inv(np.linalg.cholesky(axes.T @ solid.second_moment @ axes)), float
     )
+    faces = solid.faces[:, :: 1 if np.linalg.det(axes) > 0.0 else -1]
     return WorkingBox(
-        axes, low, sides, vertices[solid.faces], solid.centroid @ axes, whitening
+        axes, low, sides, vertices[faces], solid.centroid @ axes, whitening
     )

@@ -22,10 +22,7 @@ FORMS = (
 )
 """Forms, and orders of Euler angles, in which controllers of robots give orientations."""
 
-ORDERS = (
-    ("w, x, y, z", "put the real part last, as qw", "wxyz"),
-    ("x, y, z, w", "name them qx, qy, qz, qw", "xyzw"),
-)
+ORDERS = {"wxyz": "put the real part last, as qw", "xyzw": "name them qx, qy, qz, qw"}
 """Orders of a quaternion's parts that are confused, and what to do."""
 
 EULER = {"xyz": "roll, pitch, yaw", "XYZ": "angles about turning axes x, y, z"}
@@ -92,12 +89,11 @@ def _forms(case: Case) -> Iterator[Undone]:
 
 
 def _orders(case: Case) -> Iterator[Undone]:
-    """Quaternions whose real part was read as the last but logged first, and the other
-    way round."""
+    """Quaternions with their parts in the other order."""
     orientation = case.recording["orientation"]
-    for shift, (names, fix, form) in enumerate(ORDERS):
-        q = np.roll(orientation.values, 2 * shift - 1, axis=1)
-        what = f"the quaternions seem to be logged as {names}"
+    for shift, (form, fix) in zip((-1, 1), ORDERS.items(), strict=True):
+        q = np.roll(orientation.values, shift, axis=1)
+        what = f"the quaternions seem to be logged as {', '.join(form)}"
         other = _with_orientation(case, what, replace(orientation, values=q))
         if other is not None:
             fix = f'{fix}, or give form = "{form}" in a column map'

@@ -44,8 +44,8 @@ ADDED = 0.25, 5.0
 """Smallest and largest share of the object's weight that a controller is said to add: a
 filter of 18 Hz and averages of 40 ms weaken what a trembling hand does as 0.17 does."""
 ALIKE = 0.1
-"""Difference of the shares of first moment and mass, over that of the mass: what time
-that runs fast leaves, and what it takes, are alike."""
+"""Difference of the shares of first moment and mass that time leaves alike, over the
+smaller of what is missing and what is left."""
 OR_HEAVIER = ", or the controller to subtract a payload heavier than the object"
 """What is said beside a mistake that may be one."""
 
@@ -88,8 +88,8 @@ def explain(case: Case) -> Explanation | None:
 
 
 def _is_alike(solution: Array, share: float) -> bool:
-    """Whether the same `share` of the first moment as of the mass is missing, and so the
-    same is left, as where time runs too fast."""
+    """Whether the same `share` of the first moment as of the mass is missing, as where
+    time runs too fast."""
     missing = solution[1:4] - solution[11:14]
     apart = np.linalg.norm(missing - share * solution[1:4])
     least = min(abs(share), 1.0 - share)

@@ -12,9 +12,8 @@ from hefting.logs.ros.containers import Contents, read_messages
 from hefting.logs.ros.frames import list_names
 from hefting.logs.ros.messages import Collector, Gathered, same_name, without_slashes
 from hefting.logs.ros.streams import Streams
-from hefting.logs.ros_bag import is_bag
 
-__all__ = ["is_bag", "read_bag"]
+__all__ = ["read_bag"]
 """Names that are public here."""
 
 

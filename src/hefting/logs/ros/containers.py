@@ -14,7 +14,6 @@ from urllib.parse import quote
 from hefting.core.errors import InputError
 from hefting.logs.ros.records import Declare, Message, full_type, scan_bag, scan_mcap
 from hefting.logs.ros.source import MAX_CHUNK, Budget, Cut, Source, Topic, zstandard
-from hefting.logs.ros_bag import storage_files
 
 MAGIC = b"SQLite format 3\0"
 """First bytes of an SQLite file."""
@@ -246,3 +245,19 @@ def _inflate_file(path: Path, target: Path) -> bool:
                 raise InputError("is not compressed with zstd", where=path) from error
             return False
     return True
+
+
+def storage_files(folder: Path) -> list[Path]:
+    """Files of a ROS 2 bag in a folder, by name and number."""
+    names = (
+        file
+        for suffix in ("db3", "mcap")
+        for end in ("", ".zstd")
+        for file in folder.glob(f"*.{suffix}{end}")
+    )
+    return sorted(
+        names,
+        key=lambda file: [
+            int(p) if p.isdigit() else p for p in re.split(r"(\d+)", file.name)
+        ],
+    )
