@@ -118,7 +118,10 @@ def test_noise_of_accelerations_does_not_tell_an_inertia():
         )
         first = replace(found, measurements=seen[:split], counts=found.counts[:split])
         expected = Expected.of(first)
-        assert expected.of_latest(seen[split : split + 120], 0.9).size < LARGEST
+        part = seen[split : split + 120]
+        assert expected.of_latest(part, 0.9).size < LARGEST
+        heavier = replace(part, force=1.1 * part.force, torque=1.1 * part.torque)
+        assert expected.of_latest(heavier, 0.9).size > LARGEST
 
 
 @pytest.mark.parametrize("share", [-0.1, 0.1])

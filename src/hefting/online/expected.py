@@ -123,11 +123,11 @@ class Expected:
         v = np.einsum("kia,ki,ki->a", X, W, z.wrench - X @ center)
         by_motion = np.zeros_like(H)
         by_motion[:10, :10] = _by_motion(z, W)
-        inverse = _regular_inverse(H - by_motion, prior_std)
-        x = center + inverse @ v
+        axes, gain, variance = _solved(H, by_motion, prior_std)
+        x = center + axes @ (gain * (axes.T @ v))
         residual = z.wrench - X @ x
         scale = np.array([_scale(z, X, residual, noise, each) for each in LENGTHS])
-        covariance = inverse @ (scale.max() * H + np.diag(prior_std**-2.0)) @ inverse
+        covariance = (axes * np.where(gain, scale.max() * gain**2, variance)) @ axes.T
         return replace(begin, x=x, covariance=covariance, scale=scale)
 
     def residual(self, z: Measurements) -> Array:
@@ -228,12 +228,16 @@ def _by_motion(z: Measurements, W: Array) -> Array:
     return np.einsum("k,kia,i,kib->ab", variance, each, W.sum(axis=0), each)
 
 
-def _regular_inverse(H: Array, prior_std: Array) -> Array:
-    """Inverse (22, 22) of normal equations, of which errors may have made an eigenvalue
-    negative, with a prior."""
-    found, axes = np.linalg.eigh(H * prior_std[:, None] * prior_std)
-    scaled = axes * prior_std[:, None] / np.sqrt(np.maximum(found, 0.0) + 1.0)
-    return scaled @ scaled.T
+def _solved(H: Array, by_motion: Array, prior_std: Array) -> tuple[Array, Array, Array]:
+    """Axes T (22, 22), gains and prior variances (22,) along them: x is T (gain T' v) with
+    normal equations H, v and a prior of zero mean. T' H T is one less the prior's share. Of
+    H the part `by_motion` tells nothing; along axes of which it is most the gain is zero.
+    """
+    factor = np.linalg.cholesky(H * prior_std[:, None] * prior_std + np.eye(len(H)))
+    root = np.linalg.inv(factor) * prior_std
+    share, turned = np.linalg.eigh(root @ by_motion @ root.T)
+    gain = np.where(share < 0.5, 1.0 / (1.0 - np.minimum(share, 0.5)), 0.0)
+    return root.T @ turned, gain, np.square(factor @ turned).sum(axis=0)
 
 
 def _scale(z: Measurements, X: Array, r: Array, noise: Array, length: float) -> float:
