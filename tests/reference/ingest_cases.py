@@ -18,9 +18,9 @@ from hefting.ingest.bias import tare
 from hefting.ingest.ingest import ingest
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.plausibility import com_warnings
-from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.several import ingest_all
 from hefting.ingest.systematic import offset_error
+from hefting.ingest.unmeasured import without_faulty_poses
 from hefting.shapes import Shape
 from hefting.simulation import WRENCH_NOISE, Faults, Rates
 from reference.recorded import (

@@ -28,15 +28,10 @@ from hefting.ingest.channels import (
 )
 from hefting.ingest.condition import condition
 from hefting.ingest.conditioned import Conditioned
-from hefting.ingest.faulty_wrench import (
-    without_blank_wrench,
-    without_stalled_wrench,
-)
 from hefting.ingest.free_fit import residuals
 from hefting.ingest.ingested import Ingested
 from hefting.ingest.left_out import ChosenPart, choose_part, left_out_of
 from hefting.ingest.mended_times import with_mended_times
-from hefting.ingest.poses import without_faulty_poses
 from hefting.ingest.rivals.consequence import Doubt
 from hefting.ingest.sign_and_bias import (
     Fitted,
@@ -51,6 +46,11 @@ from hefting.ingest.systematic import (
     errors_of_gravity_size,
 )
 from hefting.ingest.tool import tool_covariance, tool_warnings, without_tool
+from hefting.ingest.unmeasured import (
+    without_blank_wrench,
+    without_faulty_poses,
+    without_stalled_wrench,
+)
 from hefting.ingest.weights import (
     acceleration_message,
     motion_noise_of,

@@ -22,7 +22,7 @@ from hefting.core.spatial import (
     own,
     runs_of,
 )
-from hefting.ingest.poses import where_in_time
+from hefting.ingest.unmeasured import where_in_time
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ROWS_AT_A_TIME, displacement, white_noise
 

@@ -7,9 +7,8 @@ from pathlib import Path
 from typing import BinaryIO
 
 from hefting.core.messages import Message, warning
-from hefting.logs.csv_cells import NOTHING, NUMBER, quote_lists, with_lists
+from hefting.logs.csv_cells import NOTHING, NUMBER, kind_of, quote_lists, with_lists
 from hefting.logs.csv_header import Header, is_numbers, split_cells
-from hefting.logs.csv_times import kind_of
 
 MOST_BYTES = 65_536
 """Length of the text at the end that is searched [bytes]."""

@@ -25,8 +25,12 @@ from hefting.logs.canonical import table_from_recording
 from hefting.logs.csv_cells import (
     NOTHING,
     NUMBER,
+    WRITTEN,
+    Midnights,
+    by_iso,
     count_lines,
     in_columns,
+    kind_of,
     merge_spaces,
     one_line,
     quote_lists,
@@ -34,7 +38,6 @@ from hefting.logs.csv_cells import (
 )
 from hefting.logs.csv_end import find_end
 from hefting.logs.csv_header import read_header
-from hefting.logs.csv_times import WRITTEN, Midnights, by_iso, kind_of
 from hefting.logs.layout import Layout
 from hefting.logs.lvm_text import as_table
 from hefting.logs.registry import READING, Format
@@ -73,7 +76,7 @@ class CsvTable:
     decimal: str = "."
     dates: Mapping[int, str] = field(default_factory=dict)
     """columns of dates and times of day, read as seconds, and their kind of
-    `hefting.logs.csv_times`"""
+    `hefting.logs.csv_cells`"""
     other_way: bool = False
     """whether dates and times are written in another way than by ISO 8601"""
     lists: Mapping[int, int] = field(default_factory=dict)

@@ -7,8 +7,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from hefting.core.errors import InputError
-from hefting.logs.csv_cells import NOTHING, NUMBER, list_in, lists_of
-from hefting.logs.csv_times import by_iso, kind_of
+from hefting.logs.csv_cells import NOTHING, NUMBER, by_iso, kind_of, list_in, lists_of
 from hefting.logs.layout import SEPARATORS, Layout
 
 MAX_HEADER = 1_000_000
@@ -40,7 +39,7 @@ class Header:
     between: tuple[str, ...] = ()
     """cells of a line of text under the names, usually units"""
     dates: Mapping[int, str] = field(default_factory=dict)
-    """columns of dates and times of day, and their kind of `hefting.logs.csv_times`"""
+    """columns of dates and times of day, and their kind of `hefting.logs.csv_cells`"""
     other_way: bool = False
     """whether dates and times are written in another way than by ISO 8601"""
     joined: bool = False

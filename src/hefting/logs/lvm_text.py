@@ -6,7 +6,7 @@ from itertools import chain
 from pathlib import Path
 
 from hefting.core.errors import InputError
-from hefting.logs.csv_times import seconds_of
+from hefting.logs.csv_cells import seconds_of
 
 MARK = b"LabVIEW Measurement"
 """Beginning of such a file."""

@@ -12,10 +12,9 @@ from hefting.core.errors import InputError
 from hefting.core.files import check_size
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array
-from hefting.logs.csv_cells import NUMBER, one_line, with_lists
+from hefting.logs.csv_cells import NUMBER, one_line, seconds_of, with_lists
 from hefting.logs.csv_file import CsvTable, open_csv, texts
 from hefting.logs.csv_header import Rows, is_numbers, read_header
-from hefting.logs.csv_times import seconds_of
 from hefting.logs.map_groups import ASIDE, OTHER, small_words
 from hefting.logs.registry import find_format
 from hefting.logs.table import Table

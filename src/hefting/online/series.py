@@ -12,7 +12,7 @@ from hefting.core.magnitudes import SMALLEST_INTERVAL
 from hefting.core.recording import Stream
 from hefting.core.spatial import Array
 from hefting.core.time_order import in_order
-from hefting.ingest.faulty_wrench import FEWEST_REPEATED, stalled
+from hefting.ingest.unmeasured import FEWEST_REPEATED, stalled
 
 BIN = 0.005
 """[s] Duration of averages of a fast stream. On recordings of a Panda at 1 kHz the COM

@@ -1,4 +1,8 @@
-"""Poses of a recording that no body can have passed, which are left out first."""
+"""Samples that were not measured, which are left out first.
+
+Of the poses: those that no body can have passed. Of the wrench: those of a stream that
+stalled, had not begun, had ended, or repeated its last message, and numbers such as
+-9999 that stand for no value."""
 
 from dataclasses import replace
 
@@ -6,7 +10,12 @@ import numpy as np
 
 from hefting.core.messages import Message, note, warning
 from hefting.core.recording import Recording, Stream
-from hefting.core.spatial import Array, Mask, runs_of
+from hefting.core.spatial import Array, Indices, Mask, distinct, median, runs_of
+from hefting.ingest.channels import (
+    SAMPLES_FOR_NOISE,
+    has_noise,
+    noise_of_channel,
+)
 from hefting.motion.continuity import Discontinuities, find_discontinuities
 from hefting.motion.measure import POSE_STREAMS, Source, reads_columns
 from hefting.motion.pose_steps import ORIENTATION_LIMITS, POSITION_LIMITS
@@ -14,7 +23,7 @@ from hefting.motion.pose_steps import ORIENTATION_LIMITS, POSITION_LIMITS
 LIMITS = {"position": POSITION_LIMITS, "orientation": ORIENTATION_LIMITS}
 """Bounds on the motion of each stream of poses."""
 MANY_LEFT_OUT = 0.05
-"""Share of poses left out above which a warning is given."""
+"""Share of poses, or of samples of the wrench, left out above which a warning is given."""
 MOST_LEFT_OUT = 0.5
 """Share of glitches above which no pose is left out, as the limits do not suit the
 recording."""
@@ -140,3 +149,102 @@ def where_in_time(time: Array, mask: Mask) -> str:
 
 def _percent(share: float) -> str:
     return f"{100.0 * share:.2g} %"
+
+
+FEWEST_REPEATED = 20
+"""Number of successive equal samples that are no chance: with noise of one step two
+channels repeat for so long once in 1e20."""
+TIMES_HELD = 10.0
+"""The same over the usual number of equal samples, as a slow stream that is logged
+faster repeats each value."""
+FEWEST_CHANNELS = 2
+"""Least number of channels with noise for stalls to be found: a wrench without noise
+rests with the body."""
+FAR = 10.0
+"""Size of a number that stands for no value, over that of all others."""
+
+
+def without_stalled_wrench(recording: Recording) -> Recording:
+    """The recording without the samples that a stalled stream of the wrench repeated,
+    and a note or warning. It is unchanged for static poses, a wrench without noise or
+    with larger steps, or if there are no such samples."""
+    wrench = recording["wrench"]
+    if recording.static or len(wrench) < FEWEST_REPEATED:
+        return recording
+    repeats = stalled(wrench.values)
+    if not repeats.any() or repeats.all():
+        return recording
+    samples, where = _places(wrench, repeats)
+    what = f"{samples} of a stream that stood still left out, {where}"
+    many = repeats.mean() > MANY_LEFT_OUT
+    said = (
+        warning("wrench-stalled", f"{what}: did its driver run?")
+        if many
+        else note("wrench-stalled", what)
+    )
+    return _without(recording, repeats, said)
+
+
+def without_blank_wrench(recording: Recording) -> Recording:
+    """The recording without the samples of the wrench in which the same number, far
+    from all others, is in several channels, and a note. It is unchanged for static
+    poses or without such samples."""
+    wrench = recording["wrench"]
+    values = wrench.values
+    if recording.static or not values.size:
+        return recording
+    size = np.abs(values)
+    at = size == size.max()
+    if np.count_nonzero(at.any(axis=0)) < FEWEST_CHANNELS:
+        return recording
+    blank = at.any(axis=1)
+    if blank.all() or not FAR * size[~blank].max() < size.max():
+        return recording
+    samples, where = _places(wrench, blank)
+    what = f"{samples} of {values[at][0]:g} in several channels left out, {where}"
+    return _without(recording, blank, note("wrench-blank", what))
+
+
+def _places(wrench: Stream, mask: Mask) -> tuple[str, str]:
+    """How many samples (K,) are left out, and where, in words."""
+    samples = f"{int(mask.sum())} samples of the wrench ({100.0 * mask.mean():.2g} %)"
+    return samples, where_in_time(wrench.time - wrench.time[0], mask)
+
+
+def _without(recording: Recording, mask: Mask, said: Message) -> Recording:
+    """The recording without some samples of the wrench (K,), with the message
+    `said`."""
+    kept = {**recording.streams, "wrench": recording["wrench"][~mask]}
+    recording = replace(recording, streams=kept)
+    if said.severity == "note":
+        return replace(recording, notes=(*recording.notes, said))
+    return replace(recording, warnings=(*recording.warnings, said))
+
+
+def stalled(values: Array) -> Mask:
+    """Mask (K,) of values (K, 6) that are repeated too long to be chance."""
+    first = _first_of_runs(values)
+    lengths = np.diff(np.append(first, len(values)))
+    usual = median(lengths)
+    long = lengths >= max(FEWEST_REPEATED, TIMES_HELD * usual)
+    if not long.any() or len(first) < FEWEST_REPEATED:
+        return np.zeros(len(values), dtype=bool)
+    never_rests = _always_changes(values[first])
+    return np.repeat(long & (never_rests.sum() >= FEWEST_CHANNELS), lengths)
+
+
+def _always_changes(values: Array) -> Mask:
+    """Channels (6,) of values (K, 6) whose noise exceeds a step, so that they change at
+    rest too."""
+    steps = [
+        np.diff(distinct(channel[:SAMPLES_FOR_NOISE])).min(initial=np.inf)
+        for channel in values.T
+    ]
+    noise = [noise_of_channel(channel) for channel in values.T]
+    return has_noise(values) & (np.array(noise) > np.array(steps))
+
+
+def _first_of_runs(values: Array) -> Indices:
+    """Indices of the values (K, 6) that differ from the one before."""
+    changes = (values[1:] != values[:-1]).any(axis=1)
+    return np.concatenate(([0], 1 + np.flatnonzero(changes)))

@@ -8,7 +8,7 @@ from benchmarks.given import correct
 
 from hefting import identify
 from hefting.core.recording import Stream
-from hefting.ingest.faulty_wrench import MANY_LEFT_OUT, without_stalled_wrench
+from hefting.ingest.unmeasured import MANY_LEFT_OUT, without_stalled_wrench
 
 
 def stalled(start, end, value="last"):

@@ -11,7 +11,7 @@ from disturbances import disturbed
 from hefting.core.messages import codes
 from hefting.core.recording import Recording, Stream
 from hefting.ingest.ingest import ingest
-from hefting.ingest.poses import MANY_LEFT_OUT, without_faulty_poses
+from hefting.ingest.unmeasured import MANY_LEFT_OUT, without_faulty_poses
 from hefting.logs import read_log
 from recordings import LOGS, needs_recordings
 
