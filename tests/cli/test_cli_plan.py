@@ -263,7 +263,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         (("--jerk", "1,x"), ("--jerk", "2 finite numbers")),
         (("--gravity", "0,0,0"), ("gravity", "not all zero")),
         (("--output", "motion.txt"), ("'.txt' is not an output format", ".csv")),
-        (("--stop-and-go", "--until", "inertia=9%"), ("rests do not tell an inertia",)),
+        (("--stop-and-go", "--until", "inertia=9%"), ("rests do not show an inertia",)),
         (("--estimate", "none.json"), ("none.json",)),
         (("--srdf", "none.srdf"), ("none.srdf",)),
         (("--shape", "none.stl"), ("none.stl",)),

@@ -30,7 +30,7 @@ COMMANDS = {
     "demo": "simulate a robot arm wielding a hammer, identify it, write pictures.",
     "inspect": "say what a log holds, its conventions, and what can be found from it.",
     "identify": "find mass, COM and inertia of the object in one or several recordings.",
-    "compare": "tell whether estimates can be of the same object, by their intervals.",
+    "compare": "check whether estimates can be of the same object, by their intervals.",
     "live": "mass, COM and inertia while the robot moves, from the streams it sends.",
     "batch": "identify the objects in many recordings, into one table.",
     "map": "guess a column map from the names and numbers of a log, to be checked.",
@@ -41,7 +41,7 @@ COMMANDS = {
     "export": "write an estimate for a simulator or a robot controller.",
     "check": "find links of a URDF with inertials that no body can have, and repair them.",
     "plan": "find the motion to make next, for what is still unknown, within limits.",
-    "predict": "tell the wrench an identified object needs along a motion, and how sure that is.",
+    "predict": "predict the wrench that an identified object needs along a motion, and its uncertainty.",
     "reproduce": "run the paper's experiments on simulated data, beside the published figures.",
     "show": "draw a shape as it is posed on the sensor, to check the pose by eye.",
     "view": "see object, wrench and arm along a recording, in a browser.",
@@ -88,7 +88,7 @@ def build_parser(words: Sequence[str]) -> argparse.ArgumentParser:
     from hefting import __version__
 
     about = "Tells what a robot is holding: mass, centre of mass and inertia tensor."
-    more = "hefting COMMAND --help tells more of each, with examples."
+    more = "hefting COMMAND --help shows more of each, with examples."
     parser = Parser(
         prog="hefting", usage="hefting COMMAND ...", description=about, epilog=more
     )

@@ -1,4 +1,4 @@
-"""hefting compare: tell whether estimates can be of the same object, by their intervals."""
+"""hefting compare: check whether estimates can be of the same object, by their intervals."""
 
 import argparse
 

@@ -78,7 +78,9 @@ def run(arguments: argparse.Namespace) -> int:
         check_output(path, a.estimate, a.log, a.map, a.urdf, a.tool)
     check_report(a.report, a.estimate, a.log, a.map, a.urdf, a.tool)
     if a.gravity == "estimate":
-        raise InputError("the motion does not tell gravity", "--gravity", "give X,Y,Z")
+        raise InputError(
+            "the motion does not determine gravity", "--gravity", "give X,Y,Z"
+        )
     gravity = gravity_of(a)
     estimate = read_estimate(a.estimate)
     with progress("predicting", a.json):

@@ -112,7 +112,7 @@ def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]
     clear = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
     if not clear:
         what = (
-            "the URDF's arm does not tell the torques' unit: it moves too little, or its "
+            "the URDF's arm does not show the torques' unit: it moves too little, or its "
             "own torques are taken out"
         )
         return [note("torque-unit-untold", what)]
@@ -283,7 +283,7 @@ def cause_of_no_load(fit: TorqueFit) -> str:
     """Why no load is significant, by the mass of least squares."""
     mass, std = float(fit.common[-PAYLOAD]), float(fit.covariance[0, 0]) ** 0.5
     if not std < TYPICAL_PAYLOAD[0]:
-        return "they hardly tell it: move faster, and shoulder and elbow too"
+        return "they hardly determine it: move faster, and shoulder and elbow too"
     if mass < -NEGATIVE * std:
         return (
             f"least squares finds {mass:.3g} ± {std:.2g} kg: are empty and loaded runs "

@@ -208,7 +208,7 @@ def _clock_warnings(
     """At most one message on a clock offset that is unknown, or was rejected."""
     unknown = warning(
         "clock-offset-unknown",
-        "the motion does not tell a clock offset between wrench and motion: none assumed",
+        "the motion does not determine a clock offset between wrench and motion: none assumed",
     )
     if found.offset_std == np.inf:
         return [unknown]
@@ -259,15 +259,13 @@ def _gravity_warnings(found: Conditioned) -> list[Message]:
         )
         return [warning("gravity-measured", what, "gravity")]
     if found.tilt_std == np.inf:
-        what = (
-            "the direction of gravity was not looked for: the motion does not tell it"
-        )
+        what = "the direction of gravity was not looked for: the motion does not determine it"
         return [warning("gravity-unknown", what, "gravity")]
     if not found.tilt_std < np.radians(LARGEST_TILT_STD):
         return [
             warning(
                 "gravity-uncertain",
-                "the motion hardly tells the direction of gravity",
+                "the motion hardly determines the direction of gravity",
                 "gravity",
             )
         ]

@@ -95,7 +95,7 @@ def require_object(found: Ingested, shape: Shape | None = None) -> None:
         known = (
             f" (known to {np.degrees(tilt):.0f}° at best)" if np.isfinite(tilt) else ""
         )
-        what = f"the motion does not tell the direction of gravity{known}"
+        what = f"the motion does not determine the direction of gravity{known}"
         fix = "turn the sensor about two axes (static poses: twelve or more), or give `gravity` X,Y,Z"
         raise NotIdentifiableError(what, found.log, fix)
     try:

@@ -126,7 +126,7 @@ def _left_out(summary: Summary, say: Say) -> Section | None:
     if section is None:
         return None
     count = sum(reason.count for reason in summary.left_out)
-    text = f"{count:,} recordings; what the others tell of their objects was used."
+    text = f"{count:,} recordings; what the others say of their objects was used."
     return replace(section, content=join(element("p", text), section.content))
 
 

@@ -164,7 +164,7 @@ def prior(
     )
     known = "what the shape" if shape_known else "what was known before"
     content = join(note(says), element("div", *groups, class_="groups"))
-    return Section("prior", f"What the motion told, and {known}", content)
+    return Section("prior", f"What the motion shows, and {known}", content)
 
 
 def least_squares(found: Ingested) -> tuple[Estimate, Estimator] | None:

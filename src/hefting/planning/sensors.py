@@ -213,10 +213,10 @@ def refuse_of_torques(
             what = "it is of a wrench sensor, and `torques` are of the joints"
             raise InputError(what, f"`{name}`", "leave it out")
     if stop_and_go:
-        what = "joints at rest tell nothing by torques: their friction has no law there"
+        what = "torques of joints at rest are of no use: their friction follows no law there"
         raise InputError(what, "`stop_and_go`", "plan a motion")
     if shape is None:
-        what = "joint torques hardly tell an inertia without a shape"
+        what = "joint torques hardly determine an inertia without a shape"
         raise InputError(what, fix="give `shape`")
 
 

@@ -168,7 +168,7 @@ MOST_SLOWED = 4
 def asked_of_tour(asked: Accuracy | None) -> Accuracy:
     """The accuracy that rests are planned for; `InputError` if it has an inertia."""
     if asked is not None and asked.inertia is not None:
-        what = "rests do not tell an inertia"
+        what = "rests do not show an inertia"
         raise InputError(what, fix="ask for mass and com alone, or plan a motion")
     return asked or USUAL
 

@@ -62,7 +62,7 @@ def torques_of(a: Any) -> bool | float | list[float]:
             what = "is of a wrench sensor, not for --torques"
             raise InputError(what, option, "leave it out")
     if a.shape is None and a.box is None:
-        what = "joint torques hardly tell an inertia without a shape"
+        what = "joint torques hardly determine an inertia without a shape"
         raise InputError(what, "--torques", "give --shape FILE or --box")
     noise = of_joints(a.torque_noise, "--torque-noise")
     return True if noise is None else noise
@@ -88,7 +88,7 @@ def _noise_of_recording(a: Any) -> "tuple[Noise, float]":
     if not recording.has("orientation"):
         recording = with_poses(recording, Robot.from_urdf(a.urdf, a.tip))
     if recording.static:
-        what = "static poses do not tell how fast the sensor is"
+        what = "static poses do not show how fast the sensor is"
         raise InputError(what, a.noise_from, "give --sensor-noise and --rate")
     found = ingest(recording)
     correlation = max(found.fit.autocorrelation, 1.0) ** 0.5

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
     from hefting.core.metrics import Errors
 
 AXES = "xyz"
-MORE = "--verbose tells what was found, assumed and checked"
+MORE = "--verbose shows what was found, assumed and checked"
 MENDED = {
     "bias-drift",
     "clock-offset",
@@ -86,7 +86,7 @@ def estimate_report(
     elif truth is not None:
         mass, com = plain_errors(estimate.parameters, truth)
         text = f"errors: mass {mass:.2g} %, COM {1e3 * com:.2g} mm; that of the inertia"
-        lines.append(Line(f"{text} is told in shares of the size: give `shape`"))
+        lines.append(Line(f"{text} is stated in shares of the size: give `shape`"))
     if verbose:
         return lines + [Line(line) for line in facts(estimate)]
     return [*lines, *map(Line, summary(estimate)), Line(MORE)]

@@ -173,7 +173,7 @@ def _outliers(c: "Conditioned") -> str:
 
 def _clock(offset: float, std: float | None) -> str:
     if std is None:
-        return "clock offset between wrench and motion: nothing moves that would tell"
+        return "clock offset between wrench and motion: open, as nothing moves"
     if not offset:
         return "clock offset between wrench and motion: none found" + (
             f" (± {_time(std)})" if std < 1.0 else ", the motion does not tell"

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from hefting.core.metrics import Errors
     from hefting.identification.compare import Comparison
 
-METHODS_MORE = "--verbose tells their sources, and what they do not depend on"
+METHODS_MORE = "--verbose shows their sources, and what they do not depend on"
 MOMENTS = "Jxx, Jyy, Jzz\n10⁻³ kg m²"
 SHARES = "COM in % of the bounding box's sides, inertia of a uniform box's moments"
 

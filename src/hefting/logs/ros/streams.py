@@ -166,7 +166,7 @@ class Streams:
             return
         of = f" of {child}" if child else ""
         what = (
-            f"nothing tells where the poses{of} of {topic.topic.name} are on the sensor: "
+            f"nothing shows where the poses{of} of {topic.topic.name} are on the sensor: "
             "they are taken to be the sensor's own: if so give `sensor_frame`, else `sensor_pose_in_log`"
         )
         self._warn("pose-frame-assumed", what, "sensor_frame")
