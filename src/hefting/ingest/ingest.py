@@ -13,7 +13,7 @@ from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.gravity import ON_EARTH, Gravity, GravityLike
 from hefting.core.immutable import immutable
-from hefting.core.measurements import Measurements, Noise
+from hefting.core.measurements import Noise
 from hefting.core.messages import Message, error, warning
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
@@ -123,10 +123,9 @@ def ingest(
         as_given=usable.is_part,
     )
     found = chosen.found
-    averages = _averages_of(chosen, motion, may_be_biased=may_be_biased)
-    measured = averages.measured
+    measured, counts, within = _averages_of(chosen, motion, may_be_biased=may_be_biased)
     fitted = fit_samples(
-        averages.measurements, found, wrench, bias, may_be_biased=may_be_biased
+        measured.measurements, found, wrench, bias, may_be_biased=may_be_biased
     )
     if wrench == "auto" and isinstance(bias, BiasOfEstimate):
         own = choose_sign(wrench, found, fitted.fits, may_be_biased=True)
@@ -155,7 +154,7 @@ def ingest(
         z = replace(z, force=-z.force, torque=-z.torque)
         fit, fits = fit.flipped(), fits.flipped()
     unexplained = residuals(z, fit.vector, fit.bias)
-    level = residual_size(unexplained, averages.counts, averages.within)
+    level = residual_size(unexplained, counts, within)
     if tool is not None:
         z = without_tool(z, tool)
         fit = fit.less(tool.parameters.vector, tool.covariance)
@@ -164,7 +163,7 @@ def ingest(
         log=chosen.recording.source,
         static=chosen.recording.static,
         measurements=z,
-        counts=averages.counts,
+        counts=counts,
         motion=measured.motion,
         source=measured.source,
         sign=fitted.sign,
@@ -178,7 +177,7 @@ def ingest(
         beside_bias=fits.beside_bias,
         alone=fits.alone,
         noise=Noise(float(level[0]), float(level[1])),
-        within=averages.within,
+        within=within,
         systematic=_systematic_covariance(shared_errors, tool),
         clock_error=clock_error,
         doubt=doubt,
@@ -233,40 +232,27 @@ def _usable_samples(
     return _UsableSamples(whole, usable, given_bias, first, is_part)
 
 
-@immutable
-class _Averages:
-    """Averages of wrench and motion."""
-
-    measured: Measured
-    measurements: Measurements
-    """of `measured`, weighted, with the motion's noise"""
-    counts: Array
-    """(K,) numbers of samples in each"""
-    within: Array
-    """(6, 6) covariance of the wrench about them"""
-
-
 def _averages_of(
     chosen: ChosenPart, motion: Source, *, may_be_biased: bool
-) -> _Averages:
-    """Averages of the chosen part of a recording."""
+) -> tuple[Measured, Array, Array]:
+    """Averages of the chosen part of a recording, weighted, with the motion's noise; the
+    numbers of samples (K,) in each; and the covariance (6, 6) of the wrench about them."""
     recording, found = chosen.recording, chosen.found
     measured, counts, within = measured_blocks(
         recording, found, motion, drift=may_be_biased
     )
-    z = measured.measurements
-    if not np.any(z.wrench):
+    if not np.any(measured.measurements.wrench):
         raise InputError(
             "the wrench is zero throughout",
             where=recording.source,
             fix="check its columns",
         )
     z = replace(
-        z,
+        measured.measurements,
         weights=weights_of(found, measured, counts),
         motion_noise=motion_noise_of(measured),
     )
-    return _Averages(measured, z, counts, within)
+    return replace(measured, measurements=z), counts, within
 
 
 def _messages(

@@ -118,41 +118,12 @@ def report(results: Results) -> Report:
         "The paper gives no numbers for this figure, nor its noise: assumed is the moderate noise of its table II on "
         f"the exact accelerations and wrench. Its c1 = {C1:g} is drawn thick; inertia errors are about the sensor's "
         "origin.",
-        _ranking(found, speeds, places),
     )
     figures = {
         "inertia": _figure(found["inertia_at_origin"], "inertia error [%]"),
         "center-of-mass": _figure(found["center_of_mass"], "COM error [%]"),
     }
     return Report(tables, figures, notes)
-
-
-def _ranking(found: dict, speeds: list[float], places: list[int]) -> str:
-    """A note that compares the paper's c1 with the best."""
-    own, parts = VALUES.index(C1), []
-    for t, k in zip(SHOWN, places, strict=True):
-        for name, label in (
-            ("center_of_mass", "COM"),
-            ("inertia_at_origin", "inertia"),
-        ):
-            ratios = [
-                found[name][s][own, k] / found[name][s][:, k].min() for s in speeds
-            ]
-            parts.append(f"{label} {max(ratios):.2g} times after {t:g} s")
-    ends = speeds[0], speeds[-1]
-    shares = [f"{found['weights'][s][own]:.2g} at {s:g} rad/s" for s in ends]
-    com = [found["center_of_mass"][s][own] for s in ends]
-    later = [
-        f"{errors[-1] / errors[places[-1]]:.2g} at {s:g} rad/s"
-        for s, errors in zip(ends, com, strict=True)
-    ]
-    return (
-        f"The full model's mean weight w at c1 = {C1:g} is {' and '.join(shares)}; other values do as well where w "
-        f"stays near 0 or 1. Its COM error after {TIMES[-1]:g} s is that after {SHOWN[-1]:g} s times "
-        f"{' and '.join(later)} (scatter alone would give {np.sqrt(SHOWN[-1] / TIMES[-1]):.2f}): where it "
-        f"does not fall, bias is left. Error at c1 = {C1:g} over that at the best value, at the worst speed: "
-        f"{', '.join(parts)}."
-    )
 
 
 def _figure(found: dict[float, np.ndarray], label: str):

@@ -139,22 +139,12 @@ def _notes(results: Results) -> tuple[str, ...]:
         if (key := (job["arm"], job["speed"])) in PUBLISHED
     ]
     exact, averaged = ([f(r) / p for p, r in known] for f in (_exact, _averaged))
-    slow = next(result for job, result in results if job["arm"] == "ur5")
-    place = SIZES.index(EXACT)
-    quiet, noisy = slow["levels"]["none"][place], slow["levels"]["moderate"][place]
-    products = [s * s * PUBLISHED["ur5", s] for s in (1.0, 1.5, 2.0)]
     return (
         "The paper scales after Gautier & Khalil (1992), but does not say by which magnitudes, nor what it averages. "
         "Here columns are in the units of a body of 1 kg and a given size, torques in force times that size. Two "
         f"readings are shown: exact motion at {EXACT} m ({min(exact):.2g} to {max(exact):.2g} times the published "
         f"figures), and the mean over the four noise levels at {AVERAGED} m ({min(averaged):.2g} to "
         f"{max(averaged):.2g} times).",
-        "For one motion at several speeds the figure falls nearly as the square of the speed (column x (rad/s)²), as "
-        f"angular acceleration is set against gravity. The published ones do not: times (rad/s)² they are "
-        f"{products[0]:.0f}, {products[1]:.0f} and {products[2]:.0f}. So no size gives all three on exact motion; "
-        "an average over noisy motion flattens the slope.",
-        "Noise in the accelerations makes the regressor look better conditioned, not the data better: at "
-        f"{results[0][0]['speed']:g} rad/s moderate noise lowers it from {quiet:.0f} to {noisy:.0f} ({EXACT} m).",
     )
 
 

@@ -197,7 +197,7 @@ def report(results: Results) -> Report:
         "accuracy": accuracy_figure(densities, found),
         "times": times_figure(timed, COUNTS),
     }
-    return Report(tables, figures, (*_notes(grids, found, claims), _growth(timed)))
+    return Report(tables, figures, _notes(claims))
 
 
 def _claims(
@@ -247,27 +247,11 @@ def layers(shape: Shape) -> int:
     return len(np.unique(shape.positions[:, 2].round(6)))
 
 
-def _notes(
-    grids: dict, found: dict[str, dict[str, np.ndarray]], claims: list[tuple]
-) -> tuple[str, ...]:
-    densities, usual, high = list(grids), list(grids).index(COMPARED[0]), len(grids) - 1
-
-    def at(series: str, name: str, density: int, k: int = 0) -> float:
-        return float(found[series][name][:, k, density].mean())
-
+def _notes(claims: list[tuple]) -> tuple[str, ...]:
     com = [row for row in claims if row[1] == NAMES["center_of_mass"]]
     com = [row for row in com if row[0] != "moderate, lambda kept"]
     better = any(row[-1] == "better" for row in com)
     holds = "does NOT hold everywhere" if better else "holds"
-    thick = (
-        at("moderate", "across", usual) / 3.0 / at("moderate", "center_of_mass", usual)
-    )
-    exact = [at("noise-free", "inertia_at_origin", j, -1) for j in (0, high)]
-    noisy, kept = (
-        [at(series, "inertia_at_origin", j) for j in (usual, high)]
-        for series in ("moderate", "moderate, lambda kept")
-    )
-    few, most = grids[densities[0]][0], grids[densities[high]][0]
     settings = len(OBJECTS) * (len(DENSITIES) + len(SPEEDS) * len(VALUES))
     return (
         "The paper gives no numbers for this figure, nor its speed, noise or duration: assumed are "
@@ -279,14 +263,6 @@ def _notes(
             for row in com
         )
         + ". An object's seeds are averaged first, as its grid is the same in all; the standard error is over objects.",
-        "More points help where the grid is what limits: noise-free, the inertia error falls from "
-        f"{exact[0]:.2g} % with {few} points to {exact[1]:.1g} % with {most}. With moderate noise it changes from "
-        f"{noisy[0]:.3g} % with {USUAL} points to {noisy[1]:.3g} % with {most} after 1.5 s, as lambda |m| of the same "
-        "mass spread over n points falls as the root of n and holds the masses together less: with lambda raised by "
-        f"that root it is {kept[1]:.3g} %.",
-        f"Grids of one layer have the COM of the eight objects, all alike above and below the middle, right in z for "
-        f"nothing; with two layers z makes {100.0 * thick:.0f} % of the COM error after 1.5 s with {USUAL} points. So "
-        "the COM error is smallest with fewest points, which says nothing of other shapes.",
     )
 
 
@@ -303,18 +279,6 @@ def claim(name: str, count: int, coarse: np.ndarray, fine: np.ndarray) -> tuple:
         verdict = "better" if mean < 0.0 else "no better (worse)"
     means = float(coarse.mean()), float(fine.mean())
     return name, count, *means, mean, error, n, verdict
-
-
-def _growth(timed: Results) -> str:
-    few, many = timed[0][1], timed[-1][1]
-    return (
-        f"From {COUNTS[0]} to {COUNTS[-1]} observations an estimate from the moments takes "
-        f"{many['solve'][-1] / many['solve'][0]:.1f} times as long at {many['points']} points: its cost does not "
-        "depend on the data gathered; all of them folded in again and estimated, "
-        f"{many['whole'][-1] / many['whole'][0]:.1f} times. {many['points'] / few['points']:.0f} times the points take "
-        f"{many['solve'][-1] / few['solve'][-1]:.1f} times as long. In the paper the time grows with both, as the "
-        "published problem has twelve rows an observation and a column a point."
-    )
 
 
 EXPERIMENT = Experiment(

@@ -3,7 +3,7 @@ motions."""
 
 import numpy as np
 
-from hefting.core.spatial import SPEED_LIMIT, STANDARD_GRAVITY
+from hefting.core.spatial import STANDARD_GRAVITY
 from hefting.plots.style import BLUE, INK, VERMILION, drawing
 from hefting.reproduction.experiment import (
     OBJECTS,
@@ -106,9 +106,7 @@ def report(results: Results) -> Report:
         _objects_table(),
         _simulated_table(results, shares),
     )
-    return Report(
-        tables, {"share": _figure(speeds, shares)}, _notes(recomputed, results, speeds)
-    )
+    return Report(tables, {"share": _figure(speeds, shares)}, _notes(recomputed))
 
 
 def _recomputed_rows() -> list[tuple]:
@@ -181,15 +179,8 @@ def _simulated_table(
     return Table("simulated", title, columns, rows)
 
 
-def _notes(
-    recomputed: list[tuple], results: Results, speeds: list[float]
-) -> tuple[str, ...]:
+def _notes(recomputed: list[tuple]) -> tuple[str, ...]:
     factors = [row[3] for row in recomputed if row[1] == "mean"]
-    slow = speeds[0]
-    sensor, com, alpha = (
-        _mean(results, slow, name)
-        for name in ("sensor_speed", "com_speed", "angular_acceleration")
-    )
     return (
         'Published: gravity dominates "by a factor of about five" in daily living. From the means of the paper\'s '
         f"table I the total is {min(factors):.1f} to {max(factors):.1f} times the non-gravitational part, "
@@ -197,13 +188,6 @@ def _notes(
         f"over other; gravity alone over other is one less, {factors[1] - 1.0:.2f}.",
         f"The mean mass and radius of {YCB_OBJECTS} objects of the Yale-CMU-Berkeley set are the paper's: the data set "
         "is not part of this project, so they were not computed again.",
-        "On the simulated motions gravity's part of MuJoCo's wrench is m g and c x m g, the rest is motion's; shares "
-        f"are of mean magnitudes, added as above. At {slow:g} rad/s gravity's factor is above the published five, as "
-        f"the mean angular acceleration is {alpha:.2g} rad/s², where people's is {HUMAN[ALPHA][0]:g} at nearly the "
-        "same angular velocity.",
-        f"The paper's linear speeds are {SPEEDS[slow] / slow:.2f} m/s per rad/s; the sensor's origin, here at the "
-        f"UR5's flange, goes at {sensor / slow:.3f} and the objects' COM at {com / slow:.3f}. The dotted line is where "
-        f"the paper's pairs put {SPEED_LIMIT} m/s.",
     )
 
 
