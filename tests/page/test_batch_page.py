@@ -166,7 +166,7 @@ def test_objects_of_several_recordings(tmp_path):
     assert (reason.text, reason.count) == ("no", 3)
     assert found.summary.reasons[0].text == "gone"
     assert "left-out" in sections_of(page)
-    assert "3 recordings; what the others tell" in text_of(page)
+    assert "3 recordings; what the others say" in text_of(page)
     [words] = map(shlex.split, commands_of(page))
     assert words[2:4] == ["a.csv", "b.csv"]
     assert words[-1] == "mug.html"

@@ -128,14 +128,22 @@ def page_of(
         _json("palettes", {"light": LIGHT, "dark": DARK}),
         _json("figures", [vars(figure) for figure in figures]),
         _plotly() if figures else Markup(),
+        Markup(f"\n<script>{_package_file('report.js')}</script>"),
     )
-    return (
-        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+    head = (
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">'
-        '<meta name="viewport" content="width=device-width, initial-scale=1">'
         '<link rel="icon" href="data:,">'
+    )
+    return document(title, body, head)
+
+
+def document(title: str, body: Markup, head: str = "") -> str:
+    """A whole page in the style of reports, with `head` among what describes it."""
+    return (
+        f'<!doctype html>\n<html lang="en"><head><meta charset="utf-8">{head}'
+        '<meta name="viewport" content="width=device-width, initial-scale=1">'
         f"<title>{escape(title)}</title><style>{_styles()}</style></head>\n"
-        f"<body>{body}\n<script>{_package_file('report.js')}</script></body></html>\n"
+        f"<body>{body}</body></html>\n"
     )
 
 

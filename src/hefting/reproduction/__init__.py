@@ -8,7 +8,6 @@ depend neither on the process nor on the order.
 """
 
 import hashlib
-import html
 import json
 import platform
 import sys
@@ -23,6 +22,15 @@ import hefting
 from hefting.core.errors import HeftingError, InputError, nearest
 from hefting.core.files import write_atomically
 from hefting.jobs import Jobs, Lost, check_workers, source_version
+from hefting.page.html import (
+    Markup,
+    document,
+    element,
+    escape,
+    join,
+    note,
+    table,
+)
 from hefting.plots.style import save_figure
 from hefting.reproduction.experiment import (
     Experiment,
@@ -218,24 +226,13 @@ def _kept(folder: Path, name: str, job: Job) -> Result | None:
 
 PACKAGES = ("numpy", "scipy", "mujoco", "matplotlib", "distributed")
 """Packages whose versions the page states."""
+PAPER = (
+    "Nadeau, Giamou and Kelly, Fast Object Inertial Parameter Identification for Collaborative Robots, ICRA 2022, on "
+    "simulated data. Published figures stand beside those of this run."
+)
 PIXELS_AN_INCH = 130
 LONG = 16
 """Number of rows above which the page collapses a table, except an experiment's first."""
-
-STYLE = """
-body { max-width: 66rem; margin: 2rem auto; padding: 0 1rem; font: 16px/1.5 system-ui, sans-serif; color: #222; }
-h2 { margin-top: 3rem; border-top: 1px solid #ccc; padding-top: 1rem; }
-.source, .made { color: #555; font-size: 0.9rem; }
-table { border-collapse: collapse; font-size: 0.9rem; font-variant-numeric: tabular-nums; }
-caption { text-align: left; font-weight: 600; padding: 0.5rem 0; }
-th, td { padding: 0.2rem 0.6rem; border-bottom: 1px solid #ddd; text-align: right; white-space: nowrap; }
-th:first-child, td:first-child { text-align: left; }
-thead th { border-bottom: 2px solid #888; white-space: normal; }
-.wide { overflow-x: auto; }
-figure { display: inline-block; margin: 1rem 1rem 1rem 0; max-width: 100%; vertical-align: top; }
-figure img { max-width: 100%; }
-nav li { margin: 0.1rem 0; }
-"""
 
 
 def write_page(
@@ -246,13 +243,13 @@ def write_page(
     for experiment, report in reports:
         place = folder / experiment.name
         make_folder(place)
-        for table in report.tables:
+        for each in report.tables:
             for suffix, text in (
-                (".csv", table.csv()),
-                (".json", table.json()),
-                (".md", table.markdown()),
+                (".csv", each.csv()),
+                (".json", each.json()),
+                (".md", each.markdown()),
             ):
-                write_atomically(place / f"{table.name}{suffix}", text)
+                write_atomically(place / f"{each.name}{suffix}", text)
         for name, figure in report.figures.items():
             save_figure(figure, place / name)
     path = folder / "index.html"
@@ -264,40 +261,61 @@ def page(reports: list[tuple[Experiment, Report]], seconds: float, quick: bool) 
     """The HTML page, with the pictures of `write_page`."""
     made = ", ".join(f"{name} {number}" for name, number in versions().items())
     kind = "A reduced run: few seeds, short lists. " if quick else ""
-    parts = [
-        "<!doctype html>",
-        '<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width">',
-        f"<title>Hefting: the paper's experiments</title><style>{STYLE}</style></head><body>",
-        "<h1>The paper's experiments, run again</h1>",
-        "<p>Nadeau, Giamou and Kelly, <em>Fast Object Inertial Parameter Identification for Collaborative Robots</em>, "
-        "ICRA 2022, on simulated data. Published figures stand beside those of this run.</p>",
-        f'<p class="made">{kind}{seconds:.0f} s, without what an earlier run had done; {html.escape(made)}; Python '
-        f"{platform.python_version()}; source {source_version()[:12]}. Jobs, seeds and results: folder results.</p>",
-        "<nav><ul>",
-        *(
-            f'<li><a href="#{e.name}">{html.escape(e.title)}</a></li>'
-            for e, _ in reports
-        ),
-        "</ul></nav>",
+    about = (
+        f"{kind}{seconds:.0f} s, without what an earlier run had done; {made}; Python {platform.python_version()}; "
+        f"source {source_version()[:12]}. Jobs, seeds and results: folder results."
+    )
+    header = element(
+        "header",
+        element("h1", "The paper's experiments, run again"),
+        element("p", PAPER),
+        note(about),
+        element("nav", *(element("a", e.title, href=f"#{e.name}") for e, _ in reports)),
+    )
+    sections = (_section(*each, quick) for each in reports)
+    main = element("main", *sections, class_="numbers")
+    return document("Hefting: the paper's experiments", join(header, main))
+
+
+def _section(experiment: Experiment, report: Report, quick: bool) -> Markup:
+    name, title = experiment.name, experiment.title
+    pictures = [
+        element(
+            "figure",
+            element(
+                "a",
+                Markup(
+                    f'<img src="{name}/{each}.png" alt="{escape(title)}: {escape(each)}" '
+                    f'width="{PIXELS_AN_INCH * figure.get_figwidth():.0f}">'
+                ),
+                href=f"{name}/{each}.svg",
+            ),
+        )
+        for each, figure in report.figures.items()
     ]
-    for experiment, report in reports:
-        parts += [f'<h2 id="{experiment.name}">{html.escape(experiment.title)}</h2>']
-        parts += [
-            f'<p class="source">{html.escape(line)}</p>'
-            for line in (experiment.source, _jobs(experiment, quick))
-        ]
-        parts += [f"<p>{html.escape(note)}</p>" for note in report.notes]
-        parts += [
-            f'<figure><a href="{experiment.name}/{name}.svg"><img src="{experiment.name}/{name}.png" '
-            f'width="{PIXELS_AN_INCH * figure.get_figwidth():.0f}" '
-            f'alt="{html.escape(experiment.title)}: {html.escape(name)}"></a></figure>'
-            for name, figure in report.figures.items()
-        ]
-        parts += [
-            _html_table(experiment, table, table is report.tables[0])
-            for table in report.tables
-        ]
-    return "\n".join([*parts, "</body></html>\n"])
+    return join(
+        element("h2", title, id=name),
+        note(experiment.source),
+        note(_jobs(experiment, quick)),
+        *(element("p", text) for text in report.notes),
+        *pictures,
+        *(_shown_table(experiment, t, t is report.tables[0]) for t in report.tables),
+    )
+
+
+def _shown_table(experiment: Experiment, data: Table, first: bool) -> Markup:
+    """A table with links to its files, folded if it is long and not the `first`."""
+    rows = table(data.columns, (list(map(shown, row)) for row in data.rows))
+    whole = join(element("h3", data.title), rows)
+    if len(data.rows) > LONG:
+        summary = element("summary", f"{data.title}: {len(data.rows)} rows")
+        opened = {"open": ""} if first else {}
+        whole = element("details", summary, rows, **opened)
+    links = [
+        element("a", suffix.upper(), href=f"{experiment.name}/{data.name}.{suffix}")
+        for suffix in ("csv", "json", "md")
+    ]
+    return join(whole, element("nav", *links))
 
 
 def versions() -> dict[str, str]:
@@ -325,25 +343,3 @@ def _jobs(experiment: Experiment, quick: bool) -> str:
         f"{name} {', '.join(dict.fromkeys(each))}" for name, each in values.items()
     )
     return f"{len(jobs)} jobs: {parameters.replace('_', ' ')}"
-
-
-def _html_table(experiment: Experiment, table: Table, first: bool) -> str:
-    head = "".join(f"<th>{html.escape(name)}</th>" for name in table.columns)
-    body = "".join(
-        f"<tr>{''.join(f'<td>{html.escape(shown(cell))}</td>' for cell in row)}</tr>"
-        for row in table.rows
-    )
-    files = ", ".join(
-        f'<a href="{experiment.name}/{table.name}.{suffix}">{suffix.upper()}</a>'
-        for suffix in ("csv", "json", "md")
-    )
-    shown_table = (
-        f'<div class="wide"><table><caption>{html.escape(table.title)}</caption><thead><tr>{head}</tr></thead>'
-        f"<tbody>{body}</tbody></table></div>"
-    )
-    if len(table.rows) > LONG:
-        summary = (
-            f"<summary>{html.escape(table.title)}: {len(table.rows)} rows</summary>"
-        )
-        shown_table = f"<details{' open' * first}>{summary}{shown_table}</details>"
-    return f'{shown_table}<p class="source">{files}</p>'

@@ -106,8 +106,6 @@ def report(results: Results) -> Report:
         f"the noisy columns are means over {seeds} seeds.",
         f"Noise-free, the largest error is {largest:.2g} %, {held} the published {BOUND} %. With moderate noise of the "
         f"wrench the mean errors are {noisy[:, 0].mean():.2g} % (mass) and {noisy[:, 1].mean():.2g} % (COM).",
-        "Nothing accelerates, so no sample shows the inertia: what PMD gives is the spread of masses its regularization"
-        f" prefers ({exact[:, 2].mean():.0f} % mean error about the sensor's origin, noise-free).",
     )
     table = Table("errors", "Errors of PMD from stop-and-go motion", columns, rows)
     return Report((table,), {"errors": _figure(names, exact, noisy)}, notes)

@@ -1,7 +1,18 @@
 """Judge: whether a mistake explains a recording far better than the recording as given.
 
-A sensor's own imperfections are none, of which every unknown explains a little: in
-recordings of three real sensors the best mistake explains a third at most.
+Explanations are compared by the log-likelihood of the independent samples, less a penalty
+on their unknowns (Schwarz's criterion). A mistake is named if it is far likelier than the
+recording as given and explains most of what that leaves unexplained, beside the drift that
+is removed. It is not named
+
+- for a sensor's own imperfections, of which every unknown explains a little: in recordings
+  of three real sensors the best mistake explains a third at most;
+- where calibration errors of the size on data sheets explain the recording better, or next
+  to nothing is unexplained. Static poses do not show the size of these errors: there a
+  mistake may leave more unexplained, if it is far likelier than they are;
+- where a more freely drifting bias explains the recording as well: a turned sensor or a
+  cable imitates a sensor that creeps;
+- where it leaves more of all residuals than the recording as given.
 """
 
 from collections.abc import Callable
