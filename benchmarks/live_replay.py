@@ -10,7 +10,7 @@ from hefting.core.estimate import Estimate
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array
 from hefting.estimators import Bayes
-from hefting.motion import PoseFilter
+from hefting.motion.kalman import PoseFilter
 
 TUNING = 1.0
 """Time at the start, in which the filter is tuned [s]; it then sees those samples

@@ -272,7 +272,7 @@ def test_stop_and_go_rests(run, arm, tmp_path):
         ((*TORQUES, "--sensor-noise", "1N,1Nm"), ("--sensor-noise: is of a wrench",)),
         ((*TORQUES, "--noise-from", "a.csv"), ("--noise-from: is of a wrench",)),
         ((*TORQUES, "--sensor-range", "1N,1Nm"), ("--sensor-range: is of a wrench",)),
-        ((*TORQUES, "--stop-and-go"), ("joints at rest tell nothing by torques",)),
+        ((*TORQUES, "--stop-and-go"), ("torques of joints at rest are of no use",)),
         ((*TORQUES, "--torque-noise", "0.1,0.1"), ("of all or of 6 joints",)),
         ((*TORQUES, "--torque-noise", "0"), ("not positive",)),
         (

@@ -189,7 +189,7 @@ def test_gravity_that_the_motion_does_not_tell_is_refused(run, tmp_path, case):
     )
     path = saved(poses, tmp_path / "log.csv")
     told = run("identify", path, "--gravity", "estimate", "--bias", "none", status=2)
-    assert "does not tell the direction of gravity" in told
+    assert "does not determine the direction of gravity" in told
     assert "--gravity X,Y,Z" in told
 
 

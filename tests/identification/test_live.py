@@ -9,7 +9,7 @@ from hefting.core.measurements import Noise
 from hefting.estimators import Bayes
 from hefting.identification.live import Live
 from hefting.logs import read_log
-from hefting.motion import PoseFilter
+from hefting.motion.kalman import PoseFilter
 from hefting.shapes import Shape
 from hefting.simulation import UR5, hammer, random_smooth, simulate
 from recordings import DATA, needs_recordings

@@ -108,11 +108,11 @@ def test_the_next_plan_takes_noise_and_certainty_from_the_estimate(
 @pytest.mark.parametrize(
     ("wrong", "said"),
     [
-        ({"shape": None}, "hardly tell an inertia without a shape"),
+        ({"shape": None}, "hardly determine an inertia without a shape"),
         ({"noise": hefting.Noise(0.1, 0.1)}, "`noise`: it is of a wrench sensor"),
         ({"force": 10.0}, "`force`: it is of a wrench sensor"),
         ({"torque": 1.0}, "`torque`: it is of a wrench sensor"),
-        ({"stop_and_go": True}, "joints at rest tell nothing by torques"),
+        ({"stop_and_go": True}, "torques of joints at rest are of no use"),
         ({"torques": [0.1, 0.1]}, "of all or of 6 joints"),
         ({"torques": -0.1}, "not positive"),
         ({"torques": np.nan}, "not positive"),

@@ -228,7 +228,7 @@ def test_a_start_that_touches_is_refused(bench):
         ({"rate": 0.0}, "0 Hz"),
         ({"effort": "most"}, "effort"),
         ({"until": "mass=1%", "stop_and_go": True, "duration": 1.0}, "plan for longer"),
-        ({"until": "inertia=1%", "stop_and_go": True}, "rests do not tell"),
+        ({"until": "inertia=1%", "stop_and_go": True}, "rests do not show"),
         ({"noise": hefting.Noise(0.0, 0.1)}, "must be positive"),
     ],
 )

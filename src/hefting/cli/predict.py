@@ -1,5 +1,5 @@
-"""hefting predict: tell the wrench an identified object needs along a motion, and how
-sure that is."""
+"""hefting predict: predict the wrench that an identified object needs along a motion, and
+its uncertainty."""
 
 import argparse
 from pathlib import Path
