@@ -242,11 +242,11 @@ def test_the_length_of_a_step_is_where_the_dual_is_least(seed):
 
 def test_a_state_of_averages_weighs_as_its_samples():
     """Divided by a weight, moments and time record alike."""
-    from hefting.estimators.state_likelihood import _divided_by
+    from hefting.estimators.state_likelihood import _of_all_samples
 
     method = Bayes(shape())
     state = method.update(method.start(), problem(300))
-    one, other = _divided_by(1.0, state), _divided_by(4.0, state)
+    one, other = _of_all_samples(state, 1.0), _of_all_samples(state, 4.0)
     for name in ("full", "record"):
         assert getattr(other, name) is not None
     np.testing.assert_allclose(

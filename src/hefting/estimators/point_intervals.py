@@ -121,34 +121,32 @@ def _known(
     possible_bodies: TakenForPossible,
     reading: MassReading | None = None,
 ) -> Known:
-    """The posterior, found twice: the effect of the motion's errors and the scale of the
+    """The posterior, found twice: the effect of the motion's errors and the mass of the
     possible bodies depend on the parameters, which the first pass finds."""
     if not samples.informative:
         everything = Mixture(np.ones(1), np.eye(1, 10), np.zeros((1, 10, 10)))
         return Known(everything, np.ones(10, dtype=bool), bodies=False)
-    at = samples.samples.least_squares
-    bodies = possible_bodies(_center(at))
+    start = samples.samples.least_squares
+    bodies = possible_bodies(_center(start))
 
-    def fitted(found: StateLikelihood, mass: float) -> tuple[Root, Mixture]:
-        likelihood = found.likelihood
+    def found(state: StateLikelihood, mass: float) -> tuple[Root, Mixture]:
+        """Of bodies of some `mass` [kg]."""
+        likelihood = state.likelihood
         if systematic is not None:
             likelihood = likelihood.blurred(systematic)
-        likelihood = with_reading(likelihood, reading)
-        root = Root.of(likelihood)
-        return root, (
-            root.gaussian if bodies is None else posterior(bodies, mass, root, at)
-        )
+        root = Root.of(with_reading(likelihood, reading))
+        if bodies is None:
+            return root, root.gaussian
+        return root, posterior(bodies, mass, root, start)
 
-    found = samples.likelihood(at)
-    rough = found.rough_mass if reading is None else reading.mass
-    phi = fitted(found, rough)[1].mean
+    state = samples.likelihood(start)
+    rough = state.rough_mass if reading is None else reading.mass
+    first = found(state, rough)[1].mean
     if samples.source.motion.variances is not None:
-        found = samples.likelihood(phi)
-    share = min(max(float(phi[0]) / rough, SMALLEST_PRIOR_SCALE), LARGEST_PRIOR_SCALE)
-    root, mixture = fitted(found, share * rough)
-    if bodies is None:
-        return Known(mixture, root.open, bodies=False)
-    return Known(mixture, np.zeros(10, dtype=bool), bodies=True)
+        state = samples.likelihood(first)
+    scale = min(max(float(first[0]) / rough, SMALLEST_PRIOR_SCALE), LARGEST_PRIOR_SCALE)
+    root, mixture = found(state, scale * rough)
+    return Known(mixture, root.open & (bodies is None), bodies is not None)
 
 
 def _anything(_: Array) -> None:

@@ -80,7 +80,7 @@ class StateSamples:
         states = states_by_bias(state, free_bias)
         samples = sum(map(_samples_recorded, states))
         weight = max(seen.motion[0] / samples, 1.0)
-        wholes = tuple(_divided_by(weight, each) for each in states)
+        wholes = tuple(_of_all_samples(each, weight) for each in states)
         whole = wholes[0] if len(wholes) == 1 else JointState(wholes)
         source = NoiseSource.of(whole, free_bias, noise, carried, sensor_accuracy)
         if source.given is not None:
@@ -125,12 +125,11 @@ def _samples_recorded(state: SampleState) -> int:
     return sum(stretches.counts) + stretches.open_count
 
 
-def _divided_by(weight: float, state: SampleState) -> SampleState:
-    """State of the full model for all samples of a state's time record, with weights
-    divided by `weight`.
+def _of_all_samples(state: SampleState, weight: float) -> SampleState:
+    """The state with the full model for every sample of its time record.
 
-    Samples that are averages weigh as many as they are, but each is one observation of
-    the noise: the weights are divided by their mean where it is more than 1.
+    An average weighs as much as its samples, but is one observation of the noise: the
+    weights are divided by their mean, `weight`.
     """
     record = state.record
     assert record is not None

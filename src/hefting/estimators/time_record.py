@@ -229,13 +229,10 @@ class TimeRecord:
     def _motion_with(
         self, weight: float, noise: MotionNoise | None
     ) -> tuple[float, ...]:
-        n, known, linear, angular, memory = self.motion
-        if noise is None:
-            return n + weight, known, linear, angular, memory
-        return (
-            n + weight,
-            known + weight,
-            linear + weight * noise.linear**2,
-            angular + weight * noise.angular**2,
-            memory + weight * noise.memory,
-        )
+        """`motion` with further samples, by their total weight and what is known of
+        their motion's noise."""
+        known = (0.0,) * 4
+        if noise is not None:
+            known = 1.0, noise.linear**2, noise.angular**2, noise.memory
+        new = zip(self.motion, (1.0, *known), strict=True)
+        return tuple(before + weight * each for before, each in new)

@@ -65,7 +65,7 @@ def find_end(
 
 
 def _before_nul(stream: BinaryIO, size: int) -> int:
-    """Position [bytes] where the NUL at the end of a file begin, else its size."""
+    """Position [bytes] where the zero bytes at the end of a file begin, else its size."""
     end = size
     while end > max(size - MOST_NUL, 0):
         begin = max(end - MOST_BYTES, 0)

@@ -277,8 +277,8 @@ class LiveIdentifier:
         self.close()
 
     def _run(self) -> None:
-        """Publish estimates at the rate asked for, and filter new samples in
-        between."""
+        """Publish an estimate each `period`, and filter new samples until it is due. A
+        long period leaves time to take most samples just before, and then the newest."""
         due = time.monotonic()
         try:
             while True:

@@ -28,41 +28,32 @@ def score(case: Case, fitted: Fitted) -> float:
 
 
 def _small_mistakes(case: Case, fitted: Fitted) -> tuple[Array, list[slice]]:
-    """(K, 6, q) derivatives of the wrench by small mistakes: a turn of the sensor, a
-    tilt of gravity, a lever, a missing weight, uneven gains, a clock's rate, a soft
-    grip, a cable, a steady change of the object; and the columns of each."""
-    rows = fitted.rows
-    known, phi = rows.known[0, :, :12], fitted.solution[0, :10]
-    by_feature = REGRESSOR_BY_FEATURE @ phi
-    wrench = known @ by_feature
-    motion = case.motion_as_found
+    """(K, 6, q) derivatives of the wrench by small mistakes, and the columns of each."""
+    known = fitted.rows.known[0, :, :12]
+    by_feature = REGRESSOR_BY_FEATURE @ fitted.solution[0, :10]
+    wrench, axes = known @ by_feature, case.motion_as_found.axes[0]
     K = len(wrench)
     turn = -np.cross(wrench.reshape(K, 2, 1, 3), np.eye(3)).transpose(0, 1, 3, 2)
-    found = [turn.reshape(K, 6, 3), wrench[:, :, None] * np.eye(6)]
+    gains = wrench[:, :, None] * np.eye(6)
+    found = [turn.reshape(K, 6, 3), gains]
     if not case.path.gravity_measured:
-        down = -(motion.axes[0] @ case.gravity)
-        along = -(motion.axes[0] @ tangents_of(case.gravity).T)
-        found.append(np.einsum("kxt,xc->kct", along, by_feature[:3]))
-        weight = np.einsum("kx,xcp->kcp", down, REGRESSOR_BY_FEATURE[:3, :, :4])
-        found.append(weight)
+        along, down = -(axes @ tangents_of(case.gravity).T), -(axes @ case.gravity)
+        tilt = np.einsum("kxt,xc->kct", along, by_feature[:3])
+        missing = np.einsum("kx,xcp->kcp", down, REGRESSOR_BY_FEATURE[:3, :, :4])
+        found += [tilt, missing]
     if case.path.moves:
-        by_feature_of_change = REGRESSOR_BY_FEATURE[:, :, :4].reshape(12, 24)
-        lever = (known @ REGRESSOR_BY_FEATURE[:, :, 1:4].reshape(12, 18)).reshape(
-            K, 6, 3
+        # of mass and first moment alone
+        by_place = (known @ REGRESSOR_BY_FEATURE[:, :, :4].reshape(12, 24)).reshape(
+            K, 6, 4
         )
+        lever = by_place[:, :, 1:].copy()
         lever[:, 3:] = 0.0
-        rate = np.gradient(wrench, case.time, axis=0)
-        since = case.time - case.time.mean()
-        found += [
-            yielding_columns(known),
-            lever,
-            (since[:, None] * rate)[:, :, None],
-            rate[:, :, None],
-        ]
+        late = np.gradient(wrench, case.time, axis=0)[:, :, None]
+        since = (case.time - case.time.mean())[:, None, None]
+        found += [yielding_columns(known), lever, since * late, late]
         if case.recording.has("position"):
             found += pulling_columns(case)
-        change = (since[:, None] * known) @ by_feature_of_change
-        found.append(change.reshape(K, 6, 4))
+        found.append(since * by_place)  # a steady change of the object
     ends = np.cumsum([0] + [part.shape[2] for part in found])
     groups = [slice(a, b) for a, b in itertools.pairwise(ends)]
     return np.concatenate(found, axis=2), groups
