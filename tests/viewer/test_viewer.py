@@ -2,6 +2,7 @@
 numbers, following the controls."""
 
 import socket
+from dataclasses import replace
 from html import escape
 from urllib.request import urlopen
 
@@ -15,7 +16,7 @@ from hefting.scene import headline_of, scene_of
 from hefting.viewer import Settings
 from hefting.viewer.drawing import MOST_REACH, axes_length, letter, size_of
 from hefting.viewer.motion import arrow
-from hefting.viewer.panel import answer_html
+from hefting.viewer.panel import answer_html, legend_html
 from hefting.viewer.server import Follower, address_of, serving
 from hefting.viewer.viewer import Viewer
 from urdfs import LINKS
@@ -95,6 +96,16 @@ def test_object_and_numbers_are_those_of_the_estimate_up_to_the_instant(
             assert not node(viewer, f"estimate/{part}").visible
     if shown.point_masses is not None:
         assert len(node(viewer, "masses").colors) == len(shown.point_masses)
+
+
+def test_the_legend_names_the_ellipsoid_only_where_it_is_drawn(viewer):
+    """Not for that of the truth, which has a line of its own."""
+    answer = viewer.session.answer(1.0, Settings("Bayes"))
+    for without in (False, True):
+        body = replace(answer.scene.bodies[-1], ellipsoid=None)
+        bodies = (*answer.scene.bodies[:-1], body) if without else answer.scene.bodies
+        shown = replace(answer, scene=replace(answer.scene, bodies=bodies))
+        assert ("of equal inertia" in legend_html(shown, 0.1, np.ones(2))) != without
 
 
 def test_controls_of_a_method_reach_its_estimate(viewer):

@@ -68,7 +68,8 @@ def legend_html(answer: Answer, size: float, largest: Array) -> str:
     largest force [N] and torque [N m]."""
     scene = answer.scene
     rows = [_mark(COM, "COM, with the region that holds it (95 %)")]
-    rows.append(_mark(INERTIA, "uniform ellipsoid of equal inertia"))
+    if any(body.ellipsoid and body.name != "truth" for body in scene.bodies):
+        rows.append(_mark(INERTIA, "uniform ellipsoid of equal inertia"))
     if any(body.name == "truth" for body in scene.bodies):
         rows.append(_mark(TRUTH, "truth: COM, uniform ellipsoid"))
     if scene.surface is not None:
