@@ -63,7 +63,7 @@ with drawing(1.9, width=5.0) as figure:
         colour = BLUE if exists else SKY
         axes.barh(row, error, color=VERMILION if recommended else colour, height=0.6)
         said = f"{error:.0f} %" + (", recommended" if recommended else "")
-        said += "" if exists else ", no body can be so"
+        said += "" if exists else ", not a possible body"
         axes.annotate(said, (error, row), (4, -2), textcoords="offset points")
     axes.set_yticks(range(len(errors)), list(errors))
     axes.invert_yaxis()

@@ -4,7 +4,7 @@ The paper's main figure
 
 How far off is the inertia when a robot moves slowly, as it must beside people? This example runs a part of the
 experiments of `Nadeau et al. 2022 <https://arxiv.org/abs/2203.00830>`__ (Figure 5) with the code of
-``hefting reproduce``: one of eight objects, at all speeds and noise levels, by all methods.
+``hefting reproduce``: one of eight objects, at all speeds and noise levels, by the paper's methods.
 
 Run it with ``pip install 'hefting[sim,plot]'`` and ``python examples/error_by_speed.py``.
 """
