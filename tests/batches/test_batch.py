@@ -152,7 +152,7 @@ def test_what_is_said_of_a_shape_that_a_row_has_not_fails_that_row(tmp_path):
         ("std", "pose-std"),
     ):
         fix = "give --shape FILE or --box X,Y,Z, or leave it out"
-        assert texts[name] == f"--{option}: of which shape?; {fix}"
+        assert texts[name] == f"--{option}: there is no shape; {fix}"
 
 
 def test_a_shared_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):

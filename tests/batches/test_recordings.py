@@ -294,7 +294,7 @@ def test_what_is_said_of_shapes_in_general_is_of_recordings_that_have_one(tmp_pa
     assert first.options == {"box": "1,1,1", **general}
     assert second.options == {"unit": "m", "start": 1.0}
     for given in (general, general | {"hull": True}):
-        with pytest.raises(InputError, match="--pose-std: of which shape"):
+        with pytest.raises(InputError, match="--pose-std: there is no shape"):
             recordings_of([{"recording": "a.csv"}], given).check()
 
 

@@ -154,7 +154,7 @@ def test_what_is_said_of_a_shape_that_is_not_given_is_refused(
     run, folder, option, value
 ):
     given = "identify", folder / "log.csv", option, value
-    assert refused(run(*given), f"{option}: of which shape?", "--box")
+    assert refused(run(*given), f"{option}: there is no shape", "--box")
     if option in ("--object-pose", "--points"):
         assert run(*given, "--box", "0.3,0.3,0.6")[0] == 0
 
@@ -182,7 +182,9 @@ def test_so_is_it_by_every_command_that_takes_a_shape(
     for option in options:
         result = run(*command, option, ABOUT_SHAPES[option])
         box = () if command[0] == "export" else ("or --box X,Y,Z",)
-        assert refused(result, f"{option}: of which shape?", "give --shape FILE", *box)
+        assert refused(
+            result, f"{option}: there is no shape", "give --shape FILE", *box
+        )
         assert ("--box" in result[2]) == bool(box)
 
 

@@ -33,7 +33,7 @@ def test_a_scale_s_reading_counts_and_is_told(run, log):
         assert found["provenance"]["mass"] == "0.6704kg±0.2g"
     status, out, _ = run("identify", log, "--mass", "0.6704kg±0.2g")
     assert status == 0
-    assert "the scale's 0.6704kg±0.2g counted" in out
+    assert "the scale's 0.6704kg±0.2g was used" in out
 
 
 def test_a_reading_that_cannot_be_stops_at_the_verdict(run, log):

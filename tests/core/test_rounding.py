@@ -5,7 +5,13 @@ from decimal import Decimal
 import numpy as np
 import pytest
 
-from hefting.core.quantity import MOST_DIGITS, decimals, rounded, wrench_text
+from hefting.core.quantity import (
+    MOST_DIGITS,
+    decimals,
+    rounded,
+    significant,
+    wrench_text,
+)
 
 
 @pytest.mark.parametrize(
@@ -31,6 +37,12 @@ def test_some_digits_stay_however_wide_the_interval():
     assert decimals(50.0, 0.0123) == 0
     assert decimals(50.0, 0.0123, least_digits=2) == 3
     assert decimals(1e-12, 0.0123, least_digits=2) == MOST_DIGITS + 1
+
+
+def test_no_power_of_ten_stands_for_digits():
+    assert [significant(x) for x in (13456.0, -112.0, 99.6)] == ["13000", "-110", "100"]
+    assert [significant(x) for x in (0.01234, 2.0, 0.0)] == ["0.012", "2", "0"]
+    assert significant(25.4, 1) == "30"
 
 
 def test_numbers_are_off_by_half_a_step_at_most_and_have_no_more_digits():

@@ -157,7 +157,7 @@ def test_a_clock_offset_that_was_rejected_is_none_or_contradictory(
         (
             "several",
             "clock-several-offsets",
-            "of -60 ms and 150 ms explain the wrench alike (they gain 30 and 27)",
+            "of -60 ms and 150 ms explain the wrench equally well (they gain 30 and 27)",
         ),
         ("gain", "clock-offset-contradictory", "gain 30, and 144 are asked for"),
         (

@@ -93,7 +93,7 @@ def test_beside_a_tool_the_object_alone_is_told():
     assert found.facts.mass == pytest.approx(0.5 * BODY.mass, rel=0.02)
     assert found.facts.noise == pytest.approx(inspect(log).facts.noise, rel=0.1)
     assert "--tool TOOL --shape MESH" in found.advice[0]
-    assert beside(1.0).missing["object"] == "nothing is held beside the tool"
+    assert beside(1.0).missing["object"] == "nothing but the tool is held"
 
 
 def test_beside_a_named_mistake_nothing_else_is_advised():

@@ -219,7 +219,7 @@ def test_sign_bias_and_offset_are_found_and_said():
     # the offset left in would add 0.2 N: 30 ms at 1 rad/s and 6.6 N
     assert found.facts.noise[0] < 0.13
     assert found.to_dict()["clock_offset"]["offset"] == found.conditioned.offset
-    assert any("ms late: identify shifts it by itself" in line for line in found.advice)
+    assert any("ms late: identify corrects that" in line for line in found.advice)
     text = printed(found)
     for part in (
         "on-sensor (certain",

@@ -513,7 +513,7 @@ def test_times_since_1970(tmp_path):
     # doubles near 1.7e18 are 256 apart
     np.testing.assert_allclose(got["wrench"].time, [0, 0.005, 0.01], atol=256e-9)
     assert got.warnings == (
-        "time was shifted by 1700000000.000000 s to start at 0; it resolves 3e-07 s",
+        "time was shifted by 1700000000.000000 s to start at 0; its resolution is 3e-07 s",
     )
     mapping_fails(path, POSE + WRENCH + TIME, "nanoseconds since 1970", "`column_map`")
     mapping_fails(

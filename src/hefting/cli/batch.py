@@ -49,8 +49,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--resume",
         action="store_true",
-        help="go on in a folder with results: rows of the same recording, options and "
-        "version stay",
+        help="continue in a folder with results: rows of the same recording, options and "
+        "version are kept",
     )
     parser.add_argument(
         "--group-by",

@@ -125,7 +125,7 @@ def _add_methods(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--until",
         metavar="ACCURACY",
-        help=f"{', '.join(methods_with('until'))}: use no more than it takes to be so "
+        help=f"{', '.join(methods_with('until'))}: use only as much as makes it this "
         "sure (95 %%), as in mass=1%%,com=2mm,inertia=20%%",
     )
     add_hyperparameters(group)

@@ -312,7 +312,7 @@ def _request(a: argparse.Namespace) -> "Request":
         what = f"{a.speed:g} is not above 0 and at most {FASTEST:g}"
         raise InputError(what, "--speed", "use hefting identify for a whole log")
     if a.map is not None and _is_live(a.source):
-        what = "is for logs: the source is to send what it says"
+        what = "is for logs only"
         raise InputError(what, "--map", "leave it out")
     named = {role: getattr(a, f"{role}_topic") for role in ROLES}
     topics = {role: name for role, name in named.items() if name}

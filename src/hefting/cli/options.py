@@ -207,7 +207,7 @@ def add_wrench(parser: argparse._ActionsContainer, biases: str) -> None:
         "--wrench",
         metavar="auto|on-object|on-sensor",
         default="auto",
-        help="what the wrench acts on; default auto",
+        help="the body that the wrench acts on; default auto",
     )
     parser.add_argument(
         "--bias",
@@ -234,7 +234,7 @@ def add_gravity(parser: argparse._ActionsContainer) -> None:
         "--gravity",
         metavar="X,Y,Z|estimate",
         help=f"in world axes [m/s²], or find its direction; default {GRAVITY}, "
-        "give or take where on the Earth",
+        "its size ± 0.013",
     )
     add_place(parser)
 
@@ -274,8 +274,7 @@ def add_mass(parser: argparse._ActionsContainer) -> None:
         "--mass",
         metavar="0.512kg±1g",
         help="what a scale shows of the object, without the --tool; ± (or +-) is one "
-        "standard deviation, for which the scale's stated accuracy will do; default "
-        "its last digit",
+        "standard deviation, or the scale's stated accuracy; default its last digit",
     )
 
 
@@ -341,7 +340,7 @@ def add_shape(parser: argparse._ActionsContainer) -> None:
     parser.add_argument(
         "--hull",
         action="store_true",
-        help="take the convex hull of the shape's file, as where its mesh has holes",
+        help="take the convex hull of the shape's file, for example if its mesh has holes",
     )
 
 
@@ -360,7 +359,7 @@ def add_shape_details(group: argparse._ActionsContainer) -> None:
         "--shape-std",
         metavar="SHARE",
         help=f"{shape}: how well the shape is known, as in 20%%; default exactly, "
-        "20%% for a hull, less for a mesh with holes; a box only holds the object",
+        "20%% for a hull, less for a mesh with holes; a box need only hold the object",
     )
     group.add_argument(
         "--points",

@@ -100,7 +100,7 @@ def _add_limits(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--acceleration",
         metavar="A[,A...]",
-        help="of all joints, or of each [rad/s²]; default 5, as no URDF has it",
+        help="of all joints, or of each [rad/s²]; default 5, as URDFs have none",
     )
     group.add_argument(
         "--jerk", metavar="J[,J...]", help="the same [rad/s³]; default 100"

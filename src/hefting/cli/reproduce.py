@@ -36,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--output",
         metavar="FOLDER",
         default="reproduction",
-        help="tables, figures, page; a stopped run goes on there; default %(default)s",
+        help="tables, figures, page; a stopped run continues there; default %(default)s",
     )
 
 

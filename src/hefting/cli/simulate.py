@@ -116,9 +116,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         default="linear",
         help="default %(default)s",
     )
-    add_number(
-        fault, "--offset", "S", "the wrench is stamped so much late", default=0.0
-    )
+    add_number(fault, "--offset", "S", "how late the wrench is stamped", default=0.0)
     add_number(
         fault, "--spikes", "SHARE", "of wrench samples that are wrong", default=0.0
     )

@@ -41,7 +41,7 @@ def add_torques(group: argparse._ActionsContainer) -> None:
     group.add_argument(
         "--torque-gains",
         metavar="K[,K...]",
-        help="torque of each joint by the motor's current [N m/A], where currents were "
+        help="torque of each joint per motor current [N m/A], if currents were "
         "recorded",
     )
 

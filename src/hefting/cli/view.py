@@ -68,7 +68,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         metavar="ADDRESS",
         default="127.0.0.1",
         help="listen there; default 127.0.0.1, which only this machine reaches. "
-        "Whoever reaches another address sees and handles the viewer",
+        "Whoever reaches another address can see and control the viewer",
     )
     place.add_argument(
         "--port", type=int, metavar="N", default=0, help="default any that is free"

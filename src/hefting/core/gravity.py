@@ -49,7 +49,7 @@ ALTITUDES = (-500.0, 9000.0)
 
 @dataclass(frozen=True)
 class Gravity:
-    """Gravity in world axes, and its uncertainty. It serves wherever three numbers do.
+    """Gravity in world axes, and its uncertainty. It can be given wherever three numbers can.
 
     Examples
     --------
@@ -83,7 +83,7 @@ class Gravity:
     @classmethod
     def at(cls, latitude: float, altitude: float | None = None) -> Self:
         """Gravity at a latitude [°], north positive, and an altitude [m], by default
-        sea level more or less.
+        0, with a standard deviation that allows for other ones.
 
         Raises `InputError` for a place that is not on the Earth.
         """

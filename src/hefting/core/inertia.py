@@ -89,7 +89,7 @@ class InertialParameters:
 
     ``vector`` (10,) is [m, m c (3), Jxx, Jxy, Jxz, Jyy, Jyz, Jzz] in kg, kg m, kg m²
     (`spatial.PARAMETERS`). Nothing is assumed of the values: a least-squares result may
-    be unphysical, which `consistency` tells.
+    be unphysical, which `consistency` shows.
 
     Examples
     --------

@@ -64,14 +64,14 @@ class MassReading:
             )
         if not std >= SMALLEST_SHARE * mass:
             raise InputError(
-                f"no scale is sure of {mass:g} kg to {std:g} kg",
-                fix=f"say how sure it is, as in {EXAMPLE}",
+                f"no scale shows {mass:g} kg with an accuracy of {std:g} kg",
+                fix=f"give its accuracy, as in {EXAMPLE}",
             )
         if not std < mass:
             what = "its last digit" if self.assumed else "its deviation"
             raise InputError(
                 f"a scale's reading of {mass:g} kg tells nothing if {what} is {std:g} kg",
-                fix=f"say how sure it is, as in {EXAMPLE}",
+                fix=f"give its accuracy, as in {EXAMPLE}",
             )
         object.__setattr__(self, "mass", mass)
         object.__setattr__(self, "std", std)

@@ -111,6 +111,11 @@ def rounded(values: ArrayLike, places: ArrayLike) -> Array:
     return np.array(flat).reshape(each[0].shape)
 
 
+def significant(value: float, digits: int = 2) -> str:
+    """A number to so many digits, written in full: ``13000``, not ``1.3e+04``."""
+    return np.format_float_positional(value, digits, fractional=False, trim="-")
+
+
 WRENCH_DIGITS = 3
 """Significant digits of the largest force, and of the largest torque."""
 

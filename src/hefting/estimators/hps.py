@@ -37,7 +37,7 @@ class HPS(PointEstimator):
         minimise  |S^-1/2 (Ã M m - b)|²   over m >= 0,   samples with |a| and |alpha| below their limits
 
     Column i of M holds the inertial parameters of part i with 1 kg. For stop-and-go
-    motion; of more than four parts gravity does not tell all masses. The choice of
+    motion; gravity does not determine the masses of more than four parts. The choice of
     samples depends on the sensor's origin and on units.
 
     Examples

@@ -40,9 +40,9 @@ class LMI(PointEstimator):
 
         minimise  |S^-1/2 (A phi - b)|²   over bodies: P(phi) >= 0
 
-    P is the 4 x 4 pseudo-inertia. Given a shape, the mass must also be able to lie in
-    the ellipsoid around its bounding
-    box: tr(P Q) >= 0. What the motion leaves open is shown as a compact body's.
+    P is the 4 x 4 pseudo-inertia. Given a shape, the mass must also be able to lie in the
+    ellipsoid around its bounding box: tr(P Q) >= 0. What the motion leaves open is shown
+    as a compact body's.
 
     Examples
     --------

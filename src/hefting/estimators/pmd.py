@@ -77,7 +77,7 @@ class PMD(PointEstimator):
     c1: float = field(
         default=300.0,
         metadata={
-            "help": "how much motion the full model takes over at; default 300, 1 with smoothed poses"
+            "help": "amount of motion at which the full model takes over; default 300, 1 with smoothed poses"
         },
     )
     """Dynamism at which the full model takes over: 300 in the paper's simulations, 5e3

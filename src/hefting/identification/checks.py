@@ -150,8 +150,8 @@ def _scale_assumed(checked: Checked) -> Iterable[Message]:
     if not isinstance(reading, MassReading) or not reading.assumed:
         return []
     what = (
-        f"the scale's {reading.mass:g} kg are taken as right to {1e3 * reading.std:g} "
-        f"g, the last digit: say how sure it is, as in `mass` {EXAMPLE}"
+        f"the scale's {reading.mass:g} kg are taken as accurate to {1e3 * reading.std:g} "
+        f"g, the last digit: give its accuracy, as in `mass` {EXAMPLE}"
     )
     return [warning("mass-deviation-assumed", what, "mass")]
 

@@ -8,6 +8,7 @@ import numpy as np
 from hefting.core.errors import InputError
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, error, note, warning
+from hefting.core.quantity import significant
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, angle_between
 from hefting.core.torque_moments import PAYLOAD, pseudo_inverse_half
@@ -112,15 +113,15 @@ def of_unit(dynamics: JointDynamics, fits: Iterable[TorqueFit]) -> list[Message]
     clear = [x for x, alike in shares if abs(alike) > ALIKE[abs(x) < UNIT[0]]]
     if not clear:
         what = (
-            "the URDF's arm does not show the torques' unit: it moves too little, or its "
-            "own torques are taken out"
+            "the URDF's arm cannot show the torques' unit: it moves too little, or its "
+            "own torques are subtracted"
         )
         return [note("torque-unit-untold", what)]
     far = [share for share in clear if not UNIT[0] < share < UNIT[1]]
     if not far:
         return []
     what = (
-        f"the torques are {far[0]:.2g} times those of the URDF's arm: give N m, not kgf "
+        f"the torques are {significant(far[0])} times those of the URDF's arm: give N m, not kgf "
         "m, kgf cm or N mm, and check `torque_gains` and the URDF's inertias"
     )
     return [error("torque-unit", what, "torque_gains")]
@@ -223,9 +224,9 @@ def of_arm(
     `LoadedRuns.alone`."""
     if runs.arm_known:
         what = (
-            "the URDF's inertias stand for the arm's: a published arm was found to put "
-            "the mass of 1 kg wrong by 57 to 100 g and its COM by 5 to 15 mm, and the "
-            "intervals allow for that: record an empty run (`empty`)"
+            "the arm's inertias are those of the URDF: with a published arm a mass of "
+            "1 kg was off by 57 to 100 g and its COM by 5 to 15 mm, for which the "
+            "intervals allow: record an empty run (`empty`)"
         )
         return [warning("arm-published", what, "empty")]
     alone = np.max([one.slow_std for one in each], axis=0)

@@ -101,8 +101,8 @@ def of_delays(delays: Sequence[Suspect], empty: bool) -> list[Message]:
     )
     apart = f" in loaded runs, and {every:.0f} ms in empty ones" if empty else ""
     what = (
-        f"torques come {loaded:.0f} ms after the positions{apart}, by their clocks or a "
-        "filter: taken out"
+        f"torques come {loaded:.0f} ms after the positions{apart}, because of clocks or a "
+        "filter: corrected"
     )
     return [note("torques-late", what)]
 
@@ -133,7 +133,7 @@ def _suspect_message(
     if suspect.part is not None:
         return _part_message(say, suspect, suspect.part, sources)
     if suspect.kind == "delay":
-        what = f"torques of {runs} come late, but by no one time: record by one clock"
+        what = f"torques of {runs} are late by times that differ: use one clock"
         return say("torques-delayed", what)
     if suspect.kind == "tilt":
         can_change = not (suspect.loaded or calibrated)
@@ -142,7 +142,7 @@ def _suspect_message(
         more = "more" if suspect.theta[0] > 0.0 else "less"
         what = (
             f"in {runs} what is held weighs {more} than its inertia says: is a payload "
-            "configured in the controller, in some runs alone, or has the arm other "
+            "configured in the controller in some runs only, or has the arm other "
             "lengths than the URDF?"
         )
         return say("weight-contradicts", what)
@@ -163,8 +163,8 @@ def _part_message(
     )
     span = " ".join(filter(None, when)) or "all of it"
     what = (
-        f"{sources[number]}: {span} its torques contradict the rest, as if other "
-        f"{abs(suspect.theta[0]):.2g} kg were there: is the object picked up, put down or "
+        f"{sources[number]}: {span} its torques contradict the rest, as if "
+        f"{abs(suspect.theta[0]):.2g} kg were added or missing: is the object picked up, put down or "
         "turned, or does something touch it? Identify from one part alone (`start`, "
         "`duration`)"
     )
@@ -202,7 +202,7 @@ def _joints_message(
         each = (f"{dynamics.names[j]} by {-np.degrees(theta[j]):.1f}°" for j in large)
         what = (
             f"in {runs} joint angles seem to be too large, {', '.join(each)}: check "
-            "their zeros; gears that give look alike"
+            "their zeros; elastic gears look the same"
         )
         return say("joint-zeros", what)
     each = (f"{dynamics.names[j]} {1.0 + theta[j]:.3g}" for j in large)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from hefting.core.messages import Message, error, note, warning
+from hefting.core.quantity import significant
 from hefting.core.recording import Recording
 from hefting.core.spatial import Mask, median, runs_of
 from hefting.ingest.conditioned import SIGNIFICANT, Conditioned
@@ -221,7 +222,7 @@ def _clock_warnings(
     if rejected.contradictory and found.path is not None:
         if found.path.kind == "orientation":  # its neglected accelerations imitate one
             return [unknown]
-        offset = f"{1e3 * rejected.value:.2g} ± {1e3 * rejected.std:.2g} ms"
+        offset = f"{_milliseconds(rejected.value)} ± {_milliseconds(rejected.std)} ms"
         what = f"a clock offset of {offset} would explain too little of the wrench: none assumed"
         if abs(rejected.value) < NOTICED_OFFSET:
             return [note("clock-no-offset", what)]
@@ -240,7 +241,7 @@ def _profile_warning(rejected: RejectedOffset, profile: OffsetProfile) -> Messag
         other, apart = profile.rival
         offsets = f"{offset} and {1e3 * other:.3g} ms"
         gains = f"{profile.gain:.3g} and {profile.gain - apart:.3g}"
-        what = f"clock offsets of {offsets} explain the wrench alike (they gain {gains}): none assumed"
+        what = f"clock offsets of {offsets} explain the wrench equally well (they gain {gains}): none assumed"
         return warning("clock-several-offsets", what)
     what = f"a clock offset of {offset} would explain too little of the wrench"
     figures = (
@@ -274,4 +275,4 @@ def _gravity_warnings(found: Conditioned) -> list[Message]:
 
 def _milliseconds(seconds: float) -> str:
     """A time [s] in milliseconds, to two digits."""
-    return f"{1e3 * seconds:.2g}" if abs(seconds) > 1e-9 else "0"
+    return significant(1e3 * seconds) if abs(seconds) > 1e-9 else "0"

@@ -6,7 +6,7 @@ import numpy as np
 from hefting.core.errors import InputError, NotIdentifiableError
 from hefting.core.estimate import Estimate
 from hefting.core.messages import Message, codes, error, note, warning
-from hefting.core.quantity import decimals, rounded
+from hefting.core.quantity import decimals, rounded, significant
 from hefting.core.spatial import Array
 from hefting.ingest.free_fit import FreeFit, lever
 from hefting.ingest.ingest import Ingested
@@ -131,46 +131,45 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
     """Raise unless the recording determines the mass of an object that can be held; see
     `require_object`."""
     fit = found.fit
-    bias = (
-        "given"
-        if found.given_bias is not None
-        else "free"
-        if found.bias == "estimate"
-        else "none"
-    )
-    also = " and `bias`" if bias == "given" else ""
+    also = "" if found.given_bias is None else " and `bias`"
     if found.tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):
-        mass, std = float(fit.vector[0]), float(fit.covariance[0, 0]) ** 0.5
-        known = float(rounded(mass, decimals(std, abs(mass))))
-        what = f"{known:g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
-        fix = f"check `tool`{also}: was it in the hand?"
+        what, fix = _beside_tool(found), f"check `tool`{also}: was it in the hand?"
         if holds_nothing(found):
             fix = "nothing is held"
         raise NotIdentifiableError(f"there is {what} beside the tool", found.log, fix)
-    check_wrench(found, shape)  # of a mass of nothing it would take a wrong unit
+    check_wrench(found, shape)  # first, as in a wrong unit the mass may look like zero
     if "nothing-held" in codes(found.warnings):
-        return  # said with the answer
+        return  # a message of the answer
     if fit.mass_is_open:
-        beside = " beside a bias" if bias == "free" else ""
-        duration = found.duration
-        if duration is not None and duration < SHORTEST_RECORDING:
-            what = f"the recording lasts {duration:.3g} s, too short to determine even the mass{beside}"
-            raise NotIdentifiableError(what, found.log, "is its time in seconds?")
-        hints = {
-            "free": ", or give `bias` none",
-            "given": "; or is `bias` wrong?",
-            "none": "",
-        }
-        raise NotIdentifiableError(
-            f"the motion is too poor to determine even the mass{beside}",
-            found.log,
-            f"turn the sensor to other orientations{hints[bias]}",
-        )
+        raise NotIdentifiableError(*_why_mass_is_open(found))
     if fit.mass_t < 0.0:
         fix = f"check the wrench's sign (`sign`){also} and `gravity`"
         raise NotIdentifiableError(
             "no positive mass explains the wrench", found.log, fix
         )
+
+
+def _beside_tool(found: Ingested) -> str:
+    """The mass that is left beside the tool, in words."""
+    mass, std = float(found.fit.vector[0]), float(found.fit.covariance[0, 0]) ** 0.5
+    known = float(rounded(mass, decimals(std, abs(mass))))
+    return f"{known:g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
+
+
+def _why_mass_is_open(found: Ingested) -> tuple[str, str, str]:
+    """What is wrong with a recording that does not determine the mass, where, and what
+    to do."""
+    beside = hint = ""
+    if found.given_bias is not None:
+        hint = "; or is `bias` wrong?"
+    elif found.bias == "estimate":
+        beside, hint = " beside a bias", ", or give `bias` none"
+    duration = found.duration
+    if duration is not None and duration < SHORTEST_RECORDING:
+        what = f"the recording lasts {duration:.3g} s, too short to determine even the mass{beside}"
+        return what, found.log, "is its time in seconds?"
+    what = f"the motion is too poor to determine even the mass{beside}"
+    return what, found.log, f"turn the sensor to other orientations{hint}"
 
 
 def holds_nothing(found: Ingested) -> bool:
@@ -286,10 +285,10 @@ def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     if shape is None or shape.known == "reach" or not fit.mass_t > 10.0:
         return []
     mass, space = float(fit.vector[0]), float(np.prod(shape.extents))
-    sides = " x ".join(f"{side:.2g}" for side in shape.extents)
+    sides = " x ".join(map(significant, shape.extents))
     if mass > DENSEST_OBJECT * shape.volume > 0.0:
         what = (
-            f"the shape of {sides} m would hold {mass / shape.volume:.2g} kg/m³, more than "
+            f"the shape of {sides} m would hold {significant(mass / shape.volume)} kg/m³, more than "
             "lead: check its size (`unit`), whether it is all of the object, and whether a "
             "gripper is held, too (`tool`)"
         )
@@ -297,7 +296,7 @@ def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     density = mass / shape.volume
     if density > DENSEST_WALL and _is_walls(shape):
         what = (
-            f"the shape is walls around a space, of {density:.2g} kg/m³ if nothing is in "
+            f"the shape is walls around a space, of {significant(density)} kg/m³ if nothing is in "
             "it: if something is, take the convex hull (`hull`)"
         )
         if STEEL[0] <= density <= STEEL[1]:
@@ -306,7 +305,7 @@ def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     if shape.known != "object" or mass >= LIGHTEST_OBJECT * space:
         return []
     what = (
-        f"the shape of {sides} m would hold {mass / space:.2g} kg/m³, less than what "
+        f"the shape of {sides} m would hold {significant(mass / space)} kg/m³, less than what "
         "robots hold: check its unit (`unit`), and for stray points or parts"
     )
     return [warning("shape-too-large", what, "unit")]

@@ -6,6 +6,7 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.measurements import Measurements
 from hefting.core.messages import Message, error, warning
+from hefting.core.quantity import significant
 from hefting.core.spatial import STANDARD_GRAVITY, Array
 from hefting.estimators.sample_state import SampleState
 from hefting.ingest.bias import BiasOfEstimate, is_chosen
@@ -88,7 +89,7 @@ def nothing_held(z: Measurements, fit: FreeFit) -> Message | None:
     if still or not fit.mass_is_open or not most < LEAST_MASS:
         return None
     what = (
-        f"the wrench does not change as gravity turns ({1000 * most:.2g} g at most): "
+        f"the wrench does not change as gravity turns ({significant(1000 * most)} g at most): "
         "nothing is held, or the controller subtracts the payload (set its payload to "
         "zero before recording)"
     )

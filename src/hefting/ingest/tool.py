@@ -82,8 +82,8 @@ def tool_warnings(tool: Estimate) -> list[Message]:
     if tool.covariance is not None:
         return []
     what = (
-        f"the tool's estimate ({tool.method}) has no standard deviations, so the object's leave it out: make it with "
-        "hefting calibrate"
+        f"the tool's estimate ({tool.method}) has no standard deviations, so the object's lack its errors: "
+        "make it with hefting calibrate"
     )
     return [warning("tool-without-spread", what, "tool")]
 

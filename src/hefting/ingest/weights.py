@@ -5,6 +5,7 @@ import numpy as np
 
 from hefting.core.measurements import Measurements, MotionNoise
 from hefting.core.messages import Message, warning
+from hefting.core.quantity import significant
 from hefting.core.recording import Recording
 from hefting.core.spatial import STANDARD_GRAVITY, Array, lengths
 from hefting.estimators.raw_motion import white_motion_noise, white_noise
@@ -127,8 +128,8 @@ def acceleration_message(
     if share <= LARGEST_SHARE:
         return None
     what = (
-        f"without positions accelerations of some {size:.1g} m/s² are not modelled, and "
-        f"the mass may be off by {100 * share:.1g} %: log positions or an accelerometer, "
+        f"without positions accelerations of some {significant(size, 1)} m/s² are not modelled, and "
+        f"the mass may be off by {significant(100 * share, 1)} %: log positions or an accelerometer, "
         "or move more slowly"
     )
     return warning("accelerations-unmodelled", what)

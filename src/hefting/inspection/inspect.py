@@ -132,7 +132,7 @@ def _inspection(
     if found is None:
         missing["object"] = missing.get("motion", EMPTY)
     elif found.tool is not None and holds_nothing(found):
-        missing["object"] = "nothing is held beside the tool"
+        missing["object"] = "nothing but the tool is held"
     else:
         fit = found.beside_bias
         if fit.mass_is_open:
@@ -299,13 +299,13 @@ def _improvements(found: Inspection) -> Iterator[str]:
     no_doubt = found.verdict.level == "good"
     if hint is not None and hint.serious and known and no_doubt:
         yield (
-            f"the data would have gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
+            f"the data suggest gravity {_degrees(hint.angle)} from where it is given: is the base tilted? "
             "give `gravity` estimate"
         )
     if m.above_limit and m.linear_speed is not None:
         yield f"slow down near people: {m.linear_speed[1]:.2g} m/s is above the {SPEED_LIMIT:g} m/s of ISO 10218"
     if m.dynamism is None:
-        yield "record positions (px py pz) or an accelerometer: without, mass and COM are all there is"
+        yield "record positions (px py pz) or an accelerometer: without them only mass and COM are found"
     if found.undetermined:
         if (
             found.static
@@ -323,7 +323,7 @@ def _wrench_advice(found: Inspection) -> Iterator[str]:
     if c is not None:
         if abs(c.offset) > OFFSET:
             late = "late" if c.offset > 0.0 else "early"
-            yield f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify shifts it by itself"
+            yield f"the wrench is {1e3 * abs(c.offset):.3g} ms {late}: identify corrects that"
         if c.bias.kind != "constant":
             yield "the bias drifts: identify removes it; better, let the sensor warm up before recording"
         if c.reasons.get("saturation"):

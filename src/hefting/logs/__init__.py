@@ -157,7 +157,7 @@ def _unknown_format(path: str | Path) -> InputError:
     folders = "".join(
         f", or a {each.name}'s folder" for each in formats() if each.folder
     )
-    what = f"'{suffix}' is not a log format" if suffix else "is no log"
+    what = f"'{suffix}' is not a log format" if suffix else "is not a log"
     if suffix == ".gz":
         return InputError("is packed with gzip", path, "unpack it, as zcat does")
     if Path(path).is_dir():

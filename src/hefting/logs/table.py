@@ -168,7 +168,7 @@ def in_seconds(
         shift, resolution = (
             float(scale(np.array(value))) for value in (start, np.spacing(abs(start)))
         )
-        what = f"time was shifted by {shift:.6f} s to start at 0; it resolves {resolution:.1g} s"
+        what = f"time was shifted by {shift:.6f} s to start at 0; its resolution is {resolution:.1g} s"
         warnings.append(warning("time-shifted", what))
     if not seconds:
         streams = with_times(streams, scale)

@@ -213,9 +213,9 @@ def _read_recognised(
     names = [] if wrench is None else [str(column) for column in wrench.columns]
     if any(map(ESTIMATED.search, names)):
         what = (
-            f"{names[0]} seems to be of a wrench that the controller estimates, less the "
-            "load that is configured in it, and then the result is not the object: "
-            "record with a load of zero"
+            f"{names[0]} seems to be of a wrench that the controller estimates, without "
+            "the load that is configured in it, so the result may lack that: record with "
+            "a load of zero"
         )
         warnings += (warning("payload-unknown", what),)
     return replace(recording, warnings=(*warnings, *recording.warnings))

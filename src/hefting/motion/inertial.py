@@ -14,6 +14,7 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 
 from hefting.core.messages import Message, note, warning
+from hefting.core.quantity import significant
 from hefting.core.recording import Stream, block_starts
 from hefting.core.spatial import Array, in_sensor_axes, rotation_matrices, skew
 from hefting.motion.bspline import Observation
@@ -309,7 +310,7 @@ def _quaternion_product(q: Array, v: Array) -> Array:
 
 
 def _format_vector(values: Array) -> str:
-    return f"({', '.join(f'{x:.2g}' for x in values)})"
+    return f"({', '.join(map(significant, values))})"
 
 
 def _format_delay(seconds: float) -> str:

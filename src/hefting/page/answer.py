@@ -29,16 +29,16 @@ from hefting.page.html import (
 from hefting.scene.surface import reach
 
 WORDS = {
-    "good": ("good", "Good", "Use it: nothing that was looked at speaks against it."),
+    "good": ("good", "Good", "Use it: no check found a reason against it."),
     "usable with care": (
         "care",
         "Usable with care",
-        "Use it where the doubts below do not matter, or see to them and record again.",
+        "Use it if the doubts below do not matter; else remove their causes and record again.",
     ),
     "do not use": (
         "bad",
         "Do not use",
-        "Something below makes it wrong: see to that and record or identify again.",
+        "A reason below makes it wrong: correct that, and record or identify again.",
     ),
 }
 """Style, title and advice of each verdict."""

@@ -73,8 +73,7 @@ def converged(
     says = (
         f"{estimate.method} from the samples up to each of {len(time)} instants, with "
         "its 95 % intervals. Clock, drift and what was left out are those found from "
-        "the whole recording. Where intervals at the beginning are far wider, they "
-        "reach beyond the scale."
+        "the whole recording. Wide intervals at the beginning may exceed the scale."
     )
     says += " What is open has no line." if open_.any() else ""
     says += "" if truth is None else " Dashed: the truth."
@@ -158,7 +157,7 @@ def prior(
         shown = element("h3", group.title), bars(rows, group.unit)
         groups.append(element("div", *shown))
     says = (
-        f"The {what} alone (for the mass found, of which it tells nothing), least "
+        f"The {what} alone (for the mass found, which it does not show), least "
         "squares on the motion alone, and the answer from both. A bar that fills its "
         "row is wider than the scale; a hatched one is open."
     )
@@ -216,7 +215,7 @@ def _gravity(made: Mapping[str, Any]) -> str:
         return "not known"
     found = ", direction found" if made.get("gravity_found") else ""
     std = made.get("gravity_std")
-    known = f", its size to {std:.2g} m/s²" if std else ""
+    known = f", its size ± {std:.2g} m/s²" if std else ""
     return f"{vector_text(made['gravity'], 4)} m/s² in world axes{found}{known}"
 
 

@@ -41,13 +41,13 @@ def solid(scene: Scene) -> Section:
         lines.append("No shape was given, so none is drawn.")
     if scene.points is not None and scene.points.masses is not None:
         lines.append(
-            "Point masses are one of many sets with the same mass, COM and inertia, no "
-            "finding of their own."
+            "Point masses are one of many sets with the same mass, COM and inertia, not "
+            "a result."
         )
     says = (
         "Turn it with the mouse or a finger; zoom with the wheel or two fingers. The "
         "ellipsoid of equal inertia is a body of uniform density with the mass, COM and "
-        "inertia found, no outline of the object."
+        "inertia found, not the outline of the object."
     )
     content = join(note(says), items(lines, class_="note"))
     return Section("object", "The object", content, (figure_of(scene),))

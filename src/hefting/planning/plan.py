@@ -306,5 +306,5 @@ def _assumed(acceleration: object, jerk: object) -> tuple[Message, ...]:
     limits |= {"jerk": f"{JERK:g} rad/s³"} if jerk is None else {}
     if not limits:
         return ()
-    what = f"no URDF limits it: every joint keeps {' and '.join(limits.values())}"
+    what = f"a URDF has no such limit: every joint keeps to {' and '.join(limits.values())}"
     return (note("plan-acceleration-assumed", what, next(iter(limits))),)

@@ -250,7 +250,7 @@ class JointTorques:
         dynamics = JointDynamics.from_urdf(urdf, tip, gravity)
         noise, assumed = _noise(given, estimate, dynamics.joints)
         what = (
-            "expected with an empty run of the same motion, which tells arm and "
+            "expected with an empty run of the same motion, which shows arm and "
             "friction: play it without the object as well"
         )
         notes = (*assumed, note("plan-empty-run-assumed", what, "torques"))

@@ -247,7 +247,7 @@ def _solids(
         ]
         what = (
             f"no geometry could be read of {listed(names, 6)}: collisions with them are "
-            "not checked, and of half-spaces they keep the origins of their frames"
+            "not checked, and with half-spaces only those of the origins of their frames"
         )
         messages.append(warning("plan-links-without-geometry", what))
     if corners is not None:
@@ -275,13 +275,13 @@ def _outside(
             if own.max() >= 0.0:
                 kept.append((s, h))
             elif solid.name == OBJECT:
-                what = f"{OBJECT} is out of {half.text} wherever the arm is"
+                what = f"{OBJECT} is outside {half.text} in every pose of the arm"
                 raise InputError(what, fix="the axes are those of the URDF's root link")
             else:
                 never.append(f"{solid.name} of {half.text}")
     if not never:
         return tuple(kept), []
-    what = f"not checked, as out of it wherever the arm is: {listed(sorted(set(never)), 6)}"
+    what = f"not checked, as outside in every pose of the arm: {listed(sorted(set(never)), 6)}"
     return tuple(kept), [warning("plan-half-space-unchecked", what)]
 
 
@@ -312,7 +312,7 @@ def _contacts(
     names = sorted(
         {f"{solids[i].name} and {solids[j].name}" for i, j in every.pairs[always]}
     )
-    what = f"not checked, as they touch nearly always: {listed(names, 6)}"
+    what = f"not checked, as they touch in nearly all poses: {listed(names, 6)}"
     return checked, [note("plan-pairs-unchecked", what)]
 
 

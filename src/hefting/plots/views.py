@@ -192,7 +192,7 @@ def _draw_points(axes: "Axes", points: PointSet, i: int, j: int) -> None:
         edgecolors=SKY,
         linewidths=0.5,
         zorder=1,
-        label=f"point masses to {1e3 * largest:.2g} g: one of many sets that fit alike",
+        label=f"point masses to {1e3 * largest:.2g} g: one of many sets that fit equally well",
     )
 
 

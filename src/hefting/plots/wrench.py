@@ -60,7 +60,7 @@ def _bias_text(estimate: Estimate, part: slice, unit: str) -> str:
     """The part of the estimated bias that is that of forces, or of torques, in words."""
     if estimate.common_bias is None:
         return "with the bias of each recording, one after the other"
-    return f"bias found with it {vector_text(estimate.common_bias[part])} {unit}"
+    return f"bias found: {vector_text(estimate.common_bias[part])} {unit}"
 
 
 def draw_wrench(

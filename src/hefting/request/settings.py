@@ -160,7 +160,7 @@ def accuracy_of(text: str) -> "Accuracy":
 def shape_of(a: Any) -> "Shape | None":
     """The given shape, or None. `InputError` as `hefting.load_shape`."""
     if a.hull and (a.shape is None or a.shape.lower().startswith("box:")):
-        raise InputError("whose convex hull?", "--hull", "give --shape FILE")
+        raise InputError("there is no shape", "--hull", "give --shape FILE")
     from hefting.shapes import load_shape
 
     pose = pose_of(a.object_pose)
@@ -197,7 +197,7 @@ def require_shape(a: Any) -> None:
             option = "--" + name.replace("_", "-")
             box = " or --box X,Y,Z" if hasattr(a, "box") else ""
             fix = f"give --shape FILE{box}, or leave it out"
-            raise InputError("of which shape?", option, fix)
+            raise InputError("there is no shape", option, fix)
 
 
 def _box(a: Any, pose: "Array | None") -> "Shape":

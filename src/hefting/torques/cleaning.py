@@ -63,7 +63,7 @@ def without_spikes(recording: Recording) -> Recording:
         return recording
     what = (
         f"{recording.source}: {' and '.join(counted)} stand out from those just before and "
-        "after: the median of these serves"
+        "after: replaced by the median of these"
     )
     messages = (*recording.warnings, note("joint-spikes", what))
     return replace(recording, streams=streams, warnings=messages)
@@ -106,7 +106,7 @@ def without_held(recording: Recording) -> Recording:
     if not counted:
         return recording
     what = (
-        f"{recording.source}: {' and '.join(counted)} repeat what is before: left out"
+        f"{recording.source}: {' and '.join(counted)} repeat the row before: left out"
     )
     messages = (*recording.warnings, note("joint-held", what))
     return replace(recording, streams=streams, warnings=messages)

@@ -160,8 +160,8 @@ def still_joints(
     if not names:
         return ()
     what = (
-        f"{source}: {', '.join(names)} never moves, so that its torque, with a friction "
-        "that is not known, tells nothing"
+        f"{source}: {', '.join(names)} never moves: its torque is not used, as its "
+        "friction is not known"
     )
     return (warning("joint-still", what),)
 

@@ -20,7 +20,7 @@ from hefting.core.errors import printable
 from hefting.core.estimate import Estimate
 from hefting.core.inertia import InertialParameters
 from hefting.core.messages import codes
-from hefting.core.quantity import wrench_text
+from hefting.core.quantity import significant, wrench_text
 from hefting.core.spatial import TENSOR_COLUMNS, TENSOR_ROWS, Array, tensor_to_vector
 from hefting.core.summary import samples_told, sign_told
 
@@ -85,7 +85,7 @@ def estimate_report(
         lines.append(Line(_describe_errors(errors, verbose)))
     elif truth is not None:
         mass, com = plain_errors(estimate.parameters, truth)
-        text = f"errors: mass {mass:.2g} %, COM {1e3 * com:.2g} mm; that of the inertia"
+        text = f"errors: mass {significant(mass)} %, COM {significant(1e3 * com)} mm; that of the inertia"
         lines.append(Line(f"{text} is stated in shares of the size: give `shape`"))
     if verbose:
         return lines + [Line(line) for line in facts(estimate)]
@@ -139,13 +139,16 @@ def _spread(estimate: Estimate) -> dict[str, list[float]]:
 
 
 def _describe_errors(errors: "Errors", verbose: bool) -> str:
-    mass, com = f"errors: mass {errors.mass:.2g} %", f"{errors.center_of_mass:.2g} %"
-    inertia = f"inertia {errors.inertia_at_com:.2g} %"
+    mass, com = (
+        f"errors: mass {significant(errors.mass)} %",
+        f"{significant(errors.center_of_mass)} %",
+    )
+    inertia = f"inertia {significant(errors.inertia_at_com)} %"
     if not verbose:
         return f"{mass}, COM {com} of box sides, {inertia} of box moments"
     return (
         f"{mass}, COM {com}, {inertia} about the COM and "
-        f"{errors.inertia_at_origin:.2g} % about the sensor; "
+        f"{significant(errors.inertia_at_origin)} % about the sensor; "
         f"Riemannian distance {errors.riemannian:.3g}; COM in shares of the bounding box's "
         "sides, inertia of a uniform box's moments (Nadeau et al. 2022, eq. 10 to 12)"
     )
@@ -247,8 +250,7 @@ def _describe_recordings(estimate: Estimate) -> Iterable[str]:
         if bias is None:
             yield text
         else:
-            found = _describe_bias(bias, one.get("wrench") == "on-sensor")
-            yield f"{text}; {found.replace('found with it, ', '')}"
+            yield f"{text}; {_describe_bias(bias, one.get('wrench') == 'on-sensor')}"
 
 
 def _describe_wrench(estimate: Estimate) -> str:
@@ -257,7 +259,7 @@ def _describe_wrench(estimate: Estimate) -> str:
     g = ", ".join(f"{x:g}" for x in made["gravity"])
     found = ", found" if made.get("gravity_found") else ""
     std = made.get("gravity_std")
-    known = f", its size to {std:.2g} m/s²" if std else ""
+    known = f", its size ± {std:.2g} m/s²" if std else ""
     return f"assumed: wrench {made['wrench']} ({how}), gravity ({g}) m/s² in world axes{found}{known}"
 
 
@@ -275,7 +277,7 @@ def _describe_torques(made: Mapping[str, Any]) -> str:
 def _describe_bias(bias: Array, on_sensor: bool) -> str:
     """The wrench bias found, with the sign of the recorded wrench."""
     recorded = wrench_text(-bias if on_sensor else bias)
-    return f"wrench bias found with it, as recorded: {recorded}"
+    return f"wrench bias as recorded: {recorded}"
 
 
 def summary(estimate: Estimate) -> Iterable[str]:
@@ -311,7 +313,7 @@ def _describe_scale(made: Mapping[str, Any]) -> Iterable[str]:
     off = f"{abs(gain):g} % too {'much' if gain > 0.0 else 'little'}"
     by_it = f"the sensor shows {off}" if gain else "the sensor's gain is right"
     by_it = "" if "torque_gain_std" in made else f"; by it {by_it}"
-    yield f"the scale's {made['mass']} counted{by_it}"
+    yield f"the scale's {made['mass']} was used{by_it}"
 
 
 def _describe_until(estimate: Estimate) -> str:

@@ -120,7 +120,7 @@ def _gravity(found: "Inspection") -> str:
         return f"{vector}, as found: {angle} ± {std} from straight down"
     if hint.angle < 3.0 * hint.std:
         return f"{vector}, as given; the data agree (to ± {std})"
-    return f"{vector}, as given; the data would have it {angle} ± {std} off"
+    return f"{vector}, as given; the data suggest {angle} ± {std} from it"
 
 
 def _speed_limit(m: "Movement") -> str:

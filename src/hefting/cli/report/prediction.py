@@ -121,7 +121,7 @@ def _agreement(a: Agreement, verbose: bool) -> Iterable[Text]:
     if a.within is not None:
         force, torque = (f"{100.0 * share:.0f} %" for share in a.within)
         yield Text(
-            f"  in the band widened by that: {force} of forces, {torque} of torques; 95 % are expected"
+            f"  in the band, widened by this residual: {force} of forces, {torque} of torques; 95 % are expected"
         )
     if verbose:
         yield from (Text(f"  {line}") for line in a.notes)

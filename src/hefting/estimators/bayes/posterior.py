@@ -221,7 +221,7 @@ def _noise_warnings(posterior: Posterior) -> list[Message]:
         warnings.append(
             warning(
                 "noise-unknown",
-                "too few samples to know the noise: the intervals rest on a typical sensor's",
+                "too few samples to know the noise: the intervals assume that of a typical sensor",
             )
         )
     if posterior.contradicted:
@@ -237,7 +237,7 @@ def _noise_warnings(posterior: Posterior) -> list[Message]:
         warnings.append(
             warning(
                 "noise-coloured",
-                "the residuals are no white noise as was given: without `noise` the intervals would allow for that",
+                "white noise was given, and the residuals are not: without `noise` the intervals would allow for that",
                 "noise",
             )
         )

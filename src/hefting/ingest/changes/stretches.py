@@ -197,10 +197,10 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
         said.append(_touch(changes))
     parts = ", ".join(_part(stretch) for stretch in changes.stretches)
     if not chosen:
-        what = f"the part that was given is used, though not one free body explains it; for one: {parts}"
+        what = f"the part that was given is used, though no single free body explains it; parts of one body: {parts}"
         return [*said, error("change-left-in", what, "start")]
     used = changes.chosen
-    what = f"only {used.start:.2f} to {used.end:.2f} s is used; to choose: {parts}"
+    what = f"only {used.start:.2f} to {used.end:.2f} s is used; parts to choose from: {parts}"
     return [*said, warning("change-part-used", what, "start")]
 
 

@@ -10,6 +10,7 @@ slides slowly from stop to stop, the integral of s between them.
 
 import numpy as np
 
+from hefting.core.quantity import significant
 from hefting.core.spatial import Array
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Rows, beside_body, is_hopeless, with_bias
@@ -54,9 +55,9 @@ def explain(case: Case) -> Explanation | None:
     )
     return Explanation(
         CODE,
-        f"the object seems to {way}: its centre of mass is up to {1e3 * moved:.2g} mm "
+        f"the object seems to {way}: its centre of mass is up to {significant(1e3 * moved)} mm "
         "from its mean place",
-        "grip it stiffer and record again, or count on its moving so",
+        "grip it stiffer and record again, or allow for that motion",
         fitted,
         8 + min(fitted.best, 2),  # one more for slack, and for the time of sliding
         parameters=body,

@@ -24,9 +24,9 @@ def explain(case: Case) -> Explanation | None:
         known, used = case.features(motion), motion.known
         return with_bias(case, known, REGRESSOR_BY_FEATURE, used, functions=linear)
 
-    what = "a bias that drifts seems to be what noise does not explain"
+    what = "what noise does not explain seems to be a bias that drifts"
     fix = (
-        "it is taken out of recordings of 8 s and longer only, so record longer, or let "
-        "the sensor warm up"
+        "a drift is removed only in recordings of 8 s and longer, so record longer, or "
+        "let the sensor warm up"
     )
     return Explanation(CODE, what, fix, over_offsets(case, rows)[0], 6, is_change=True)

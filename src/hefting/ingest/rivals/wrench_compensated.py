@@ -70,7 +70,7 @@ def explain(case: Case) -> Explanation | None:
         part = f"{abs(mass - weighed):.2g} kg, more than the object's,"
     seem, does = ("missing", "subtracts") if share > 0.0 else ("added", "adds")
     what = (
-        f"some {part} seem to be {seem} in the wrench, as where the controller {does} a "
+        f"some {part} seem to be {seem} in the wrench, as if the controller {does} a "
         "payload"
     )
     fix = FIX
@@ -99,7 +99,7 @@ def _is_alike(solution: Array, share: float) -> bool:
 def undone(case: Case) -> Iterator[Undone]:
     """All of the weight subtracted: as if there were no gravity."""
     if _is_observable(case) and not case.path.gravity_measured:
-        what = "all of the object's weight seems to be missing in the wrench, as where the controller subtracts it"
+        what = "all of the object's weight seems to be missing in the wrench, as if the controller subtracts it"
         other = case.with_gravity(np.zeros(3))
         yield Undone(CODE, what, FIX, other, is_linear=True)
 
