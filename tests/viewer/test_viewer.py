@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 from hefting.core.errors import InputError
+from hefting.core.messages import warning
 from hefting.identification import identify
 from hefting.robots import Arm
 from hefting.scene import headline_of, scene_of
@@ -221,6 +222,14 @@ def test_playing_moves_on_and_pauses(viewer):
     assert 0.5 < now < 4.0
     assert viewer._closed.wait(0.2) is False
     assert viewer.controls.time.value <= now + 0.2  # a tick may have been on its way
+
+
+def test_each_reason_for_doubt_is_told_apart_from_the_next(viewer):
+    doubts = (warning("unexplained", "one"), warning("saturated", "another"))
+    estimate = replace(viewer.answer.estimate, warnings=doubts)
+    page = answer_html(replace(viewer.answer, estimate=estimate), "all", False)
+    assert ">- one<" in page
+    assert ">- another<" in page
 
 
 def test_text_of_files_is_escaped(viewer):

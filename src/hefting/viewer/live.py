@@ -222,7 +222,7 @@ def live_html(found: LiveEstimate, say: Callable[[str], str] = str) -> str:
         lines.append(bold(f"verdict: {verdict.level}", LEVELS[verdict.level]))
         lines += [line(number) for number in headline_of(found.estimate).numbers]
         lines.append(small(f"± 95 %. {found.estimate.method}"))
-    lines += [small(say(str(each))) for each in found.messages[-MOST_MESSAGES:]]
+    lines += [small(f"- {say(str(each))}") for each in found.messages[-MOST_MESSAGES:]]
     dropped = found.counts.get("dropped", 0)
     lines += [small(f"{dropped:,} samples dropped")] if dropped else []
     return block("".join(lines))

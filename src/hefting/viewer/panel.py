@@ -51,7 +51,9 @@ def answer_html(
     headline, verdict = answer.headline, answer.estimate.verdict
     assert headline is not None
     lines = [bold(f"verdict: {verdict.level}", LEVELS[verdict.level])]
-    lines += [small(say(str(reason))) for reason in verdict.reasons[:MOST_REASONS]]
+    lines += [
+        small(f"- {say(str(reason))}") for reason in verdict.reasons[:MOST_REASONS]
+    ]
     more = len(verdict.reasons) - MOST_REASONS
     lines += [small(f"and {more} more")] if more > 0 else []
     lines += [line(number) for number in headline.numbers]
@@ -92,7 +94,8 @@ def legend_html(answer: Answer, size: float, largest: Array) -> str:
 
 def block(inner: str) -> str:
     """Content of the panel, with its margins."""
-    return f'<div style="padding:0.4em 0.8em;font-size:13px;line-height:1.35">{inner}</div>'
+    style = "padding:0.4em 0.8em;font-size:13px;line-height:1.35;overflow-wrap:anywhere"
+    return f'<div style="{style}">{inner}</div>'
 
 
 def bold(text: str, colour: str) -> str:
@@ -102,13 +105,12 @@ def bold(text: str, colour: str) -> str:
 
 def line(text: str) -> str:
     """A line; the text is escaped."""
-    return f'<div style="overflow-wrap:anywhere">{escape(text)}</div>'
+    return f"<div>{escape(text)}</div>"
 
 
 def small(text: str) -> str:
     """A line of small print; the text is escaped."""
-    style = "font-size:85%;opacity:0.8;overflow-wrap:anywhere"
-    return f'<div style="{style}">{escape(text)}</div>'
+    return f'<div style="font-size:85%;opacity:0.8">{escape(text)}</div>'
 
 
 def _mark(colour: str, text: str) -> str:
