@@ -44,7 +44,7 @@ def test_a_reading_that_cannot_be_stops_at_the_verdict(run, log):
 
 def test_without_a_deviation_the_last_digit_is_named(run, log):
     _, out, _ = run("identify", log, "--mass", "0.670kg")
-    assert "right to 1 g" in " ".join(out.split())
+    assert "accurate to 1 g" in " ".join(out.split())
     assert "as in --mass 0.512kg±1g" in " ".join(out.split())
 
 

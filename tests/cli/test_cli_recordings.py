@@ -145,7 +145,7 @@ def test_gravity_of_a_tilted_base(run, tmp_path):
     )
     assert found["provenance"]["gravity_found"]
     told = " ".join(run("inspect", tilted).split())
-    assert re.search(r"have it 14\.[789]° ± 0\.\d+° off", told)
+    assert re.search(r"suggest 14\.[789]° ± 0\.\d+° from it", told)
     assert "verdict: do not use - gravity seems to point along" in told
 
 

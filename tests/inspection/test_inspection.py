@@ -106,7 +106,7 @@ def test_beside_a_named_mistake_nothing_else_is_advised():
     codes = {message.code for message in found.verdict.reasons}
     assert "quaternion-order" in codes
     assert not codes & {"sign-uncertain", "unexplained", "many-outliers"}
-    assert found.advice == ("put right what the verdict names, and inspect again",)
+    assert found.advice == ("correct what the verdict names, and inspect again",)
 
 
 @pytest.mark.parametrize(

@@ -231,7 +231,7 @@ def advice(found: Inspection, recording: Recording) -> tuple[str, ...]:
     if "object" in found.missing:
         return _what_is_missing(found, recording)
     doubt = None if found.ingested is None else found.ingested.doubt
-    mend = "put right what the verdict names, and inspect again"
+    mend = "correct what the verdict names, and inspect again"
     if doubt is not None and doubt.makes_wrong:
         return (mend,)
     care = "" if found.verdict.level == "good" else ", with care"
