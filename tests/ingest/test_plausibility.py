@@ -199,8 +199,8 @@ def test_a_mass_is_refused_where_it_is_negative_not_where_it_is_uncertain(
         fit = SimpleNamespace(
             mass_t=mass_t,
             mass_is_open=False,
-            vector=np.full(10, mass_t),
-            covariance=np.eye(10),
+            mass=mass_t,
+            mass_std=1.0,
         )
         found = SimpleNamespace(
             fit=fit,
@@ -331,7 +331,7 @@ def test_a_lever_is_refused_from_a_distance_by_the_size_of_the_shape(
     reach = 1.5 * np.linalg.norm(BOX.positions, axis=1).max()
     reach += 2.0 * np.linalg.norm(BOX.extents)
     monkeypatch.setattr(plausibility, "lever", lambda *_: share * reach)
-    fit = SimpleNamespace(mass_is_open=False, vector=np.ones(10), bias=None)
+    fit = SimpleNamespace(mass_is_open=False, mass=1.0, bias=None)
     found = cast(Any, SimpleNamespace(fit=fit, log="a.csv", state=None))
     if not refused:
         plausibility.check_wrench(found, BOX)

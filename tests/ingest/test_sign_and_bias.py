@@ -106,7 +106,7 @@ def test_nothing_is_held_only_where_gravity_turns_and_shows_it(mass, turn):
 @pytest.mark.parametrize(("samples", "told"), [(19, False), (20, True)])
 def test_what_a_bias_would_explain_is_told_of_twenty_samples_and_more(samples, told):
     """Of fewer it may be noise."""
-    alone = SimpleNamespace(noise=SimpleNamespace(force=3.0), vector=np.ones(10))
+    alone = SimpleNamespace(noise=SimpleNamespace(force=3.0), mass=1.0)
     beside = SimpleNamespace(
         noise=SimpleNamespace(force=0.1), bias_is_significant=False, mass_is_open=True
     )

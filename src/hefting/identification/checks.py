@@ -134,7 +134,7 @@ def _against_least_squares(checked: Checked) -> Iterable[Message]:
     if checked.shape is None or estimate.covariance is None or fit.mass_is_open:
         return []
     variance = float(estimate.covariance[0, 0] + fit.covariance[0, 0])
-    mass, free = float(estimate.sensed_vector[0]), float(fit.vector[0])
+    mass, free = float(estimate.sensed_vector[0]), fit.mass
     if not abs(mass - free) > LARGEST_CHANGE_BY_SHAPE * variance**0.5:
         return []
     what = (

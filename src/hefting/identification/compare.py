@@ -211,7 +211,7 @@ def uncertainty(found: Ingested, shape: Shape) -> float:
     """
     std = np.sqrt(found.fit.covariance.diagonal()[:10])
     size = float(np.linalg.norm(shape.extents))
-    scale = abs(float(found.fit.vector[0])) * np.concatenate(
+    scale = abs(found.fit.mass) * np.concatenate(
         ([1.0], np.full(3, size), np.full(6, size**2 / 12.0))
     )
     return float(np.max(std / scale)) if scale.all() else np.inf

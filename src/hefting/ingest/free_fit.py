@@ -62,11 +62,19 @@ class FreeFit:
         return mean_inflation(self.inflation, self.covariance)
 
     @property
+    def mass(self) -> float:
+        """[kg]"""
+        return float(self.vector[0])
+
+    @property
+    def mass_std(self) -> float:
+        """[kg] standard deviation of `mass`"""
+        return float(np.sqrt(self.covariance[0, 0]))
+
+    @property
     def mass_t(self) -> float:
         """Mass over its standard deviation; 0 when undetermined."""
-        return mass_over_std(
-            float(self.vector[0]), float(np.sqrt(self.covariance[0, 0]))
-        )
+        return mass_over_std(self.mass, self.mass_std)
 
     @property
     def mass_is_open(self) -> bool:
@@ -189,10 +197,10 @@ def wrench_sign(with_bias: FreeFit | None, without: FreeFit) -> WrenchSign:
     without a bias, and t is 0: not certain.
     """
     if with_bias is None:
-        return WrenchSign(bool(without.vector[0] >= 0.0), without.mass_t)
+        return WrenchSign(without.mass >= 0.0, without.mass_t)
     if not with_bias.mass_is_open:
-        return WrenchSign(bool(with_bias.vector[0] >= 0.0), with_bias.mass_t)
-    return WrenchSign(bool(without.vector[0] >= 0.0), 0.0)
+        return WrenchSign(with_bias.mass >= 0.0, with_bias.mass_t)
+    return WrenchSign(without.mass >= 0.0, 0.0)
 
 
 def lever(state: State, free_bias: bool) -> float:

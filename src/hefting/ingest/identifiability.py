@@ -219,7 +219,7 @@ class _Reasons:
         ) or self._reason_besides_noise(0)
         if reason is not None:
             return _Finding("mass", reason)
-        mass = abs(float(self._fit.vector[0]))
+        mass = abs(self._fit.mass)
         excess = 3.0 * float(self._std[0]) / max(mass, 1e-300)
         limit = f"a third of the {mass:.2g} kg found"
         return _Finding("mass", "", excess, limit, "is anything held?")
@@ -236,7 +236,7 @@ class _Reasons:
         reason = self._gravity_reason(direction) or self._reason_besides_noise(1 + axis)
         if reason is not None:
             return _Finding(subject, reason)
-        limit = abs(float(self._fit.vector[0])) * self._size / 2.0
+        limit = abs(self._fit.mass) * self._size / 2.0
         remedy = f"turn sensor {{}} further {'over' if self._biased else 'from the vertical'}, or record longer"
         excess = float(self._std[1 + axis]) / limit
         return _Finding(
@@ -292,7 +292,7 @@ class _Reasons:
         U = U[:, RANK_TOLERANCE * S[0] < S]
         seen = A[:, 1:4] - U @ (U.T @ A[:, 1:4])
         _, S, V = np.linalg.svd(seen, full_matrices=False)
-        limit = abs(float(self._fit.vector[0])) * self._size / 2.0
+        limit = abs(self._fit.mass) * self._size / 2.0
         known = (RANK_TOLERANCE * float(np.linalg.norm(A, 2)) < S) & (
             limit * S >= np.sqrt(self._fit.autocorrelation)
         )
@@ -307,7 +307,7 @@ class _Reasons:
         reason = self._reason_besides_noise(4 + entry)
         if reason is not None:
             return _Finding(name, reason)
-        limit = abs(float(self._fit.vector[0])) * self._size**2 / 12.0
+        limit = abs(self._fit.mass) * self._size**2 / 12.0
         yardstick = f"what a body of {self._size:g} m would have"
         remedy = "turn faster or longer about {}"
         return _Finding(
@@ -326,7 +326,7 @@ class _Reasons:
         _, S, V = np.linalg.svd(self._motion.angular_acceleration, full_matrices=False)
         mass = self._motion.force / max(self._motion.gravity, 1e-300)
         if not self._fit.mass_is_open:
-            mass = abs(float(self._fit.vector[0]))
+            mass = abs(self._fit.mass)
         per_sample = self._fit.autocorrelation / max(self._motion.samples, 1)
         noise = self._fit.noise.torque * np.sqrt(per_sample)
         needed = noise / max(mass * self._size**2 / 12.0, 1e-300)

@@ -151,7 +151,7 @@ def _require_mass(found: Ingested, shape: Shape | None) -> None:
 
 def _beside_tool(found: Ingested) -> str:
     """The mass that is left beside the tool, in words."""
-    mass, std = float(found.fit.vector[0]), float(found.fit.covariance[0, 0]) ** 0.5
+    mass, std = found.fit.mass, found.fit.mass_std
     known = float(rounded(mass, decimals(std, abs(mass))))
     return f"{known:g} ± {std:.2g} kg" if np.isfinite(std) else "nothing certain"
 
@@ -176,7 +176,7 @@ def holds_nothing(found: Ingested) -> bool:
     """Whether the wrench is significantly that of the tool alone, or of nothing."""
     if found.tool is None:
         return "nothing-held" in codes(found.warnings)
-    mass, std = float(found.fit.vector[0]), float(found.fit.covariance[0, 0]) ** 0.5
+    mass, std = found.fit.mass, found.fit.mass_std
     known = std < WELL_KNOWN_SHARE * found.tool.parameters.mass
     return known and abs(mass) < UNSEEN_MASS * std
 
@@ -185,7 +185,7 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
     """`InputError` for a wrench that only a wrong unit explains, judged by
     unconstrained least squares."""
     fit, source = found.fit, found.log
-    mass = 0.0 if fit.mass_is_open else abs(float(fit.vector[0]))
+    mass = 0.0 if fit.mass_is_open else abs(fit.mass)
     if mass > HEAVIEST_OBJECT:
         raise InputError(
             f"the force would need {mass:.3g} kg",
@@ -216,11 +216,11 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     """A warning if the COM by unconstrained least squares is well outside the shape, or
     without one farther away than in most objects."""
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(
-        abs(float(fit.vector[0])), 1e-12
+        abs(fit.mass), 1e-12
     )
     if not fit.mass_t > 10.0 or not np.isfinite(spread):
         return []
-    com = fit.vector[1:4] / fit.vector[0]
+    com = fit.vector[1:4] / fit.mass
     if shape is None:
         distance = float(np.linalg.norm(com))
         if distance <= FARTHEST_COM + 3.0 * spread:
@@ -249,7 +249,7 @@ def mass_warnings(found: Ingested) -> list[Message]:
     fit = found.fit
     if found.tool is not None or not fit.mass_t > 10.0:
         return []
-    mass = float(fit.vector[0])
+    mass = fit.mass
     if mass > UNUSUALLY_HEAVY:
         told, unit = f"{mass:.3g} kg", "mN"
     elif mass < UNUSUALLY_LIGHT and found.noise.force < LEAST_NOISE:
@@ -284,7 +284,7 @@ def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     vessel without its content."""
     if shape is None or shape.known == "reach" or not fit.mass_t > 10.0:
         return []
-    mass, space = float(fit.vector[0]), float(np.prod(shape.extents))
+    mass, space = fit.mass, float(np.prod(shape.extents))
     sides = " x ".join(map(significant, shape.extents))
     if mass > DENSEST_OBJECT * shape.volume > 0.0:
         what = (

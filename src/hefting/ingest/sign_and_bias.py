@@ -67,7 +67,7 @@ def choose_bias(
     if not fits.beside_bias.mass_is_open:
         return False, []
     least = _least_bias(fits)
-    weight = float(np.linalg.norm(found.gravity)) * abs(float(fits.alone.vector[0]))
+    weight = float(np.linalg.norm(found.gravity)) * abs(fits.alone.mass)
     if len(found.rejected) >= FEWEST_SAMPLES and least > LARGE_BIAS * weight:
         what = (
             f"the force is off by {least:.2g} N without a bias, and this motion cannot "
@@ -82,8 +82,7 @@ def choose_bias(
 def nothing_held(z: Measurements, fit: FreeFit) -> Message | None:
     """An error where gravity turns in sensor axes but the force does not with it: the
     mass by the `fit` is zero, or some grams at most."""
-    std = float(fit.covariance[0, 0]) ** 0.5
-    most = abs(float(fit.vector[0])) + SIGNIFICANT * std
+    most = abs(fit.mass) + SIGNIFICANT * fit.mass_std
     turned = float(np.linalg.norm(np.std(z.gravity, axis=0)))
     still = turned < SMALLEST_GRAVITY_CHANGE * float(np.linalg.norm(STANDARD_GRAVITY))
     if still or not fit.mass_is_open or not most < LEAST_MASS:

@@ -244,8 +244,8 @@ def wrench_facts(found: Ingested, fit: FreeFit, comparable: bool) -> WrenchFacts
         / max(g, 1e-300)
     )
     return WrenchFacts(
-        mass=abs(float(fit.vector[0])),
-        mass_std=float(np.sqrt(fit.covariance[0, 0])),
+        mass=abs(fit.mass),
+        mass_std=fit.mass_std,
         quick_mass_less_bias=bare,
         bias=None if fit.bias is None else turn * fit.bias,
         bias_t=None if fit.bias is None else turn * fit.bias_t,
