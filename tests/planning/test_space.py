@@ -155,7 +155,7 @@ def test_a_link_outside_wherever_the_arm_is_is_left_out_and_named(tmp_path):
 
 
 def test_an_object_outside_wherever_the_arm_is_is_refused(tmp_path):
-    with pytest.raises(InputError, match="the object is out of z>=5"):
+    with pytest.raises(InputError, match="the object is outside z>=5"):
         Space.of(folding_arm(tmp_path), "tool", keep=["z>=5"], corners=BOX)
 
 
