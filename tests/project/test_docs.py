@@ -51,6 +51,16 @@ def test_maps_commands_and_links(path, tmp_path):
         assert there or drawn, target
 
 
+@pytest.mark.parametrize("path", DOCS, ids=lambda path: path.stem)
+def test_files_of_the_project_that_a_page_names_are_there(path):
+    """But of the guide that makes new ones."""
+    named = re.findall(
+        r"`((?:src|tests|docs|benchmarks)/[\w/.]+\.\w+)", path.read_text()
+    )
+    missing = [name for name in named if not (FOLDER.parent / name).exists()]
+    assert path.stem == "extending" or not missing
+
+
 def test_there_are_docs():
     assert any(blocks(path, "toml") and blocks(path, "sh") for path in DOCS)
 
