@@ -9,7 +9,8 @@ import pytest
 from browser import COARSE, DESKTOP, browsing, needs_browser
 from folding_arm import folding_arm
 from hefting.core.errors import InputError
-from hefting.viewer.player import EDGES, plan_player
+from hefting.viewer.drawing import EDGES
+from hefting.viewer.player import plan_player
 from plans import random_plan
 
 BOX = np.array(

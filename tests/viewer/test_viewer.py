@@ -4,6 +4,7 @@ numbers, following the controls."""
 import socket
 from dataclasses import replace
 from html import escape
+from unittest.mock import Mock
 from urllib.request import urlopen
 
 import numpy as np
@@ -13,9 +14,16 @@ from hefting.core.errors import InputError
 from hefting.core.messages import warning
 from hefting.identification import identify
 from hefting.robots import Arm
-from hefting.scene import headline_of, scene_of
+from hefting.scene import Scene, headline_of, scene_of, surface_of
+from hefting.shapes import Shape
 from hefting.viewer import Settings
-from hefting.viewer.drawing import MOST_REACH, axes_length, letter, size_of
+from hefting.viewer.drawing import (
+    MOST_REACH,
+    ObjectDrawing,
+    axes_length,
+    letter,
+    size_of,
+)
 from hefting.viewer.motion import arrow
 from hefting.viewer.panel import answer_html, legend_html
 from hefting.viewer.server import Follower, address_of, serving
@@ -222,6 +230,20 @@ def test_playing_moves_on_and_pauses(viewer):
     assert 0.5 < now < 4.0
     assert viewer._closed.wait(0.2) is False
     assert viewer.controls.time.value <= now + 0.2  # a tick may have been on its way
+
+
+def test_a_box_is_drawn_by_its_edges_without_diagonals():
+    api, sides = Mock(), (0.1, 0.2, 0.4)
+    box = Shape.from_box(0.0, sides[0], 0.0, sides[1], 0.0, sides[2])
+    ObjectDrawing(api, Scene(surface=surface_of(box)))
+    (edges,) = (
+        call.args[1]
+        for call in api.add_line_segments.call_args_list
+        if call.args[0].endswith("/shape")
+    )
+    lengths = np.linalg.norm(edges[:, 1] - edges[:, 0], axis=1)
+    np.testing.assert_allclose(np.sort(lengths), np.repeat(sides, 4))
+    assert not api.add_mesh_simple.called
 
 
 def test_each_reason_for_doubt_is_told_apart_from_the_next(viewer):

@@ -41,6 +41,8 @@ STROKES = {
 }
 """Strokes of letters: ends (right, up) in a unit square."""
 NO_SHADOWS: dict[str, Any] = {"cast_shadow": False, "receive_shadow": False}
+EDGES = tuple((i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit)
+"""Edges of a box whose corner i is at the high end of the axes whose bits are set in i."""
 AXES_SHARE = 0.5
 """Greatest length of the sensor's axes over the size of the scene."""
 
@@ -128,13 +130,22 @@ class ObjectDrawing:
                 )
 
     def _draw_surface(self, surface: Surface) -> None:
+        name = f"{SENSOR}/shape"
+        if not surface.is_object:
+            self._nodes["shape"] = self._api.add_line_segments(
+                name,
+                surface.vertices[list(EDGES)],
+                rgb(GREY),
+                thickness=1.5,
+                thickness_units="screen",
+            )
+            return
         self._nodes["shape"] = self._api.add_mesh_simple(
-            f"{SENSOR}/shape",
+            name,
             surface.vertices,
             surface.faces,
-            color=rgb(SURFACE if surface.is_object else GREY),
-            wireframe=not surface.is_object,
-            opacity=0.35 if surface.is_object else 0.8,
+            color=rgb(SURFACE),
+            opacity=0.35,
             side="double",
             **NO_SHADOWS,
         )

@@ -15,6 +15,7 @@ from hefting.viewer.drawing import (
     ARROWS,
     AXES,
     COM,
+    GREY,
     INERTIA,
     MASSES,
     SURFACE,
@@ -75,8 +76,9 @@ def legend_html(answer: Answer, size: float, largest: Array) -> str:
     if any(body.name == "truth" for body in scene.bodies):
         rows.append(_mark(TRUTH, "truth: COM, uniform ellipsoid"))
     if scene.surface is not None:
-        is_object = scene.surface.is_object
-        rows.append(_mark(SURFACE, "shape" if is_object else "box around the object"))
+        of_object = SURFACE, "shape"
+        of_box = GREY, "box around the object"
+        rows.append(_mark(*(of_object if scene.surface.is_object else of_box)))
     masses = None if scene.points is None else scene.points.masses
     if masses is not None:
         rows.append(_scale(1e3 * float(masses.max())))

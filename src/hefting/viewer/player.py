@@ -11,7 +11,7 @@ from hefting.core.spatial import Array
 from hefting.logs.given import as_recording
 from hefting.planning.result import Plan, speed_text
 from hefting.robots import Arm, Robot
-from hefting.viewer.drawing import COM, GREY, rgb
+from hefting.viewer.drawing import COM, EDGES, GREY, rgb
 from hefting.viewer.motion import ArmDrawing
 from hefting.viewer.panel import answer_html, legend_html
 from hefting.viewer.server import serving
@@ -42,8 +42,6 @@ SCHEME = (
 """Makes the page follow the reader's colour scheme."""
 RATE = 20.0
 """[Hz] Rate of the frames."""
-EDGES = tuple((i, i | bit) for bit in (1, 2, 4) for i in range(8) if not i & bit)
-"""Edges of a box whose corner i is at the high end of the axes whose bits are set in i."""
 THIN, THICK = 0.004, 0.008
 """[m] Thickness of the lines of the path and of the box."""
 
@@ -129,7 +127,7 @@ def _draw(server: "ViserServer", plan: Plan, place: Array) -> Any:
     api.add_line_segments("/path", path, rgb(GREY), thickness=THIN)
     tip = api.add_frame("/tip", axes_length=0.06, axes_radius=0.002)
     if len(box := plan.corners[-8:]) == 8:
-        edges = np.array([[box[i], box[j]] for i, j in EDGES], dtype=np.float32)
+        edges = np.asarray(box, dtype=np.float32)[list(EDGES)]
         api.add_line_segments("/tip/box", edges, rgb(COM), thickness=THICK)
     return tip
 
