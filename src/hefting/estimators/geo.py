@@ -73,9 +73,7 @@ class GEO(PointEstimator):
     instead_of_shape = ("prior",)
     consistent = True
     source = "Lee, Wensing & Park, IEEE T-RO 36(2), 2020"
-    best_for = (
-        "any motion, when the shape, or at least its bounding box, is about right"
-    )
+    best_for = "any motion, if the shape or its bounding box is about right"
     invariances = frozenset(INVARIANCES)
     variants: ClassVar = {
         "blended": {"model": "blended"},

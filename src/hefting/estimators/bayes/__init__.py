@@ -107,7 +107,7 @@ class Bayes(Estimator):
     consistent = True
     gives_covariance = True
     source = "this project, docs/bayes.md"
-    best_for = "any motion, above all with a shape, and wherever it matters how sure"
+    best_for = "any motion, above all with a shape; it says how sure it is"
     invariances = frozenset(INVARIANCES)
     keeps_time_record = True
 
