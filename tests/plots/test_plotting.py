@@ -219,7 +219,7 @@ def test_a_box_around_the_object_is_an_outline():
     box = Shape.from_box(-0.1, 0.1, -0.2, 0.2, 0.0, 0.4)
     for axes in plot_object(estimate_of(hammer().parameters), box).axes:
         assert not collections(axes, "shape")
-        (line,) = (x for x in axes.lines if "somewhere inside" in str(x.get_label()))
+        (line,) = (x for x in axes.lines if "box around" in str(x.get_label()))
         i, j = VIEWS[list(axes.figure.axes).index(axes)]
         low, high = np.array(((-0.1, -0.2, 0.0), (0.1, 0.2, 0.4))) * 1e3
         corners = np.asarray(line.get_xydata())

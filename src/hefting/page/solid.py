@@ -140,7 +140,7 @@ def _triangles(vertices: Array, faces: np.ndarray) -> Trace:
 
 def _surface(surface: Surface) -> Trace:
     known = surface.is_object
-    name = "shape" if known else "box that the object is somewhere inside"
+    name = "shape" if known else "box around the object"
     look = {
         "name": name,
         "color": "@shape",

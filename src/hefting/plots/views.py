@@ -141,7 +141,7 @@ def _draw_surface(axes: "Axes", surface: Surface, i: int, j: int) -> None:
             color=INK,
             linewidth=0.6,
             linestyle=(0, (6, 3)),
-            label="box that the object is somewhere inside",
+            label="box around the object",
         )
         return
     from matplotlib.collections import PolyCollection
