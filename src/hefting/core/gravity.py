@@ -83,7 +83,7 @@ class Gravity:
     @classmethod
     def at(cls, latitude: float, altitude: float | None = None) -> Self:
         """Gravity at a latitude [°], north positive, and an altitude [m], by default
-        0, with a standard deviation that allows for other ones.
+        unknown, near 0.
 
         Raises `InputError` for a place that is not on the Earth.
         """

@@ -112,7 +112,7 @@ def rounded(values: ArrayLike, places: ArrayLike) -> Array:
 
 
 def significant(value: float, digits: int = 2) -> str:
-    """A number to so many digits, written in full: ``13000``, not ``1.3e+04``."""
+    """A number to so many digits, ``13000`` and not ``1.3e+04``."""
     return np.format_float_positional(value, digits, fractional=False, trim="-")
 
 

@@ -34,7 +34,7 @@ class RTLS(PointEstimator):
     the answer depends on units and axes: turned, products of inertia become moments,
     and a tensor holds those twice and these once. With known noise it depends on
     neither, and its mean error vanishes as samples grow in number. It always depends on
-    the sensor's origin: about another one, noise of the force is in the torque, too. The columns of a constant
+    the sensor's origin: elsewhere noise of the force is in the torque, too. The columns of a constant
     bias are exact.
 
     Examples

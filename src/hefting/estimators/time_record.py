@@ -26,10 +26,6 @@ FIRST_STRETCH_LENGTH = 64
 """Number of samples in a stretch, before any are joined."""
 
 
-def _empty_factor() -> Array:
-    return np.zeros((FEATURES, FEATURES))
-
-
 @immutable
 class Stretches:
     """Triangular factors of consecutive stretches of one length, and of the one being
@@ -41,7 +37,7 @@ class Stretches:
     """samples in each"""
     length: int = FIRST_STRETCH_LENGTH
     """samples of a complete one"""
-    open_factor: Array = field(default_factory=_empty_factor)
+    open_factor: Array = field(default_factory=np.zeros((FEATURES, FEATURES)).copy)
     """(22, 22) of the one being filled"""
     open_count: int = 0
     """samples in it"""
@@ -229,8 +225,7 @@ class TimeRecord:
     def _motion_with(
         self, weight: float, noise: MotionNoise | None
     ) -> tuple[float, ...]:
-        """`motion` with further samples, by their total weight and what is known of
-        their motion's noise."""
+        """`motion` with samples of a total `weight` whose motion has this noise."""
         known = (0.0,) * 4
         if noise is not None:
             known = 1.0, noise.linear**2, noise.angular**2, noise.memory

@@ -157,8 +157,7 @@ def _beside_tool(found: Ingested) -> str:
 
 
 def _why_mass_is_open(found: Ingested) -> tuple[str, str, str]:
-    """What is wrong with a recording that does not determine the mass, where, and what
-    to do."""
+    """What is wrong, where, and what to do."""
     beside = hint = ""
     if found.given_bias is not None:
         hint = "; or is `bias` wrong?"

@@ -277,8 +277,8 @@ class LiveIdentifier:
         self.close()
 
     def _run(self) -> None:
-        """Publish an estimate each `period`, and filter new samples until it is due. A
-        long period leaves time to take most samples just before, and then the newest."""
+        """Publish an estimate each `period`, and filter new samples in between; if it is
+        long, most samples are folded in just before the newest."""
         due = time.monotonic()
         try:
             while True:

@@ -95,7 +95,9 @@ def report(results: Results) -> Report:
     speeds = list(dict.fromkeys(job["speed"] for job, _ in results))
     shares = {  # (objects,) by quantity and speed
         part: {
-            s: np.array([_share(r[part]) for job, r in results if job["speed"] == s])
+            s: np.array(
+                [r[part][0] / sum(r[part]) for job, r in results if job["speed"] == s]
+            )
             for s in speeds
         }
         for part in ("force", "torque")
@@ -189,10 +191,6 @@ def _notes(recomputed: list[tuple]) -> tuple[str, ...]:
         f"The mean mass and radius of {YCB_OBJECTS} objects of the Yale-CMU-Berkeley set are the paper's: the data set "
         "is not part of this project, so they were not computed again.",
     )
-
-
-def _share(parts: list[float]) -> float:
-    return parts[0] / (parts[0] + parts[1])
 
 
 def _mean(results: Results, speed: float, name: str) -> float:

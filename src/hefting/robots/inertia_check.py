@@ -69,8 +69,7 @@ def nearest_inertia(mass: float, inertia: Array) -> Array:
 
 
 def _rounded(tensor: Array, before: Array) -> Array:
-    """`tensor` rounded to `DIGITS`; entries that equal those of `before` to these digits
-    are as they were."""
+    """`tensor` rounded to `DIGITS`; entries that then equal those of `before` stay."""
     places = DIGITS - int(np.ceil(np.log10(np.abs(tensor).max())))
     same = np.abs(tensor - before) <= 10.0**-places
     rounded = np.vectorize(lambda value: round(float(value), places))(tensor)

@@ -130,25 +130,17 @@ class ObjectDrawing:
                 )
 
     def _draw_surface(self, surface: Surface) -> None:
-        name = f"{SENSOR}/shape"
-        if not surface.is_object:
-            self._nodes["shape"] = self._api.add_line_segments(
-                name,
-                surface.vertices[list(EDGES)],
-                rgb(GREY),
-                thickness=1.5,
-                thickness_units="screen",
+        name, vertices = f"{SENSOR}/shape", surface.vertices
+        if surface.is_object:
+            look: dict[str, Any] = {"opacity": 0.35, "side": "double", **NO_SHADOWS}
+            node = self._api.add_mesh_simple(
+                name, vertices, surface.faces, color=rgb(SURFACE), **look
             )
-            return
-        self._nodes["shape"] = self._api.add_mesh_simple(
-            name,
-            surface.vertices,
-            surface.faces,
-            color=rgb(SURFACE),
-            opacity=0.35,
-            side="double",
-            **NO_SHADOWS,
-        )
+        else:
+            look = {"thickness": 1.5, "thickness_units": "screen"}
+            edges = vertices[list(EDGES)]
+            node = self._api.add_line_segments(name, edges, rgb(GREY), **look)
+        self._nodes["shape"] = node
 
     def _draw_points(self, points: PointSet | None) -> None:
         if points is None:

@@ -218,47 +218,29 @@ def _noise_warnings(posterior: Posterior) -> list[Message]:
     """Messages on residuals that contradict the noise, or each other."""
     warnings: list[Message] = []
     if not posterior.noise_known:
-        warnings.append(
-            warning(
-                "noise-unknown",
-                "too few samples to know the noise: the intervals assume that of a typical sensor",
-            )
-        )
+        what = "too few samples to know the noise: the intervals assume that of a typical sensor"
+        warnings.append(warning("noise-unknown", what))
     if posterior.contradicted:
         times = posterior.excess**0.5
-        warnings.append(
-            warning(
-                "noise-exceeds-claim",
-                f"the residuals are {times:.2g} times the noise that was given: the intervals are wider by that",
-                "noise",
-            )
-        )
+        what = f"the residuals are {times:.2g} times the noise that was given: the intervals are wider by that"
+        warnings.append(warning("noise-exceeds-claim", what, "noise"))
     if posterior.coloured:
-        warnings.append(
-            warning(
-                "noise-coloured",
-                "white noise was given, and the residuals are not: without `noise` the intervals would allow for that",
-                "noise",
-            )
-        )
+        what = "white noise was given, and the residuals are not: without `noise` the intervals would allow for that"
+        warnings.append(warning("noise-coloured", what, "noise"))
     if posterior.disagreement > LARGEST_STRETCH_DISAGREEMENT:
-        warnings.append(
-            warning(
-                "stretches-disagree",
-                "the recording contradicts its own model (is the sensor linear, its bias constant, the object "
-                f"fixed?): its stretches differ {posterior.disagreement**0.5:.1f} times as much as noise does; the "
-                "intervals allow for it",
-            )
+        what = (
+            "the recording contradicts its own model (is the sensor linear, its bias constant, the object "
+            f"fixed?): its stretches differ {posterior.disagreement**0.5:.1f} times as much as noise does; the "
+            "intervals allow for it"
         )
+        warnings.append(warning("stretches-disagree", what))
     uneven = posterior.response * posterior.mixture.mean[0]
     if uneven > LARGEST_RESPONSE_SHARE * posterior.mixture.mass_std:
-        warnings.append(
-            warning(
-                "response-uneven",
-                "fast and slow changes of the wrench contradict each other (is the sensor linear, its clock that of "
-                f"the motion, the arm stiff?): the intervals allow for {100.0 * posterior.response:.2g} %",
-            )
+        what = (
+            "fast and slow changes of the wrench contradict each other (is the sensor linear, its clock that of "
+            f"the motion, the arm stiff?): the intervals allow for {100.0 * posterior.response:.2g} %"
         )
+        warnings.append(warning("response-uneven", what))
     return warnings
 
 
