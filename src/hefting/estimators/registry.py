@@ -9,11 +9,15 @@ from hefting.estimators.base import INVARIANCES
 from hefting.estimators.base import Estimator as Estimator
 from hefting.estimators.methods import *  # noqa: F403
 
+
+def _rank(kind: type[Estimator]) -> int:
+    return kind.rank
+
+
 METHODS: dict[str, type[Estimator]] = {
     kind.__name__: kind
     for kind in sorted(
-        (kind for kind in vars(methods).values() if isinstance(kind, type)),
-        key=lambda kind: kind.rank,
+        (kind for kind in vars(methods).values() if isinstance(kind, type)), key=_rank
     )
 }
 """Every method by its name, in order of rank."""
