@@ -55,6 +55,7 @@ def _small_words(text: str) -> list[str]:
     return small_words(re.sub(CAMEL, "_", text))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # as of values of 1e308
 def time_of(sample: Sample) -> Guess | None:
     """The first column named as a time, if possible with increasing numbers, and not the
     nanoseconds of a stamp; else a column of dates that increase by less than 1 s per

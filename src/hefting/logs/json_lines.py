@@ -1,0 +1,167 @@
+"""JSON lines: one object a sample, nested as ROS messages are; see `MemoryTable`."""
+
+import io
+import json
+from array import array
+from collections.abc import Mapping
+from dataclasses import replace
+from itertools import count
+from math import inf, nan
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from hefting.core.errors import InputError
+from hefting.core.messages import warning
+from hefting.logs.canonical import MAX_COLUMNS
+from hefting.logs.csv_cells import NOTHING, seconds_of
+from hefting.logs.csv_file import texts
+from hefting.logs.layout import Layout
+from hefting.logs.registry import Format
+from hefting.logs.table import LONGEST_LIST, check_cells
+
+if TYPE_CHECKING:
+    from hefting.logs.memory_table import MemoryTable
+
+ONE_A_LINE = "write one object a sample and line, as jq -c '.[]' does of a list"
+DEEPEST = 20
+"""Largest number of objects in one another that are looked into."""
+
+
+def open_json_lines(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
+    """The objects in the lines of the file at `path`; the layout is not used.
+
+    ``{"pose": {"position": {"x": 1}}}`` has a column ``pose.position.x``, a list of
+    numbers is an array, and lists beside a list ``name``, as of joints, have columns of
+    these names. What lies within an object with a ``topic`` begins with that. A key that
+    is absent or null is blank; a last line that was cut is left out, with a warning.
+
+    Raises `InputError` for a line that is no object, and for more than `MAX_COLUMNS`
+    names or `MAX_CELLS` numbers.
+    """
+    from hefting.logs.memory_table import MemoryTable
+
+    columns, cut = _Columns(path), None
+    numbers = count(1)
+    for text in texts(path):
+        for line, number in zip(io.BytesIO(text), numbers, strict=False):
+            if not line.strip():
+                continue
+            if cut is not None:
+                raise cut
+            try:
+                content = json.loads(line)
+                if not isinstance(content, dict):
+                    raise TypeError("a list or a value")
+            except (ValueError, TypeError, RecursionError) as error:
+                what = f"is no JSON object ({str(error)[:80]})"
+                fix = (
+                    "write one object a sample and line, as jq -c '.[]' does of a list"
+                )
+                cut = InputError(what, f"{path}, row {number}", fix)
+                continue
+            columns.add(content)
+    if cut is not None and columns.rows < 2:
+        raise cut
+    table = MemoryTable.of_arrays(str(path), columns.arrays())
+    if cut is None:
+        return replace(table, first=1)
+    what = f"left out the last line, which {cut.what}"
+    return replace(table, first=1, warnings=(warning("end-left-out", what),))
+
+
+class _Columns:
+    """Columns of numbers that grow by an object."""
+
+    def __init__(self, path: str | Path):
+        self._path, self.rows = path, 0
+        self._numbers: dict[str, array[float]] = {}
+        self._widths: dict[str, int] = {}  # of lists
+        self._others: set[str] = set()  # names that hold other things as well
+
+    def add(self, content: Mapping[str, Any]) -> None:
+        """Add a row."""
+        topic = content.get("topic")
+        within = f"{topic}." if isinstance(topic, str) else ""
+        for name, value in content.items():
+            nested = isinstance(value, dict)
+            self._add(f"{within}{name}" if nested else name, value, 0)
+        self.rows += 1
+        check_cells(self.rows * len(self._numbers), self._path)
+
+    def arrays(self) -> dict[str, Any]:
+        """Arrays (K,), or (K, n) of lists, with NaN for blanks; objects in place of
+        what is not numbers alone."""
+        for column in self._numbers.values():
+            self._fill(column, self.rows)
+        held: dict[str, Any] = {n: np.asarray(c) for n, c in self._numbers.items()}
+        nothing = np.full(self.rows, nan)
+        for name, width in self._widths.items():
+            parts = [held.pop(f"{name}_{j}", nothing) for j in range(width)]
+            held[name] = np.stack(parts, axis=1)
+        blank = np.broadcast_to(np.full((), "", object), self.rows)
+        return held | dict.fromkeys(self._others, blank)
+
+    def _add(self, name: str, value: Any, depth: int) -> None:
+        if isinstance(value, dict) and depth < DEEPEST:
+            names: Any = value.get("name")
+            count = len(names) if isinstance(names, list) else None
+            for key, inner in value.items():
+                if key != "name" and isinstance(inner, list) and len(inner) == count:
+                    for one, number in zip(names, inner, strict=True):
+                        self._add_number(f"{name}.{str(one)[:99]}.{key}", number)
+                else:
+                    self._add(f"{name}.{key}", inner, depth + 1)
+        elif isinstance(value, list):
+            self._add_list(name, value)
+        else:
+            self._add_number(name, value)
+
+    def _add_list(self, name: str, value: list[Any]) -> None:
+        """Add a list of numbers, in lists or not, whose length does not change."""
+        flat = value
+        while flat and all(isinstance(inner, list) for inner in flat):
+            flat = [each for inner in flat for each in inner]
+        width = self._widths.get(name, len(flat))
+        are_numbers = all(isinstance(each, int | float | None) for each in flat)
+        if not 0 < len(flat) == width <= LONGEST_LIST or not are_numbers:
+            self._others |= {name} if flat else set()
+            return
+        self._widths[name] = width
+        for j, each in enumerate(flat):
+            self._add_number(f"{name}_{j}", each)
+
+    def _add_number(self, name: str, value: Any) -> None:
+        """Add a number, or a date [s]; nothing for a blank."""
+        if value is None or (isinstance(value, str) and value in ("", *NOTHING)):
+            return
+        try:
+            number = float(value)
+        except OverflowError:
+            number = inf
+        except (TypeError, ValueError):
+            number = seconds_of(value) if isinstance(value, str) else None
+        if number is None:
+            self._others.add(name)
+            return
+        if name not in self._numbers and len(self._numbers) >= MAX_COLUMNS:
+            what = f"has more than {MAX_COLUMNS} names of numbers"
+            raise InputError(what, self._path, ONE_A_LINE)
+        column = self._numbers.setdefault(name, array("d"))
+        self._fill(column, self.rows)
+        column[self.rows :] = array("d", [number])  # once a row
+
+    def _fill(self, column: "array[float]", rows: int) -> None:
+        column.extend([nan] * (rows - len(column)))
+
+
+FORMAT = Format(
+    name="JSON lines",
+    description="one JSON object a line and sample, nested as ROS messages are",
+    suffixes=(".jsonl", ".ndjson"),
+    help_names=(".jsonl",),
+    open_table=open_json_lines,
+    in_blocks=False,
+)
+"""Objects of numbers, lines of text."""
