@@ -230,7 +230,8 @@ def _read_names(
             "is numbers, not column names",
             where,
             "give a header row: time,qx,qy,..., or a column map with header = false and "
-            "the numbers of the columns (`column_map`=FILE)",
+            "the numbers of the columns (`column_map`=FILE; of a second file with poses "
+            "in a table [poses] of it)",
         )
     return tuple(names), separator
 
