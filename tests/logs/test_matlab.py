@@ -81,6 +81,28 @@ def test_structures_arrays_of_them_and_cells(held, tmp_path):
     assert same(read_log(tmp_path / "log.mat"), expected)
 
 
+def test_cells_of_structures_as_messages_of_the_ros_toolbox(held, tmp_path):
+    pose = as_recording(**held)
+    cells = np.empty((len(held["time"]), 1), dtype=object)
+    for k, time in enumerate(held["time"]):
+        stamp = {"Sec": int(time), "Nsec": round(1e9 * (time % 1))}
+        halves = {"Force": held["wrench"][k, :3], "Torque": held["wrench"][k, 3:]}
+        own = {"Position": pose["position"].values[k]}
+        own |= {"Orientation": pose["orientation"].values[k]}
+        cells[k, 0] = {"Header": {"Stamp": stamp}} | {
+            part: {
+                name: dict(zip("XYZW", values.tolist(), strict=False))
+                for name, values in fields.items()
+            }
+            for part, fields in (("Wrench", halves), ("Pose", own))
+        }
+    savemat(tmp_path / "log.mat", {"messages": cells})
+    found = read_log(tmp_path / "log.mat")
+    for name, stream in pose.streams.items():
+        np.testing.assert_allclose(found[name].values, stream.values, atol=1e-12)
+        np.testing.assert_allclose(found[name].time, stream.time, atol=1e-9)
+
+
 def test_the_other_order_of_bytes(held, tmp_path):
     elements = [
         matrix(

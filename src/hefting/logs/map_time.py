@@ -17,12 +17,12 @@ TIMES = (
     *("times", "timestamps", "stamps"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
     *("temps", "tiempo", "tempo", "时间", "時間", "時刻"),
-    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
+    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc", "tm"),
 )
 """Names of the time, without its unit; `names_time` also knows LabVIEW's ``X_Value``."""
 
-MILLISECONDS = ("ipoc", "duration")
-"""Names that KUKA and libfranka give to whole milliseconds."""
+MILLISECONDS = ("ipoc", "duration", "tm")
+"""Names that KUKA, libfranka and ABB give to whole milliseconds."""
 
 SHORT = 3.0
 """[s] Duration in the unit that the steps suggest below which a larger unit is possible;

@@ -155,6 +155,9 @@ def _together(values: list[Any]) -> Any:
     """One value; several of one shape as samples, or else by their numbers."""
     if len(values) < 2:
         return values[0] if values else None
+    keys = [value.keys() if isinstance(value, dict) else None for value in values]
+    if keys[0] and keys.count(keys[0]) == len(keys):
+        return {key: _together([value[key] for value in values]) for key in keys[0]}
     shapes = {getattr(value, "shape", None) for value in values}
     if len(shapes) == 1 and None not in shapes:
         return np.stack(values)
