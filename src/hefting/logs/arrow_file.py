@@ -1,26 +1,21 @@
 """Arrow's own files (Feather) and streams: a table as in Parquet; see `MemoryTable`."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING
 
-from hefting.core.errors import InputError
 from hefting.logs.canonical import check_names
 from hefting.logs.layout import Layout
+from hefting.logs.memory_table import MemoryTable
+from hefting.logs.parquet_file import flat, read_error
 from hefting.logs.registry import Format
 
-if TYPE_CHECKING:
-    from hefting.logs.memory_table import MemoryTable
 
-
-def open_arrow(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
+def open_arrow(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
     """The table at `path`; the layout is not used.
 
     Raises `InputError` when it cannot be read, or names repeat.
     """
     import pyarrow as pa
     from pyarrow import ipc
-
-    from hefting.logs.memory_table import MemoryTable
 
     try:
         with pa.OSFile(str(path)) as file:
@@ -30,11 +25,8 @@ def open_arrow(path: str | Path, _layout: Layout | None = None) -> "MemoryTable"
             table = reader.read_all()
         table.validate(full=True)  # else offsets may lead anywhere
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-        reason = (str(error).splitlines() or [type(error).__name__])[0][:200]
-        what = f"cannot be read as Arrow ({reason})"
-        raise InputError(what, path, "write the file again") from error
-    while any(pa.types.is_struct(kind) for kind in table.schema.types):
-        table = table.flatten()
+        raise read_error(path, error, "Arrow") from error
+    table = flat(table)
     check_names(table.column_names, path)
     return MemoryTable.of_frame(table, table.column_names, str(path))
 

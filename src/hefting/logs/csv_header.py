@@ -73,8 +73,8 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
             joined = _joined([names], below.cells(units))
             units += joined is not None
         names = joined or names
-        index = below.cells(first - 1) if first and first > row + 1 else ()
-        groups = above.cells(row - 1) if row > 1 else ()
+        index = below.cells(first - 1) if first and first > row + 1 else []
+        groups = above.cells(row - 1) if row > 1 else []
         if len({*groups}) < len(groups) == len(index) and not any(index[1:]):
             names = (index[0], *names[1:])  # as pandas writes it under two levels
     between = below.cells(units) if row and first and first > units else []

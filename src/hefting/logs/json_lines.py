@@ -5,10 +5,10 @@ import json
 from array import array
 from collections.abc import Mapping
 from dataclasses import replace
-from itertools import count
+from itertools import chain
 from math import inf, nan
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
@@ -18,18 +18,16 @@ from hefting.logs.canonical import MAX_COLUMNS
 from hefting.logs.csv_cells import NOTHING, seconds_of
 from hefting.logs.csv_file import texts
 from hefting.logs.layout import Layout
+from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format
 from hefting.logs.table import LONGEST_LIST, check_cells
-
-if TYPE_CHECKING:
-    from hefting.logs.memory_table import MemoryTable
 
 ONE_A_LINE = "write one object a sample and line, as jq -c '.[]' does of a list"
 DEEPEST = 20
 """Largest number of objects in one another that are looked into."""
 
 
-def open_json_lines(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
+def open_json_lines(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
     """The objects in the lines of the file at `path`; the layout is not used.
 
     ``{"pose": {"position": {"x": 1}}}`` has a column ``pose.position.x``, a list of
@@ -40,35 +38,24 @@ def open_json_lines(path: str | Path, _layout: Layout | None = None) -> "MemoryT
     Raises `InputError` for a line that is no object, and for more than `MAX_COLUMNS`
     names or `MAX_CELLS` numbers.
     """
-    from hefting.logs.memory_table import MemoryTable
-
     columns, cut = _Columns(path), None
-    numbers = count(1)
-    for text in texts(path):
-        for line, number in zip(io.BytesIO(text), numbers, strict=False):
-            if not line.strip():
-                continue
-            if cut is not None:
-                raise cut
-            try:
-                content = json.loads(line)
-                if not isinstance(content, dict):
-                    raise TypeError("a list or a value")
-            except (ValueError, TypeError, RecursionError) as error:
-                what = f"is no JSON object ({str(error)[:80]})"
-                fix = (
-                    "write one object a sample and line, as jq -c '.[]' does of a list"
-                )
-                cut = InputError(what, f"{path}, row {number}", fix)
-                continue
-            columns.add(content)
+    lines = chain.from_iterable(map(io.BytesIO, texts(path)))
+    for number, line in enumerate(lines, 1):
+        if not line.strip():
+            continue
+        if cut is not None:
+            raise cut
+        try:
+            columns.add(json.loads(line))
+        except (ValueError, AttributeError, RecursionError) as error:
+            what = f"is no JSON object ({str(error)[:80]})"
+            cut = InputError(what, f"{path}, row {number}", ONE_A_LINE)
     if cut is not None and columns.rows < 2:
         raise cut
     table = MemoryTable.of_arrays(str(path), columns.arrays())
-    if cut is None:
-        return replace(table, first=1)
-    what = f"left out the last line, which {cut.what}"
-    return replace(table, first=1, warnings=(warning("end-left-out", what),))
+    what = f"left out the last line, which {cut.what}" if cut else ""
+    warnings = (warning("end-left-out", what),) if cut else ()
+    return replace(table, first=1, warnings=warnings)
 
 
 class _Columns:
@@ -93,9 +80,7 @@ class _Columns:
     def arrays(self) -> dict[str, Any]:
         """Arrays (K,), or (K, n) of lists, with NaN for blanks; objects in place of
         what is not numbers alone."""
-        for column in self._numbers.values():
-            self._fill(column, self.rows)
-        held: dict[str, Any] = {n: np.asarray(c) for n, c in self._numbers.items()}
+        held: dict[str, Any] = {n: self._filled(n) for n in self._numbers}
         nothing = np.full(self.rows, nan)
         for name, width in self._widths.items():
             parts = [held.pop(f"{name}_{j}", nothing) for j in range(width)]
@@ -148,12 +133,14 @@ class _Columns:
         if name not in self._numbers and len(self._numbers) >= MAX_COLUMNS:
             what = f"has more than {MAX_COLUMNS} names of numbers"
             raise InputError(what, self._path, ONE_A_LINE)
-        column = self._numbers.setdefault(name, array("d"))
-        self._fill(column, self.rows)
-        column[self.rows :] = array("d", [number])  # once a row
+        self._numbers.setdefault(name, array("d"))
+        self._filled(name)[self.rows :] = array("d", [number])  # once a row
 
-    def _fill(self, column: "array[float]", rows: int) -> None:
-        column.extend([nan] * (rows - len(column)))
+    def _filled(self, name: str) -> "array[float]":
+        """A column with blanks up to the last row."""
+        column = self._numbers[name]
+        column.extend([nan] * (self.rows - len(column)))
+        return column
 
 
 FORMAT = Format(

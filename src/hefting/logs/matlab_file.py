@@ -6,17 +6,15 @@ import zlib
 from collections.abc import Iterator, Sequence
 from math import prod
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.logs.layout import Layout
+from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format
 from hefting.logs.table import LONGEST_LIST, MAX_CELLS, check_cells
-
-if TYPE_CHECKING:
-    from hefting.logs.memory_table import MemoryTable
 
 HEADER = 128
 """Length of the text and version before the first array [bytes]."""
@@ -33,11 +31,9 @@ OF_DATA = (
 MOST_ARRAYS, DEEPEST = 1_000_000, 20
 """Largest number of arrays, and of structures in one another."""
 SAVE = "save it by save('log.mat', '-v7')"
-DAMAGED = (ValueError, LookupError, TypeError, StopIteration, struct.error, zlib.error)
-"""Errors of reading a damaged file."""
 
 
-def open_matlab(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
+def open_matlab(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
     """The arrays of numbers in the .mat at `path`; the layout is not used.
 
     Axes of length 1 are left out; ``s.t`` of a structure is ``s.t``, and elements of an
@@ -46,8 +42,6 @@ def open_matlab(path: str | Path, _layout: Layout | None = None) -> "MemoryTable
     Raises `InputError` for another version, a damaged file, one that holds more than
     `MAX_CELLS` numbers, and objects of `OF_DATA`, whose form MATLAB does not publish.
     """
-    from hefting.logs.memory_table import MemoryTable
-
     check_cells(Path(path).stat().st_size // 8, path)
     data = Path(path).read_bytes()
     if b"\x89HDF\r\n\x1a\n" in (data[:8], data[512:520]):
@@ -57,7 +51,7 @@ def open_matlab(path: str | Path, _layout: Layout | None = None) -> "MemoryTable
         raise InputError("is not of MATLAB 5 to 7", path, SAVE)
     try:
         arrays = _Reader(path, order).arrays(memoryview(data)[HEADER:])
-    except DAMAGED as error:
+    except (ValueError, LookupError, StopIteration, struct.error, zlib.error) as error:
         what = f"cannot be read as .mat ({str(error)[:80] or 'it ends too early'})"
         raise InputError(what, path, SAVE) from error
     if not arrays:
