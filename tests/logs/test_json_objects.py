@@ -77,6 +77,28 @@ def test_messages_of_ros_one_a_line_with_their_topics(rows, recording, write):
     assert "columns-by-name" in [m.code for m in found.warnings]
 
 
+def test_matrices_by_the_name_of_a_stream_in_some_lines(arrays, write):
+    """And the time as JSON of protobuf has it."""
+    time, pose, wrench = arrays
+    lines = [
+        {
+            "timestamp": {"seconds": str(int(t)), "nanos": round(1e9 * (t % 1))},
+            "pose": None if k % 4 else matrix.tolist(),
+            "wrench": w.tolist(),
+        }
+        for k, (t, matrix, w) in enumerate(zip(time, pose, wrench, strict=True))
+    ]
+    table = open_json_lines(write(lines))
+    np.testing.assert_array_equal(table.arrays["pose"][::4], pose[::4])
+    assert np.isnan(table.arrays["pose"][1]).all()
+    found = read_log(write(lines))
+    np.testing.assert_allclose(found["wrench"].time, time, atol=1e-9)
+    np.testing.assert_allclose(found["orientation"].time, time[::4], atol=1e-9)
+    named = [{"time": t} | line for t, line in zip(time, lines, strict=True)]
+    found = read_log(write(named))
+    np.testing.assert_array_equal(found["position"].values, pose[::4, :3, 3])
+
+
 def test_matrices_dates_and_numbers_as_text(arrays, recording, write):
     time, pose, wrench = arrays
     lines = [
@@ -105,6 +127,7 @@ def test_joints_have_their_names(write):
     wanted = {"joints.b.position": [1, np.nan], "joints.a.position": [2.5, np.nan]}
     for name, values in (wanted | {"joints.g.position": [np.nan, 7]}).items():
         np.testing.assert_array_equal(table.columns[name], values)
+    assert open_json_lines(write([arm])).names == ("b.position", "a.position", "name")
 
 
 def test_blanks_and_what_is_no_number(write):

@@ -152,6 +152,20 @@ def test_objects_that_may_hold_the_recording_are_not_passed_over(
         read_log(path)
 
 
+@pytest.mark.parametrize("name", ["time", "t"])
+@pytest.mark.parametrize("kind", ["lines", "cells", "complex"])
+def test_a_time_that_is_no_number_is_not_passed_over(held, tmp_path, name, kind):
+    time = held.pop("time")
+    texts = [f"12:00:{value:09.6f}" for value in time]
+    cells = np.array(texts, dtype=object)[:, None]
+    kinds = {"lines": np.array(texts), "cells": cells, "complex": time + 1j}
+    savemat(tmp_path / "log.mat", held | {name: kinds[kind]})
+    with pytest.raises(
+        InputError, match=f"{name}'? (holds|is not an array of numbers)"
+    ):
+        read_log(tmp_path / "log.mat")
+
+
 def test_a_packed_file_is_unpacked_up_to_a_limit(tmp_path, monkeypatch):
     """A megabyte of zeros in a kilobyte."""
     monkeypatch.setattr("hefting.logs.matlab_file.MAX_CELLS", 1000)
@@ -187,8 +201,8 @@ def test_a_shape_that_does_not_fit_its_numbers(tmp_path, shape):
         read_log(path)
 
 
-def test_an_empty_field_and_complex_numbers_are_passed_over(held, tmp_path):
-    savemat(tmp_path / "log.mat", held | {"z": np.ones(80) * 1j})
+def test_empty_fields_are_passed_over(held, tmp_path):
+    savemat(tmp_path / "log.mat", held)
     empty = element(14, b"")
     fields = element(5, struct.pack("<i", 4)) + element(1, b"a\0\0\0b\0\0\0")
     one = matrix(2, fields, empty, empty, name=b"s")

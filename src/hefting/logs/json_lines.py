@@ -3,10 +3,9 @@
 import io
 import json
 from array import array
-from collections.abc import Mapping
 from dataclasses import replace
 from itertools import chain
-from math import inf, nan
+from math import inf, nan, prod
 from pathlib import Path
 from typing import Any
 
@@ -32,7 +31,7 @@ def open_json_lines(path: str | Path, _layout: Layout | None = None) -> MemoryTa
 
     ``{"pose": {"position": {"x": 1}}}`` has a column ``pose.position.x``, a list of
     numbers is an array, and lists beside a list ``name``, as of joints, have columns of
-    these names. What lies within an object with a ``topic`` begins with that. A key that
+    these names. Objects beside a ``topic`` or ``channel`` begin with that. A key that
     is absent or null is blank; a last line that was cut is left out, with a warning.
 
     Raises `InputError` for a line that is no object, and for more than `MAX_COLUMNS`
@@ -64,57 +63,56 @@ class _Columns:
     def __init__(self, path: str | Path):
         self._path, self.rows = path, 0
         self._numbers: dict[str, array[float]] = {}
-        self._widths: dict[str, int] = {}  # of lists
+        self._shapes: dict[str, tuple[int, ...]] = {}  # of lists
         self._others: set[str] = set()  # names that hold other things as well
 
-    def add(self, content: Mapping[str, Any]) -> None:
+    def add(self, content: dict[str, Any]) -> None:
         """Add a row."""
-        topic = content.get("topic")
-        within = f"{topic}." if isinstance(topic, str) else ""
-        for name, value in content.items():
-            nested = isinstance(value, dict)
-            self._add(f"{within}{name}" if nested else name, value, 0)
+        topic = content.get("topic", content.get("channel"))
+        self._add("", content, f"{topic}." if isinstance(topic, str) else "")
         self.rows += 1
         check_cells(self.rows * len(self._numbers), self._path)
 
     def arrays(self) -> dict[str, Any]:
-        """Arrays (K,), or (K, n) of lists, with NaN for blanks; objects in place of
+        """Arrays (K,), or (K, n) and (K, m, n) of lists, with NaN for blanks; objects in place of
         what is not numbers alone."""
         held: dict[str, Any] = {n: self._filled(n) for n in self._numbers}
-        nothing = np.full(self.rows, nan)
-        for name, width in self._widths.items():
-            parts = [held.pop(f"{name}_{j}", nothing) for j in range(width)]
-            held[name] = np.stack(parts, axis=1)
+        for name, shape in self._shapes.items():
+            parts = [held.pop(f"{name}_{j}") for j in range(prod(shape))]
+            held[name] = np.stack(parts, axis=1).reshape(-1, *shape)
         blank = np.broadcast_to(np.full((), "", object), self.rows)
         return held | dict.fromkeys(self._others, blank)
 
-    def _add(self, name: str, value: Any, depth: int) -> None:
-        if isinstance(value, dict) and depth < DEEPEST:
-            names: Any = value.get("name")
-            count = len(names) if isinstance(names, list) else None
-            for key, inner in value.items():
-                if key != "name" and isinstance(inner, list) and len(inner) == count:
-                    for one, number in zip(names, inner, strict=True):
-                        self._add_number(f"{name}.{str(one)[:99]}.{key}", number)
-                else:
-                    self._add(f"{name}.{key}", inner, depth + 1)
-        elif isinstance(value, list):
-            self._add_list(name, value)
-        else:
-            self._add_number(name, value)
+    def _add(self, before: str, fields: dict[str, Any], topic: str = "") -> None:
+        """Add fields whose names begin so, and objects in them with the topic."""
+        names: Any = fields.get("name")
+        count = len(names) if isinstance(names, list) else None
+        for key, value in fields.items():
+            name = before + key
+            if isinstance(value, dict) and name.count(".") < DEEPEST:
+                self._add(f"{topic}{name}.", value)
+            elif not isinstance(value, list):
+                self._add_number(name, value)
+            elif len(value) == count and key != "name":
+                for one, number in zip(names, value, strict=True):
+                    self._add_number(f"{before}{str(one)[:99]}.{key}", number)
+            else:
+                self._add_list(name, value)
 
     def _add_list(self, name: str, value: list[Any]) -> None:
-        """Add a list of numbers, in lists or not, whose length does not change."""
-        flat = value
-        while flat and all(isinstance(inner, list) for inner in flat):
-            flat = [each for inner in flat for each in inner]
-        width = self._widths.get(name, len(flat))
-        are_numbers = all(isinstance(each, int | float | None) for each in flat)
-        if not 0 < len(flat) == width <= LONGEST_LIST or not are_numbers:
-            self._others |= {name} if flat else set()
+        """Add a list of numbers, in lists or not, whose shape does not change."""
+        try:
+            numbers = np.asarray(value, dtype=float)
+        except (TypeError, ValueError, OverflowError):
+            numbers = np.zeros(LONGEST_LIST + 1)
+        if not numbers.size:
             return
-        self._widths[name] = width
-        for j, each in enumerate(flat):
+        shape = self._shapes.get(name, numbers.shape)
+        if numbers.shape != shape or numbers.size > LONGEST_LIST:
+            self._others.add(name)
+            return
+        self._shapes[name] = shape
+        for j, each in enumerate(numbers.flat):
             self._add_number(f"{name}_{j}", each)
 
     def _add_number(self, name: str, value: Any) -> None:

@@ -36,6 +36,7 @@ PANDAS_INDEX = "__index_level_0__"
 holds row numbers."""
 
 NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
+NANOSECONDS += ("nanos",)
 """Names of the nanoseconds beside the seconds of a stamp."""
 
 

@@ -18,7 +18,7 @@ from hefting.logs.table import LONGEST_LIST, MAX_CELLS, check_cells
 
 HEADER = 128
 """Length of the text and version before the first array [bytes]."""
-PACKED, CELL, STRUCT, OBJECT, OPAQUE, NUMBERS = 15, 1, 2, 3, 17, range(6, 16)
+PACKED, CELL, STRUCT, OBJECT, TEXT, OPAQUE, NUMBERS = 15, 1, 2, 3, 4, 17, range(6, 16)
 """Type of a packed element; classes of arrays."""
 TYPES = {1: "i1", 2: "u1", 3: "i2", 4: "u2", 5: "i4", 6: "u4", 7: "f4", 9: "f8"}
 TYPES |= {12: "i8", 13: "u8"}
@@ -120,7 +120,9 @@ class _Reader:
         if kind == CELL:
             return name, _together([self._array(p, depth + 1)[1] for _, p in parts])
         if kind not in (STRUCT, OBJECT):
-            return name, None
+            return name, None if kind == TEXT and shape[0] < 2 else _others(
+                min(max(shape), len(data))
+            )
         if kind == OBJECT:
             next(parts)
         (length,), (_, names) = self._integers(parts), next(parts)
@@ -156,7 +158,14 @@ def _together(values: list[Any]) -> Any:
     if len(shapes) == 1 and None not in shapes:
         return np.stack(values)
     some = values if len(values) <= LONGEST_LIST else []
-    return {str(k): v for k, v in enumerate(some) if v is not None} or None
+    return {str(k): v for k, v in enumerate(some) if v is not None} or _others(
+        len(values)
+    )
+
+
+def _others(count: int) -> Any:
+    """In place of several texts, and of other arrays: a time must not be passed over."""
+    return np.broadcast_to(np.full((), "", object), count)
 
 
 def _text(data: memoryview) -> str:

@@ -153,7 +153,8 @@ class MemoryTable:
             what = (
                 f"column '{name[:40]}' holds {_kind(self.columns[name])}, not numbers"
             )
-            raise InputError(what, self.source) from error
+            fix = "give numbers, or dates as datetime64"
+            raise InputError(what, self.source, fix) from error
         if column.ndim != 1:
             what = f"column '{name[:40]}' has shape {column.shape}, not (K,)"
             raise InputError(what, self.source, "give one number a row")

@@ -49,10 +49,10 @@ def read_with_poses(
     Parameters
     ----------
     path : path
-        CSV or Parquet with time and wrench, or with time and joint torques tau1..taun;
+        Table with time and wrench, or with time and joint torques tau1..taun;
         it may hold an IMU, but no poses.
     poses : path
-        CSV or Parquet with time and poses or joint angles, read by its names.
+        Table with time and poses or joint angles, read by its names.
     column_map : path, optional
         TOML file with the columns of one of them: of the first if it names a wrench,
         else of the poses; of the other if only that has all the named columns. A table
