@@ -1,21 +1,26 @@
 """Arrow's own files (Feather) and streams: a table as in Parquet; see `MemoryTable`."""
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from hefting.logs.canonical import check_names
 from hefting.logs.layout import Layout
-from hefting.logs.memory_table import MemoryTable
 from hefting.logs.parquet_file import flat, read_error
 from hefting.logs.registry import Format
 
+if TYPE_CHECKING:
+    from hefting.logs.memory_table import MemoryTable
 
-def open_arrow(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
+
+def open_arrow(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
     """The table at `path`; the layout is not used.
 
     Raises `InputError` when it cannot be read, or names repeat.
     """
     import pyarrow as pa
     from pyarrow import ipc
+
+    from hefting.logs.memory_table import MemoryTable
 
     try:
         with pa.OSFile(str(path)) as file:

@@ -7,7 +7,7 @@ from dataclasses import replace
 from itertools import chain
 from math import inf, nan, prod
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,16 +17,18 @@ from hefting.logs.canonical import MAX_COLUMNS
 from hefting.logs.csv_cells import NOTHING, seconds_of
 from hefting.logs.csv_file import texts
 from hefting.logs.layout import Layout
-from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format
 from hefting.logs.table import LONGEST_LIST, check_cells
+
+if TYPE_CHECKING:
+    from hefting.logs.memory_table import MemoryTable
 
 ONE_A_LINE = "write one object a sample and line, as jq -c '.[]' does of a list"
 DEEPEST = 20
 """Largest number of objects in one another that are looked into."""
 
 
-def open_json_lines(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
+def open_json_lines(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
     """The objects in the lines of the file at `path`; the layout is not used.
 
     ``{"pose": {"position": {"x": 1}}}`` has a column ``pose.position.x``, a list of
@@ -37,6 +39,8 @@ def open_json_lines(path: str | Path, _layout: Layout | None = None) -> MemoryTa
     Raises `InputError` for a line that is no object, and for more than `MAX_COLUMNS`
     names or `MAX_CELLS` numbers.
     """
+    from hefting.logs.memory_table import MemoryTable
+
     columns, cut = _Columns(path), None
     lines = chain.from_iterable(map(io.BytesIO, texts(path)))
     for number, line in enumerate(lines, 1):

@@ -6,13 +6,12 @@ import zlib
 from collections.abc import Iterator, Sequence
 from math import prod
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.logs.layout import Layout
-from hefting.logs.memory_table import MemoryTable
 from hefting.logs.registry import Format
 from hefting.logs.table import LONGEST_LIST, MAX_CELLS, check_cells
 
@@ -27,13 +26,16 @@ OF_DATA = (
     *("timetable", "table", "timeseries", "datetime", "duration", "quaternion"),
     *("se3", "so3", "Simulink.SimulationData.Dataset"),
 )
+
+if TYPE_CHECKING:
+    from hefting.logs.memory_table import MemoryTable
 """Classes of objects that may hold the recording; others are passed over."""
 MOST_ARRAYS, DEEPEST = 1_000_000, 20
 """Largest number of arrays, and of structures in one another."""
 SAVE = "save it by save('log.mat', '-v7')"
 
 
-def open_matlab(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
+def open_matlab(path: str | Path, _layout: Layout | None = None) -> "MemoryTable":
     """The arrays of numbers in the .mat at `path`; the layout is not used.
 
     Axes of length 1 are left out; ``s.t`` of a structure is ``s.t``, and elements of an
@@ -42,6 +44,8 @@ def open_matlab(path: str | Path, _layout: Layout | None = None) -> MemoryTable:
     Raises `InputError` for another version, a damaged file, one that holds more than
     `MAX_CELLS` numbers, and objects of `OF_DATA`, whose form MATLAB does not publish.
     """
+    from hefting.logs.memory_table import MemoryTable
+
     check_cells(Path(path).stat().st_size // 8, path)
     data = Path(path).read_bytes()
     if b"\x89HDF\r\n\x1a\n" in (data[:8], data[512:520]):
