@@ -95,7 +95,7 @@ def test_matrices_by_the_name_of_a_stream_in_some_lines(arrays, write):
     np.testing.assert_allclose(found["wrench"].time, time, atol=1e-9)
     np.testing.assert_allclose(found["orientation"].time, time[::4], atol=1e-9)
     named = [{"time": t} | line for t, line in zip(time, lines, strict=True)]
-    found = read_log(write(named))
+    found = read_log(write([{"robot": "r1", "version": 2}, *named]))  # no sample
     np.testing.assert_array_equal(found["position"].values, pose[::4, :3, 3])
 
 

@@ -36,7 +36,6 @@ PANDAS_INDEX = "__index_level_0__"
 holds row numbers."""
 
 NANOSECONDS = ("nsec", "nsecs", "nanosec", "nanosecs", "nanosecond", "nanoseconds")
-NANOSECONDS += ("nanos",)
 """Names of the nanoseconds beside the seconds of a stamp."""
 
 
@@ -113,7 +112,7 @@ def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
     for column in range(len(sample.names)):
         words = _small_words(sample.words(column))
         begins = words[: len(before)] == list(before)
-        if begins and "".join(words[len(before) :]) in NANOSECONDS:
+        if begins and "".join(words[len(before) :]) in (*NANOSECONDS, "nanos"):
             return column
     return None
 
