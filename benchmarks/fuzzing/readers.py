@@ -15,10 +15,11 @@ from benchmarks.fuzzing.structure_mutations import (
     TOML,
     XML,
     glb_scene,
+    json_line,
     npy_header,
     npz_member,
 )
-from benchmarks.fuzzing.table_mutations import TABLE, parquet_table
+from benchmarks.fuzzing.table_mutations import TABLE, arrow_table, parquet_table
 
 LOG = (
     "inspect {file} --json",
@@ -79,6 +80,9 @@ READERS = {
     ),
     "parquet": Reader((parquet_table,) * 6 + BYTES, ("inspect {file}",), LOG),
     "npz": Reader((npz_member,) * 6 + BYTES, ("inspect {file}",), LOG),
+    "mat": Reader(BYTES, ("inspect {file}",), LOG),
+    "jsonl": Reader((json_line,) * 6 + TEXT, ("inspect {file}",), LOG),
+    "arrow": Reader((arrow_table,) * 6 + BYTES, ("inspect {file}",), LOG),
     "ur": Reader(TABLE, ("inspect {file}",), LOG),
     "bag": Reader(BAG, ("inspect {file}",), LOG),
     "mcap": Reader(MCAP, ("inspect {file}",), LOG),

@@ -33,6 +33,9 @@ def make_seeds(folder: Path) -> dict[str, list[Seed]]:
         "mapped": [*_read(folder, "robot.csv")],
         "parquet": _read(folder, "log.parquet", "rates.parquet"),
         "npz": _read(folder, "named.npz", "arrays.npz"),
+        "mat": _read(folder, "plain.mat", "packed.mat"),
+        "jsonl": _read(folder, "messages.jsonl"),
+        "arrow": _read(folder, "log.feather", "log.arrow"),
         "ur": [*_read(folder, "ur.csv"), *_ur_records()],
         "bag": [*_read(folder, "log.bag"), *_bags(folder, "ros1-bz2.bag", "ros1-lz4.bag")],
         "mcap": [*_read(folder, "log.mcap"), *_bags(folder, "bare.mcap", "bare-storage.mcap")],
@@ -166,7 +169,13 @@ def _make_texts(log: Any, folder: Path) -> None:
 
 
 def _make_archives(log: Any, folder: Path) -> None:
-    """Arrays of NumPy by the names of streams, and by other names."""
+    """Arrays of NumPy and MATLAB by the names of streams, and by other names; the same
+    as JSON lines and as Arrow's files."""
+    from pyarrow import feather, ipc
+    from scipy.io import savemat
+
+    from hefting.logs.canonical import table_from_recording
+
     values = {name: log[name].values for name in ("position", "orientation", "wrench")}
     time = log["wrench"].time
     np.savez(folder / "named.npz", time=time, **values)
@@ -179,6 +188,27 @@ def _make_archives(log: Any, folder: Path) -> None:
         ft=values["wrench"].T,
         image=pixels,
     )
+    savemat(folder / "plain.mat", {"time": time[:, None], **values})
+    nested = {"t": time, "robot": {"tcp_pose": poses, "mode": "held"}}
+    cells = np.array([values["wrench"][0], pixels], dtype=object)
+    packed = nested | {"ft": values["wrench"].T, "cells": cells}
+    savemat(folder / "packed.mat", packed, do_compression=True)
+    lines = [
+        {
+            "stamp": {"sec": 1_700_000_000 + int(t), "nanosec": int(1e9 * (t % 1))},
+            "pose": {"position": dict(zip("xyz", pose[:3], strict=True))},
+            "orientation": pose[3:].tolist(),
+            "wrench": {"force": force[:3].tolist(), "torque": force[3:].tolist()},
+            "joints": {"name": ["a", "b"], "position": [float(t), None]},
+        }
+        for t, pose, force in zip(time, poses, values["wrench"], strict=True)
+    ]
+    text = "\n".join(map(json.dumps, lines))
+    (folder / "messages.jsonl").write_text(text)
+    table = table_from_recording(log)
+    feather.write_feather(table, str(folder / "log.feather"))
+    with ipc.new_stream(str(folder / "log.arrow"), table.schema) as writer:
+        writer.write_table(table)
 
 
 INERTIALS = """\

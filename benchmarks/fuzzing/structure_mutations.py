@@ -86,6 +86,14 @@ def json_nesting(data: bytes, rng: np.random.Generator) -> bytes:
     return data[: one.start()] + bomb + data[one.end() :]
 
 
+def json_line(data: bytes, rng: np.random.Generator) -> bytes:
+    """A file of JSON lines, of which one is mutated as JSON."""
+    lines = data.split(b"\n")
+    at = int(rng.integers(len(lines)))
+    lines[at] = choice(rng, JSON)(lines[at], rng)
+    return b"\n".join(lines)
+
+
 def toml_line(data: bytes, rng: np.random.Generator) -> bytes:
     """TOML with a value, a key or a word changed, or with a line more."""
     lines = data.decode(errors="replace").split("\n")

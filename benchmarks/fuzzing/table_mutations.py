@@ -111,6 +111,30 @@ def parquet_table(data: bytes, rng: np.random.Generator) -> bytes:
         return data  # mutated before: no table any more
 
 
+def arrow_table(data: bytes, rng: np.random.Generator) -> bytes:
+    """The same of a file or a stream of Arrow."""
+    import pyarrow as pa
+    from pyarrow import ipc
+
+    try:
+        source = pa.BufferReader(data)
+        is_file = data[:6] == b"ARROW1"
+        table = (ipc.open_file if is_file else ipc.open_stream)(source).read_all()
+        table.validate(full=True)
+        names, columns = table.column_names, list(table.columns)
+        for _ in range(int(rng.integers(1, 4))):
+            _change_column(names, columns, rng)
+        out = io.BytesIO()
+        options = ipc.IpcWriteOptions(compression=choice(rng, (None, "lz4", "zstd")))
+        new = ipc.new_file if is_file else ipc.new_stream
+        changed = pa.table(columns, names=names)
+        with new(out, changed.schema, options=options) as writer:
+            writer.write_table(changed)
+        return out.getvalue()
+    except (pa.ArrowException, OSError, ValueError, IndexError, TypeError):
+        return data  # mutated before: no table any more
+
+
 def _change_column(names: list, columns: list, rng: np.random.Generator) -> None:
     """Change one column in place."""
     import pyarrow as pa

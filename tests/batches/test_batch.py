@@ -20,6 +20,7 @@ from hefting.batches.recordings import Entry
 from hefting.batches.results import TABLE, Results
 from hefting.core import files
 from hefting.core.errors import HeftingError, InputError
+from hefting.request.request import check_request, request_of
 from jobs_here import do_jobs_here
 
 
@@ -153,6 +154,15 @@ def test_what_is_said_of_a_shape_that_a_row_has_not_fails_that_row(tmp_path):
     ):
         fix = "give --shape FILE or --box X,Y,Z, or leave it out"
         assert texts[name] == f"--{option}: there is no shape; {fix}"
+
+
+def test_a_column_map_of_one_of_two_files_is_no_mistake(tmp_path):
+    """It names no poses, which are in the other file."""
+    chosen = tmp_path / "map.toml"
+    chosen.write_text("header = false\ntime = 1\nwrench = [2, 3, 4, 5, 6, 7]\n")
+    check_request(request_of({"map": str(chosen), "poses": "robot.csv"}))
+    with pytest.raises(InputError, match="neither an orientation nor joint angles"):
+        check_request(request_of({"map": str(chosen)}))
 
 
 def test_a_shared_file_that_is_too_large_is_not_read(tmp_path, monkeypatch):

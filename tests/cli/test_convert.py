@@ -159,8 +159,8 @@ def test_what_is_refused(run, tmp_path):
         run("convert", tmp_path / "absent.csv", tmp_path / "out.csv"), "does not exist"
     )
     refused(
-        run("convert", tmp_path / "log.xlsx", tmp_path / "out.csv"),
-        "'.xlsx' is not a log format",
+        run("convert", tmp_path / "log.doc", tmp_path / "out.csv"),
+        "'.doc' is not a log format",
         ".mcap",
     )
     assert refused(run("convert", path, "-"), "-: is no name of a file")

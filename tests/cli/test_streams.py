@@ -11,13 +11,16 @@ from contextlib import suppress
 from threading import Thread
 
 import numpy as np
+import pyarrow as pa
 import pytest
+from pyarrow import feather
+from scipy.io import savemat
 
 from commands import refused
 from hefting.cli.progress import STAGES, Display
 from hefting.core.progress import each, listening, report
 from hefting.identification import identify
-from hefting.logs import write_log
+from hefting.logs import read_log, write_log
 from hefting.simulation import UR5, hammer, simulate, sinusoids
 
 posix = pytest.mark.skipif(os.name != "posix", reason="needs pipes and signals")
@@ -63,6 +66,25 @@ def fed(run, monkeypatch):
         return result
 
     return fed
+
+
+def test_json_lines_matlab_and_arrow_are_known_by_their_first_bytes(
+    folder, fed, tmp_path
+):
+    recording = read_log(folder / "log.csv")
+    held = {name: stream.values for name, stream in recording.streams.items()}
+    held |= {"time": recording["wrench"].time}
+    savemat(tmp_path / "log.mat", held)
+    lines = (
+        {k: v[j].tolist() for k, v in held.items()} for j in range(len(held["time"]))
+    )
+    (tmp_path / "log.jsonl").write_text("\n".join(map(json.dumps, lines)))
+    columns = {k: v.tolist() for k, v in held.items()}
+    feather.write_feather(pa.table(columns), str(tmp_path / "log.feather"))
+    for name in ("log.mat", "log.jsonl", "log.feather"):
+        status, out, _ = fed((tmp_path / name).read_bytes(), "inspect", "-", "--json")
+        assert status == 0
+        assert json.loads(out)["duration"] == recording.duration
 
 
 @pytest.mark.parametrize("name", ["log.csv", "log.parquet", "log.mcap"])

@@ -168,6 +168,11 @@ NAMES = {
         f"time {numbered('posx_', 6)} {numbered('tool_force_', 6)}",
         (TIME, POSITION, TURNS.as_euler("ZYZ"), WRENCH),
     ),
+    "ABB's EGM and its time": (
+        f"header.seqno header.tm {each('pos.*')} {numbered('orient.u', 4)} "
+        f"{numbered('measuredForce.force_', 6)}",
+        (np.arange(ROWS), 1e3 * TIME + 12345, POSITION, WXYZ, WRENCH),
+    ),
     "ABB's EGM": (
         f"time {each('pos.*')} {numbered('orient.u', 4)} {FT}",
         (TIME, POSITION, WXYZ, WRENCH),
@@ -374,6 +379,12 @@ TEXTS = {
         "time,x,y,z,x,y,z,w,x,y,z,x,y,z",
         *LINES,
     ],
+    "two levels and an index, each with a name": [
+        "device,tcp,tcp,tcp,tcp,tcp,tcp,tcp,ft,ft,ft,ft,ft,ft",
+        "axis,px,py,pz,qx,qy,qz,qw,fx,fy,fz,tx,ty,tz",
+        "time,,,,,,,,,,,,,",
+        *LINES,
+    ],
     "units after spaces": [
         "t [s] X [m] Y [m] Z [m] qx qy qz qw "
         "Fx (N) Fy (N) Fz (N) Tx (Nm) Ty (Nm) Tz (Nm)",
@@ -456,6 +467,29 @@ def test_of_a_time_by_another_name_it_is_said_what_is_read(tmp_path):
     (tmp_path / "log.csv").write_text("\n".join(lines) + "\n")
     with pytest.raises(InputError, match=r"column Stamp: '3-Apr.*or as 2026-01-31T12"):
         read_log(tmp_path / "log.csv")
+
+
+def test_the_first_cell_that_is_no_number_is_said(tmp_path):
+    lines = ["t,position,force,torque", "0,'{'x': 1}','{'x': 2}',up"] * 3
+    (tmp_path / "log.csv").write_text("\n".join(lines[:1] + lines[1::2]))
+    said = r"no rows of numbers below the header: .*'x': 1.* is not a number; write"
+    with pytest.raises(InputError, match=said):
+        read_log(tmp_path / "log.csv")
+
+
+def test_lists_without_names_are_numbers(tmp_path):
+    """As the stream of a Robotiq sensor, which a map reads by its numbers."""
+    rows = (f"( {' , '.join(map(str, row))} )" for row in WRENCH.tolist())
+    (tmp_path / "ft.txt").write_text("\n".join(rows) + "\n")
+    with pytest.raises(InputError, match=r"is numbers, not column names"):
+        read_log(tmp_path / "ft.txt")
+    frame_of(CANONICAL[:8], PLAIN[:3]).to_csv(tmp_path / "robot.csv", index=False)
+    text = "header = false\ntime = { rate = 100 }\nwrench = [2, 3, 4, 5, 6, 7]\n"
+    (tmp_path / "map.toml").write_text(text)
+    found = read_log(
+        tmp_path / "ft.txt", tmp_path / "map.toml", poses=tmp_path / "robot.csv"
+    )
+    assert same(found)
 
 
 @pytest.mark.parametrize("begin", ["", "1700000000,5,ft,"])

@@ -153,7 +153,7 @@ def test_a_new_format_is_read_and_written(tmp_path):
     fails(tmp_path / "absent.toy", "cannot be read")
     fails(
         tmp_path / "log.plaything",
-        "column map (`column_map`) is for CSV, Parquet and NumPy",
+        "column map (`column_map`) is for CSV, Parquet, NumPy, MATLAB, JSON lines and Arrow",
         column_map="map.toml",
     )
     fails(tmp_path / "log.plaything", "`wrench_topic` is for bags", wrench_topic="/ft")
@@ -170,7 +170,7 @@ def test_errors_name_a_new_format(tmp_path):
     with pytest.raises(InputError, match="type dict is no recording"):
         write_log({}, tmp_path / "log.csv")
     fails(
-        log(tmp_path, *ROWS).rename(tmp_path / "log.xlsx"),
+        log(tmp_path, *ROWS).rename(tmp_path / "log.doc"),
         ".db3, .toy, .plaything, or a bag's folder",
     )
 
@@ -181,7 +181,10 @@ def test_errors_name_a_new_format(tmp_path):
 )
 def test_the_help_of_commands_names_a_new_format(run, command):
     words = " ".join(run(command, "--help")[1].split())
-    assert ": .csv, .parquet, .npz, ROS bag, .mcap or .toy; - reads" in words
+    assert (
+        ": .csv, .parquet, .npz, .mat, .jsonl, .feather, ROS bag, .mcap or .toy; - reads"
+        in words
+    )
     assert "--toy-sign +|- of a toy: sign of the wrench" in words
 
 
@@ -238,12 +241,15 @@ def test_a_new_table_takes_maps_and_all_headers(run, tmp_path):
     assert "UR real-time record" in str(read_log(path).notes[0])
     fails(
         path.rename(tmp_path / "log.bag"),
-        "is for CSV, Parquet, NumPy and Reversed",
+        "is for CSV, Parquet, NumPy, MATLAB, JSON lines, Arrow and Reversed",
         column_map=chosen,
     )
     words = " ".join(run("convert", "--help")[1].split())
     assert "canonical .csv, .parquet or .vsc; a bag" in words
-    assert "which columns of a CSV, Parquet, NumPy or Reversed hold what" in words
+    assert (
+        "which columns of a CSV, Parquet, NumPy, MATLAB, JSON lines, Arrow or Reversed hold what"
+        in words
+    )
 
 
 # The formats there are
@@ -254,6 +260,9 @@ def test_an_added_format_is_gone_after_its_test(tmp_path):
         "CSV",
         "Parquet",
         "NumPy",
+        "MATLAB",
+        "JSON lines",
+        "Arrow",
         "UR real-time record",
         "bag",
     ]

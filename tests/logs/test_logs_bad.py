@@ -286,6 +286,24 @@ def test_writing_says_where_it_cannot(tmp_path):
             write_log(recording, tmp_path / name)
 
 
+@pytest.mark.parametrize(
+    ("name", "said"),
+    [
+        ("log.xlsx", "is a workbook; save its sheet as CSV"),
+        ("log.ods", "is a workbook; save its sheet as CSV"),
+        (
+            "wrench.npy",
+            "is one array without a name; write all by numpy.savez('log.npz'",
+        ),
+        ("log.json", "is JSON as a whole; write one object a sample and line (.jsonl)"),
+        ("log.csv.gz", "is packed with gzip; unpack it"),
+    ],
+)
+def test_files_of_other_kinds_say_what_to_do(tmp_path, name, said):
+    (tmp_path / name).write_bytes(b"PK\3\4")
+    fails(tmp_path / name, said)
+
+
 def test_options_and_maps_that_do_not_apply(tmp_path):
     path = log(tmp_path, *ROWS)
     assert len(read_log(path, wrench_topic=None)["wrench"]) == 3
@@ -294,7 +312,7 @@ def test_options_and_maps_that_do_not_apply(tmp_path):
     bag = path.rename(tmp_path / "log.bag")
     fails(
         bag,
-        "column map (`column_map`) is for CSV, Parquet and NumPy",
+        "column map (`column_map`) is for CSV, Parquet, NumPy, MATLAB, JSON lines and Arrow",
         column_map=tmp_path / "map.toml",
     )
 

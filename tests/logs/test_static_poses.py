@@ -36,6 +36,15 @@ def test_rows_far_apart_are_static_poses(name, begin, step):
     assert doubts == ({"columns-doubtful"} if name != "time" and not begin else set())
 
 
+def test_rows_without_time_are_said_to_be_static_poses():
+    got = hefting.as_recording(pd.DataFrame(np.hstack((POSE, WRENCH)), columns=NAMES))
+    assert got.static
+    assert got.warnings == ()
+    (said,) = got.notes
+    assert (said.code, said.severity) == ("no-time-column", "note")
+    assert "each of 12 rows is taken as a static pose; of rows in motion give" in said
+
+
 def test_so_are_arrays_and_joint_angles():
     time = 8.0 * np.arange(ROWS)
     got = hefting.as_recording(time=time, pose=POSE, wrench=WRENCH)

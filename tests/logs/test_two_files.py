@@ -118,6 +118,38 @@ def test_a_column_map_is_of_the_file_that_has_its_columns(tmp_path, wrench, of):
         read_log(poses, tmp_path / "map.toml", poses=wrench)
 
 
+def test_two_files_without_names_have_a_map_in_two_parts(tmp_path):
+    """Each part with a layout and a unit of time of its own; the sensor's pose in the
+    logged frame may be in either."""
+    np.savetxt(tmp_path / "f.csv", np.column_stack((1e3 * TIME, WRENCH)), "%.17g", ",")
+    poses = np.column_stack((POSE_TIME, POSITION, QUATERNION))
+    np.savetxt(tmp_path / "p.csv", poses, "%.17g", ";")
+    chosen, turn = tmp_path / "map.toml", 'sensor_turned = "z:90"\n'
+    first = (
+        "header = false\ntime = { column = 1, unit = 'ms' }\nwrench = [2,3,4,5,6,7]\n"
+    )
+    second = "[poses]\nheader = false\ntime = 1\nposition = [2,3,4]\n"
+    second += 'orientation = [5,6,7,8]\nseparator = ";"\n'
+    turned = Rotation.from_quat(QUATERNION) * Rotation.from_euler("z", 90, degrees=True)
+    for text in (first + turn + second, first + second + turn):
+        chosen.write_text(text)
+        got = read_log(tmp_path / "f.csv", chosen, poses=tmp_path / "p.csv")
+        np.testing.assert_array_equal(got["wrench"].values, WRENCH)
+        np.testing.assert_allclose(got["wrench"].time, TIME, atol=1e-15)
+        apart = Rotation.from_quat(got["orientation"].values) * turned.inv()
+        assert apart.magnitude().max() < 1e-12
+    with pytest.raises(InputError, match="has a map of a second file; give that"):
+        read_log(tmp_path / "f.csv", chosen)
+    for text, said in (
+        (first, r"p.csv, row 1: is numbers, .* in a table \[poses\] of it"),
+        (f"poses = 3\n{first}", r"map.toml, key poses: is no table; write \[poses\]"),
+        (f"{first}[poses]\nposition = [2]", "map.toml, table poses, key position"),
+    ):
+        chosen.write_text(text)
+        with pytest.raises(InputError, match=said):
+            read_log(tmp_path / "f.csv", chosen, poses=tmp_path / "p.csv")
+
+
 def test_joint_angles_serve(tmp_path, wrench):
     joints = [f"q{k}" for k in range(1, 7)]
     values = RNG.normal(size=(20, 6))
@@ -158,7 +190,7 @@ def test_what_is_no_pair_of_files(tmp_path, wrench, poses):
         (
             wrench,
             tmp_path / "held.bag",
-            "only CSV, Parquet and NumPy are read in two files",
+            "only CSV, .* JSON lines and Arrow are read in two files",
         ),
         (wrench, tmp_path / "none.csv", "none.csv: does not exist"),
     )

@@ -46,7 +46,7 @@ def copy(tmp_path_factory):
         | {name: s.values[k].tolist() for name, s in log.streams.items()}
         for k, t in enumerate(log["wrench"].time)
     ]
-    (copy.folder / "log.jsonl").write_text("\n".join(map(json.dumps, rows)) + "\n")
+    (copy.folder / "log.samples").write_text("\n".join(map(json.dumps, rows)) + "\n")
     return copy
 
 
@@ -77,16 +77,16 @@ def test_the_method(said):
 
 
 def test_the_format(copy, said):
-    assert "wrench" in said["inspect log.jsonl"]
+    assert "wrench" in said["inspect log.samples"]
     again = read_log(copy.folder / "again.csv")
     log = read_log(copy.folder / "log.csv")
     for name, stream in log.streams.items():
         assert (again[name].values == stream.values).all(), name
-    bad = copy.folder / "bad.jsonl"
+    bad = copy.folder / "bad.samples"
     bad.write_text('{"time": 0.0, "wrench": [1]}\n')
     code = f"import hefting; hefting.read_log({bad.name!r})"
     with pytest.raises(
-        AssertionError, match=r"bad.jsonl, line 1: wrench has 1 numbers"
+        AssertionError, match=r"bad.samples, line 1: wrench has 1 numbers"
     ):
         copy.python("-c", code)
 

@@ -16,6 +16,8 @@ KINDS = (
     (b"\x89MCAP0", ".mcap"),
     (b"#ROSBAG", ".bag"),
     (b"SQLite format 3", ".db3"),
+    (b"MATLAB 5", ".mat"),
+    (b"ARROW1", ".arrow"),
     (b"{", ".json"),
     (b"\x1f\x8b", ".gz"),
 )
@@ -55,11 +57,13 @@ def _copy(folder: Path) -> Path:
     begin, count = b"", 0
     with open(copy, "wb") as target:
         while block := os.read(sys.stdin.fileno(), 2**20):
-            begin, count = begin or block[:16], count + len(block)
+            begin, count = begin or block, count + len(block)
             if count > MAX_BYTES:
                 raise InputError(f"has more than {MAX_BYTES // 2**30} GiB", NAME)
             target.write(block)
     if not count:
         raise InputError("is empty", NAME)
     ending = next((end for mark, end in KINDS if begin.startswith(mark)), ".csv")
+    if ending == ".json" and b"}\n{" in begin:
+        ending = ".jsonl"
     return copy.rename(folder / f"input{ending}")

@@ -25,6 +25,21 @@ from hefting.logs.registry import (
 __all__ = ["check_output", "formats", "read_log", "write_log"]
 """Names that are public here."""
 
+OTHERS = {
+    ".gz": ("is packed with gzip", "unpack it, as zcat does"),
+    ".xlsx": ("is a workbook", "save its sheet as CSV"),
+    ".npy": (
+        "is one array without a name",
+        "write all by numpy.savez('log.npz', time=..., pose=..., wrench=...)",
+    ),
+    ".json": (
+        "is JSON as a whole",
+        "write one object a sample and line (.jsonl), as jq -c '.[]' does of a list",
+    ),
+}
+"""What files of other endings are, and what to do with them."""
+OTHERS |= dict.fromkeys((".xls", ".xlsm", ".ods"), OTHERS[".xlsx"])
+
 
 def read_log(
     path: str | Path,
@@ -44,6 +59,9 @@ def read_log(
     .parquet                               the same in Parquet
     .npz                                   the same as arrays of NumPy, or arrays by the names of
                                            `hefting.as_recording`
+    .mat                                   the same as arrays and structures of MATLAB, saved with ``-v7``
+    .jsonl, .ndjson                        the same as a JSON object a line, nested as ROS messages are
+    .feather, .arrow                       the same in Arrow's files
     .bag, .mcap, .db3, or a folder         a ROS 1 or ROS 2 bag; see `hefting.logs.ros`
     ====================================== =================================================================
 
@@ -158,8 +176,8 @@ def _unknown_format(path: str | Path) -> InputError:
         f", or a {each.name}'s folder" for each in formats() if each.folder
     )
     what = f"'{suffix}' is not a log format" if suffix else "is not a log"
-    if suffix == ".gz":
-        return InputError("is packed with gzip", path, "unpack it, as zcat does")
+    if suffix in OTHERS:
+        return InputError(OTHERS[suffix][0], path, OTHERS[suffix][1])
     if Path(path).is_dir():
         folders += "; for all logs in a folder use hefting batch"
     python = "; in Python `hefting.as_recording` takes arrays or columns"

@@ -50,6 +50,8 @@ def recording_from_arrays(
     for name, rows in values.items():
         own = name == "wrench" and "wrench_time" in times
         time = times.get("wrench_time" if own else "time")
+        if time is not None and name in blank and time.shape == blank[name].shape:
+            time = np.where(blank[name], 0.0, time)  # of rows that are left out
         streams[name] = _stream(name, rows, time, "wrench_time" if own else "time")
     if "time" not in times:  # a static pose needs a sample of every stream
         _check_lengths(streams)

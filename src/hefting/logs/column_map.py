@@ -117,7 +117,10 @@ class ColumnMap:
 def load_map(path: str | Path, wrench_needed: bool = True) -> ColumnMap:
     """The column map in a TOML file. `InputError`, naming file and key, for unknown or
     contradictory content."""
-    return column_map_of(load_toml(path), path, wrench_needed)
+    content = load_toml(path)
+    if "poses" in content:
+        raise InputError("has a map of a second file", path, "give that (`poses`)")
+    return column_map_of(content, path, wrench_needed)
 
 
 def column_map_of(

@@ -73,6 +73,10 @@ def read_header(text: bytes, path: str | Path, given: Layout | None) -> Header:
             joined = _joined([names], below.cells(units))
             units += joined is not None
         names = joined or names
+        index = below.cells(first - 1) if first and first > row + 1 else []
+        groups = above.cells(row - 1) if row > 1 else []
+        if len({*groups}) < len(groups) == len(index) and not any(index[1:]):
+            names = (index[0], *names[1:])  # as pandas writes it under two levels
     between = below.cells(units) if row and first and first > units else []
     if first is None or layout.skip is not None:
         first = row + 1 + (layout.skip or 0)
@@ -219,18 +223,17 @@ def _read_names(
         raise InputError(
             "is not CSV text in UTF-8", path, "save it as CSV in UTF-8"
         ) from error
-    if len(names) < 2:
-        raise InputError(
-            f"the header {line[:40]!r} is one column",
-            where,
-            "put commas between columns",
-        )
+    if len(names) < 2 and not list_in("".join(names)):
+        what = f"the header {line[:40]!r} is one column"
+        fix = "export a table as CSV, with commas between columns"
+        raise InputError(what, where, fix)
     if layout.header != 0 and _is_no_header(names, lines, row, separator):
         raise InputError(
             "is numbers, not column names",
             where,
             "give a header row: time,qx,qy,..., or a column map with header = false and "
-            "the numbers of the columns (`column_map`=FILE)",
+            "the numbers of the columns (`column_map`=FILE; of a second file with poses "
+            "in a table [poses] of it)",
         )
     return tuple(names), separator
 

@@ -4,6 +4,7 @@ columns."""
 import json
 import re
 from collections.abc import Sequence
+from itertools import chain
 from pathlib import Path
 
 import numpy as np
@@ -170,8 +171,10 @@ def _of_text(path: str | Path) -> Sample:
     rows = [with_lists(row, header.lists) for row in rows if row]
     rows = [row for row in rows if len(row) == len(names)]
     if not any(is_numbers(row) for row in rows):
-        fix = "write numbers in its cells" if rows else None
-        raise InputError("there are no rows of numbers below the header", path, fix)
+        what = "there are no rows of numbers below the header"
+        for cell in [c for c in chain(*rows) if np.isnan(_number(c, decimal))][:1]:
+            what += f": {cell[:40]!r} is not a number; write numbers in its cells"
+        raise InputError(what, path)
     values = np.array([[_number(cell, decimal) for cell in row] for row in rows])
     units = [*_units(names, header.between)]
     for kind, unit, count in COUNTS.findall(text[:9999]):

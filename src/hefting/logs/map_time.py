@@ -17,12 +17,12 @@ TIMES = (
     *("times", "timestamps", "stamps"),
     *("robtime", "robottime", "systime", "zeit", "zeitstempel", "datetime"),
     *("temps", "tiempo", "tempo", "时间", "時間", "時刻"),
-    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc"),
+    *("elapsed", "epoch", "unix", "asctime", "duration", "ipoc", "tm"),
 )
 """Names of the time, without its unit; `names_time` also knows LabVIEW's ``X_Value``."""
 
-MILLISECONDS = ("ipoc", "duration")
-"""Names that KUKA and libfranka give to whole milliseconds."""
+MILLISECONDS = ("ipoc", "duration", "tm")
+"""Names that KUKA, libfranka and ABB give to whole milliseconds."""
 
 SHORT = 3.0
 """[s] Duration in the unit that the steps suggest below which a larger unit is possible;
@@ -55,6 +55,7 @@ def _small_words(text: str) -> list[str]:
     return small_words(re.sub(CAMEL, "_", text))
 
 
+@np.errstate(over="ignore", invalid="ignore")  # as of values of 1e308
 def time_of(sample: Sample) -> Guess | None:
     """The first column named as a time, if possible with increasing numbers, and not the
     nanoseconds of a stamp; else a column of dates that increase by less than 1 s per
@@ -111,7 +112,7 @@ def _nanoseconds(sample: Sample, before: Sequence[str]) -> int | None:
     for column in range(len(sample.names)):
         words = _small_words(sample.words(column))
         begins = words[: len(before)] == list(before)
-        if begins and "".join(words[len(before) :]) in NANOSECONDS:
+        if begins and "".join(words[len(before) :]) in (*NANOSECONDS, "nanos"):
             return column
     return None
 

@@ -12,7 +12,7 @@ import numpy as np
 
 from hefting.core.errors import InputError
 from hefting.core.immutable import immutable
-from hefting.core.messages import warning
+from hefting.core.messages import Message, warning
 from hefting.core.recording import COLUMNS, Recording
 from hefting.core.spatial import Array
 from hefting.logs.arrays import ARRAYS, elapsed, recording_from_arrays
@@ -35,6 +35,10 @@ class MemoryTable:
     """Values (K,) by name."""
     arrays: Mapping[str, Any]
     """The given arrays by name, with one or several numbers for each sample."""
+    first: int = 0
+    """Number of the first row in messages."""
+    warnings: tuple[Message, ...] = ()
+    """About the rest of a file."""
 
     @classmethod
     def of(cls, table: Any) -> MemoryTable | None:
@@ -52,7 +56,7 @@ class MemoryTable:
         names = getattr(table, "columns", None) if names is None else names
         if names is None or not hasattr(table, "__getitem__"):
             return None
-        return cls._of_frame(table, list(names))
+        return cls.of_frame(table, list(names), type(table).__name__)
 
     @classmethod
     def of_arrays(cls, source: str, arrays: Mapping[Any, Any]) -> MemoryTable:
@@ -66,13 +70,14 @@ class MemoryTable:
         flat = dict(_flat(arrays))
         lengths = Counter(n for values in flat.values() for n in {*_shape(values)})
         samples = max(lengths, key=lambda n: (lengths[n], n), default=0)
+        flat = {name: _samples_first(values, samples) for name, values in flat.items()}
         columns: dict[str, Any] = {}
         for name, values in flat.items():
-            columns |= _columns(name, values, samples)
+            columns |= _columns(name, values)
         return cls(source, tuple(columns), columns, flat)
 
     @classmethod
-    def _of_frame(cls, frame: Any, names: list[Any]) -> MemoryTable:
+    def of_frame(cls, frame: Any, names: list[Any], source: str) -> MemoryTable:
         """The columns of a data frame, after its index if that has a name or holds
         times. Columns of lists and of dictionaries are divided as in `of_arrays`."""
         columns: dict[str, Any] = {}
@@ -91,7 +96,7 @@ class MemoryTable:
             name = ""  # the rows have their own time
         if name and name not in columns:
             columns, names = {name: index} | columns, [name, *names]
-        return cls(type(frame).__name__, tuple(names), columns, columns)
+        return cls(source, tuple(names), columns, columns)
 
     @property
     def holds_streams(self) -> bool:
@@ -135,7 +140,7 @@ class MemoryTable:
         if not len(values[first]):
             raise InputError("there are no samples", self.source)
         blanks = {j: np.isnan(column) for j, column in values.items()}
-        rows = np.arange(len(values[first]))
+        rows = self.first + np.arange(len(values[first]))
         yield Block(
             rows, values, {j: b if b.any() else None for j, b in blanks.items()}
         )
@@ -148,7 +153,8 @@ class MemoryTable:
             what = (
                 f"column '{name[:40]}' holds {_kind(self.columns[name])}, not numbers"
             )
-            raise InputError(what, self.source) from error
+            fix = "give numbers, or dates as datetime64"
+            raise InputError(what, self.source, fix) from error
         if column.ndim != 1:
             what = f"column '{name[:40]}' has shape {column.shape}, not (K,)"
             raise InputError(what, self.source, "give one number a row")
@@ -172,15 +178,20 @@ def _shape(values: Any) -> tuple[int, ...]:
         return ()
 
 
-def _columns(name: str, values: Any, samples: int) -> dict[str, Any]:
-    """The columns of an array: itself, or one for each number of a sample."""
+def _samples_first(values: Any, samples: int) -> Any:
+    """An array with its axis of `samples` as the first."""
     shape = _shape(values)
-    if len(shape) not in (2, 3) or hasattr(values, "as_quat"):
-        return {name: values}
+    if len(shape) not in (2, 3) or not shape[0] != samples == shape[-1]:
+        return values
     masked = isinstance(values, np.ma.MaskedArray)
-    array = values if masked else np.asarray(values)
-    if shape[0] != samples == shape[-1]:
-        array = np.moveaxis(array, -1, 0)
+    return np.moveaxis(values if masked else np.asarray(values), -1, 0)
+
+
+def _columns(name: str, values: Any) -> dict[str, Any]:
+    """The columns of an array: itself, or one for each number of a sample."""
+    if len(_shape(values)) not in (2, 3) or hasattr(values, "as_quat"):
+        return {name: values}
+    array = values if isinstance(values, np.ma.MaskedArray) else np.asarray(values)
     width = int(np.prod(array.shape[1:]))
     if not 0 < width <= LONGEST_LIST:
         return {name: values}
@@ -205,6 +216,7 @@ def _parts(name: str, column: Any) -> dict[str, Any]:
     if not hasattr(first, "__len__") or isinstance(first, str | bytes):
         return {name: column}
     rows = column.to_pylist() if hasattr(column, "to_pylist") else list(column)
+    first = next((row for row in rows if row is not None), [])
     if isinstance(first, Mapping):
         found: dict[str, Any] = {}
         for key in first:
@@ -212,10 +224,11 @@ def _parts(name: str, column: Any) -> dict[str, Any]:
             found |= _parts(f"{name}.{key}", of_key)
         return found
     try:
-        array = np.array([np.asarray(row, dtype=float) for row in rows])
+        blank = np.full(np.shape(first), np.nan)
+        array = np.array([np.asarray(blank if r is None else r, float) for r in rows])
     except (TypeError, ValueError):  # of several lengths, or of other things
         return {name: column}
-    return _columns(name, array, len(rows))
+    return _columns(name, array)
 
 
 def _floats(values: Any) -> Array:

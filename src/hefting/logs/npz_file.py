@@ -14,7 +14,7 @@ from numpy.lib import format as npy
 from hefting.core.errors import InputError
 from hefting.logs.layout import Layout
 from hefting.logs.registry import Format
-from hefting.logs.table import LONGEST_LIST, MAX_CELLS
+from hefting.logs.table import LONGEST_LIST, check_cells
 
 if TYPE_CHECKING:
     from hefting.logs.memory_table import MemoryTable
@@ -94,9 +94,7 @@ def _arrays(
                 others[own] = np.broadcast_to(one, shape)
             continue
         cells += size
-        if cells > MAX_CELLS:
-            what = f"holds more than {MAX_CELLS:,} numbers, too many to read"
-            raise InputError(what, path, "cut out the part of interest")
+        check_cells(cells, path)
         with archive.open(name) as member:
             array = npy.read_array(member, allow_pickle=False)
         arrays[own] = array

@@ -56,7 +56,7 @@ class ParquetTable:
             with parquet.ParquetFile(
                 self.source, buffer_size=BUFFER, pre_buffer=False
             ) as file:
-                kinds = _flat(file.schema_arrow.empty_table()).schema
+                kinds = flat(file.schema_arrow.empty_table()).schema
                 for j in columns:
                     name, place = self.places[j]
                     kind = kinds.field(name).type
@@ -65,7 +65,7 @@ class ParquetTable:
                 rows = max(file.metadata.num_rows, 1)
                 for batch in file.iter_batches(ROWS, columns=stored):
                     report(READING, before / rows)
-                    table = _flat(pa.Table.from_batches([batch]))
+                    table = flat(pa.Table.from_batches([batch]))
                     arrays = {j: _part(table, *self.places[j]) for j in columns}
                     values = {j: _values_of(column) for j, column in arrays.items()}
                     blank = {
@@ -75,7 +75,7 @@ class ParquetTable:
                     yield Block(np.arange(len(batch)) + before + 1, values, blank)
                     before += len(batch)
         except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-            raise _read_error(self.source, error) from error
+            raise read_error(self.source, error) from error
 
 
 def _part(table: "pa.Table", name: str, place: int | None) -> "pa.ChunkedArray":
@@ -134,7 +134,7 @@ def open_parquet(path: str | Path, _layout: Layout | None = None) -> ParquetTabl
         with parquet.ParquetFile(path) as file:
             lengths = _lengths_of_lists(file)
     except (pa.ArrowException, UnicodeDecodeError, OSError) as error:
-        raise _read_error(path, error) from error
+        raise read_error(path, error) from error
     places = [
         (name, place)
         for name, length in lengths
@@ -157,10 +157,10 @@ def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None
     import pyarrow as pa
 
     lists = (pa.types.is_list, pa.types.is_large_list, pa.types.is_fixed_size_list)
-    schema = _flat(file.schema_arrow.empty_table()).schema
+    schema = flat(file.schema_arrow.empty_table()).schema
     known = [field.name for field in schema if any(of(field.type) for of in lists)]
     first = next(file.iter_batches(1, columns=known), None) if known else None
-    rows = [] if first is None else _flat(pa.Table.from_batches([first])).to_pylist()
+    rows = [] if first is None else flat(pa.Table.from_batches([first])).to_pylist()
     lengths = {name: len(row[name] or ()) for row in rows for name in known}
     return [
         (n, lengths[n] if 0 < lengths.get(n, 0) <= LONGEST_LIST else None)
@@ -168,7 +168,7 @@ def _lengths_of_lists(file: "parquet.ParquetFile") -> list[tuple[str, int | None
     ]
 
 
-def _flat(table: "pa.Table") -> "pa.Table":
+def flat(table: "pa.Table") -> "pa.Table":
     """The table with fields of structures as columns."""
     import pyarrow as pa
 
@@ -177,10 +177,11 @@ def _flat(table: "pa.Table") -> "pa.Table":
     return table
 
 
-def _read_error(path: str | Path, error: Exception) -> InputError:
+def read_error(path: str | Path, error: Exception, kind: str = "Parquet") -> InputError:
+    """The error of a file of a `kind` that pyarrow cannot read."""
     reason = str(error).splitlines()[0][:200] if str(error) else type(error).__name__
     return InputError(
-        f"cannot be read as Parquet ({reason})", path, "write the file again"
+        f"cannot be read as {kind} ({reason})", path, "write the file again"
     )
 
 

@@ -22,6 +22,9 @@ MODULES = (
     "hefting.logs.csv_file",
     "hefting.logs.parquet_file",
     "hefting.logs.npz_file",
+    "hefting.logs.matlab_file",
+    "hefting.logs.json_lines",
+    "hefting.logs.arrow_file",
     "hefting.logs.ur_csv",
     "hefting.logs.ros_bag",
 )

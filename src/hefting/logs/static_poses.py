@@ -4,7 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.core.messages import error, warning
+from hefting.core.messages import error, note, warning
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array, median, own, quantile, rotation_matrices
 
@@ -80,20 +80,21 @@ def without_unit(recording: Recording) -> Recording:
 
 
 def warn_about_static(recording: Recording) -> Recording:
-    """The recording, with a warning where its rows are unlikely to be static poses."""
+    """The recording, with a note that its rows are taken as static poses, or a warning
+    where they are unlikely to be."""
     signs = [f"there is {n}" for n in recording.streams if n not in STATIC_STREAMS]
     count = max(len(stream) for stream in recording.streams.values())
     signs += ["they move smoothly"] if _moves_smoothly(recording) else []
-    if not signs and count <= 1000:
-        return recording
     also = f", although {' and '.join(signs)}" if signs else ""
     what = (
         f"there is no column time: each of {count} rows is taken as a static pose{also}; "
         "of rows in motion give the rate in a column map, time = { rate = 250 } [Hz]"
     )
-    return replace(
-        recording, warnings=(*recording.warnings, warning("no-time-column", what))
-    )
+    if not signs and count <= 1000:
+        said = note("no-time-column", what)
+        return replace(recording, notes=(*recording.notes, said))
+    said = warning("no-time-column", what)
+    return replace(recording, warnings=(*recording.warnings, said))
 
 
 def _moves_smoothly(recording: Recording) -> bool:

@@ -3,6 +3,7 @@ and their times in seconds."""
 
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import TYPE_CHECKING, NoReturn, Protocol
 
 import numpy as np
@@ -71,6 +72,13 @@ class Table(Protocol):
         """The rows, block by block, of the columns at these positions. `InputError` for
         what is not a number."""
         ...
+
+
+def check_cells(count: int, source: str | Path) -> None:
+    """`InputError` for more than `MAX_CELLS` numbers."""
+    if count > MAX_CELLS:
+        what = f"holds more than {MAX_CELLS:,} numbers, too many to read"
+        raise InputError(what, source, "cut out the part of interest")
 
 
 def label(table: Table, column: int) -> str:

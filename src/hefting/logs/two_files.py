@@ -49,13 +49,14 @@ def read_with_poses(
     Parameters
     ----------
     path : path
-        CSV or Parquet with time and wrench, or with time and joint torques tau1..taun;
+        Table with time and wrench, or with time and joint torques tau1..taun;
         it may hold an IMU, but no poses.
     poses : path
-        CSV or Parquet with time and poses or joint angles, read by its names.
+        Table with time and poses or joint angles, read by its names.
     column_map : path, optional
         TOML file with the columns of one of them: of the first if it names a wrench,
-        else of the poses; of the other if only that has all the named columns.
+        else of the poses; of the other if only that has all the named columns. A table
+        ``[poses]`` at its end has those of the second file.
     wrench_needed : bool
         Whether the first is refused without a wrench.
 
@@ -63,13 +64,12 @@ def read_with_poses(
     an object is identified. Raises `InputError` where one of them lacks these streams, or
     the two do not overlap in time.
     """
-    chosen, mapped_one = None, None
+    maps: dict[str | Path, ColumnMap] = {}
     if column_map is not None:
-        chosen = column_map_of(load_toml(column_map), column_map, is_part=True)
-        mapped_one = _file_of(chosen, path, poses)
-    first, second = (
-        _part(each, chosen if each is mapped_one else None) for each in (path, poses)
-    )
+        chosen, second = load_maps(column_map)
+        one = _file_of(chosen, path, poses) if second is None else path
+        maps = {one: chosen} if second is None else {poses: second, path: chosen}
+    first, second = (_part(each, maps.get(each)) for each in (path, poses))
     if wrench_needed and "wrench" not in first.found.streams:
         fix = "give the file with the wrench first, that with the poses as `poses`"
         raise InputError("there is no wrench", path, fix)
@@ -88,6 +88,7 @@ def read_with_poses(
             "hefting map writes one of what is known)",
         )
     _check_clocks(first, second)
+    placed = first.found.sensor_pose
     own = first.found.streams
     taken = {k: stream for k, stream in second.found.streams.items() if k not in own}
     both = replace(
@@ -99,9 +100,22 @@ def read_with_poses(
         ),
         notes=(*first.found.notes, *second.found.notes),
         joint_names=second.found.joint_names,
-        sensor_pose=(first if mapped_one is path else second).found.sensor_pose,
+        sensor_pose=(second if placed is None else first).found.sensor_pose,
     )
     return both.recording(str(path), wrench_needed)
+
+
+def load_maps(path: str | Path) -> tuple[ColumnMap, ColumnMap | None]:
+    """The column map of one of two tables in a TOML file, and that of the poses in its
+    table ``[poses]``, if there is one; `InputError` as for `load_map`."""
+    content = load_toml(path)
+    second = content.pop("poses", None)
+    chosen = column_map_of(content, path, is_part=True)
+    if second is None:
+        return chosen, None
+    if not isinstance(second, dict):
+        raise InputError("is no table", f"{path}, key poses", "write [poses]")
+    return chosen, column_map_of(second, f"{path}, table poses", is_part=True)
 
 
 def _file_of(chosen: ColumnMap, path: str | Path, poses: str | Path) -> str | Path:

@@ -203,12 +203,13 @@ def _check_files(a: Any) -> None:
     from hefting.ingest.tool import load_tool
     from hefting.logs.column_map import load_map
     from hefting.logs.sensor_pose import sensor_turned
+    from hefting.logs.two_files import load_maps
     from hefting.shapes import parse_pose
 
     if a.tool is not None:
         load_tool(a.tool)
     if a.map is not None:
-        load_map(a.map)
+        (load_map if a.poses is None else load_maps)(a.map)
     if a.sensor_pose_in_log is not None:
         parse_pose(a.sensor_pose_in_log)
     if a.sensor_turned is not None:

@@ -283,7 +283,8 @@ def _describe_bias(bias: Array, on_sensor: bool) -> str:
 def summary(estimate: Estimate) -> Iterable[str]:
     """The data that the answer is from, in a few lines."""
     made = estimate.provenance
-    when = "" if not estimate.duration else f" over {estimate.duration:.3g} s"
+    when = f" over {estimate.duration:.3g} s" if estimate.duration else ""
+    when = " of static poses" if estimate.duration is None else when
     text = f"from {samples_told(estimate.samples)}{when}"
     if recordings := made.get("recordings"):
         text += (
