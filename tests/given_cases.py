@@ -2,7 +2,6 @@
 are judged by."""
 
 from functools import cache
-from types import ModuleType
 from typing import Any
 
 import numpy as np
@@ -42,11 +41,9 @@ def mistake(name: str, strength: str) -> Mistake:
     return found
 
 
-def undone_of(*files: ModuleType) -> list[tuple[Any, Any]]:
-    """Of the mistakes that are undone where two at once are looked for, those of these
-    files."""
-    names = {file.__name__ for file in files}
-    return [each for each in UNDONE if each[0].__module__ in names]
+def undone_of(*undone: Any) -> list[tuple[Any, Any]]:
+    """Of the mistakes that are undone where two at once are looked for, these."""
+    return [each for each in UNDONE if each[0] in undone]
 
 
 def with_coloured_noise(given: Given, newtons: float) -> Given:

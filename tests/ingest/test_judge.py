@@ -17,9 +17,8 @@ from hefting.ingest.model import tangents_of
 from hefting.ingest.rivals import (
     LARGE_EXPLANATIONS,
     LINEAR_EXPLANATIONS,
-    force_unit,
     judge,
-    time_unit,
+    units,
     wrench_compensated,
 )
 from hefting.ingest.rivals import judge as judging
@@ -127,13 +126,13 @@ def test_units_explain_no_more_than_models_of_which_they_are_special_cases(case)
     """The likelihood of each, less 0.01 for what reweighting leaves."""
     motion = case.motion_as_found
     freed = fit_rows(case, wrench_compensated.freed(case, motion))
-    for unit in time_unit.RATIOS:
-        fitted = fit_rows(case, time_unit._builder(case, unit)(motion))
+    for unit in units.RATIOS:
+        fitted = fit_rows(case, units._with_time_in(case, unit)(motion))
         assert fitted.likelihood[0] < freed.likelihood[0] + 0.01
-    maps = force_unit._maps_of_two_moments()
-    freed = fit_rows(case, force_unit._with_maps(case, maps, motion))
+    maps = units._maps_of_two_moments()
+    freed = fit_rows(case, units._with_maps(case, maps, motion))
     for ratio in (0.1, 0.3, 3.0, 10.0):
-        fitted = fit_rows(case, force_unit._builder(case, ratio)(motion))
+        fitted = fit_rows(case, units._with_torque_in(case, ratio)(motion))
         assert fitted.likelihood[0] < freed.likelihood[0] + 0.01
 
 

@@ -7,7 +7,7 @@ from typing import Any, cast
 import numpy as np
 import pytest
 
-from hefting.ingest.rivals import clock_rate, short_drift, time_unit
+from hefting.ingest.rivals import clock_rate, short_drift, units
 from hefting.ingest.rivals.clock_rate import _times
 
 
@@ -84,36 +84,34 @@ def test_the_unit_of_time_is_the_likeliest_of_usual_rates(
     unit, interval, said, monkeypatch
 ):
     """Of less than a second where samples are as far apart as none are."""
-    monkeypatch.setattr(time_unit, "_builder", lambda case, unit: lambda motion: unit)
+    monkeypatch.setattr(units, "_with_time_in", lambda case, unit: lambda motion: unit)
     monkeypatch.setattr(
-        time_unit,
+        units,
         "fit_rows",
         lambda case, tried: SimpleNamespace(likelihood=[-abs(np.log(tried / unit))]),
     )
-    monkeypatch.setattr(time_unit, "over_offsets", lambda case, build: (None, 0.0))
-    monkeypatch.setattr(time_unit, "explains_nothing", lambda case, build: False)
+    monkeypatch.setattr(units, "over_offsets", lambda case, build: (None, 0.0))
+    monkeypatch.setattr(units, "explains_nothing", lambda case, build: False)
     case = SimpleNamespace(
         path=SimpleNamespace(kind="smooth", gravity_measured=False),
         recording={"wrench": SimpleNamespace(time=interval * np.arange(20.0))},
         likely_offsets=np.zeros(1),
         motion_late=lambda offsets: None,
     )
-    found = time_unit.explain(cast(Any, case))
+    found = units.explain_time(cast(Any, case))
     assert found is not None
     assert f"time seems to {said}" in found.what
     what_else = unit > 4.0 if unit > 1.0 else "milli" not in said
     assert (", or" in found.what) is what_else
     assert (found.alternative is None) == (unit < 1.0)
     case.path.kind = "columns"
-    assert time_unit.explain(cast(Any, case)) is None
+    assert units.explain_time(cast(Any, case)) is None
 
 
 def test_accelerations_go_with_the_inverse_square_of_the_unit(monkeypatch):
-    monkeypatch.setattr(time_unit, "newton_euler", lambda case, motion: motion)
-    monkeypatch.setattr(
-        time_unit, "replace", lambda given, **new: SimpleNamespace(**new)
-    )
+    monkeypatch.setattr(units, "newton_euler", lambda case, motion: motion)
+    monkeypatch.setattr(units, "replace", lambda given, **new: SimpleNamespace(**new))
     motion = SimpleNamespace(a=np.ones(3), rest=np.full(9, 2.0))
-    found = time_unit._builder(cast(Any, None), 4.0)(cast(Any, motion))
+    found = units._with_time_in(cast(Any, None), 4.0)(cast(Any, motion))
     np.testing.assert_array_equal(found.a, 1.0 / 16.0)
     np.testing.assert_array_equal(found.rest, 1.0 / 8.0)

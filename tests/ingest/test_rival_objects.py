@@ -17,7 +17,7 @@ from hefting.identification import identify
 from hefting.ingest.filtering import Signal
 from hefting.ingest.rivals import (
     cable,
-    elastic_grip,
+    elastic,
     object_changing,
     sloshing,
 )
@@ -68,7 +68,7 @@ def test_of_a_soft_grip_the_mean_place_is_known():
     """COM within 2 mm, as of noise of 0.1 N: a grip that gives way by 20 mm moved what is
     found without it by 10 mm."""
     given = yielding(0.02)(correct(0), np.random.default_rng(1))
-    found = elastic_grip.explain(case_of(given))
+    found = elastic.explain_grip(case_of(given))
     assert found is not None
     (mean,) = given.others
     assert found.vector[1:4] / found.vector[0] == pytest.approx(

@@ -24,7 +24,7 @@ from hefting.ingest.ingest import ingest
 from hefting.ingest.rivals import (
     axes_turned,
     lever_arm,
-    position_unit,
+    units,
 )
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
@@ -373,7 +373,7 @@ def test_a_lever_is_found_with_its_deviation():
 )
 def test_positions_in_another_unit_are_named_by_it(unit, metres):
     given = positions(1.0 / metres)(correct(2), np.random.default_rng(1))
-    found = position_unit.explain(case_of(given))
+    found = units.explain_position(case_of(given))
     assert found is not None
     assert found.what == f"the positions seem to be in {unit}"
     said = re.search(r'unit = "(.*?)"', found.fix)

@@ -23,7 +23,6 @@ from hefting.ingest import condition
 from hefting.ingest.filtering import Signal
 from hefting.ingest.rivals import (
     axis_flipped,
-    force_unit,
     lever_arm,
     wrench_filtered,
 )
@@ -309,7 +308,7 @@ def test_a_unit_is_told_and_gives_the_object_in_newtons(unit):
     force, torque = SI[unit]
     given = units(1.0 / force, 1.0 / torque)(correct(2), np.random.default_rng(1))
     case = case_of(given)
-    doubt, found = doubt_of(case), force_unit.explain(case)
+    doubt, found = doubt_of(case), units.explain_force(case)
     assert doubt is not None
     assert doubt.message.code == "force-unit"
     # beside those that it cannot be told from, as kgf from daN

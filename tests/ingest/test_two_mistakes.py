@@ -17,12 +17,10 @@ from hefting.ingest.rivals import (
     axis_flipped,
     base_axes,
     bias_wrong,
-    force_unit,
     orientation_form,
     pose_inverse,
-    position_unit,
-    time_unit,
     two_mistakes,
+    units,
 )
 from hefting.ingest.rivals import explanation as undone_poses
 from hefting.ingest.rivals.consequence import doubt_of
@@ -52,12 +50,12 @@ PAIRS = {
 }
 """Two mistakes, and the codes that name them."""
 BRIEF = {
-    (W_FIRST, FLIPPED): orientation_form,
-    (("bias none", "5 N"), TURNED): bias_wrong,
-    (TURNED, ("wrench in base axes", "")): base_axes,
-    (("inverse pose", "whole"), FLIPPED): pose_inverse,
+    (W_FIRST, FLIPPED): orientation_form.undone,
+    (("bias none", "5 N"), TURNED): bias_wrong.undone,
+    (TURNED, ("wrench in base axes", "")): base_axes.undone,
+    (("inverse pose", "whole"), FLIPPED): pose_inverse.undone,
 }
-"""Pairs that are looked for among fewer, with the file of the first."""
+"""Pairs that are looked for among fewer, with how the first is undone."""
 
 
 def made(*names, seed=0):
@@ -76,8 +74,8 @@ def case_with(*names, seed=0):
 
 
 def look_for_few(monkeypatch, first):
-    """Mistakes of the file `first`, and of a wrong sign or unit."""
-    among = undone_of(axis_flipped, force_unit, first)
+    """The mistake `first`, and those of a wrong sign or unit."""
+    among = undone_of(axis_flipped.undone, units.force_undone, first)
     monkeypatch.setattr(two_mistakes, "UNDONE", among)
 
 
@@ -176,17 +174,17 @@ def test_the_fit_to_the_right_recording_is_that_of_the_pair(monkeypatch):
         ),
         (
             ("unit of torque", "N mm"),
-            force_unit.undone,
+            units.force_undone,
             "the torque seems to be in N mm",
         ),
         (
             ("unit of position", "mm"),
-            position_unit.undone,
+            units.position_undone,
             "the positions seem to be in m",
         ),
         (
             ("time", "half as fast"),
-            time_unit.undone,
+            units.time_undone,
             "time seems to run 2 times too slow",
         ),
         (W_FIRST, orientation_form.undone, "the quaternions"),
@@ -224,7 +222,7 @@ def test_forces_in_another_unit_are_as_likely_as_in_newtons():
     case = case_of(correct(1))
     likelihoods = [
         undone.explanation().likelihood + undone.log_scale
-        for undone in force_unit.undone(case)
+        for undone in units.force_undone(case)
     ]
     # of force and torque in the same ratio as in newtons and newton-metres
     matrix = np.diag(np.full(6, 9.80665))

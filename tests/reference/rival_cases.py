@@ -24,9 +24,11 @@ from hefting.ingest.rivals import (
     axis_flipped,
     calibration_matrix,
     consequence,
+    elastic,
     hysteresis,
     orientation_form,
     sloshing,
+    units,
     wrench_filtered,
 )
 from hefting.ingest.rivals.case import Case
@@ -50,12 +52,21 @@ from reference.recorded import (
     stopping,
 )
 
+NAMES = {
+    orientation_form.explain_order: "quaternion_order",
+    units.explain_position: "position_unit",
+    units.explain_time: "time_unit",
+    units.explain_force: "force_unit",
+    elastic.explain_grip: "elastic_grip",
+    elastic.explain_mount: "elastic_mount",
+    axes_turned.explain_with_tilt: "turned_and_tilted",
+    axes_turned.explain_with_axis: "turned_and_tilted",
+}
 RIVALS = {
-    explain.__module__.rpartition(".")[2]: explain
+    NAMES.get(explain, explain.__module__.rpartition(".")[2]): explain
     for explain in (*EXPLANATIONS, *LINEAR_EXPLANATIONS, *LARGE_EXPLANATIONS)
-    if explain is not orientation_form.explain_order
-} | {"quaternion_order": orientation_form.explain_order}
-"""Explanations by the names of their files, of which one has two."""
+}
+"""Explanations by the names of their files, or of those of several in a file."""
 OWN = {
     "turned about z, 30°": "axes_turned",
     "turned about a diagonal, 120°": "axes_turned",

@@ -1,7 +1,7 @@
 """Rival explanations of a recording: mistakes, fitted side by side and compared.
 
-Each mistake is one file, whose `explain(case)` returns the mistake as it fits best, with
-the sentence that names it, and one line below.
+Each file holds one mistake or some of one kind: an `explain(case)` returns the mistake as
+it fits best, with the sentence that names it, and has one line below.
 """
 
 from hefting.ingest.rivals import (
@@ -13,9 +13,7 @@ from hefting.ingest.rivals import (
     cable,
     calibration_matrix,
     clock_rate,
-    elastic_grip,
-    elastic_mount,
-    force_unit,
+    elastic,
     gain_by_load,
     hysteresis,
     lever_arm,
@@ -24,11 +22,9 @@ from hefting.ingest.rivals import (
     orientation_form,
     pose_inverse,
     position_axes,
-    position_unit,
     short_drift,
     sloshing,
-    time_unit,
-    turned_and_tilted,
+    units,
     wrench_compensated,
     wrench_filtered,
 )
@@ -44,38 +40,38 @@ EXPLANATIONS = (
     cable.explain,
     sloshing.explain,
     object_changing.explain,
-    elastic_grip.explain,
-    elastic_mount.explain,
+    elastic.explain_grip,
+    elastic.explain_mount,
     short_drift.explain,
 )
 """Mistakes that are always searched for."""
 LINEAR_EXPLANATIONS = (
     axes_turned.explain,
     axis_flipped.explain,
-    force_unit.explain,
-    time_unit.explain,
+    units.explain_force,
+    units.explain_time,
     lever_arm.explain,
     base_tilted.explain,
     wrench_compensated.explain,
     calibration_matrix.explain,
-    turned_and_tilted.explain,
+    axes_turned.explain_with_tilt,
     one_channel.explain,
 )
 """Mistakes that explain no more than free channels do (`explained_by_motion`). They are
 searched for only where free channels explain enough."""
 LARGE_EXPLANATIONS = (
     base_axes.explain,
-    position_unit.explain,
+    units.explain_position,
     orientation_form.explain_order,
     orientation_form.explain_composed,
-    turned_and_tilted.explain_axes,
+    axes_turned.explain_with_axis,
     pose_inverse.explain,
 )
 """Mistakes that are searched for only where much is unexplained, as they leave it."""
 OF_FEW_POSES = (
     axes_turned.explain,
     axis_flipped.explain,
-    force_unit.explain,
+    units.explain_force,
     one_channel.explain,
     base_tilted.explain,
     base_axes.explain,
@@ -97,9 +93,9 @@ BESIDE_ANOTHER = (
 """Mistakes that are searched for beside a first one, which is undone."""
 UNDONE = (
     (axis_flipped.undone, axis_flipped.explain),
-    (force_unit.undone, force_unit.explain),
-    (time_unit.undone, time_unit.explain),
-    (position_unit.undone, position_unit.explain),
+    (units.force_undone, units.explain_force),
+    (units.time_undone, units.explain_time),
+    (units.position_undone, units.explain_position),
     (base_axes.undone, base_axes.explain),
     (bias_wrong.undone, bias_wrong.explain),
     (wrench_compensated.undone, None),

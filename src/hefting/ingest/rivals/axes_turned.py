@@ -1,5 +1,6 @@
 """The sensor's axes are turned against the logged ones, as where it is mounted at an
-angle to the logged flange.
+angle to the logged flange; or the world's are, too, as with a marker attached at any
+angle in a motion capture with y up, or poses by joints with wrong zeros.
 
 With w the wrench as recorded and R the rotation from sensor to logged axes, R w is
 linear in R, and least squares of the parameters leaves
@@ -11,11 +12,14 @@ same along all axes, and B vec(R) the right-hand side. Q is positive semidefinit
 <- (the rotation nearest to Q vec(R)) never decreases vec(R)' Q vec(R).
 """
 
+from functools import partial
 from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, angle_between
+from hefting.ingest.rivals import base_tilted
+from hefting.ingest.rivals.base_tilted import SENSOR_ERROR, gravity_to_give
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Rows
 from hefting.ingest.rivals.explanation import Explanation, as_columns, newton_euler
@@ -157,3 +161,76 @@ def _quadratic(
     Q = np.swapaxes(B, 1, 2) @ np.linalg.solve(scaled, B)
     square = np.einsum("ok,okc,oc->o", weights, wrench**2, inverse_variance)
     return 0.5 * (Q + np.swapaxes(Q, 1, 2)), square
+
+
+CLEAR_TURN = 3.0
+"""Standard deviations from which on a turn is larger than a sensor's errors."""
+TILT_STEPS = 8
+"""Gauss-Newton steps of turn, gravity's direction and clock offset."""
+
+
+def explain_with_tilt(case: Case) -> Explanation | None:
+    """The likeliest turn, with gravity's direction near the one given."""
+    if not _is_modelled(case):
+        return None
+    turned = rotation_of(case)
+    return _turned_and_tilted(case, turned.R, turned.offset, case.gravity)
+
+
+def explain_with_axis(case: Case) -> Explanation | None:
+    """The likeliest turn, with gravity near an axis of the world."""
+    if not _is_modelled(case):
+        return None
+    size = float(np.linalg.norm(case.gravity))
+    directions = [size * s * e for e in np.eye(3) for s in (1.0, -1.0)]
+
+    def explained(gravity: Array) -> float:
+        return rotation_at(case.with_gravity(gravity), case.likely_offsets)[2]
+
+    gravity = max(directions, key=explained)
+    R, offset, _ = rotation_at(case.with_gravity(gravity), case.offsets)
+    return _turned_and_tilted(case, R, offset, gravity)
+
+
+def _is_modelled(case: Case) -> bool:
+    """Whether all accelerations are modelled; neglected ones look like a tilt."""
+    return not (case.path.gravity_measured or case.path.kind == "orientation")
+
+
+def _turned_and_tilted(
+    case: Case, R: Array, offset: float, gravity: Array
+) -> Explanation:
+    """From a turn (3, 3), a clock offset [s] and gravity (3,)."""
+    found = find_placement(
+        case,
+        R,
+        offset,
+        turns=True,
+        moves=False,
+        tilts=True,
+        steps=TILT_STEPS,
+        gravity=gravity,
+    )
+    gravity, C = found.gravity, found.covariance
+    angle, axis = angle_and_axis(found.R)
+    known = float(np.sqrt(axis @ C[:3, :3] @ axis + 0.5 * CROSS_TALK**2))
+    tilt = angle_between(case.gravity, gravity)
+    std = float(np.hypot(np.sqrt(C[3:, 3:].trace() / 2.0), SENSOR_ERROR))
+    turns, tilts = angle / max(known, 1e-12), tilt / std
+    # where one is within a sensor's errors it is the other alone
+    alone = explain if turns > CLEAR_TURN else base_tilted.explain
+    x, y, z = gravity
+    return Explanation(
+        CODE,
+        f"the sensor's axes seem turned by {turn_text(found.R, known)} of the logged "
+        f"ones, and gravity to point along ({x:.2f}, {y:.2f}, {z:.2f}) m/s², "
+        f"{np.degrees(tilt):.1f}° ± {np.degrees(std):.1g}° from where it is given",
+        f"{advice(case, found.R, np.zeros(3), C[:3, :3])} and "
+        f"{gravity_to_give(gravity, tilt)}; of poses by joints check their zeros",
+        found.fitted,
+        5,
+        argument="sensor_pose_in_log",
+        parameters=found.parameters,
+        effect=min(turns, tilts),
+        alternative=partial(alone, case),
+    )

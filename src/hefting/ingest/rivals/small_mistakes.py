@@ -9,7 +9,7 @@ from hefting.core.spatial import Array
 from hefting.ingest.model import REGRESSOR_BY_FEATURE, tangents_of
 from hefting.ingest.rivals.cable import pulling_columns
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.elastic_grip import yielding_columns
+from hefting.ingest.rivals.elastic import yielding_columns
 from hefting.ingest.rivals.evidence import Fitted, LinearPart, correlation
 
 

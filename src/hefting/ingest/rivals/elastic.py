@@ -1,4 +1,5 @@
-"""The grip yields to the load, as a suction cup or soft fingers do, or has slack.
+"""The grip yields to the load, as a suction cup or soft fingers do, or has slack; or the
+sensor's mount does.
 
 The centre of mass is c - C s, with the compliance C (3, 3) and the specific force s of
 the sensor in its axes, which is nearly that of gravity for slow motion. The force is
@@ -6,17 +7,29 @@ that of the rigid body; the torque also has m s x C s, in which a multiple of th
 identity in C cancels. For an object with slack, which moves until it meets a stop,
 tanh(s / g0) by axes takes the place of s, with g0 a third of gravity; for one that
 slides slowly from stop to stop, the integral of s between them.
+
+A mount turns the sensor against the logged frame, by a compliance k that is the same
+about all axes, times the torque about some point r of the mount. To first order, and
+without the velocity of the turn, s is turned: by s x k (t + r x f) for a force f and a
+torque t.
 """
 
 import numpy as np
 
 from hefting.core.quantity import significant
 from hefting.core.spatial import Array
+from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
-from hefting.ingest.rivals.evidence import Rows, beside_body, is_hopeless, with_bias
+from hefting.ingest.rivals.evidence import (
+    Rows,
+    beside_body,
+    fit_rows,
+    is_hopeless,
+    with_bias,
+)
 from hefting.ingest.rivals.explanation import Explanation, at_offset, fit_as_given
 
-CODE = "grip-elastic"
+GRIP = "grip-elastic"
 SMALLEST_MOVE = 0.001
 """[m] Smallest movement of the COM that is reported."""
 STOPPED = 3.3
@@ -30,7 +43,7 @@ LEVI_CIVITA = np.cross(np.eye(3)[:, None], np.eye(3))
 """(3, 3, 3) cross products of the unit vectors."""
 
 
-def explain(case: Case) -> Explanation | None:
+def explain_grip(case: Case) -> Explanation | None:
     """The likeliest compliance, at the clock offset of the recording as given."""
     if not case.path.moves:
         return None
@@ -54,7 +67,7 @@ def explain(case: Case) -> Explanation | None:
         else "give way in the grip, as in a suction cup or soft fingers"
     )
     return Explanation(
-        CODE,
+        GRIP,
         f"the object seems to {way}: its centre of mass is up to {significant(1e3 * moved)} mm "
         "from its mean place",
         "grip it stiffer and record again, or allow for that motion",
@@ -111,3 +124,50 @@ def _with_isotropic(C: Array) -> Array:
     """The compliance (3, 3) plus the least multiple of the identity for which nothing
     moves against its load."""
     return C - np.linalg.eigvalsh(C + C.T)[0] / 2.0 * np.eye(3)
+
+
+MOUNT = "mount-elastic"
+MOUNT_UNKNOWNS = 4
+"""The compliance, and its product with the place of the point."""
+PASSES = 2
+"""Number of times that the load is predicted, with improved turns."""
+SMALLEST_TURN = np.radians(1.0)
+"""Smallest turn from the mean one that is reported: arms yield by some tenths of a
+degree."""
+LARGEST_TURN = np.radians(10.0)
+"""Largest turn of a mount that could stay unnoticed; beyond, another object is
+likelier."""
+
+
+def explain_mount(case: Case) -> Explanation | None:
+    """The likeliest compliance, at the clock offset of the recording as given."""
+    if not case.path.moves:
+        return None
+    fitted, offset = fit_as_given(case)
+    motion = case.motion_late(offset)
+    features = case.features(motion)
+    maps = beside_body(np.eye(6 * MOUNT_UNKNOWNS).reshape(-1, 6, MOUNT_UNKNOWNS))
+    for _ in range(PASSES):
+        body = REGRESSOR_BY_FEATURE @ fitted.solution[fitted.best, :10]
+        turns = _turns(features[0] @ body)
+        moved = np.cross(features[0, :, None, :3], turns)
+        columns = np.einsum("kux,xc->kcu", moved, body[:3])
+        known = np.concatenate((features, columns.reshape(1, len(turns), -1)), axis=2)
+        fitted = fit_rows(case, with_bias(case, known, maps, motion.known))
+    turn = np.einsum("kux,u->kx", turns, fitted.solution[0, 10:][:MOUNT_UNKNOWNS])
+    largest = float(np.linalg.norm(turn - turn.mean(axis=0), axis=1).max())
+    if not SMALLEST_TURN < largest < LARGEST_TURN:
+        return None
+    what = (
+        "the mount of the sensor seems to give way under the load, so that it is turned by "
+        f"up to {np.degrees(largest):.2g}° from its mean direction in the logged frame"
+    )
+    fix = "mount it stiffer, or move slower with a lighter object"
+    return Explanation(MOUNT, what, fix, fitted, MOUNT_UNKNOWNS, rarity=2.0)
+
+
+def _turns(load: Array) -> Array:
+    """(K, 4, 3) turns under loads (K, 6), per unit of the compliance and of its product
+    with the place of the point."""
+    force, torque = load[:, None, :3], load[:, None, 3:]
+    return np.concatenate((torque, np.cross(np.eye(3), force)), axis=1)
