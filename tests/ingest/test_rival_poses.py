@@ -23,7 +23,7 @@ from hefting.ingest import condition
 from hefting.ingest.ingest import ingest
 from hefting.ingest.rivals import (
     axes_turned,
-    lever_arm,
+    placement,
     units,
 )
 from hefting.ingest.rivals.consequence import doubt_of
@@ -355,7 +355,7 @@ def test_a_lever_is_found_with_its_deviation():
         correct(2), np.random.default_rng(1)
     )
     case = case_of(given)
-    found = lever_arm.explain(case)
+    found = placement.explain_lever(case)
     assert found is not None
     assert evidence(case, as_given(case), found) > 12.0
     point = np.array(found.fix.split("'")[1].split(",")[:3], dtype=float)

@@ -23,7 +23,7 @@ from hefting.ingest import condition
 from hefting.ingest.filtering import Signal
 from hefting.ingest.rivals import (
     axis_flipped,
-    lever_arm,
+    placement,
     wrench_filtered,
 )
 from hefting.ingest.rivals.consequence import doubt_of
@@ -360,7 +360,7 @@ def test_a_gain_of_the_torques_is_told_beside_the_lever_arm_that_does_the_same(g
 
 
 def test_a_lever_arm_to_twice_the_com_is_told_to_be_a_sign_too():
-    found = lever_arm.explain(
+    found = placement.explain_lever(
         case_of(units(1.0, -1.0)(correct(4), np.random.default_rng(1)))
     )
     assert found is not None

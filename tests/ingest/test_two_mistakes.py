@@ -17,8 +17,7 @@ from hefting.ingest.rivals import (
     axis_flipped,
     base_axes,
     bias_wrong,
-    orientation_form,
-    pose_inverse,
+    pose_forms,
     two_mistakes,
     units,
 )
@@ -50,10 +49,10 @@ PAIRS = {
 }
 """Two mistakes, and the codes that name them."""
 BRIEF = {
-    (W_FIRST, FLIPPED): orientation_form.undone,
+    (W_FIRST, FLIPPED): pose_forms.undone,
     (("bias none", "5 N"), TURNED): bias_wrong.undone,
     (TURNED, ("wrench in base axes", "")): base_axes.undone,
-    (("inverse pose", "whole"), FLIPPED): pose_inverse.undone,
+    (("inverse pose", "whole"), FLIPPED): pose_forms.inverse_undone,
 }
 """Pairs that are looked for among fewer, with how the first is undone."""
 
@@ -132,7 +131,7 @@ def test_a_vibration_is_no_mistake(monkeypatch):
 
 def test_an_answer_and_a_refusal_tell_both(monkeypatch):
     """The two messages, in this order and before any other."""
-    look_for_few(monkeypatch, orientation_form)
+    look_for_few(monkeypatch, pose_forms.undone)
     given = made(TURNED, W_FIRST)
     try:
         said = identify(given.recording).estimate.warnings
@@ -148,7 +147,7 @@ def test_an_answer_and_a_refusal_tell_both(monkeypatch):
 def test_the_fit_to_the_right_recording_is_that_of_the_pair(monkeypatch):
     """What is said of the second mistake is what is said of it alone, and the object is
     the one that is found with it."""
-    look_for_few(monkeypatch, orientation_form)
+    look_for_few(monkeypatch, pose_forms.undone)
     pair, alone = judge(case_with(TURNED, W_FIRST)), judge(case_with(TURNED))
     assert pair.beside is not None
     assert pair.named is not None
@@ -187,11 +186,11 @@ def test_the_fit_to_the_right_recording_is_that_of_the_pair(monkeypatch):
             units.time_undone,
             "time seems to run 2 times too slow",
         ),
-        (W_FIRST, orientation_form.undone, "the quaternions"),
-        (("inverse pose", "whole"), pose_inverse.undone, "the logged pose"),
+        (W_FIRST, pose_forms.undone, "the quaternions"),
+        (("inverse pose", "whole"), pose_forms.inverse_undone, "the logged pose"),
         (
             ("inverse pose", "orientation"),
-            pose_inverse.undone,
+            pose_forms.inverse_undone,
             "the logged orientation",
         ),
         (("wrench in base axes", ""), base_axes.undone, "the wrench"),
@@ -251,8 +250,8 @@ def test_poses_are_read_once_by_all_searches_and_without_inertial_sensors(monkey
     given = correct(1, imu=True)
     assert given.recording.has("gyroscope")
     case = case_of(given)
-    first = list(pose_inverse.undone(case))
-    again = list(pose_inverse.undone(case.with_drift(1)))
+    first = list(pose_forms.inverse_undone(case))
+    again = list(pose_forms.inverse_undone(case.with_drift(1)))
     assert len(read) == len(first) == len(again) == 2
     assert not any(name in each.streams for each in read for name in INERTIAL)
     for one, other in zip(first, again, strict=True):

@@ -25,8 +25,9 @@ from hefting.ingest.rivals import (
     calibration_matrix,
     consequence,
     elastic,
-    hysteresis,
-    orientation_form,
+    gain_by_load,
+    placement,
+    pose_forms,
     sloshing,
     units,
     wrench_filtered,
@@ -53,7 +54,14 @@ from reference.recorded import (
 )
 
 NAMES = {
-    orientation_form.explain_order: "quaternion_order",
+    pose_forms.explain: "orientation_form",
+    pose_forms.explain_order: "quaternion_order",
+    pose_forms.explain_composed: "orientation_form",
+    pose_forms.explain_inverse: "pose_inverse",
+    pose_forms.explain_position_axes: "position_axes",
+    calibration_matrix.explain_channel: "one_channel",
+    gain_by_load.explain_hysteresis: "hysteresis",
+    placement.explain_lever: "lever_arm",
     units.explain_position: "position_unit",
     units.explain_time: "time_unit",
     units.explain_force: "force_unit",
@@ -66,7 +74,7 @@ RIVALS = {
     NAMES.get(explain, explain.__module__.rpartition(".")[2]): explain
     for explain in (*EXPLANATIONS, *LINEAR_EXPLANATIONS, *LARGE_EXPLANATIONS)
 }
-"""Explanations by the names of their files, or of those of several in a file."""
+"""Explanations by the names of their files, or by their own of several in a file."""
 OWN = {
     "turned about z, 30°": "axes_turned",
     "turned about a diagonal, 120°": "axes_turned",
@@ -229,7 +237,7 @@ def parts() -> dict[str, Any]:
         "filtered": [
             wrench_filtered.low_passed(from_zero, order, 1.7)[1:] for order in (1, 2)
         ],
-        "lag": list(hysteresis._lags(six, np.array((0.01, 0.2)))),
+        "lag": list(gain_by_load._lags(six, np.array((0.01, 0.2)))),
         "flips": matrices,
         "starts": axes_turned.QUARTER_TURNS,
         "fixes": {

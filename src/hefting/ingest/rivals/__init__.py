@@ -15,13 +15,9 @@ from hefting.ingest.rivals import (
     clock_rate,
     elastic,
     gain_by_load,
-    hysteresis,
-    lever_arm,
     object_changing,
-    one_channel,
-    orientation_form,
-    pose_inverse,
-    position_axes,
+    placement,
+    pose_forms,
     short_drift,
     sloshing,
     units,
@@ -31,11 +27,11 @@ from hefting.ingest.rivals import (
 
 EXPLANATIONS = (
     bias_wrong.explain,
-    position_axes.explain,
-    orientation_form.explain,
+    pose_forms.explain_position_axes,
+    pose_forms.explain,
     wrench_filtered.explain,
     clock_rate.explain,
-    hysteresis.explain,
+    gain_by_load.explain_hysteresis,
     gain_by_load.explain,
     cable.explain,
     sloshing.explain,
@@ -50,45 +46,45 @@ LINEAR_EXPLANATIONS = (
     axis_flipped.explain,
     units.explain_force,
     units.explain_time,
-    lever_arm.explain,
+    placement.explain_lever,
     base_tilted.explain,
     wrench_compensated.explain,
     calibration_matrix.explain,
     axes_turned.explain_with_tilt,
-    one_channel.explain,
+    calibration_matrix.explain_channel,
 )
 """Mistakes that explain no more than free channels do (`explained_by_motion`). They are
 searched for only where free channels explain enough."""
 LARGE_EXPLANATIONS = (
     base_axes.explain,
     units.explain_position,
-    orientation_form.explain_order,
-    orientation_form.explain_composed,
+    pose_forms.explain_order,
+    pose_forms.explain_composed,
     axes_turned.explain_with_axis,
-    pose_inverse.explain,
+    pose_forms.explain_inverse,
 )
 """Mistakes that are searched for only where much is unexplained, as they leave it."""
 OF_FEW_POSES = (
     axes_turned.explain,
     axis_flipped.explain,
     units.explain_force,
-    one_channel.explain,
+    calibration_matrix.explain_channel,
     base_tilted.explain,
     base_axes.explain,
     bias_wrong.explain,
-    orientation_form.explain,
-    orientation_form.explain_order,
-    orientation_form.explain_composed,
-    pose_inverse.explain,
+    pose_forms.explain,
+    pose_forms.explain_order,
+    pose_forms.explain_composed,
+    pose_forms.explain_inverse,
 )
 """Mistakes of few unknowns, the only ones searched for in a few static poses."""
 BESIDE_ANOTHER = (
     axes_turned.explain,
-    lever_arm.explain,
+    placement.explain_lever,
     base_tilted.explain,
     wrench_compensated.explain,
-    one_channel.explain,
-    position_axes.explain,
+    calibration_matrix.explain_channel,
+    pose_forms.explain_position_axes,
 )
 """Mistakes that are searched for beside a first one, which is undone."""
 UNDONE = (
@@ -100,8 +96,8 @@ UNDONE = (
     (bias_wrong.undone, bias_wrong.explain),
     (wrench_compensated.undone, None),
     (base_tilted.undone, None),
-    (orientation_form.undone, None),
-    (pose_inverse.undone, None),
+    (pose_forms.undone, None),
+    (pose_forms.inverse_undone, None),
 )
 """First mistakes of a pair, which have no unknowns: how each is undone, and the search by
 which it is the second mistake beside those that follow in this list."""

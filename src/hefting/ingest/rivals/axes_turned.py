@@ -31,7 +31,7 @@ from hefting.ingest.rivals.placement import (
     turn_text,
     turned_and_moved,
 )
-from hefting.ingest.rivals.position_axes import SIGNED_PERMUTATIONS
+from hefting.ingest.rivals.pose_forms import SIGNED_PERMUTATIONS
 from hefting.ingest.robust_rows import normal_equations, scaled_to_ones
 
 CODE = "axes-turned"

@@ -1,5 +1,6 @@
-"""The sensor's gain depends on the load, as near the end of an amplifier's range, or
-with a calibration for one load.
+"""The sensor does not answer in proportion to the load: its gain depends on the load, as
+near the end of an amplifier's range, or with a calibration for one load; or each channel
+follows only after the load has moved by some share of its range, by hysteresis or play.
 
 A channel that reads x has an error in proportion to x |x| or x³, with x counted from no
 load or from zero, where its gain is right. The factor is common to the forces and to
@@ -8,11 +9,66 @@ the torques, as if all gauges had the same range.
 
 import numpy as np
 
-from hefting.core.spatial import Array
+from hefting.core.spatial import Array, distinct
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case
-from hefting.ingest.rivals.evidence import Fitted, beside_body, fit_rows, with_bias
-from hefting.ingest.rivals.explanation import Explanation, fit_as_given
+from hefting.ingest.rivals.evidence import (
+    Fitted,
+    beside_body,
+    fit_rows,
+    is_hopeless,
+    with_bias,
+)
+from hefting.ingest.rivals.explanation import (
+    Explanation,
+    fit_as_given,
+    newton_euler,
+    of_each_wrench,
+)
+
+HYSTERESIS = "hysteresis"
+SHARES = np.array((0.005, 0.01, 0.02, 0.03, 0.05, 0.1))
+"""Play over the range of each channel that is tried."""
+PLAY_PASSES = 2
+"""Number of times that the play is found, from improved predictions of the load."""
+
+
+def explain_hysteresis(case: Case) -> Explanation | None:
+    """The likeliest play."""
+    if not case.path.moves:
+        return None
+    given, late = fit_as_given(case)
+    # play looks like a delay, which the recording as given may have taken it for
+    offsets = distinct((0.0, 0.5 * late, late))
+    rows = newton_euler(case, case.motion_late(offsets))
+    fitted = fit_rows(case, rows)
+    load = case.wrench - fitted.residual[fitted.best]
+    for _ in range(PLAY_PASSES):
+        wrenches = case.wrench - _lags(load, SHARES)
+        fitted = of_each_wrench(case, rows, wrenches)
+        if is_hopeless(case, fitted, given):
+            return None
+        index = fitted.best // len(offsets)
+        load = wrenches[index] - fitted.residual[fitted.best]
+    what = (
+        f"the sensor seems to follow the load with some {100.0 * SHARES[index]:.2g} % of "
+        "play or hysteresis"
+    )
+    fix = "check how it is mounted, and its cable"
+    return Explanation(HYSTERESIS, what, fix, fitted, 1, rarity=2.0, of_many_laws=True)
+
+
+def _lags(load: Array, shares: Array) -> Array:
+    """(S, K, 6) readings of followers with play of each of the shares (S,), less their
+    load (K, 6)."""
+    half = 0.5 * shares[:, None] * np.ptp(load, axis=0)
+    shown = np.empty((len(load), *half.shape))
+    shown[0] = load[0]
+    low, high = load[:, None] - half, load[:, None] + half
+    for k in range(1, len(load)):
+        np.minimum(np.maximum(shown[k - 1], low[k]), high[k], out=shown[k])
+    return np.swapaxes(shown - load[:, None], 0, 1)
+
 
 CODE = "gain-by-load"
 PASSES = 2
