@@ -26,6 +26,7 @@ from hefting.ingest.rivals import (
     placement,
     wrench_filtered,
 )
+from hefting.ingest.rivals import units as wrong_units
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.judge import judge_one
 from hefting.logs import read_log, write_log
@@ -308,7 +309,7 @@ def test_a_unit_is_told_and_gives_the_object_in_newtons(unit):
     force, torque = SI[unit]
     given = units(1.0 / force, 1.0 / torque)(correct(2), np.random.default_rng(1))
     case = case_of(given)
-    doubt, found = doubt_of(case), units.explain_force(case)
+    doubt, found = doubt_of(case), wrong_units.explain_force(case)
     assert doubt is not None
     assert doubt.message.code == "force-unit"
     # beside those that it cannot be told from, as kgf from daN
