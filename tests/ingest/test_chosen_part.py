@@ -10,7 +10,7 @@ from hefting.ingest import left_out
 from hefting.ingest.ingest import ingest
 from hefting.ingest.rivals import (
     axis_flipped,
-    base_tilted,
+    base,
     pose_forms,
     two_mistakes,
 )
@@ -56,9 +56,7 @@ def test_two_mistakes_that_look_like_changes_are_found_in_the_whole(
 ):
     """In place of one that explains all of it, and of a part that is wrong; among a few
     that are undone."""
-    among = undone_of(
-        pose_forms.inverse_undone, base_tilted.undone, axis_flipped.undone
-    )
+    among = undone_of(pose_forms.inverse_undone, base.undone, axis_flipped.undone)
     monkeypatch.setattr(two_mistakes, "UNDONE", among)
     given, rng = correct(2), np.random.default_rng(1)
     for name in (other, ("gravity", "upwards")):

@@ -6,8 +6,8 @@ from scipy.integrate import solve_ivp
 from scipy.signal import butter, lsim
 
 from hefting.ingest.filtering import Signal
-from hefting.ingest.rivals.sloshing import swing
-from hefting.ingest.rivals.wrench_filtered import low_passed
+from hefting.ingest.rivals.not_rigid import swing
+from hefting.ingest.rivals.timing import low_passed
 
 RATE = 200.0
 TIME = np.arange(0.0, 6.0, 1.0 / RATE)

@@ -18,8 +18,7 @@ from hefting.ingest.filtering import Signal
 from hefting.ingest.rivals import (
     cable,
     elastic,
-    object_changing,
-    sloshing,
+    not_rigid,
 )
 from hefting.ingest.rivals.consequence import doubt_of
 from hefting.ingest.rivals.explanation import as_given
@@ -34,7 +33,7 @@ def test_a_swinging_mass_obeys_its_equation():
     time = np.arange(0.0, 5.0, 0.01)
     specific = 0.3 + np.column_stack([np.sin(f * time) for f in (2.0, 5.0, 7.0)])
     frequency, damping = 1.5, 0.1
-    place, acceleration = sloshing.swing(Signal(specific, 100.0), frequency, damping)
+    place, acceleration = not_rigid.swing(Signal(specific, 100.0), frequency, damping)
     w = 2.0 * np.pi * frequency
     rate = np.gradient(place, time, axis=0)
     bend = np.gradient(rate, time, axis=0)
@@ -52,7 +51,7 @@ def test_an_object_that_changes_gradually_is_known_at_the_end(kind, size):
     and a change at an instant is still looked for."""
     given = changing_gradually(kind, size)(correct(0), np.random.default_rng(1))
     case = case_of(given)
-    found = object_changing.explain(case)
+    found = not_rigid.explain_change(case)
     assert found is not None
     (end,) = given.others
     vector = found.vector * np.sign(found.vector[0])

@@ -18,7 +18,7 @@ from hefting.ingest.rivals.axes_turned import (
     _nearest_rotations,
     _quadratic,
 )
-from hefting.ingest.rivals.base_tilted import _along_axis
+from hefting.ingest.rivals.base import _along_axis
 from hefting.ingest.rivals.calibration_matrix import RANGES, _largest_error
 from hefting.ingest.rivals.evidence import Rows
 

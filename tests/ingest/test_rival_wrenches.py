@@ -24,7 +24,7 @@ from hefting.ingest.filtering import Signal
 from hefting.ingest.rivals import (
     axis_flipped,
     placement,
-    wrench_filtered,
+    timing,
 )
 from hefting.ingest.rivals import units as wrong_units
 from hefting.ingest.rivals.consequence import doubt_of
@@ -129,7 +129,7 @@ def test_a_low_pass_filter_is_that_of_scipy(order):
     time = np.arange(0.0, 10.0, 0.01)
     values = np.column_stack([np.sin(f * time) for f in (2.0, 9.0)])
     b, a = butter(order, 2.0, fs=100.0)
-    found = wrench_filtered.low_passed(Signal(values, 100.0), order, 2.0)
+    found = timing.low_passed(Signal(values, 100.0), order, 2.0)
     assert np.abs(found - lfilter(b, a, values, axis=0)).max() < 0.01
 
 

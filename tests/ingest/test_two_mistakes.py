@@ -15,8 +15,8 @@ from hefting.ingest import condition
 from hefting.ingest.rivals import (
     UNDONE,
     axis_flipped,
-    base_axes,
-    bias_wrong,
+    base,
+    bias,
     pose_forms,
     two_mistakes,
     units,
@@ -50,8 +50,8 @@ PAIRS = {
 """Two mistakes, and the codes that name them."""
 BRIEF = {
     (W_FIRST, FLIPPED): pose_forms.undone,
-    (("bias none", "5 N"), TURNED): bias_wrong.undone,
-    (TURNED, ("wrench in base axes", "")): base_axes.undone,
+    (("bias none", "5 N"), TURNED): bias.undone,
+    (TURNED, ("wrench in base axes", "")): base.axes_undone,
     (("inverse pose", "whole"), FLIPPED): pose_forms.inverse_undone,
 }
 """Pairs that are looked for among fewer, with how the first is undone."""
@@ -193,8 +193,8 @@ def test_the_fit_to_the_right_recording_is_that_of_the_pair(monkeypatch):
             pose_forms.inverse_undone,
             "the logged orientation",
         ),
-        (("wrench in base axes", ""), base_axes.undone, "the wrench"),
-        (("bias none", "5 N"), bias_wrong.undone, "the wrench seems to have another"),
+        (("wrench in base axes", ""), base.axes_undone, "the wrench"),
+        (("bias none", "5 N"), bias.undone, "the wrench seems to have another"),
     ],
 )
 def test_undone_it_is_the_recording_without_it(name, undone, what):

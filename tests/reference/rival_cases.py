@@ -22,15 +22,17 @@ from hefting.ingest.rivals import (
     LINEAR_EXPLANATIONS,
     axes_turned,
     axis_flipped,
+    base,
+    bias,
     calibration_matrix,
     consequence,
     elastic,
     gain_by_load,
+    not_rigid,
     placement,
     pose_forms,
-    sloshing,
+    timing,
     units,
-    wrench_filtered,
 )
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.consequence import doubt_of
@@ -54,6 +56,14 @@ from reference.recorded import (
 )
 
 NAMES = {
+    base.explain: "base_tilted",
+    base.explain_axes: "base_axes",
+    bias.explain: "bias_wrong",
+    bias.explain_drift: "short_drift",
+    not_rigid.explain_change: "object_changing",
+    not_rigid.explain_sloshing: "sloshing",
+    timing.explain_clock_rate: "clock_rate",
+    timing.explain_filter: "wrench_filtered",
     pose_forms.explain: "orientation_form",
     pose_forms.explain_order: "quaternion_order",
     pose_forms.explain_composed: "orientation_form",
@@ -232,11 +242,9 @@ def parts() -> dict[str, Any]:
     Q, square = axes_turned._quadratic(case, rows, rows.used, scale)
     errors = 0.01 * np.random.default_rng(61).normal(size=(6, 6))
     return {
-        "swing": sloshing.swing(Signal(values, 100.0), 1.5, 0.1),
-        "swings": sloshing._Driven.of(case).swinging(2.0, 0.05),
-        "filtered": [
-            wrench_filtered.low_passed(from_zero, order, 1.7)[1:] for order in (1, 2)
-        ],
+        "swing": not_rigid.swing(Signal(values, 100.0), 1.5, 0.1),
+        "swings": not_rigid._Driven.of(case).swinging(2.0, 0.05),
+        "filtered": [timing.low_passed(from_zero, order, 1.7)[1:] for order in (1, 2)],
         "lag": list(gain_by_load._lags(six, np.array((0.01, 0.2)))),
         "flips": matrices,
         "starts": axes_turned.QUARTER_TURNS,

@@ -30,7 +30,7 @@ from hefting.ingest.plausibility import (
     inertia_errors,
     mass_warnings,
 )
-from hefting.ingest.rivals.base_tilted import SENSOR_ERROR
+from hefting.ingest.rivals.base import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
 from hefting.inspection.facts import (
     Movement,

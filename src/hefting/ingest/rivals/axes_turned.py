@@ -18,8 +18,8 @@ from weakref import WeakKeyDictionary
 import numpy as np
 
 from hefting.core.spatial import Array, angle_between
-from hefting.ingest.rivals import base_tilted
-from hefting.ingest.rivals.base_tilted import SENSOR_ERROR, gravity_to_give
+from hefting.ingest.rivals import base
+from hefting.ingest.rivals.base import SENSOR_ERROR, gravity_to_give
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import Rows
 from hefting.ingest.rivals.explanation import Explanation, as_columns, newton_euler
@@ -218,7 +218,7 @@ def _turned_and_tilted(
     std = float(np.hypot(np.sqrt(C[3:, 3:].trace() / 2.0), SENSOR_ERROR))
     turns, tilts = angle / max(known, 1e-12), tilt / std
     # where one is within a sensor's errors it is the other alone
-    alone = explain if turns > CLEAR_TURN else base_tilted.explain
+    alone = explain if turns > CLEAR_TURN else base.explain
     x, y, z = gravity
     return Explanation(
         CODE,

@@ -28,8 +28,8 @@ from hefting.ingest.rivals import (
     LARGE_EXPLANATIONS,
     LINEAR_EXPLANATIONS,
     OF_FEW_POSES,
-    short_drift,
-    wrench_filtered,
+    bias,
+    timing,
 )
 from hefting.ingest.rivals.calibration_matrix import (
     LARGE_DATA_SHEET_ERROR,
@@ -139,12 +139,12 @@ def judge_one(case: Case) -> Judged:
     lag, for which the answer is corrected. A filter is compared with the likelier of both.
     """
     found = _judge_beside_drift(case, EXPLANATIONS)
-    is_filtered = found.named is not None and found.named.code == wrench_filtered.CODE
+    is_filtered = found.named is not None and found.named.code == timing.FILTERED
     if found.given is None or case.offset < SHORTEST_LAG:
         return found
     if found.named is not None and not is_filtered:
         return found
-    slow = wrench_filtered.as_filtered(case)
+    slow = timing.as_filtered(case)
     if slow is None:
         return found
     if is_filtered:
@@ -164,12 +164,12 @@ def _judge_beside_drift(case: Case, candidates: Candidates) -> Judged:
     named, given = found.named, found.given
     if named is None or given is None or not case.path.moves:
         return found
-    if named.code == short_drift.CODE:
+    if named.code == bias.DRIFT:
         return found
     beside = _beside_freer_drift(case, candidates, found, named)
     if beside is not None:
         return beside
-    drift = short_drift.explain(case)
+    drift = bias.explain_drift(case)
     if drift is None or not _is_named(case, given, drift):
         return Judged(found.unexplained, None, given)
     certain = evidence(case, given, drift) > CLEAR_EVIDENCE

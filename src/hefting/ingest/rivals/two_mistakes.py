@@ -15,7 +15,7 @@ import numpy as np
 from hefting.core.immutable import immutable
 from hefting.core.progress import each as each_of
 from hefting.core.spatial import distinct
-from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, short_drift
+from hefting.ingest.rivals import BESIDE_ANOTHER, UNDONE, bias
 from hefting.ingest.rivals.case import Case
 from hefting.ingest.rivals.evidence import NEGLIGIBLE_UNEXPLAINED, missing
 from hefting.ingest.rivals.explanation import (
@@ -145,7 +145,7 @@ def _is_worth_a_search(case: Case, found: Judged, given: Explanation) -> bool:
     little = ENOUGH_EXPLAINED * missing(case, given.fitted)
     if found.named is not None and missing(case, found.named.fitted) < little:
         return False
-    drift = short_drift.explain(case)
+    drift = bias.explain_drift(case)
     little = max(little, NEGLIGIBLE_UNEXPLAINED)
     if drift is not None and missing(case, drift.fitted) < little:
         return False
