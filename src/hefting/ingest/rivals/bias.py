@@ -6,7 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from hefting.ingest.conditioned import SHORTEST_DRIFTING_RECORDING, HatFunctions
+from hefting.ingest.drift import SHORTEST_DRIFTING_RECORDING, HatFunctions
 from hefting.ingest.model import REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
 from hefting.ingest.rivals.evidence import Rows, linear_step, with_bias

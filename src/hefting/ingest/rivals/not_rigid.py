@@ -15,7 +15,7 @@ import numpy as np
 
 from hefting.core.immutable import immutable
 from hefting.core.spatial import Array, Indices, cross, skew
-from hefting.ingest.conditioned import HatFunctions
+from hefting.ingest.drift import HatFunctions
 from hefting.ingest.filtering import Complex, Signal
 from hefting.ingest.model import FEATURES, REGRESSOR_BY_FEATURE
 from hefting.ingest.rivals.case import Case, Motion
