@@ -23,6 +23,7 @@ from hefting.ingest.plausibility import (
     com_warnings,
     density_warnings,
     inertia_errors,
+    torque_sign_warnings,
 )
 from hefting.inspection import inspect
 from hefting.shapes import Shape
@@ -80,6 +81,40 @@ def test_no_body_has_a_negative_sum_of_moments(moments, common, tool, said):
     errors = None if common is None else common * np.eye(10)
     found = SimpleNamespace(fit=fit, common_errors=errors, tool=tool)
     assert bool(inertia_errors(cast(Any, found))) is said
+
+
+@pytest.mark.parametrize(
+    ("moments", "std", "tool", "shape", "said"),
+    [
+        (3e-3, 1e-3, None, None, True),  # of four deviations
+        (-3e-3, 1e-3, None, None, True),
+        (5e-3, 1e-3, None, None, False),
+        (-5e-3, 1e-3, None, None, False),  # an error by itself
+        (0.0, np.inf, None, None, True),  # static poses
+        (0.0, np.inf, "gripper", None, False),
+        (0.0, np.inf, None, BOX, False),
+    ],
+)
+def test_the_sign_of_the_torques_is_assumed_where_the_inertia_is_open(
+    moments, std, tool, shape, said
+):
+    fit = free_fit(np.array((0.03, -0.02, 0.05)), 1e-3)
+    fit.vector[4] = moments
+    fit.covariance[4:, 4:] = np.diag((std**2, *5 * (0.0,)))
+    found = SimpleNamespace(fit=fit, common_errors=None, tool=tool)
+    messages = torque_sign_warnings(cast(Any, found), shape)
+    assert codes(messages) == ({"torque-sign-assumed"} if said else set())
+    assert all("(-30, 20, -50) mm" in message for message in messages)
+
+
+def test_a_com_whose_mirror_image_is_inside_is_of_torques_of_the_other_sign():
+    inside = POSE[:3, 3] + POSE[:3, :3] @ (0.4 * SIDES)
+    (message,) = com_warnings(free_fit(-inside, 1e-3), BOX)
+    assert message.code == "com-outside-shape"
+    assert message.severity == "error"
+    assert '"-tx"' in message
+    (message,) = com_warnings(free_fit(-3.0 * inside, 1e-3), BOX)
+    assert message.severity == "warning"
 
 
 def test_static_poses_with_a_force_in_kgf_are_in_doubt():

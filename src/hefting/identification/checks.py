@@ -29,6 +29,7 @@ from hefting.ingest.plausibility import (
     mass_warnings,
     misfit_warnings,
     named_instead,
+    torque_sign_warnings,
 )
 from hefting.ingest.tool import left_open
 from hefting.shapes import Shape
@@ -181,6 +182,7 @@ CHECKS: list[Check] = [
     lambda checked: checked.found.warnings,
     lambda checked: mass_warnings(checked.found),
     lambda checked: inertia_errors(checked.found),
+    lambda checked: torque_sign_warnings(checked.found, checked.shape),
     lambda checked: com_warnings(checked.found.fit, checked.shape),
     lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,

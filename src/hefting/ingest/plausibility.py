@@ -31,6 +31,11 @@ mN."""
 LEAST_INERTIA = -4.0
 """Standard deviations from which on the sum of the moments of inertia is negative: in 110
 right simulated recordings it is -1.9 at least."""
+OTHER_SIGN = (
+    'has the torque the sign opposite to the force\'s ("-tx", "-ty", "-tz" in a column '
+    "map)"
+)
+"""What is asked where the COM is on the wrong side."""
 MOMENTS = [4, 7, 9]
 """Indices of the moments in the ten parameters."""
 SHORTEST_RECORDING = 0.2
@@ -231,14 +236,21 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
             "lbf, or the torque in N cm? Of an object that is so long give `shape`"
         )
         return [warning("com-far-from-sensor", what, "shape")]
-    local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
-    if float(np.max(np.abs(local) - COM_OUTSIDE_SHARE * shape.extents)) <= 3.0 * spread:
+    middle, limit = shape.positions.mean(axis=0), COM_OUTSIDE_SHARE * shape.extents
+    out, mirrored = (
+        float(np.max(np.abs((place - middle) @ shape.pose[:3, :3]) - limit))
+        for place in (com, -com)
+    )
+    if out <= 3.0 * spread:
         return []
     place = ", ".join(f"{1e3 * x:.0f}" for x in com)
-    what = (
-        f"without the shape the COM would be at ({place}) mm, well outside it: check the "
-        "shape's pose and unit, whether a gripper is held, too (`tool`), the units of "
-        "force and torque, and the wrench's sign and bias"
+    what = f"without the shape the COM would be at ({place}) mm, well outside it"
+    if mirrored < 0.0:
+        what += f", and mirrored inside: {OTHER_SIGN}? Else check the shape's pose"
+        return [error("com-outside-shape", what, "shape")]
+    what += (
+        ": check the shape's pose and unit, whether a gripper is held, too (`tool`), the "
+        "units of force and torque, and the wrench's sign and bias"
     )
     return [warning("com-outside-shape", what, "shape")]
 
@@ -266,18 +278,38 @@ def mass_warnings(found: Ingested) -> list[Message]:
 
 def inertia_errors(found: Ingested) -> list[Message]:
     """An error if the moments of inertia have a negative sum; none beside a tool."""
-    fit, common = found.fit, found.common_errors
-    covariance = fit.covariance[:10, :10] + (0.0 if common is None else common)
-    std = covariance[np.ix_(MOMENTS, MOMENTS)].sum() ** 0.5
-    total = float(fit.vector[MOMENTS].sum())
-    if found.tool is not None or not total < LEAST_INERTIA * std:
+    total, deviations = _sum_of_moments(found)
+    if found.tool is not None or not deviations < LEAST_INERTIA:
         return []
     what = (
         f"the moments of inertia about the sensor add up to {total:.2g} kg m², which no "
-        'body has: has the torque the sign opposite to the force\'s ("-tx", "-ty", '
-        '"-tz" in a column map), or is it about another point (`sensor_pose_in_log`)?'
+        f"body has: {OTHER_SIGN}, or is it about another point (`sensor_pose_in_log`)?"
     )
     return [error("inertia-negative", what)]
+
+
+def torque_sign_warnings(found: Ingested, shape: Shape | None) -> list[Message]:
+    """A warning if neither the inertia nor a `shape` tells the sign of the torques; none
+    beside a tool."""
+    fit, (_, deviations) = found.fit, _sum_of_moments(found)
+    told = shape is not None or found.tool is not None or not fit.mass_t > 10.0
+    if told or abs(deviations) > -LEAST_INERTIA:
+        return []
+    place = ", ".join(f"{-1e3 * x:.0f}" for x in fit.vector[1:4] / fit.vector[0] + 0.0)
+    what = (
+        "this motion does not tell whether the torques have the sign of the forces: "
+        f"assumed; if not, the COM is at ({place}) mm"
+    )
+    return [warning("torque-sign-assumed", what)]
+
+
+def _sum_of_moments(found: Ingested) -> tuple[float, float]:
+    """Sum of the moments of inertia about the sensor [kg m²], and the same over its
+    standard deviation."""
+    common = found.common_errors
+    covariance = found.fit.covariance[:10, :10] + (0.0 if common is None else common)
+    total = float(found.fit.vector[MOMENTS].sum())
+    return total, total / float(covariance[np.ix_(MOMENTS, MOMENTS)].sum()) ** 0.5
 
 
 def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
