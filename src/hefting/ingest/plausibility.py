@@ -244,15 +244,15 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     if out <= 3.0 * spread:
         return []
     place = ", ".join(f"{1e3 * x:.0f}" for x in com)
-    what = f"without the shape the COM would be at ({place}) mm, well outside it"
-    if mirrored < 0.0:
-        what += f", and mirrored inside: {OTHER_SIGN}? Else check the shape's pose"
-        return [error("com-outside-shape", what, "shape")]
-    what += (
+    say, so = (
+        warning,
         ": check the shape's pose and unit, whether a gripper is held, too (`tool`), the "
-        "units of force and torque, and the wrench's sign and bias"
+        "units of force and torque, and the wrench's sign and bias",
     )
-    return [warning("com-outside-shape", what, "shape")]
+    if mirrored < 0.0:
+        say, so = error, f", and mirrored inside: {OTHER_SIGN}, or is the pose inverse?"
+    what = f"without the shape the COM would be at ({place}) mm, well outside it{so}"
+    return [say("com-outside-shape", what, "shape")]
 
 
 def mass_warnings(found: Ingested) -> list[Message]:
