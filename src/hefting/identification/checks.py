@@ -25,11 +25,10 @@ from hefting.ingest.joint import JointIngested
 from hefting.ingest.plausibility import (
     com_warnings,
     density_warnings,
-    inertia_errors,
     mass_warnings,
     misfit_warnings,
     named_instead,
-    torque_sign_warnings,
+    torque_sign_messages,
 )
 from hefting.ingest.tool import left_open
 from hefting.shapes import Shape
@@ -181,8 +180,7 @@ def _not_physical(checked: Checked) -> Iterable[Message]:
 CHECKS: list[Check] = [
     lambda checked: checked.found.warnings,
     lambda checked: mass_warnings(checked.found),
-    lambda checked: inertia_errors(checked.found),
-    lambda checked: torque_sign_warnings(checked.found, checked.shape),
+    lambda checked: torque_sign_messages(checked.found, checked.shape is not None),
     lambda checked: com_warnings(checked.found.fit, checked.shape),
     lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,

@@ -31,11 +31,7 @@ mN."""
 LEAST_INERTIA = -4.0
 """Standard deviations from which on the sum of the moments of inertia is negative: in 110
 right simulated recordings it is -1.9 at least."""
-OTHER_SIGN = (
-    'has the torque the sign opposite to the force\'s ("-tx", "-ty", "-tz" in a column '
-    "map)"
-)
-"""What is asked where the COM is on the wrong side."""
+OTHER_SIGN = 'has the torque the other sign ("-tx", "-ty", "-tz" in a column map)'
 MOMENTS = [4, 7, 9]
 """Indices of the moments in the ten parameters."""
 SHORTEST_RECORDING = 0.2
@@ -243,7 +239,6 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     )
     if out <= 3.0 * spread:
         return []
-    place = ", ".join(f"{1e3 * x:.0f}" for x in com)
     say, so = (
         warning,
         ": check the shape's pose and unit, whether a gripper is held, too (`tool`), the "
@@ -251,6 +246,7 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
     )
     if mirrored < 0.0:
         say, so = error, f", and mirrored inside: {OTHER_SIGN}, or is the pose inverse?"
+    place = _millimetres(com)
     what = f"without the shape the COM would be at ({place}) mm, well outside it{so}"
     return [say("com-outside-shape", what, "shape")]
 
@@ -276,40 +272,32 @@ def mass_warnings(found: Ingested) -> list[Message]:
     return [warning("mass-unusual", what)]
 
 
-def inertia_errors(found: Ingested) -> list[Message]:
-    """An error if the moments of inertia have a negative sum; none beside a tool."""
-    total, deviations = _sum_of_moments(found)
-    if found.tool is not None or not deviations < LEAST_INERTIA:
+def torque_sign_messages(found: Ingested, told: bool) -> list[Message]:
+    """An error if the moments of inertia have a negative sum, and a warning if they do
+    not show the sign of the torques and nothing else has `told` it; none beside a tool."""
+    fit, common = found.fit, found.common_errors
+    covariance = fit.covariance[:10, :10] + (0.0 if common is None else common)
+    total = float(fit.vector[MOMENTS].sum())
+    deviations = total / covariance[np.ix_(MOMENTS, MOMENTS)].sum() ** 0.5
+    if found.tool is not None or deviations > -LEAST_INERTIA:
         return []
-    what = (
-        f"the moments of inertia about the sensor add up to {total:.2g} kg m², which no "
-        f"body has: {OTHER_SIGN}, or is it about another point (`sensor_pose_in_log`)?"
-    )
-    return [error("inertia-negative", what)]
-
-
-def torque_sign_warnings(found: Ingested, shape: Shape | None) -> list[Message]:
-    """A warning if neither the inertia nor a `shape` tells the sign of the torques; none
-    beside a tool."""
-    fit, (_, deviations) = found.fit, _sum_of_moments(found)
-    told = shape is not None or found.tool is not None or not fit.mass_t > 10.0
-    if told or abs(deviations) > -LEAST_INERTIA:
+    if deviations < LEAST_INERTIA:
+        what = (
+            f"the moments of inertia about the sensor add up to {total:.2g} kg m², which "
+            f"no body has: {OTHER_SIGN}, or is it about another point (`sensor_pose_in_log`)?"
+        )
+        return [error("inertia-negative", what)]
+    if told or not fit.mass_t > 10.0:
         return []
-    place = ", ".join(f"{-1e3 * x:.0f}" for x in fit.vector[1:4] / fit.vector[0] + 0.0)
     what = (
         "this motion does not tell whether the torques have the sign of the forces: "
-        f"assumed; if not, the COM is at ({place}) mm"
+        f"assumed; if not, the COM is at ({_millimetres(-fit.vector[1:4] / fit.vector[0])}) mm"
     )
     return [warning("torque-sign-assumed", what)]
 
 
-def _sum_of_moments(found: Ingested) -> tuple[float, float]:
-    """Sum of the moments of inertia about the sensor [kg m²], and the same over its
-    standard deviation."""
-    common = found.common_errors
-    covariance = found.fit.covariance[:10, :10] + (0.0 if common is None else common)
-    total = float(found.fit.vector[MOMENTS].sum())
-    return total, total / float(covariance[np.ix_(MOMENTS, MOMENTS)].sum()) ** 0.5
+def _millimetres(place: Array) -> str:
+    return ", ".join(f"{1e3 * x:.0f}" for x in place)
 
 
 def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:

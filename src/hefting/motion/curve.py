@@ -51,10 +51,9 @@ standard deviations."""
 
 
 UNRESOLVED = 0.5
-"""Standard deviation of the second derivative by motion between the samples, over the
-sixth difference of the coefficients per square of time. Of an acceleration that lasts
-for one sample the difference is six times as large as that; of one of 1 Hz, at 20 Hz, a
-hundredth of it."""
+"""Deviation of the second derivative by motion between the samples, over the sixth
+difference of the coefficients: six times an acceleration that lasts for one sample, a
+hundredth of one of 1 Hz at 20 Hz."""
 FEW_SAMPLES = 1.0
 """Bandwidth times sampling interval up to which the samples resolve the signal."""
 STRAIGHT = 0.05
@@ -286,8 +285,7 @@ class Curve:
 
     @cached_property
     def _unresolved(self) -> Array:
-        """(n,) variance of the second derivative about each coefficient by motion between
-        the samples."""
+        """(n,) variance of the second derivative by motion between the samples."""
         found, h = np.zeros(self.knots.size), self.knots.h
         interval = min(each.interval for each in self.observations)
         if interval * self.smoothness.bandwidth > FEW_SAMPLES:

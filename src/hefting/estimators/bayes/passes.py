@@ -41,7 +41,6 @@ MUCH_LIKELIER = 8.0
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
 the right shape, and with it 5 mm and 5° off."""
 MIRRORED = 'mirrored at the sensor, as with torques of the other sign ("-tx" ...)'
-"""The way in which a shape fits where not the shape is wrong."""
 SIZES = (1.0 / 2.54, 2.54)
 """Factors of size of cm taken for in and of in for cm; a factor of ten shows in the
 density."""

@@ -36,8 +36,7 @@ SPIKE = 12.0
 """Distance from the median of a cell, in median distances, above which a block is left
 out: eight standard deviations."""
 LARGEST_SPREAD = 2.0
-"""Factor by which errors of the motion widen a block's residual, relative to the median,
-from which on it tells more of the motion than of the object."""
+"""Factor by which errors of the motion widen a residual, from which on it is left out."""
 LARGEST_PARAMETERS = np.array((30.0,) + (5.0,) * 3 + (2.0,) * 6)
 """[kg, kg m (3), kg m² (6)] Standard deviations of the parameters' prior, wide enough
 to decide only what the motion leaves open."""
