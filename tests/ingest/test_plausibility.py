@@ -108,12 +108,16 @@ def test_the_sign_of_the_torques_is_assumed_where_the_inertia_is_open(
 
 def test_a_com_whose_mirror_image_is_inside_is_of_torques_of_the_other_sign():
     inside = POSE[:3, 3] + POSE[:3, :3] @ (0.4 * SIDES)
-    (message,) = com_warnings(free_fit(-inside, 1e-3), BOX)
-    assert message.code == "com-outside-shape"
-    assert message.severity == "error"
-    assert '"-tx"' in message
-    (message,) = com_warnings(free_fit(-3.0 * inside, 1e-3), BOX)
-    assert message.severity == "warning"
+    for times, inertia, severity in (
+        (-1.0, 0.0, "error"),
+        (-1.0, -3.0, "error"),
+        (-1.0, 5.0, "warning"),  # which shows the sign of the torques
+        (-3.0, 0.0, "warning"),
+    ):
+        (message,) = com_warnings(free_fit(times * inside, 1e-3), BOX, inertia)
+        assert message.code == "com-outside-shape"
+        assert message.severity == severity
+        assert ('"-tx"' in message) == (severity == "error")
 
 
 def test_static_poses_with_a_force_in_kgf_are_in_doubt():

@@ -28,6 +28,7 @@ from hefting.ingest.plausibility import (
     mass_warnings,
     misfit_warnings,
     named_instead,
+    sum_of_moments,
     torque_sign_messages,
 )
 from hefting.ingest.tool import left_open
@@ -181,7 +182,7 @@ CHECKS: list[Check] = [
     lambda checked: checked.found.warnings,
     lambda checked: mass_warnings(checked.found),
     lambda checked: torque_sign_messages(checked.found, checked.shape is not None),
-    lambda checked: com_warnings(checked.found.fit, checked.shape),
+    lambda c: com_warnings(c.found.fit, c.shape, sum_of_moments(c.found)),
     lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,
     _method_warnings,

@@ -214,9 +214,12 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
         )
 
 
-def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
+def com_warnings(
+    fit: FreeFit, shape: Shape | None, inertia: float = np.inf
+) -> list[Message]:
     """A warning if the COM by unconstrained least squares is well outside the shape, or
-    without one farther away than in most objects."""
+    without one farther away than in most objects; an error if its mirror image is inside
+    and the `inertia` (`sum_of_moments`) does not show the sign of the torques."""
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(
         abs(float(fit.vector[0])), 1e-12
     )
@@ -244,7 +247,7 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
         ": check the shape's pose and unit, whether a gripper is held, too (`tool`), the "
         "units of force and torque, and the wrench's sign and bias",
     )
-    if mirrored < 0.0:
+    if mirrored < 0.0 and inertia < -LEAST_INERTIA:
         say, so = error, f", and mirrored inside: {OTHER_SIGN}, or is the pose inverse?"
     place = _millimetres(com)
     what = f"without the shape the COM would be at ({place}) mm, well outside it{so}"
@@ -275,25 +278,32 @@ def mass_warnings(found: Ingested) -> list[Message]:
 def torque_sign_messages(found: Ingested, told: bool) -> list[Message]:
     """An error if the moments of inertia have a negative sum, and a warning if they do
     not show the sign of the torques and nothing else has `told` it; none beside a tool."""
-    fit, common = found.fit, found.common_errors
-    covariance = fit.covariance[:10, :10] + (0.0 if common is None else common)
-    total = float(fit.vector[MOMENTS].sum())
-    deviations = total / covariance[np.ix_(MOMENTS, MOMENTS)].sum() ** 0.5
-    if found.tool is not None or deviations > -LEAST_INERTIA:
+    fit, deviations = found.fit, sum_of_moments(found)
+    if found.tool is not None:
         return []
     if deviations < LEAST_INERTIA:
+        total = float(fit.vector[MOMENTS].sum())
         what = (
             f"the moments of inertia about the sensor add up to {total:.2g} kg m², which "
             f"no body has: {OTHER_SIGN}, or is it about another point (`sensor_pose_in_log`)?"
         )
         return [error("inertia-negative", what)]
-    if told or not fit.mass_t > 10.0:
+    if told or deviations > -LEAST_INERTIA or not fit.mass_t > 10.0:
         return []
+    place = _millimetres(-fit.vector[1:4] / fit.vector[0])
     what = (
         "this motion does not tell whether the torques have the sign of the forces: "
-        f"assumed; if not, the COM is at ({_millimetres(-fit.vector[1:4] / fit.vector[0])}) mm"
+        f"assumed; if not, the COM is at ({place}) mm"
     )
     return [warning("torque-sign-assumed", what)]
+
+
+def sum_of_moments(found: Ingested) -> float:
+    """Sum of the moments of inertia about the sensor over its standard deviation."""
+    common = found.common_errors
+    covariance = found.fit.covariance[:10, :10] + (0.0 if common is None else common)
+    std = float(covariance[np.ix_(MOMENTS, MOMENTS)].sum()) ** 0.5
+    return float(found.fit.vector[MOMENTS].sum()) / std
 
 
 def _millimetres(place: Array) -> str:

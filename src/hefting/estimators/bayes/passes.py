@@ -40,7 +40,6 @@ MUCH_LIKELIER = 8.0
 """Gain in log evidence (`Passes.likeliest_way`) above which another way to give the
 shape is reported. It is less for 359 of 360 random bodies (`benchmarks.bodies`) with
 the right shape, and with it 5 mm and 5° off."""
-MIRRORED = 'mirrored at the sensor, as with torques of the other sign ("-tx" ...)'
 SIZES = (1.0 / 2.54, 2.54)
 """Factors of size of cm taken for in and of in for cm; a factor of ten shows in the
 density."""
@@ -277,7 +276,6 @@ def ways(pose: Array) -> dict[str, Array]:
     back = inverse_pose(pose)
     x, y, z, w = quaternion_of(pose[:3, :3])
     found: dict[str, Array] = {
-        MIRRORED: np.diag((-1.0, -1.0, -1.0, 1.0)),
         "by the inverse of its pose": back @ back,
         "with w first in its pose": pose_matrix((*pose[:3, 3], y, z, w, x)) @ back,
     }

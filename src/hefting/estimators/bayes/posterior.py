@@ -15,7 +15,7 @@ from hefting.estimators.bayes.distortion import Move
 from hefting.estimators.bayes.mixture import Mixture
 from hefting.estimators.bayes.nearest import CONTRADICTING_SHAPE_DISTANCE
 from hefting.estimators.bayes.noise_found import MotionErrors
-from hefting.estimators.bayes.passes import MIRRORED, Pass, Passes
+from hefting.estimators.bayes.passes import Pass, Passes
 from hefting.estimators.bayes.prior import Prior
 from hefting.estimators.bayes.samples import SEPARATE_POSE_INTERVAL
 from hefting.estimators.joint_state import State, motion_record
@@ -284,8 +284,7 @@ def _exclusion(posterior: Posterior, far: float) -> Message:
             f"no mass {where} explains the wrench: the nearest is {far**0.5:.0f} "
             f"standard deviations away; {so}"
         )
-    say = error if posterior.instead == MIRRORED else warning
-    return say("shape-contradicts-wrench", what, "shape")
+    return warning("shape-contradicts-wrench", what, "shape")
 
 
 def _shape_warnings(posterior: Posterior, distance: float) -> list[Message]:
