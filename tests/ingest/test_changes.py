@@ -26,6 +26,7 @@ from hefting.ingest.changes.cells import (
     SMALLEST_VARIANCE,
     UNKNOWNS,
     Intervals,
+    cells_of,
     partition,
 )
 from hefting.ingest.changes.find import _without_excursions
@@ -260,6 +261,22 @@ def test_inspect_holds_the_stretches_and_speaks_of_the_one_chosen():
 
 
 # its parts
+
+
+def test_cells_leave_out_what_the_motion_does_not_tell(monkeypatch):
+    """Blocks whose residual is widened to twice the usual one by errors of the motion."""
+    seen: list[Any] = []
+    keep = lambda samples, found, _: seen.extend((samples, found))  # noqa: E731
+    monkeypatch.setitem(condition.__globals__, "find_changes", keep)
+    condition(moving("none").recording)
+    samples, found = seen
+    time = found.problem.time
+    braking = (time > 3.0) & (time < 3.5)
+    for factor, left in ((1.9, 1), (2.1, 0)):
+        fit = replace(found.fit, spread=np.where(braking, factor, 1.0))
+        cells = cells_of(samples, found.problem, fit, found.outliers, fit.offset)
+        assert cells is not None
+        assert ((cells.time > 3.0) & (cells.time < 3.5)).any() == left
 
 
 def test_the_cost_of_an_interval_is_that_of_least_squares():

@@ -22,7 +22,7 @@ from hefting.ingest.free_fit import FreeFit
 from hefting.ingest.plausibility import (
     com_warnings,
     density_warnings,
-    inertia_errors,
+    torque_sign_messages,
 )
 from hefting.inspection import inspect
 from hefting.shapes import Shape
@@ -79,7 +79,45 @@ def test_no_body_has_a_negative_sum_of_moments(moments, common, tool, said):
     fit.covariance[4:, 4:] = np.eye(6) * 1e-6 / 3.0
     errors = None if common is None else common * np.eye(10)
     found = SimpleNamespace(fit=fit, common_errors=errors, tool=tool)
-    assert bool(inertia_errors(cast(Any, found))) is said
+    assert bool(torque_sign_messages(cast(Any, found), True)) is said
+
+
+@pytest.mark.parametrize(
+    ("moments", "std", "tool", "shape", "said"),
+    [
+        (3e-3, 1e-3, None, None, True),  # of four deviations
+        (-3e-3, 1e-3, None, None, True),
+        (5e-3, 1e-3, None, None, False),
+        (-5e-3, 1e-3, None, None, False),  # an error by itself
+        (0.0, np.inf, None, None, True),  # static poses
+        (0.0, np.inf, "gripper", None, False),
+        (0.0, np.inf, None, BOX, False),
+    ],
+)
+def test_the_sign_of_the_torques_is_assumed_where_the_inertia_is_open(
+    moments, std, tool, shape, said
+):
+    fit = free_fit(np.array((0.03, -0.02, 0.05)), 1e-3)
+    fit.vector[4] = moments
+    fit.covariance[4:, 4:] = np.diag((std**2, *5 * (0.0,)))
+    found = SimpleNamespace(fit=fit, common_errors=None, tool=tool)
+    messages = torque_sign_messages(cast(Any, found), shape is not None)
+    assert ("torque-sign-assumed" in codes(messages)) is said
+    assert not said or "(-30, 20, -50) mm" in messages[0]
+
+
+def test_a_com_whose_mirror_image_is_inside_is_of_torques_of_the_other_sign():
+    inside = POSE[:3, 3] + POSE[:3, :3] @ (0.4 * SIDES)
+    for times, inertia, severity in (
+        (-1.0, 0.0, "error"),
+        (-1.0, -3.0, "error"),
+        (-1.0, 5.0, "warning"),  # which shows the sign of the torques
+        (-3.0, 0.0, "warning"),
+    ):
+        (message,) = com_warnings(free_fit(times * inside, 1e-3), BOX, inertia)
+        assert message.code == "com-outside-shape"
+        assert message.severity == severity
+        assert ('"-tx"' in message) == (severity == "error")
 
 
 def test_static_poses_with_a_force_in_kgf_are_in_doubt():

@@ -56,6 +56,7 @@ NO_DOUBT = frozenset(
         "end-left-out",
         "gaps-in-poses",
         "torque-reference-assumed",
+        "torque-sign-assumed",
         "mass-deviation-assumed",
         # findings about the shape or a prediction
         "mesh-holes",

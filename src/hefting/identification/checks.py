@@ -25,10 +25,11 @@ from hefting.ingest.joint import JointIngested
 from hefting.ingest.plausibility import (
     com_warnings,
     density_warnings,
-    inertia_errors,
     mass_warnings,
     misfit_warnings,
     named_instead,
+    sum_of_moments,
+    torque_sign_messages,
 )
 from hefting.ingest.tool import left_open
 from hefting.shapes import Shape
@@ -180,8 +181,8 @@ def _not_physical(checked: Checked) -> Iterable[Message]:
 CHECKS: list[Check] = [
     lambda checked: checked.found.warnings,
     lambda checked: mass_warnings(checked.found),
-    lambda checked: inertia_errors(checked.found),
-    lambda checked: com_warnings(checked.found.fit, checked.shape),
+    lambda checked: torque_sign_messages(checked.found, checked.shape is not None),
+    lambda c: com_warnings(c.found.fit, c.shape, sum_of_moments(c.found)),
     lambda checked: density_warnings(checked.found.fit, checked.shape),
     lambda checked: () if checked.shape is None else checked.shape.warnings,
     _method_warnings,

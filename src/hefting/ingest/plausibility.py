@@ -31,6 +31,7 @@ mN."""
 LEAST_INERTIA = -4.0
 """Standard deviations from which on the sum of the moments of inertia is negative: in 110
 right simulated recordings it is -1.9 at least."""
+OTHER_SIGN = 'has the torque the other sign ("-tx", "-ty", "-tz" in a column map)'
 MOMENTS = [4, 7, 9]
 """Indices of the moments in the ten parameters."""
 SHORTEST_RECORDING = 0.2
@@ -211,9 +212,12 @@ def check_wrench(found: Ingested, shape: Shape | None) -> None:
         )
 
 
-def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
+def com_warnings(
+    fit: FreeFit, shape: Shape | None, inertia: float = np.inf
+) -> list[Message]:
     """A warning if the COM by unconstrained least squares is well outside the shape, or
-    without one farther away than in most objects."""
+    without one farther away than in most objects; an error if its mirror image is inside
+    and the `inertia` (`sum_of_moments`) does not show the sign of the torques."""
     spread = float(np.sqrt(fit.covariance.diagonal()[1:4].max())) / max(
         abs(fit.mass), 1e-12
     )
@@ -229,16 +233,23 @@ def com_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:
             "lbf, or the torque in N cm? Of an object that is so long give `shape`"
         )
         return [warning("com-far-from-sensor", what, "shape")]
-    local = (com - shape.positions.mean(axis=0)) @ shape.pose[:3, :3]
-    if float(np.max(np.abs(local) - COM_OUTSIDE_SHARE * shape.extents)) <= 3.0 * spread:
-        return []
-    place = ", ".join(f"{1e3 * x:.0f}" for x in com)
-    what = (
-        f"without the shape the COM would be at ({place}) mm, well outside it: check the "
-        "shape's pose and unit, whether a gripper is held, too (`tool`), the units of "
-        "force and torque, and the wrench's sign and bias"
+    middle, limit = shape.positions.mean(axis=0), COM_OUTSIDE_SHARE * shape.extents
+    out, mirrored = (
+        float(np.max(np.abs((place - middle) @ shape.pose[:3, :3]) - limit))
+        for place in (com, -com)
     )
-    return [warning("com-outside-shape", what, "shape")]
+    if out <= 3.0 * spread:
+        return []
+    say, so = (
+        warning,
+        ": check the shape's pose and unit, whether a gripper is held, too (`tool`), the "
+        "units of force and torque, and the wrench's sign and bias",
+    )
+    if mirrored < 0.0 and inertia < -LEAST_INERTIA:
+        say, so = error, f", and mirrored inside: {OTHER_SIGN}, or is the pose inverse?"
+    place = _millimetres(com)
+    what = f"without the shape the COM would be at ({place}) mm, well outside it{so}"
+    return [say("com-outside-shape", what, "shape")]
 
 
 def mass_warnings(found: Ingested) -> list[Message]:
@@ -262,20 +273,39 @@ def mass_warnings(found: Ingested) -> list[Message]:
     return [warning("mass-unusual", what)]
 
 
-def inertia_errors(found: Ingested) -> list[Message]:
-    """An error if the moments of inertia have a negative sum; none beside a tool."""
-    fit, common = found.fit, found.common_errors
-    covariance = fit.covariance[:10, :10] + (0.0 if common is None else common)
-    std = covariance[np.ix_(MOMENTS, MOMENTS)].sum() ** 0.5
-    total = float(fit.vector[MOMENTS].sum())
-    if found.tool is not None or not total < LEAST_INERTIA * std:
+def torque_sign_messages(found: Ingested, told: bool) -> list[Message]:
+    """An error if the moments of inertia have a negative sum, and a warning if they do
+    not show the sign of the torques and nothing else has `told` it; none beside a tool."""
+    fit, deviations = found.fit, sum_of_moments(found)
+    if found.tool is not None:
         return []
+    if deviations < LEAST_INERTIA:
+        total = float(fit.vector[MOMENTS].sum())
+        what = (
+            f"the moments of inertia about the sensor add up to {total:.2g} kg m², which "
+            f"no body has: {OTHER_SIGN}, or is it about another point (`sensor_pose_in_log`)?"
+        )
+        return [error("inertia-negative", what)]
+    if told or deviations > -LEAST_INERTIA or not fit.mass_t > 10.0:
+        return []
+    place = _millimetres(-fit.vector[1:4] / fit.vector[0])
     what = (
-        f"the moments of inertia about the sensor add up to {total:.2g} kg m², which no "
-        'body has: has the torque the sign opposite to the force\'s ("-tx", "-ty", '
-        '"-tz" in a column map), or is it about another point (`sensor_pose_in_log`)?'
+        "this motion does not tell whether the torques have the sign of the forces: "
+        f"assumed; if not, the COM is at ({place}) mm"
     )
-    return [error("inertia-negative", what)]
+    return [warning("torque-sign-assumed", what)]
+
+
+def sum_of_moments(found: Ingested) -> float:
+    """Sum of the moments of inertia about the sensor over its standard deviation."""
+    common = found.common_errors
+    covariance = found.fit.covariance[:10, :10] + (0.0 if common is None else common)
+    std = float(covariance[np.ix_(MOMENTS, MOMENTS)].sum()) ** 0.5
+    return float(found.fit.vector[MOMENTS].sum()) / std
+
+
+def _millimetres(place: Array) -> str:
+    return ", ".join(f"{1e3 * x:.0f}" for x in place)
 
 
 def density_warnings(fit: FreeFit, shape: Shape | None) -> list[Message]:

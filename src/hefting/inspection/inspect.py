@@ -27,8 +27,8 @@ from hefting.ingest.mended_times import with_mended_times
 from hefting.ingest.plausibility import (
     check_wrench,
     holds_nothing,
-    inertia_errors,
     mass_warnings,
+    torque_sign_messages,
 )
 from hefting.ingest.rivals.base import SENSOR_ERROR
 from hefting.ingest.tool import load_tool
@@ -149,7 +149,7 @@ def _inspection(
         except InputError as error:
             warnings.append(warning("wrong-unit", _reason(error)))
         else:
-            warnings += [*mass_warnings(found), *inertia_errors(found)]
+            warnings += [*mass_warnings(found), *torque_sign_messages(found, True)]
         if found.doubt is not None:
             warnings = [*found.doubt.without_consequences(warnings)]
             if any(m.code == "gravity-reversed" for m in found.doubt.messages):

@@ -50,6 +50,12 @@ variance of the k-th derivative. Measured on random smooth motion of 0.5 to 1.8 
 standard deviations."""
 
 
+UNRESOLVED = 0.5
+"""Deviation of the second derivative by motion between the samples, over the sixth
+difference of the coefficients: six times an acceleration that lasts for one sample, a
+hundredth of one of 1 Hz at 20 Hz."""
+FEW_SAMPLES = 1.0
+"""Bandwidth times sampling interval up to which the samples resolve the signal."""
 STRAIGHT = 0.05
 """Bend relative to the largest ones up to which a signal counts as straight."""
 
@@ -277,6 +283,17 @@ class Curve:
         jump_time = self.local.jump_time[index + SUPPORT // 2 - 1]
         return jump_time * np.sqrt(np.sum(third**2, axis=0) / 3.0)
 
+    @cached_property
+    def _unresolved(self) -> Array:
+        """(n,) variance of the second derivative by motion between the samples."""
+        found, h = np.zeros(self.knots.size), self.knots.h
+        interval = min(each.interval for each in self.observations)
+        if interval * self.smoothness.bandwidth > FEW_SAMPLES:
+            rows = self.knots.rows_of_differences(SUPPORT)
+            rough = np.diff(self.coefficients, SUPPORT, axis=0)[rows] / h**2
+            found[rows + SUPPORT // 2] = np.mean((UNRESOLVED * rough) ** 2, axis=1)
+        return found
+
     def _variances(self, index: Integers, u: Array, orders: tuple[int, ...]) -> Array:
         """(n, L) variances of the derivatives of n orders."""
         variances = np.zeros((len(orders), len(index)))
@@ -293,4 +310,5 @@ class Curve:
         if self.local is None and self.smoothness.order == max(ORDERS):
             for k, variance in zip(orders, variances, strict=True):
                 variance *= 1.0 - SMOOTHER_THAN_MODEL * (2 * k + 1) / (2 * max(ORDERS))
+        variances[-1] += self._unresolved[index + SUPPORT // 2 - 1]
         return np.maximum(variances, 0.0)

@@ -35,6 +35,8 @@ searched for anew."""
 SPIKE = 12.0
 """Distance from the median of a cell, in median distances, above which a block is left
 out: eight standard deviations."""
+LARGEST_SPREAD = 2.0
+"""Factor by which errors of the motion widen a residual, from which on it is left out."""
 LARGEST_PARAMETERS = np.array((30.0,) + (5.0,) * 3 + (2.0,) * 6)
 """[kg, kg m (3), kg m² (6)] Standard deviations of the parameters' prior, wide enough
 to decide only what the motion leaves open."""
@@ -126,7 +128,7 @@ def cells_of(
     if offset != fit.offset:
         fixed = replace(problem, free_offset=False, free_gravity=False)
         model = Model.at(fixed, offset, fit.gravity)
-    kept = kept & model.reading.known
+    kept = kept & model.reading.known & (fit.spread < LARGEST_SPREAD)
     if not kept.any():
         return None
     kept = _without_spikes(problem.time, wrench, kept)

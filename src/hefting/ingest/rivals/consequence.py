@@ -73,6 +73,7 @@ SUPERSEDED = frozenset(
         "shape-too-small",
         "sign-uncertain",
         "stretches-disagree",
+        "torque-sign-assumed",
         "unexplained",
     }
 )
