@@ -46,6 +46,10 @@ class MotionErrors:
         which are treated as independent of the motion."""
         return self.variances if self.memory == 1.0 else None
 
+    def equations(self, samples: Samples, phi: Array, S: Array) -> Equations:
+        """Equations with these errors, as of `Equations.of`."""
+        return Equations.of(samples, phi, S, self.variances, self.memory > 1.0)
+
 
 @immutable
 class NoiseFound:
@@ -97,7 +101,7 @@ class NoiseFound:
         the sensor, which are the same in all samples, with its square.
         """
         before = self.equations
-        equations = Equations.of(samples, phi, before.covariance, motion.white)
+        equations = motion.equations(samples, phi, before.covariance)
         colour = self.colour
         if colour is not None:
             more = self.autocorrelation * (equations.G - before.G)
