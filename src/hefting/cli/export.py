@@ -28,9 +28,6 @@ EXAMPLES = (
     "hefting identify log.csv --json | hefting export - --to mjcf",
 )
 
-BINARY = ".usdc", ".usdz"
-"""Suffixes of files of USD that no program reads as text."""
-
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Arguments of ``hefting export``."""
@@ -107,9 +104,8 @@ def _check_suffix(path: str, target: str, into: str | None) -> None:
     from hefting.export import REGISTRY
 
     suffix = Path(path).suffix.lower()
-    if suffix in BINARY:
-        fix = "choose a name that ends in .usda, which other programs convert"
-        raise InputError("is the name of a binary file, but text is written", path, fix)
+    if suffix in (".usdc", ".usdz"):
+        raise InputError("is the name of a binary file", path, "use .usda")
     others = [
         each.name
         for each in REGISTRY.values()

@@ -12,11 +12,9 @@ The noise in A biases A'S^-1 (b - A phi); to first order this takes it away:
     G = sum A'S^-1 A,  h = sum A'S^-1 b,  H = G - K sum_q S_k,qq D_q'S^-1 D_q      so that  E[h - H phi] = 0
     V = G + K sum_qr B_qr B_rq',  B_qr = -D_q'S^-1 E S_k e_r                       = cov(h - H phi)
 
-and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. Errors of a smoothed
-motion last and are small where it has been smoothed well, so H = G; but what of G is no
-more than they make by themselves (`_of_errors_alone`) is hidden by V. A constant bias is
-eliminated beforehand by subtracting the samples' mean. See Fuller, *Measurement Error
-Models*, 1987.
+and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. For errors that
+last H is G, and V hides what of G they make by themselves. A constant bias is eliminated
+beforehand by subtracting the samples' mean. See Fuller, *Measurement Error Models*, 1987.
 """
 
 from dataclasses import replace
@@ -38,12 +36,8 @@ REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 above."""
 
 NO_ERROR, ERROR = 0.5, 0.75
-"""Share of the information in a direction that errors of a smoothed motion would make by
-themselves, up to which all of it counts, and from which none does: where nothing moves it
-is 1, give or take the chance of the some ten errors of a second."""
-HIDDEN = 1e-6
-"""Share of the information that is left where none counts."""
-
+"""Shares of the information that lasting errors make by themselves, up to which all of it
+counts, and from which on none."""
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions without information, in scaled parameters, from which
 on the samples leave it open."""
@@ -121,7 +115,7 @@ class Equations:
     ) -> Self:
         """At about parameters phi (10,). S (6, 6) is the covariance of the whole
         residual, S_k (6,) the variances of the accelerations that contribute to it, or
-        None; whether their errors are `lasting`, else they are white."""
+        None, which are white or `lasting`."""
         factor, failed = lapack.dpotrf(S, lower=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance is not positive definite")
@@ -136,7 +130,7 @@ class Equations:
         rows = WD.reshape(36, 10)
         attenuation = (rows * np.repeat(S_k, 6)[:, None]).T @ rows
         if lasting:
-            return cls(W, G, h, None, G, _of_errors_alone(G, K * attenuation), S)
+            return cls(W, G, h, None, G, _hiding(G, K * attenuation), S)
         WE = (WD @ phi).T
         B = -(WE * S_k).T @ WD  # (q, r, 10): -D_q' S^-1 E S_k e_r
         products = K * B.reshape(36, 10).T @ B.transpose(1, 0, 2).reshape(36, 10)
@@ -171,12 +165,12 @@ class Equations:
         return self.likelihood(inflation * (self.G + self.products))
 
 
-def _of_errors_alone(G: Array, errors: Array) -> Array:
-    """(10, 10) covariance of the score that hides the directions in which the information
-    G (10, 10) is no more than that by errors of the motion."""
+def _hiding(G: Array, errors: Array) -> Array:
+    """(10, 10) covariance of the score that hides what of the information G is no more
+    than that of `errors`."""
     root = root_of_inverse(G)
     share, directions = np.linalg.eigh(root @ errors @ root.T)
-    seen = np.clip((ERROR - share) / (ERROR - NO_ERROR), HIDDEN, 1.0)
+    seen = np.clip((ERROR - share) / (ERROR - NO_ERROR), 1e-6, 1.0)
     rows = G @ root.T @ directions
     return (rows * (1.0 / seen - 1.0)) @ rows.T
 

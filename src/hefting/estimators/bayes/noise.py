@@ -123,16 +123,16 @@ class NoiseSource:
         autocorrelation = 1.0 if before is None else before.autocorrelation
         S = self._covariance(phi, R, autocorrelation)
         equations = self.motion.equations(samples, phi, S)
-        level, contradicted, excess = equations.mean_square(R), False, 1.0
-        if self.given is not None:
-            contradicted = self._contradicts(level, autocorrelation)
+        level, excess = equations.mean_square(R), 1.0
+        known = self.given is not None
+        contradicted = known and self._contradicts(level, autocorrelation)
         if contradicted:
             excess, level = level, 1.0
             equations = self.motion.equations(samples, phi, excess * S)
         if self.motion.white is None:
             at = equations.least_squares
         found = NoiseFound(equations, R, contradicted, excess, level, at)
-        if self.given is not None and self.allowed.none:
+        if known and self.allowed.none:
             return found
         return self.judged(found, None if before is None else before.expected)
 
