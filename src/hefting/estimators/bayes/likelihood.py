@@ -36,8 +36,8 @@ REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 above."""
 
 NO_ERROR, ERROR = 0.5, 0.75
-"""Shares of the information that lasting errors make by themselves, up to which all of it
-counts, and from which on none."""
+"""Share of the information that lasting errors make by themselves, up to which all of it
+counts, and that from which on none does."""
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions without information, in scaled parameters, from which
 on the samples leave it open."""
@@ -166,8 +166,8 @@ class Equations:
 
 
 def _hiding(G: Array, errors: Array) -> Array:
-    """(10, 10) covariance of the score that hides what of the information G is no more
-    than that of `errors`."""
+    """(10, 10) covariance of the score that hides what `errors` make of the information
+    G."""
     root = root_of_inverse(G)
     share, directions = np.linalg.eigh(root @ errors @ root.T)
     seen = np.clip((ERROR - share) / (ERROR - NO_ERROR), 1e-6, 1.0)

@@ -129,7 +129,7 @@ class NoiseSource:
         if contradicted:
             excess, level = level, 1.0
             equations = self.motion.equations(samples, phi, excess * S)
-        if self.motion.white is None:
+        if not self.motion.white:
             at = equations.least_squares
         found = NoiseFound(equations, R, contradicted, excess, level, at)
         if known and self.allowed.none:
@@ -229,7 +229,7 @@ class NoiseSource:
         contradicts the wrench.
         """
         samples = self.samples
-        if before is not None and self.motion.white is None:
+        if before is not None and not self.motion.white:
             return before.at, samples.residual_covariance(before.at)
         if before is not None:
             R, least = samples.residual_covariance(phi), samples.least_residual

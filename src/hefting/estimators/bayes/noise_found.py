@@ -41,10 +41,9 @@ class MotionErrors:
         return cls(np.repeat((noise.linear**2, noise.angular**2), 3), memory)
 
     @property
-    def white(self) -> Array | None:
-        """(6,) Variances of white errors; None if the errors are correlated in time,
-        which are treated as independent of the motion."""
-        return self.variances if self.memory == 1.0 else None
+    def white(self) -> bool:
+        """Whether there are errors, and not correlated in time."""
+        return self.variances is not None and self.memory == 1.0
 
     def equations(self, samples: Samples, phi: Array, S: Array) -> Equations:
         """Equations with these errors, as of `Equations.of`."""
