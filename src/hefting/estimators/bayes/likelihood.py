@@ -36,8 +36,8 @@ REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 above."""
 
 NO_ERROR, ERROR = 0.5, 0.75
-"""Share of the information that lasting errors make by themselves, up to which all of it
-counts, and that from which on none does."""
+"""Shares of the information that lasting errors make by themselves, up to which all of it
+counts, and from which on none."""
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions without information, in scaled parameters, from which
 on the samples leave it open."""

@@ -46,7 +46,7 @@ class MotionErrors:
         return self.variances is not None and self.memory == 1.0
 
     def equations(self, samples: Samples, phi: Array, S: Array) -> Equations:
-        """Equations with these errors, as of `Equations.of`."""
+        """`Equations` with these errors."""
         return Equations.of(samples, phi, S, self.variances, self.memory > 1.0)
 
 
