@@ -120,10 +120,10 @@ def test_errors_of_the_motion_last_for_their_memory_over_the_interval():
     errors = MotionErrors.of(MotionNoise(0.2, 3.0, 0.05), state)
     np.testing.assert_allclose(errors.variances, np.repeat((0.04, 9.0), 3))
     assert errors.memory == pytest.approx(5.0)
-    assert errors.white is None
+    assert not errors.white
     short = MotionErrors.of(MotionNoise(0.2, 0.0, 0.005), state)
     assert short.memory == 1.0
-    assert short.white is short.variances
+    assert short.white
     for none in (None, MotionNoise(0.0, 0.0, 0.05)):
         assert MotionErrors.of(none, state).variances is None
     one = cast(Any, SimpleNamespace(duration=0.0, samples=1))

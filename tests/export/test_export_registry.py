@@ -144,6 +144,9 @@ def test_a_name_of_another_format_is_refused(run, copy, estimate, tmp_path):
         result = run("export", file, "--to", "ur", "--output", tmp_path / name)
         assert refused(result, f"{name}: is the name of a file of {of}, not of ur")
     assert existing.read_text() == "<robot/>"
+    for name in ("a.usdc", "a.USDZ"):
+        result = run("export", file, "--to", "usd", "--output", tmp_path / name)
+        assert refused(result, f"{name}: is the name of a binary file", ".usda")
     for target, name in (
         ("franka-desk", "endeffector-config.json"),
         ("mjcf", "a.mjcf"),

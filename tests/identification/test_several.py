@@ -299,7 +299,9 @@ def test_of_those_that_fail_together_the_one_that_is_wrong_alone_is_named():
 def test_nothing_and_the_same_twice_are_refused(tmp_path):
     with pytest.raises(InputError, match="no recording is given"):
         identify([])
-    with pytest.raises(InputError, match=r"given twice; give each once$"):
+    with pytest.raises(
+        InputError, match=r"same samples as .*; give each recording once$"
+    ):
         identify([recording(1), recording(1)])
     path = tmp_path / "log.csv"
     path.write_text("")

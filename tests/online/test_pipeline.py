@@ -11,6 +11,7 @@ import pytest
 from benchmarks.online import held
 from benchmarks.online_streams import faulty, swapped
 from playing import play
+from scipy.spatial.transform import Rotation
 
 import hefting
 from benchmarks import online_streams
@@ -18,9 +19,10 @@ from hefting.core.messages import error
 from hefting.motion.kalman import PoseFilter
 from hefting.online import history, identifier, pipeline
 from hefting.online.folding import Folded, Follower
-from hefting.online.live_estimate import state_of
+from hefting.online.live_estimate import LiveEstimate, final_estimate, state_of
 from hefting.online.pipeline import Pipeline
 from hefting.online.samples import Samples
+from hefting.online.understanding import Settings
 from hefting.robots.joint_motion import JointMotion
 from hefting.simulation import (
     UR5,
@@ -532,6 +534,27 @@ def test_the_final_answer_is_of_all_samples_whatever_was_asked_for(clean):
     assert estimate.samples == whole.estimate.samples
     assert estimate.provenance["used"] == estimate.provenance["of"]
     assert estimate.half_widths["mass"] < 1.05 * said[-1].estimate.half_widths["mass"]
+
+
+def test_a_hand_that_is_only_lifted_shows_that_it_is_empty(clean):
+    """Its acceleration tells 0 kg from the object's; the answer had been of some body of
+    the bias, not to be used."""
+    time = np.arange(0.0, 1.4, 0.01)
+    u = np.clip(time - 0.2, 0.0, 1.0)
+    noise = np.random.default_rng(1).normal(size=(len(time), 12))
+    noise *= np.repeat((1e-4, 2e-4, 0.05, 0.003), 3)
+    height = 0.15 * u**3 * (10 - 15 * u + 6 * u**2)
+    turn = Rotation.from_rotvec(noise[:, 3:6])
+    streams = {
+        "position": noise[:, :3] + height[:, None] * (0.0, 0.0, 1.0),
+        "orientation": turn.as_quat(),
+        "wrench": noise[:, 6:] + (1.0, -2.0, 5.0, 0.1, 0.0, 0.2),
+    }
+    recording = {k: hefting.Stream(time, v) for k, v in streams.items()}
+    held = clean[1].estimate
+    now = LiveEstimate(1.4, "too little motion", object=2, previous=held)
+    last = final_estimate(now, [recording], Settings(), 0.0)
+    assert (last.state, last.object, last.estimate) == ("nothing held", 1, held)
 
 
 def test_what_was_put_down_before_the_end_is_the_final_answer(monkeypatch):

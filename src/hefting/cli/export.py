@@ -104,6 +104,8 @@ def _check_suffix(path: str, target: str, into: str | None) -> None:
     from hefting.export import REGISTRY
 
     suffix = Path(path).suffix.lower()
+    if suffix in (".usdc", ".usdz"):
+        raise InputError("is the name of a binary file", path, "use .usda")
     others = [
         each.name
         for each in REGISTRY.values()

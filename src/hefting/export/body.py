@@ -14,6 +14,7 @@ from hefting.core.errors import InputError
 from hefting.core.inertia import InertialParameters
 from hefting.core.quantity import decimals, rounded
 from hefting.core.spatial import Array, freeze, skew
+from hefting.robots.inertia_check import second_moments
 from hefting.shapes import as_pose
 
 ROUNDING = 1e-12
@@ -147,7 +148,7 @@ class Body:
         """
         pose = as_pose(pose_old_in_new)
         rotation = pose[:3, :3]
-        second = rotation @ _second_moments(self.inertia) @ rotation.T
+        second = rotation @ second_moments(self.inertia) @ rotation.T
         inertia = np.trace(second) * np.eye(3) - 0.5 * (second + second.T)
         return replace(
             self,
@@ -279,14 +280,10 @@ def angle_decimals(moments: Array, step: float) -> int:
     return int(np.clip(-np.floor(np.log10(degrees)), 0, 9))
 
 
-def _second_moments(inertia: Array) -> Array:
-    return 0.5 * np.trace(inertia) * np.eye(3) - inertia
-
-
 def with_thickness(inertia: Array) -> tuple[Array, bool]:
     """Inertia tensor (3, 3) with all second moments raised to at least `THINNEST`, and
     whether that changed it."""
-    second, axes = np.linalg.eigh(_second_moments(inertia))
+    second, axes = np.linalg.eigh(second_moments(inertia))
     raised = np.maximum(second, THINNEST * second.sum())
     if np.array_equal(raised, second):
         return inertia, False
@@ -299,7 +296,7 @@ def rounded_inertia(inertia: Array, places: np.ndarray) -> tuple[Array, int]:
     many more as a consistent tensor needs, and the largest number of places used."""
     for more in range(16):
         tensor = rounded(inertia, places + more)
-        second = np.linalg.eigvalsh(_second_moments(tensor))
+        second = np.linalg.eigvalsh(second_moments(tensor))
         if second[0] >= 0.5 * THINNEST * second.sum() > 0.0:
             return tensor, int(places.max()) + more
     return inertia, int(places.max()) + 16

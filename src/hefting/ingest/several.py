@@ -26,16 +26,13 @@ def ingest_all(recordings: Log | Sequence[Log], **reading: Any) -> Ingested:
     reading : as for `hefting.ingest.ingest.ingest`, of all alike; a ``bias`` may also
         be (n, 6), one for each of n recordings.
 
-    Raises `InputError` as that does, for an empty list, and for a log that is given
-    twice.
+    Raises `InputError` as that does, for an empty list, and for a path given twice.
     """
     if not isinstance(recordings, list | tuple):
         return ingest(recordings, **reading)  # type: ignore[arg-type]
     logs = list(recordings)
     _check(logs)
     biases = _biases(reading.pop("bias", "auto"), len(logs))
-    if len(logs) == 1:
-        return ingest(logs[0], bias=biases[0], **reading)
     own = [reading | {"bias": bias} for bias in biases]
     parts = [ingest(log, **how) for log, how in zip(logs, own, strict=True)]
     for i, again in enumerate(what_others_tell(parts)):
@@ -77,9 +74,6 @@ def _check(logs: Sequence[Log]) -> None:
     for i, path in enumerate(paths):
         if path in paths[:i]:
             raise InputError("is given twice", path, "give each recording once")
-    seen = [id(log) for log in logs if isinstance(log, Recording)]
-    if len(set(seen)) < len(seen):
-        raise InputError("a recording is given twice", fix="give each once")
 
 
 def _biases(bias: Any, n: int) -> list[Any]:

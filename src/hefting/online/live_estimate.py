@@ -35,9 +35,9 @@ LiveStateName = Literal[
 ]
 
 
-LEAST_SPREAD = 1.0
-"""[m/s²] Spread of the acceleration less gravity above which it shows whether a body is
-held."""
+LEAST_SPREAD = 0.3
+"""[m/s²] Spread of the acceleration that shows whether a body is held: several times
+its errors."""
 NO_ESTIMATE = "live-waiting", "live-little-motion", "live-mistaken", "live-nothing-held"
 """Codes of messages on why there is no estimate."""
 UNSEEN_SHARE = 0.05

@@ -12,9 +12,9 @@ The noise in A biases A'S^-1 (b - A phi); to first order this takes it away:
     G = sum A'S^-1 A,  h = sum A'S^-1 b,  H = G - K sum_q S_k,qq D_q'S^-1 D_q      so that  E[h - H phi] = 0
     V = G + K sum_qr B_qr B_rq',  B_qr = -D_q'S^-1 E S_k e_r                       = cov(h - H phi)
 
-and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. A constant bias is
-eliminated beforehand by subtracting the samples' mean. See Fuller, *Measurement Error
-Models*, 1987.
+and the likelihood is a Gaussian of precision H V^-1 H about H^-1 h. For errors that
+last H is G, and V hides what of G they make by themselves. A constant bias is eliminated
+beforehand by subtracting the samples' mean. See Fuller, *Measurement Error Models*, 1987.
 """
 
 from dataclasses import replace
@@ -35,6 +35,9 @@ REGRESSOR_DERIVATIVE = np.ascontiguousarray(FULL_MAP[:6].reshape(6, 6, 10))
 """(6, 6, 10) derivative of the regressor by linear and angular acceleration: D
 above."""
 
+NO_ERROR, ERROR = 0.5, 0.75
+"""Shares of the information that lasting errors make by themselves, up to which all of it
+counts, and from which on none."""
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions without information, in scaled parameters, from which
 on the samples leave it open."""
@@ -102,10 +105,17 @@ class Equations:
     """S (6, 6) of one sample's residual"""
 
     @classmethod
-    def of(cls, samples: Samples, phi: Array, S: Array, S_k: Array | None) -> Self:
+    def of(
+        cls,
+        samples: Samples,
+        phi: Array,
+        S: Array,
+        S_k: Array | None,
+        lasting: bool = False,
+    ) -> Self:
         """At about parameters phi (10,). S (6, 6) is the covariance of the whole
         residual, S_k (6,) the variances of the accelerations that contribute to it, or
-        None."""
+        None, which are white or `lasting`."""
         factor, failed = lapack.dpotrf(S, lower=1)
         if failed:
             raise np.linalg.LinAlgError("the covariance is not positive definite")
@@ -119,6 +129,8 @@ class Equations:
         WD = W @ REGRESSOR_DERIVATIVE  # (6, 6, 10)
         rows = WD.reshape(36, 10)
         attenuation = (rows * np.repeat(S_k, 6)[:, None]).T @ rows
+        if lasting:
+            return cls(W, G, h, None, G, _hiding(G, K * attenuation), S)
         WE = (WD @ phi).T
         B = -(WE * S_k).T @ WD  # (q, r, 10): -D_q' S^-1 E S_k e_r
         products = K * B.reshape(36, 10).T @ B.transpose(1, 0, 2).reshape(36, 10)
@@ -148,9 +160,19 @@ class Equations:
 
     def white(self, inflation: float = 1.0) -> Likelihood:
         """Likelihood for white noise of `inflation` times the modelled variance."""
-        if self.attenuation is None:
+        if not self.products.any():
             return Likelihood(self.G / inflation, self.h / inflation, self.covariance)
         return self.likelihood(inflation * (self.G + self.products))
+
+
+def _hiding(G: Array, errors: Array) -> Array:
+    """(10, 10) covariance of the score that hides what `errors` make of the information
+    G."""
+    root = root_of_inverse(G)
+    share, directions = np.linalg.eigh(root @ errors @ root.T)
+    seen = np.clip((ERROR - share) / (ERROR - NO_ERROR), 1e-6, 1.0)
+    rows = G @ root.T @ directions
+    return (rows * (1.0 / seen - 1.0)) @ rows.T
 
 
 def motion_effect(phi: Array) -> Array:

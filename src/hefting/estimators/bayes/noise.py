@@ -23,10 +23,7 @@ from hefting.estimators.bayes.colour import (
     response_errors,
 )
 from hefting.estimators.bayes.groups import Scores, combined
-from hefting.estimators.bayes.likelihood import (
-    Equations,
-    motion_effect,
-)
+from hefting.estimators.bayes.likelihood import motion_effect
 from hefting.estimators.bayes.noise_found import MotionErrors, NoiseFound, inflation_of
 from hefting.estimators.bayes.samples import Samples
 from hefting.estimators.bayes.sensor_errors import InStep
@@ -121,21 +118,21 @@ class NoiseSource:
     def found(self, phi: Array, before: NoiseFound | None = None) -> NoiseFound:
         """The noise for parameters near phi (10,), on which the effect of the motion's
         errors depends; `before` is that of the last pass."""
-        samples, white_motion = self.samples, self.motion.white
+        samples = self.samples
         at, R = self._judged_at(phi, before)
         autocorrelation = 1.0 if before is None else before.autocorrelation
         S = self._covariance(phi, R, autocorrelation)
-        equations = Equations.of(samples, phi, S, white_motion)
-        level, contradicted, excess = equations.mean_square(R), False, 1.0
-        if self.given is not None:
-            contradicted = self._contradicts(level, autocorrelation)
+        equations = self.motion.equations(samples, phi, S)
+        level, excess = equations.mean_square(R), 1.0
+        known = self.given is not None
+        contradicted = known and self._contradicts(level, autocorrelation)
         if contradicted:
             excess, level = level, 1.0
-            equations = Equations.of(samples, phi, excess * S, white_motion)
-        if white_motion is None:
+            equations = self.motion.equations(samples, phi, excess * S)
+        if not self.motion.white:
             at = equations.least_squares
         found = NoiseFound(equations, R, contradicted, excess, level, at)
-        if self.given is not None and self.allowed.none:
+        if known and self.allowed.none:
             return found
         return self.judged(found, None if before is None else before.expected)
 
@@ -232,7 +229,7 @@ class NoiseSource:
         contradicts the wrench.
         """
         samples = self.samples
-        if before is not None and self.motion.white is None:
+        if before is not None and not self.motion.white:
             return before.at, samples.residual_covariance(before.at)
         if before is not None:
             R, least = samples.residual_covariance(phi), samples.least_residual

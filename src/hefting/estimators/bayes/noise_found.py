@@ -41,10 +41,13 @@ class MotionErrors:
         return cls(np.repeat((noise.linear**2, noise.angular**2), 3), memory)
 
     @property
-    def white(self) -> Array | None:
-        """(6,) Variances of white errors; None if the errors are correlated in time,
-        which are treated as independent of the motion."""
-        return self.variances if self.memory == 1.0 else None
+    def white(self) -> bool:
+        """Whether there are errors, and not correlated in time."""
+        return self.variances is not None and self.memory == 1.0
+
+    def equations(self, samples: Samples, phi: Array, S: Array) -> Equations:
+        """`Equations` with these errors."""
+        return Equations.of(samples, phi, S, self.variances, self.memory > 1.0)
 
 
 @immutable
@@ -97,7 +100,7 @@ class NoiseFound:
         the sensor, which are the same in all samples, with its square.
         """
         before = self.equations
-        equations = Equations.of(samples, phi, before.covariance, motion.white)
+        equations = motion.equations(samples, phi, before.covariance)
         colour = self.colour
         if colour is not None:
             more = self.autocorrelation * (equations.G - before.G)
