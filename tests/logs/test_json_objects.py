@@ -173,7 +173,7 @@ DEEP = '{"a":' * 500 + "[" * 500
         ([{"a": 1}, "{", {"a": 1}], "row 2: is no JSON object (Expecting property name"),
         (["[1, 2]", "[3, 4]"], "row 1: is no JSON object ("),
         (["{", ' "a": 1', "}"], "row 1: is no JSON object"),
-        (["7"], "row 1: is no JSON object ("),
+        (["7"], "row 1: is no JSON object (it is another value); write one object"),
         ([DEEP * 400, {"a": 1}], "row 1: is no JSON object (maximum recursion depth"),
         ([{f"n{j}": 1 for j in range(1001)}], "more than 1000 names of numbers; write one"),
         (['{"a": 1}\0{"a": 2}'], "is binary"),

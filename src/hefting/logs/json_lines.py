@@ -49,10 +49,14 @@ def open_json_lines(path: str | Path, _layout: Layout | None = None) -> "MemoryT
         if cut is not None:
             raise cut
         try:
-            columns.add(json.loads(line))
-        except (ValueError, AttributeError, RecursionError) as error:
+            content = json.loads(line)
+            if not isinstance(content, dict):
+                raise ValueError("it is another value")
+        except (ValueError, RecursionError) as error:
             what = f"is no JSON object ({str(error)[:80]})"
             cut = InputError(what, f"{path}, row {number}", ONE_A_LINE)
+        else:
+            columns.add(content)
     if cut is not None and columns.rows < 2:
         raise cut
     table = MemoryTable.of_arrays(str(path), columns.arrays())
