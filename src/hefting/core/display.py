@@ -21,5 +21,4 @@ class Shown:
     __slots__ = ()
 
     def _repr_html_(self) -> str | None:
-        """HTML for a notebook; None if no module was named."""
         return import_module(_makers[0]).html_of(self) if _makers else None

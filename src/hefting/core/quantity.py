@@ -136,5 +136,4 @@ def _together(values: Array) -> str:
 
 
 def _exponent(size: float) -> int:
-    """Power of ten of the first digit."""
     return int(np.floor(np.log10(size)))

@@ -94,7 +94,6 @@ def _shown(
 
 
 def _flat(values: Array) -> Array:
-    """Mass, COM or tensor as a vector."""
     values = np.atleast_1d(values)
     return tensor_to_vector(values) if values.ndim == 2 else values
 

@@ -288,7 +288,6 @@ def calibrate_arm(
 
 
 def _log_messages(recordings: Sequence[Recording]) -> list[Message]:
-    """Messages of reading and cleaning the logs."""
     lines = (each for log in recordings for each in (*log.warnings, *log.notes))
     return [each for each in lines if isinstance(each, Message)]
 

@@ -130,7 +130,6 @@ def mass_undetermined(estimate: Estimate) -> Iterable[Message]:
 
 
 def _against_least_squares(checked: Checked) -> Iterable[Message]:
-    """A warning of a mass that a shape changes significantly."""
     estimate, fit = checked.estimate, checked.found.fit
     if checked.shape is None or estimate.covariance is None or fit.mass_is_open:
         return []
@@ -146,7 +145,6 @@ def _against_least_squares(checked: Checked) -> Iterable[Message]:
 
 
 def _scale_assumed(checked: Checked) -> Iterable[Message]:
-    """A note on a scale's reading without a stated deviation."""
     reading = getattr(checked.estimator, "mass", None)
     if not isinstance(reading, MassReading) or not reading.assumed:
         return []
@@ -272,7 +270,6 @@ def undetermined_by(
 def _without_known(
     open_: Undetermined, estimate: Estimate, size: float
 ) -> Undetermined:
-    """Without the numbers whose intervals are narrow."""
     if not open_:
         return open_
     mass, moments = estimate.parameters.mass, estimate.parameters.inertia_at_com

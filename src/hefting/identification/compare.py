@@ -256,7 +256,6 @@ def recommend(
 
 
 def _closest(results: dict[str, Estimate], found: Ingested) -> str:
-    """The method whose estimate explains the wrench best."""
     return min(results, key=lambda name: misfit(results[name], found))
 
 
@@ -309,7 +308,6 @@ def explanation(name: str, bodies: dict[str, Estimate]) -> str:
 
 
 def _first(role: Role, bodies: dict[str, Estimate]) -> str | None:
-    """The first method of a role whose estimate is among `bodies`, or None."""
     names = (name for name, kind in METHODS.items() if kind.role == role)
     return next((name for name in names if name in bodies), None)
 

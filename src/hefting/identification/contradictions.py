@@ -141,7 +141,6 @@ def _against_the_rest(
     alone: dict[str, Estimate],
     of_sensor: SensorAccuracy,
 ) -> Contradiction:
-    """Comparison of a recording with the rest of `parts`."""
     rest = [other for other in parts if other != name]
     others = rest[0] if len(rest) == 1 else OTHERS
     theirs = alone.get(rest[0]) if len(rest) == 1 else None
@@ -153,7 +152,6 @@ def _against_the_rest(
 
 
 def _shown(agreement: Agreement, name: str, at: int) -> str:
-    """A quantity with half of its interval and unit, as text."""
     unit = QUANTITIES[at][1]
     scale, unit = (MILLIMETRES, "mm") if unit == "m" else (1.0, unit)
     low, high = scale * agreement.intervals[name][:, at]

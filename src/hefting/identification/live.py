@@ -224,7 +224,6 @@ class Live:
             return None
 
     def _moved(self, state: LiveState, new: Poses) -> tuple[LiveState, Motion | None]:
-        """The state after new poses, and the motion that becomes known, if any."""
         if state.pose_filter is None:
             poses = state.poses + new
             state, new = self._tuned(state, poses)

@@ -153,7 +153,6 @@ def _possible_estimators(
 
 
 def _require_parts(estimator: Estimator, found: Ingested) -> None:
-    """`InputError` for a method that cannot work from a condensed recording."""
     if estimator.asked is not None:
         raise out_of_order(found)
     if estimator.sampling is None:

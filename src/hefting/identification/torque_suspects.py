@@ -70,7 +70,6 @@ def of_suspect(
 
 
 def _runs_with(suspect: Suspect) -> str:
-    """The runs that a suspect is in, in words."""
     if suspect.loaded is None:
         return "the empty runs"
     if suspect.loaded:
@@ -178,7 +177,6 @@ def _tilt_message(
     runs: str,
     can_change: bool,
 ) -> Message:
-    """The message on a tilt; the advice is to give gravity where it `can_change`."""
     gravity = _turned(dynamics.gravity, suspect.theta)
     angle = np.degrees(angle_between(dynamics.gravity, gravity))
     how = "level the base, free the cable, or record an empty run like it"
@@ -258,7 +256,6 @@ def _stepped(runs: LoadedRuns, suspect: Suspect) -> Suspect:
 
 
 def _without(runs: LoadedRuns, suspect: Suspect) -> LoadedRuns:
-    """The runs corrected for a tilt, or for joint zeros."""
     if suspect.kind == "tilt":
         turned = _turned(runs.dynamics.gravity, suspect.theta)
         return replace(runs, dynamics=runs.dynamics.under(turned))

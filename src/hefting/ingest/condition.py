@@ -187,7 +187,6 @@ def _fit(samples: Samples, problem: Problem, gravity: Array) -> _Found:
 
 
 def _another_lag(profile: OffsetProfile | None) -> float:
-    """See `_Found.another_lag`."""
     if profile is None or not profile.has_rival:
         return 0.0
     return profile.rival[0] - profile.offset

@@ -151,5 +151,4 @@ class HatFunctions:
         return out
 
     def _intervals(self) -> Iterator[slice]:
-        """The samples in each interval between knots."""
         return (slice(a, b) for a, b in pairwise(self.bounds))

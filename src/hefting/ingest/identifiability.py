@@ -158,7 +158,6 @@ class _Finding:
 
 
 def _sentence(group: list[_Finding]) -> str:
-    """One sentence for findings with the same reason."""
     first, one = group[0], len(group) == 1
     subjects = ", ".join(dict.fromkeys(finding.subject for finding in group))
     if first.reason:
@@ -369,7 +368,6 @@ class _Reasons:
 
 
 def _length(rows: Array) -> float:
-    """Root of the sum of squares."""
     return float(np.sqrt(np.sum(rows**2)))
 
 

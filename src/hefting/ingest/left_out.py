@@ -134,7 +134,6 @@ def _absent(every: Stream, kept: Stream, part: Recording) -> Mask:
 
 
 def _of_changes(changes: Changes) -> list[Span]:
-    """Spans of stretches with other objects, and of contacts."""
     chosen = changes.chosen
     others = [s for s in changes.stretches if s is not chosen]
     spans = [Span("other", s.start, s.end, 0) for s in others]

@@ -129,8 +129,6 @@ def mistake_in(found: Ingested) -> InputError | None:
 
 
 def _require_mass(found: Ingested, shape: Shape | None) -> None:
-    """Raise unless the recording determines the mass of an object that can be held; see
-    `require_object`."""
     fit = found.fit
     also = "" if found.given_bias is None else " and `bias`"
     if found.tool is not None and (fit.mass_is_open or fit.mass_t < 0.0):

@@ -285,7 +285,6 @@ def _segments(K: int) -> list[slice]:
 
 
 def _inverse_coverage(fit: Fit, segments: list[slice]) -> float:
-    """Ratio of the number of blocks to that in the segments."""
     return len(fit.weights) / sum(segment.stop - segment.start for segment in segments)
 
 

@@ -79,7 +79,6 @@ def without_faulty_poses(recording: Recording, source: Source = "auto") -> Recor
 def _masks(
     streams: dict[str, Stream], found: dict[str, Discontinuities]
 ) -> dict[str, Mask]:
-    """Mask (K,) of the samples that each stream loses."""
     masks = {
         name: found[name].left_out
         if name in found
@@ -94,7 +93,6 @@ def _masks(
 
 
 def _notes(time: dict[str, Array], found: dict[str, Discontinuities]) -> list[Message]:
-    """Notes on how many poses were left out of which stream, why and where."""
     said = []
     for name, faults in found.items():
         if faults.glitch.any():
@@ -122,7 +120,6 @@ def _counted(name: str, time: Array, mask: Mask) -> tuple[str, str]:
 def _jump_warnings(
     time: dict[str, Array], found: dict[str, Discontinuities]
 ) -> list[Message]:
-    """Warnings of parts of the recording between which a stream jumps."""
     said = []
     for name, faults in found.items():
         if len(faults.jumps):
@@ -212,8 +209,6 @@ def _places(wrench: Stream, mask: Mask) -> tuple[str, str]:
 
 
 def _without(recording: Recording, mask: Mask, said: Message) -> Recording:
-    """The recording without some samples of the wrench (K,), with the message
-    `said`."""
     kept = {**recording.streams, "wrench": recording["wrench"][~mask]}
     recording = replace(recording, streams=kept)
     if said.severity == "note":

@@ -287,5 +287,4 @@ def _dominance(z: Measurements, vector: Array, explained: Array) -> tuple[float,
 
 
 def _rms(values: Array) -> Array:
-    """(3,) root mean square of the columns of (K, 3)."""
     return np.sqrt(np.mean(np.square(values), axis=0))

@@ -125,7 +125,6 @@ def _inspection(
     gravity: Array,
     missing: dict[str, str],
 ) -> Inspection:
-    """The findings, without advice."""
     facts = identifiable = hint = None
     sign = None if found is None else found.sign
     warnings: list[Message] = [*recording.warnings]  # type: ignore[list-item]
@@ -279,7 +278,6 @@ def _obstacles(found: Inspection) -> Iterator[str]:
 
 
 def _with_shape(found: Inspection) -> str:
-    """The command that identifies the object with its shape."""
     read = found.ingested
     tool = ["--tool", "TOOL"] if read is not None and read.tool is not None else []
     words = ["hefting", "identify", file_word(found.log), *tool, "--shape", "MESH"]

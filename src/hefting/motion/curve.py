@@ -271,7 +271,6 @@ class Curve:
 
     @cached_property
     def _columns(self) -> Array:
-        """(d, n) coefficients."""
         return np.ascontiguousarray(self.coefficients.T)
 
     def _jump_spread(self, index: Integers, u: Array) -> Array:

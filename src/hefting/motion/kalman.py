@@ -254,14 +254,12 @@ class PoseFilter:
         )
 
     def _is_steady(self, state: State) -> bool:
-        """Whether the filter of each track has settled."""
         channels = self._channels()
         return bool(state.tracks) and all(
             t.is_steady(c[2]) for t, c in zip(state.tracks, channels, strict=False)
         )
 
     def _start_tracks(self, rows: list[Array]) -> tuple[Track, ...]:
-        """Tracks that start with one sample."""
         n = NUMBER_OF_STATES[self.order]
         return tuple(
             Track.start(row / noise, n, steady if self.cold_start else None)

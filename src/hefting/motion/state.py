@@ -83,7 +83,6 @@ class Motion:
 
     @property
     def _arrays(self) -> dict[str, Array]:
-        """The arrays that exist, by name."""
         each = {field.name: getattr(self, field.name) for field in fields(self)}
         del each["bandwidth"]
         return {name: own for name, own in each.items() if own is not None}

@@ -205,7 +205,6 @@ def _peak(
 
 
 def _doubts(estimate: Estimate, gravity: Array, *, borne: bool) -> Iterator[Message]:
-    """Warnings about the estimate; `borne` is whether the prediction includes a tool."""
     yield from doubts_of(estimate)
     if estimate.covariance is None:
         others = " and ".join(
@@ -241,7 +240,6 @@ def _reading_note(
 
 
 def _open_warning(spread: Spread | None, std: Array | None) -> Iterator[Message]:
-    """A warning if the estimate leaves parameters open."""
     if spread is None or std is None or not spread.open.any():
         return
     infinite: Mask = np.isinf(std)

@@ -312,7 +312,6 @@ def _joined(owner: np.ndarray) -> np.ndarray:
 
 
 def _widened(mask: Mask) -> Mask:
-    """The cells of a mask and all cells around them."""
     for axis in range(3):
         moved = np.moveaxis(mask, axis, 0)
         wide = moved.copy()

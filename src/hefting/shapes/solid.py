@@ -302,7 +302,6 @@ def _loops(start: np.ndarray, end: np.ndarray) -> list[np.ndarray]:
 
 
 def _area(triangles: Array) -> float:
-    """Total area of triangles (F, 3, 3)."""
     return 0.5 * float(np.linalg.norm(normals_of(triangles), axis=1).sum())
 
 

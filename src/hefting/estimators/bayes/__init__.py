@@ -364,7 +364,6 @@ class Bayes(Estimator):
         return posterior_of(state, steps, found, self.shape, settled, passes, later)
 
     def _passes(self, state: State) -> Passes:
-        """The steps of a pass for the samples of a state."""
         require_samples(state.samples)
         free_bias = self.bias == "estimate"
         if not isinstance(state, WhitenedState):
@@ -381,7 +380,6 @@ class Bayes(Estimator):
         return Passes(source, self._prior, self.systematic, reading)
 
     def _is_settled(self, last: Pass, found: Pass) -> bool:
-        """Whether the last pass changed next to nothing."""
         before, now = (
             each.noise.equations.covariance.diagonal() for each in (last, found)
         )

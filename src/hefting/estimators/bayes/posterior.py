@@ -215,7 +215,6 @@ def warnings_of(posterior: Posterior, distance: float) -> tuple[Message, ...]:
 
 
 def _noise_warnings(posterior: Posterior) -> list[Message]:
-    """Messages on residuals that contradict the noise, or each other."""
     warnings: list[Message] = []
     if not posterior.noise_known:
         what = "too few samples to know the noise: the intervals assume that of a typical sensor"
@@ -270,7 +269,6 @@ def _exclusion(posterior: Posterior, far: float) -> Message:
 
 
 def _shape_warnings(posterior: Posterior, distance: float) -> list[Message]:
-    """Messages on a shape without a certain place, or that contradicts the wrench."""
     warnings: list[Message] = []
     if not posterior.settled:
         warnings.append(

@@ -116,7 +116,6 @@ def _best_offset(samples: Samples, found: RobustFit, cells: Cells) -> Assignment
 def _better(
     best: Assignment | None, samples: Samples, found: RobustFit, offsets: list[float]
 ) -> Assignment | None:
-    """The best of an assignment and those at other clock offsets."""
     for offset in each("looking for changes of the object", offsets):
         cells = _cells(samples, found, offset)
         other = None if cells is None else assign(cells)
@@ -209,7 +208,6 @@ def _is_contact(found: Assignment) -> bool:
 
 
 def _touches(found: Assignment, parts: list[Part], start: float) -> list[Touch]:
-    """The times before, between and after the stretches that last `SHORTEST_TOUCH`."""
     cells = found.cells
     begins = [0, *(part.end for part in parts)]
     ends = [*(part.begin for part in parts), len(cells)]
@@ -251,7 +249,6 @@ def _described(
 
 
 def _mass_is_open(fit: JointFit) -> bool:
-    """Whether the heaviest body's mass is insignificant beside the bias."""
     heaviest = int(np.argmax(np.abs(fit.bodies[:, 0])))
     std = np.sqrt(fit.covariance[heaviest * PARAMETERS, heaviest * PARAMETERS])
     return bool(abs(fit.bodies[heaviest, 0]) < SIGNIFICANT * std)

@@ -205,7 +205,6 @@ def change_warnings(changes: Changes | None, *, chosen: bool) -> list[Message]:
 
 
 def _events(changes: Changes) -> list[str]:
-    """What happened and when, in words."""
     return [
         f"{one.event} at {0.5 * (one.end + other.start):.1f} s"
         for one, other in pairwise(changes.stretches)
@@ -214,7 +213,6 @@ def _events(changes: Changes) -> list[str]:
 
 
 def _touch(changes: Changes) -> Message:
-    """That something touches the object, and when, in words."""
     when = ", ".join(f"{t.start:.1f} to {t.end:.1f} s" for t in changes.touches)
     long = changes.touched > LONG_TOUCH_SHARE * changes.duration
     much = ", more than half of the recording" if long else ""

@@ -75,7 +75,6 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _fix(matrix: Array) -> str:
-    """Advice for a mistake that a signed permutation (6, 6) of the wrench undoes."""
     fix = "correct it where the log is written, or give the wrench's columns as "
     return f"{fix}{as_columns(matrix)} in a column map"
 

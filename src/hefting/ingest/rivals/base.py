@@ -193,7 +193,6 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _is_modelled(case: Case) -> bool:
-    """Whether gravity is modelled, not measured."""
     return not case.path.gravity_measured and bool(case.gravity.any())
 
 

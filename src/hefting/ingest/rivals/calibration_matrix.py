@@ -221,7 +221,6 @@ def _odd_channel(model: Array, wrench: Array) -> tuple[int, Array]:
 
 
 def _description(c: int, of: int, gain: float) -> str:
-    """What channel `c` seems to do, as a verb phrase."""
     if gain == 0.0:
         return "measure nothing but noise"
     if of != c:

@@ -328,7 +328,6 @@ def cost_of(other: Explanation, samples: float) -> float:
 
 
 def _is_named(case: Case, given: Explanation, other: Explanation) -> bool:
-    """Whether a mistake is likely enough, and explains enough, to be named."""
     log_odds = evidence(case, given, other)
     if not log_odds > POSSIBLE_EVIDENCE:
         return False
@@ -373,7 +372,6 @@ def _is_preferable(
 
 
 def _is_white(fitted: RobustRows) -> bool:
-    """Whether the residuals of the likeliest alternative are white noise."""
     return correlation(fitted) < CLEAR_CORRELATION
 
 

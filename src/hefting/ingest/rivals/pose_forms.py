@@ -99,7 +99,6 @@ def undone(case: Case) -> Iterator[Undone]:
 
 
 def _forms(case: Case) -> Iterator[Undone]:
-    """Each other form of the logged angles."""
     angles = case.recording.angles
     if angles is None or case.recording.sensor_pose is not None:
         return
@@ -135,7 +134,6 @@ def _forms(case: Case) -> Iterator[Undone]:
 
 
 def _orders(case: Case) -> Iterator[Undone]:
-    """Quaternions with their parts in the other order."""
     orientation = case.recording["orientation"]
     for shift, (form, fix) in zip((-1, 1), ORDERS.items(), strict=True):
         q = np.roll(orientation.values, shift, axis=1)
@@ -147,7 +145,6 @@ def _orders(case: Case) -> Iterator[Undone]:
 
 
 def _composed(case: Case) -> Iterator[Undone]:
-    """The quaternions composed of their angles about the other axes."""
     from scipy.spatial.transform import Rotation
 
     if case.recording.angles is not None or case.recording.sensor_pose is not None:
