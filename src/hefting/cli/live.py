@@ -9,10 +9,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
-from hefting.cli.ending import interrupted_by_signals
 from hefting.cli.export import print_exported
 from hefting.cli.identify import add_hyperparameters
-from hefting.cli.live_record import LiveRecord
+from hefting.cli.live_record import LiveRecord, interrupted_by_signals
 from hefting.cli.options import (
     add_export,
     add_gravity,

@@ -1,9 +1,13 @@
-"""The record of the samples that ``hefting live`` gets, where ``--record`` asks for
-one."""
+"""What ``hefting live`` does beside estimates: the record of the samples that it gets,
+where ``--record`` asks for one, and its end by Ctrl-C or a signal."""
 
-from collections.abc import Callable
+import os
+import signal
+import stat
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from hefting.cli import render
 from hefting.cli.parser import say
@@ -11,6 +15,35 @@ from hefting.core.errors import InputError
 
 if TYPE_CHECKING:
     from hefting.online.samples import Samples
+
+
+ENDS = ("SIGTERM", "SIGHUP")
+"""Those signals, where the system has them: of ``timeout``, and of a closed terminal."""
+
+
+@contextmanager
+def interrupted_by_signals() -> Iterator[None]:
+    """Make signals that request an end raise `KeyboardInterrupt` within the block."""
+    asked = [getattr(signal, name) for name in ENDS if hasattr(signal, name)]
+    asked = [each for each in asked if signal.getsignal(each) != signal.SIG_IGN]
+    before = [signal.signal(each, _end) for each in asked]
+    try:
+        yield
+    finally:
+        for each, handler in zip(asked, before, strict=True):
+            if signal.getsignal(each) is _end:
+                signal.signal(each, handler)
+
+
+def _end(number: int, _: Any) -> None:
+    """End as Ctrl-C does; a closed terminal gets no output."""
+    if number != signal.SIGTERM:
+        signal.signal(number, signal.SIG_IGN)  # it may come again, from the shell
+        nowhere = os.open(os.devnull, os.O_WRONLY)
+        for output in (1, 2):
+            if stat.S_ISCHR(os.fstat(output).st_mode):
+                os.dup2(nowhere, output)
+    raise KeyboardInterrupt
 
 
 class LiveRecord:

@@ -297,8 +297,15 @@ def read_recording(
 
 
 def check_output(path: str, *inputs: str | None) -> None:
-    """`InputError` for standard output, an output in an absent folder, one that is also
-    an input, also by a link, and an existing one that is no regular file."""
+    """`InputError` as of `check_place`, and for an existing output that is not a regular
+    file."""
+    check_place(path, *inputs)
+    check_replaceable(path, *inputs)
+
+
+def check_place(path: str, *inputs: str | None) -> None:
+    """`InputError` for standard output, an output in an absent folder, and one that is
+    also an input, also by a link."""
     if path == "-":
         raise InputError("is no name of a file", path, "choose another name")
     if not Path(path).absolute().parent.is_dir():
@@ -306,7 +313,6 @@ def check_output(path: str, *inputs: str | None) -> None:
     if any(is_same(path, name) for name in inputs if name):
         what = "is an input and would be overwritten"
         raise InputError(what, path, "choose another name")
-    check_replaceable(path, *inputs)
 
 
 def is_same(path: str, other: str) -> bool:

@@ -8,7 +8,7 @@ from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from hefting.cli.options import is_same
+from hefting.cli.options import check_place, is_same
 from hefting.cli.parser import wrote
 from hefting.cli.progress import progress
 from hefting.core.errors import InputError, printable
@@ -45,13 +45,7 @@ def check_outputs(a: argparse.Namespace, truth: Path, *more: Path) -> None:
     outputs = [str(path) for path in (a.output, truth, a.mesh, *more) if path]
     inputs = [*a.object.split(","), a.arm, *([a.object_pose] if a.object_pose else [])]
     for i, path in enumerate(outputs):
-        if path == "-":
-            raise InputError("is no name of a file", path, "choose another name")
-        if not Path(path).absolute().parent.is_dir():
-            raise InputError("the folder does not exist", where=path)
-        if any(is_same(path, name) for name in inputs):
-            what = "is an input and would be overwritten"
-            raise InputError(what, path, "choose another name")
+        check_place(path, *inputs)
         if any(is_same(path, name) for name in outputs[:i]):
             what = "two results would have this name"
             raise InputError(what, path, "choose another name")

@@ -15,6 +15,9 @@ from hefting.logs.layout import Layout
 from hefting.logs.registry import Format
 from hefting.logs.table import LONGEST_LIST, MAX_CELLS, check_cells
 
+if TYPE_CHECKING:
+    from hefting.logs.memory_table import MemoryTable
+
 HEADER = 128
 """Length of the text and version before the first array [bytes]."""
 PACKED, CELL, STRUCT, OBJECT, TEXT, OPAQUE, NUMBERS = 15, 1, 2, 3, 4, 17, range(6, 16)
@@ -26,9 +29,6 @@ OF_DATA = (
     *("timetable", "table", "timeseries", "datetime", "duration", "quaternion"),
     *("se3", "so3", "Simulink.SimulationData.Dataset"),
 )
-
-if TYPE_CHECKING:
-    from hefting.logs.memory_table import MemoryTable
 """Classes of objects that may hold the recording; others are passed over."""
 MOST_ARRAYS, DEEPEST = 1_000_000, 20
 """Largest number of arrays, and of structures in one another."""
