@@ -8,8 +8,13 @@ import pytest
 
 from hefting.core.recording import Recording, Stream
 from hefting.core.spatial import Array
-from hefting.torques.cleaning import LARGEST_SHARE, without_held, without_spikes
-from hefting.torques.samples import TorqueSamples, samples_of
+from hefting.torques.samples import (
+    LARGEST_SHARE,
+    TorqueSamples,
+    samples_of,
+    without_held,
+    without_spikes,
+)
 from torque_runs import dynamics, fitted, runs
 
 TIME = np.arange(3000) / 100.0

@@ -37,7 +37,7 @@ from hefting.core.messages import Message
 from hefting.core.sensor_accuracy import SensorAccuracy
 from hefting.core.spatial import Array
 from hefting.estimators.base import Estimator, Known
-from hefting.estimators.bayes.likelihood import Likelihood, scale_doubts
+from hefting.estimators.bayes.likelihood import scale_doubts
 from hefting.estimators.joint_state import State
 from hefting.estimators.point_intervals import intervals_of
 from hefting.estimators.possible_bodies import PossibleBodies
@@ -82,7 +82,7 @@ class MassRow:
         own = float(np.sum(np.square(svd.V[:, 0] / svd.S))) / svd.scale[0] ** 2
         if not samples.informative or not own > 0.0:
             return cls(1.0 / reading.std, reading.mass, 0.0)
-        likelihood = _of_wrench(samples, systematic)
+        likelihood = samples.of_wrench(systematic)
         mass, variance = likelihood.mass
         source = samples.source
         gain = source.allowed.gain_std**2 * (mass + float(source.carried[0])) ** 2
@@ -133,12 +133,6 @@ class MassRow:
 
 NO_ROW = MassRow(0.0, 0.0, 0.0)
 """For an object that was not weighed, or a reading that was left out."""
-
-
-def _of_wrench(samples: StateSamples, systematic: Array | None) -> Likelihood:
-    """The likelihood of all samples, with all errors that are allowed for."""
-    likelihood = samples.likelihood(samples.samples.least_squares).likelihood
-    return likelihood if systematic is None else likelihood.blurred(systematic)
 
 
 @dataclass(frozen=True, eq=False)

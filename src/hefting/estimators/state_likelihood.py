@@ -117,6 +117,12 @@ class StateSamples:
             found.likelihood(inflation), source.samples.mass_scale(force_std)
         )
 
+    def of_wrench(self, systematic: Array | None) -> Likelihood:
+        """The likelihood near least squares, with an error of covariance (10, 10) that
+        all samples share."""
+        likelihood = self.likelihood(self.samples.least_squares).likelihood
+        return likelihood if systematic is None else likelihood.blurred(systematic)
+
 
 def _samples_recorded(state: SampleState) -> int:
     """Number of samples in a state's time record."""

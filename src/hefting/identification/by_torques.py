@@ -47,7 +47,6 @@ from hefting.identification.torque_suspects import (
 from hefting.ingest.mended_times import with_mended_times
 from hefting.logs.given import as_recording
 from hefting.shapes import Shape
-from hefting.torques.cleaning import without_held, without_spikes
 from hefting.torques.dynamics import JointDynamics
 from hefting.torques.noise import TorqueFit
 from hefting.torques.runs import EmptyRuns, LoadedRuns, load_arm
@@ -55,6 +54,8 @@ from hefting.torques.samples import (
     TorqueSamples,
     samples_of,
     still_joints,
+    without_held,
+    without_spikes,
 )
 from hefting.torques.suspects import Suspects, without_delay
 
@@ -250,9 +251,7 @@ def wrench_equations(recording: Recording, **reading: Any) -> WhitenedState:
     samples = StateSamples.of(state, found.bias == "estimate", None, carried, None)
     if samples is None:
         raise NotIdentifiableError("no sample has any weight", recording.source)
-    likelihood = samples.likelihood(samples.samples.least_squares).likelihood
-    if found.common_errors is not None:
-        likelihood = likelihood.blurred(found.common_errors)
+    likelihood = samples.of_wrench(found.common_errors)
     noise = float(np.sqrt(likelihood.covariance.diagonal().mean()))
     return WhitenedState.of_information(
         likelihood.precision,
