@@ -163,7 +163,7 @@ def doubted(verdicts: Sequence[Verdict]) -> list[Verdict]:
 def main() -> None:
     """Print the counts."""
     parser = argparse.ArgumentParser(prog="python -m benchmarks.clean")
-    parser.add_argument("--recordings", type=int, default=500)
+    parser.add_argument("--recordings", type=int, default=520)
     parser.add_argument("--jobs", type=int, default=os.cpu_count() or 1)
     arguments = parser.parse_args()
     found = run(arguments.recordings, arguments.jobs)

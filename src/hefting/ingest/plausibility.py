@@ -298,8 +298,8 @@ def sum_of_moments(found: Ingested) -> float:
     """Sum of the moments of inertia about the sensor over its standard deviation."""
     common = found.common_errors
     covariance = found.fit.covariance[:10, :10] + (0.0 if common is None else common)
-    std = float(covariance[np.ix_(MOMENTS, MOMENTS)].sum()) ** 0.5
-    return float(found.fit.vector[MOMENTS].sum()) / std
+    variance = float(covariance[np.ix_(MOMENTS, MOMENTS)].sum())
+    return float(found.fit.vector[MOMENTS].sum()) / max(variance, 1e-30) ** 0.5
 
 
 def _millimetres(place: Array) -> str:
