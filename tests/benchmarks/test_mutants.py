@@ -126,7 +126,7 @@ def test_mutants_are_killed_by_the_tests_that_execute_them(tmp_path):
     )  # fmt: skip
     assert done.returncode == 0, done.stderr
     file, *lines = done.stdout.splitlines()
-    assert file.startswith("tests/core/test_rounding.py: 17 tests")
+    assert file.startswith("tests/core/test_rounding.py: 18 tests")
     assert lines == [
         "True half > 0.0 -> half > 1.0",
         "False np.where(known, half, 1.0) -> np.where(known, half, 2.0)",

@@ -33,8 +33,8 @@ OTHERS = {
         "write all by numpy.savez('log.npz', time=..., pose=..., wrench=...)",
     ),
     ".json": (
-        "is JSON as a whole",
-        "write one object a sample and line (.jsonl), as jq -c '.[]' does of a list",
+        "'.json' is not a log format",
+        "write one sample a line (.jsonl), as jq -c '.[]' does of a list of samples",
     ),
 }
 """What files of other endings are, and what to do with them."""
