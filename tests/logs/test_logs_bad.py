@@ -295,7 +295,7 @@ def test_writing_says_where_it_cannot(tmp_path):
             "wrench.npy",
             "is one array without a name; write all by numpy.savez('log.npz'",
         ),
-        ("log.json", "is JSON as a whole; write one object a sample and line (.jsonl)"),
+        ("log.json", "not a log format; write one sample a line (.jsonl)"),
         ("log.csv.gz", "is packed with gzip; unpack it"),
     ],
 )
