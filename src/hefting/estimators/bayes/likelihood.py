@@ -37,7 +37,9 @@ above."""
 
 NO_ERROR, ERROR = 0.5, 0.75
 """Shares of the information that lasting errors make by themselves, up to which all of it
-counts, and from which on none."""
+counts, and from which on next to none."""
+LEAST_INFORMATION = 1e-3
+"""Share that counts then: with less, what nothing limits would blur the other numbers."""
 UNSEEN_MASS = 1e-6
 """Share of the mass in directions without information, in scaled parameters, from which
 on the samples leave it open."""
@@ -170,7 +172,7 @@ def _hiding(G: Array, errors: Array) -> Array:
     G."""
     root = root_of_inverse(G)
     share, directions = np.linalg.eigh(root @ errors @ root.T)
-    seen = np.clip((ERROR - share) / (ERROR - NO_ERROR), 1e-6, 1.0)
+    seen = np.clip((ERROR - share) / (ERROR - NO_ERROR), LEAST_INFORMATION, 1.0)
     rows = G @ root.T @ directions
     return (rows * (1.0 / seen - 1.0)) @ rows.T
 
