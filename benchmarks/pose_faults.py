@@ -113,9 +113,9 @@ def main() -> None:
     )
     arguments = parser.parse_args()
     if arguments.unchecked:
-        from hefting.ingest import poses
+        from hefting.ingest import unmeasured
 
-        poses.find_discontinuities = lambda *_: None
+        unmeasured.find_discontinuities = lambda *_: None
     found = list(outcomes(range(arguments.seeds)))
     print(f"{'':26}{'good':10}{'but for data lost':20}{'named':10}recordings")
     for fault in FAULTS:
