@@ -299,7 +299,10 @@ def sum_of_moments(found: Ingested) -> float:
     common = found.common_errors
     covariance = found.fit.covariance[:10, :10] + (0.0 if common is None else common)
     variance = float(covariance[np.ix_(MOMENTS, MOMENTS)].sum())
-    return float(found.fit.vector[MOMENTS].sum()) / max(variance, 1e-30) ** 0.5
+    return (
+        float(found.fit.vector[MOMENTS].sum())
+        / max(variance, np.finfo(float).tiny) ** 0.5
+    )
 
 
 def _millimetres(place: Array) -> str:

@@ -27,6 +27,28 @@ FEWEST = 20
 """Fewest samples of joint positions, and of torques, in a run."""
 STICTION_SPEED = 0.05
 """[rad/s] Speed below which the friction of a joint follows no law."""
+STREAMS = ("joint_positions", "joint_torques", "joint_currents")
+"""Streams of the joints from which torques are identified."""
+MOST_IN_A_ROW, LONGEST = 3, 0.06
+"""Largest number of samples and duration [s] of a spike: a longer one may be a brief
+acceleration."""
+SPIKE = 12.0
+"""Distance of a spike from the median of its neighbours, in standard deviations of the
+noise, from which on it is one."""
+HALF_WITHIN = 0.55
+"""Median distance of normal noise from that median, in its standard deviations."""
+STEP = 90.0, 5.0
+"""Percentile of the steps between samples, and the multiple of it that is the least
+distance of a spike: motion stays below it, and so do neighbours of a spike, whose
+median is up to three steps away."""
+LEAST_LOAD = 0.1
+"""Least distance of a spike of torque or current, over the standard deviation of the
+joint's values."""
+BESIDE = 0.1
+"""[s] Time before and after a sample over which `moving` measures a joint's motion."""
+LARGEST_SHARE = 0.1
+"""Share of a joint's samples above which none of them is a spike, or of rows above which
+none is held: the noise is then of another kind."""
 
 
 @immutable
@@ -212,30 +234,6 @@ def _checked(gains: Array, joints: int, source: str) -> Array:
     if not values.all():
         raise InputError("a gain is zero", source, "give N m/A of each joint")
     return values
-
-
-STREAMS = ("joint_positions", "joint_torques", "joint_currents")
-"""Streams of the joints from which torques are identified."""
-MOST_IN_A_ROW, LONGEST = 3, 0.06
-"""Largest number of samples and duration [s] of a spike: a longer one may be a brief
-acceleration."""
-SPIKE = 12.0
-"""Distance of a spike from the median of its neighbours, in standard deviations of the
-noise, from which on it is one."""
-HALF_WITHIN = 0.55
-"""Median distance of normal noise from that median, in its standard deviations."""
-STEP = 90.0, 5.0
-"""Percentile of the steps between samples, and the multiple of it that is the least
-distance of a spike: motion stays below it, and so do neighbours of a spike, whose
-median is up to three steps away."""
-LEAST_LOAD = 0.1
-"""Least distance of a spike of torque or current, over the standard deviation of the
-joint's values."""
-BESIDE = 0.1
-"""[s] Time before and after a sample over which `moving` measures a joint's motion."""
-LARGEST_SHARE = 0.1
-"""Share of a joint's samples above which none of them is a spike, or of rows above which
-none is held: the noise is then of another kind."""
 
 
 def without_spikes(recording: Recording) -> Recording:
