@@ -3,6 +3,7 @@ use instead."""
 
 import importlib
 import json
+import re
 import runpy
 import sys
 from contextlib import contextmanager, redirect_stdout
@@ -364,3 +365,12 @@ def test_two_versions_are_put_side_by_side(tmp_path, run_here):
     assert "COM 1," in out
     assert "it fell" in out
     assert "changed: sign" in out
+
+
+def test_an_identification_that_is_not_the_first_is_timed_by_stage(run_here):
+    """Each stage names a function that runs."""
+    words = ("--recordings", 1, "--repeats", 1)
+    status, out, err = run_here("benchmarks.warm", *words)
+    assert status == 0, err
+    *_, last = out.splitlines()
+    assert min(float(number) for number in re.findall(r"\d+\.\d+", last)) > 0.0
