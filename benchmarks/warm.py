@@ -29,11 +29,11 @@ DURATION = 10.0
 LARGEST_DELAY = 0.01
 """[s] of the wrench's clock, to either side"""
 STAGES = {
-    "reading": ("hefting.ingest.ingest._read",),
+    "reading": ("hefting.ingest.ingest.as_recording",),
     "motion": ("hefting.ingest.condition.path_of",),
     "fit": ("hefting.ingest.condition._fit",),
     "changes": ("hefting.ingest.condition.find_changes",),
-    "mistakes": ("hefting.ingest.ingest._doubt",),
+    "mistakes": ("hefting.ingest.left_out.doubt_of",),
     "conclusion": ("hefting.identification.front.understand",),
     "solving": ("hefting.identification.identify.run",),
     "checks": ("hefting.identify",),

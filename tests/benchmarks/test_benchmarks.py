@@ -8,6 +8,7 @@ import sys
 from contextlib import contextmanager, redirect_stdout
 from io import StringIO
 from pathlib import Path
+from pkgutil import resolve_name
 
 import numpy as np
 import pytest
@@ -19,6 +20,7 @@ from benchmarks.__main__ import every  # noqa: E402
 from benchmarks.against.__main__ import PART  # noqa: E402
 from benchmarks.parties import NOW, MissingError, before  # noqa: E402
 from benchmarks.report import Row, Section  # noqa: E402
+from benchmarks.warm import STAGES  # noqa: E402
 
 from benchmarks import ratios  # noqa: E402
 
@@ -112,6 +114,25 @@ def rows(report: dict, title: str) -> list[dict]:
     ]
     assert found, f"no section '{title}'"
     return found
+
+
+def test_stages_that_are_timed_are_functions():
+    for names in STAGES.values():
+        assert all(callable(resolve_name(name)) for name in names)
+
+
+PARTS = {"long_recording", "memory", "peers"}
+"""Run by other benchmarks, as processes of their own."""
+
+
+def test_every_benchmark_has_help():
+    files = (ROOT / "benchmarks").glob("*.py")
+    scripts = {f.stem: f.read_text() for f in files if "__main__" in f.read_text()}
+    asks = ("ArgumentParser", "asked(")
+    silent = {
+        name for name, text in scripts.items() if not any(word in text for word in asks)
+    }
+    assert silent == PARTS
 
 
 def test_every_section_is_printed(quick_run):
