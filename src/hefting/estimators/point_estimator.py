@@ -44,7 +44,7 @@ from hefting.estimators.possible_bodies import PossibleBodies
 from hefting.estimators.quadratic import ScaledSVD
 from hefting.estimators.sample_state import (
     SampleState,
-    require_body,
+    require_carried,
     require_common_covariance,
 )
 from hefting.estimators.state_likelihood import StateSamples
@@ -179,7 +179,7 @@ class PointEstimator(Estimator):
                 "the wrench",
                 fix="intervals=True, or no mass",
             )
-        require_body("what is carried", self.carried)
+        require_carried(self.carried)
         require_common_covariance(self.systematic)
 
     @classmethod

@@ -37,7 +37,7 @@ from hefting.ingest.plausibility import (
     require_object,
 )
 from hefting.ingest.several import what_others_tell
-from hefting.motion import sample_weights
+from hefting.ingest.weights import weights_by_motion
 from hefting.motion.kalman import PoseFilter
 from hefting.online.expected import Expected
 from hefting.shapes import Shape
@@ -245,15 +245,7 @@ def _mean_weight(found: Ingested) -> float:
     motion = found.motion
     if motion is None or found.source == "orientation" or len(motion.time) < 2:
         return 1.0
-    return float(weights_of(found, motion).mean())
-
-
-def weights_of(found: Ingested, motion: Any) -> Array:
-    """Weights (K,) of samples by the errors of their motion, as in ingest."""
-    c = found.conditioned
-    phi = np.where(np.isfinite(c.covariance.diagonal()), c.parameters, 0.0)
-    noise = (max(c.noise.force, 1e-12), max(c.noise.torque, 1e-12))
-    return sample_weights(phi, motion, *noise)
+    return float(weights_by_motion(found.conditioned, motion).mean())
 
 
 def _filter(recording: Recording) -> PoseFilter | None:

@@ -44,7 +44,7 @@ from hefting.estimators.bayes.samples import require_information
 from hefting.estimators.joint_state import State, WhitenedState, states_of
 from hefting.estimators.quadratic import WrenchNoise
 from hefting.estimators.sample_state import (
-    require_body,
+    require_carried,
     require_common_covariance,
     require_weight,
 )
@@ -177,7 +177,7 @@ class Bayes(Estimator):
         accuracy = SensorAccuracy.of(self.sensor_accuracy)
         object.__setattr__(self, "sensor_accuracy", accuracy)
         object.__setattr__(self, "mass", MassReading.of(self.mass))
-        require_body("what is carried", self.carried)
+        require_carried(self.carried)
         require_common_covariance(C)
 
     @classmethod
