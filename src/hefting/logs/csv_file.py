@@ -376,15 +376,18 @@ def _texts(path: str | Path, end: int | None) -> Iterator[bytes]:
 def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
     """Write canonical CSV, each number with the fewest digits that give back the same
     bits; all streams fit."""
+    write_atomically(path, csv_of(table_from_recording(recording)))
+    return ()
+
+
+def csv_of(table: "pa.Table") -> bytes:
+    """A table as CSV, its names without quotes."""
     from pyarrow import csv as pacsv
 
-    table = table_from_recording(recording)
     stream = io.BytesIO()
     stream.write((",".join(table.column_names) + "\n").encode())
     pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
-    del table
-    write_atomically(path, stream.getvalue())
-    return ()
+    return stream.getvalue()
 
 
 FORMAT = Format(

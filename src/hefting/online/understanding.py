@@ -115,9 +115,7 @@ class Understander:
     def __init__(self, settings: Settings):
         self._settings = settings
         self._hyperparameters = dict(settings.hyperparameters)
-        self._shape = settings.shape
-        if isinstance(settings.method, Estimator):
-            self._shape = shape_of(settings.method, self._shape, self._hyperparameters)
+        self._shape = shape_of(settings.method, settings.shape, self._hyperparameters)
         default = default_method(self._shape is not None)
         self._method: str | Estimator = settings.method or default
         self._parts: list[Ingested] = []
