@@ -21,7 +21,7 @@ from hefting.core.messages import Message
 from hefting.core.progress import report
 from hefting.core.recording import Recording
 from hefting.core.spatial import Array, Mask
-from hefting.logs.canonical import table_from_recording
+from hefting.logs.canonical import csv_of, table_from_recording
 from hefting.logs.csv_cells import (
     NOTHING,
     NUMBER,
@@ -378,16 +378,6 @@ def write_csv(recording: Recording, path: str | Path) -> tuple[str, ...]:
     bits; all streams fit."""
     write_atomically(path, csv_of(table_from_recording(recording)))
     return ()
-
-
-def csv_of(table: "pa.Table") -> bytes:
-    """A table as CSV, its names without quotes."""
-    from pyarrow import csv as pacsv
-
-    stream = io.BytesIO()
-    stream.write((",".join(table.column_names) + "\n").encode())
-    pacsv.write_csv(table, stream, pacsv.WriteOptions(include_header=False))
-    return stream.getvalue()
 
 
 FORMAT = Format(

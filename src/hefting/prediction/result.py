@@ -356,7 +356,7 @@ class Prediction:
         on. Infinite ends are blank; static poses have no time, as in a log."""
         import pyarrow as pa
 
-        from hefting.logs.csv_file import csv_of
+        from hefting.logs.canonical import csv_of
 
         columns = {} if self.static else {"time": pa.array(self.time)}
         columns |= {name: pa.array(self.wrench[:, i]) for i, name in enumerate(WRENCH)}
